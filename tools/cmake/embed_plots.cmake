@@ -1,0 +1,13 @@
+# cmake -DOUT=file.cpp -DSCRIPTS="a.py;b.py" -P embed_plots.cmake: the scripts as C++ text.
+set(code "#include <cstddef>\nnamespace merkel {\nstruct PlotScript {\n  const char* name;\n  const char* text;\n};\n")
+string(APPEND code "extern const PlotScript kPlotScripts[];\nextern const std::size_t kPlotScriptCount;\n")
+string(APPEND code "const PlotScript kPlotScripts[] = {\n")
+set(count 0)
+foreach(script IN LISTS SCRIPTS)
+  get_filename_component(name ${script} NAME)
+  file(READ ${script} text)
+  string(APPEND code "{\"${name}\", R\"python(${text})python\"},\n")
+  math(EXPR count "${count} + 1")
+endforeach()
+string(APPEND code "};\nconst std::size_t kPlotScriptCount = ${count};\n}\n")
+file(WRITE ${OUT} "${code}")
