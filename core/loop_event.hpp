@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string_view>
+#include <type_traits>
+
+namespace merkel {
+
+/// Something that a reader of the spikes must know about the run: plain data that crosses threads.
+struct LoopEvent {
+  enum class Kind : std::uint16_t {
+    kRelease,      ///< a probe was released: it had sent nothing for too long
+    kResume,       ///< its samples came back
+    kGap,          ///< ticks were left out: the loop had fallen too far behind
+    kNeuronReset,  ///< a neuron's state had turned non-finite; it was reset to rest
+  };
+
+  std::chrono::nanoseconds time{0};    ///< probe time
+  std::chrono::nanoseconds length{0};  ///< of a gap; of the silence before a resume
+  std::uint32_t subject = 0;           ///< probe number from 0; neuron number from 1
+  Kind kind = Kind::kRelease;
+
+  friend bool operator==(const LoopEvent&, const LoopEvent&) = default;
+};
+
+static_assert(std::is_trivially_copyable_v<LoopEvent>);
+
+/// "release", "resume", "gap", "neuron_reset".
+[[nodiscard]] constexpr std::string_view name_of(LoopEvent::Kind kind) noexcept {
+  switch (kind) {
+    case LoopEvent::Kind::kRelease:
+      return "release";
+    case LoopEvent::Kind::kResume:
+      return "resume";
+    case LoopEvent::Kind::kGap:
+      return "gap";
+    case LoopEvent::Kind::kNeuronReset:
+      return "neuron_reset";
+  }
+  return "";
+}
+
+}  // namespace merkel

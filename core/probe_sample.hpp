@@ -1,0 +1,38 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <type_traits>
+
+namespace merkel {
+
+/// One calibrated reading of a probe: plain data that crosses threads.
+///
+/// Fields whose bit in `channels` is not set hold 0 and mean nothing. Every field is finite: a
+/// non-finite reading stops at the driver.
+struct ProbeSample {
+  /// Which channels a sample carries.
+  enum Channel : std::uint32_t {
+    kDepth = 1U << 0U,  ///< indentation depth
+    kForce = 1U << 1U,  ///< normal force
+    kX = 1U << 2U,      ///< position on the patch along the finger
+    kY = 1U << 3U,      ///< position on the patch across it
+  };
+
+  /// Acquisition time: host-monotonic for a device, the recording's own time for a replayed trace.
+  std::chrono::nanoseconds time{0};
+  /// When the sample reached the host, on the clock of `time`; equal to `time` in a replay.
+  std::chrono::nanoseconds arrival{0};
+  double depth_mm = 0.0;       ///< indentation depth; ≤ 0 is no contact
+  double force_mN = 0.0;       ///< compressive force; ≤ 0 is no contact
+  double x_mm = 0.0;           ///< patch coordinate from the fingertip
+  double y_mm = 0.0;           ///< patch coordinate across the finger
+  std::uint32_t sequence = 0;  ///< counts samples from the device, lost ones included
+  std::uint32_t channels = 0;  ///< Channel bits
+
+  [[nodiscard]] bool has(Channel channel) const noexcept { return (channels & channel) != 0U; }
+};
+
+static_assert(std::is_trivially_copyable_v<ProbeSample>);
+
+}  // namespace merkel

@@ -1,0 +1,29 @@
+#include "core/scene/tip_contact.hpp"
+
+#include <algorithm>
+
+namespace merkel {
+
+TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin)
+    : by_force_(indenter.control == Indenter::Control::kForce) {
+  if (indenter.tip == Indenter::Tip::kSphere) {
+    sphere_.emplace(skin, indenter.radius_mm);
+  } else {
+    bars_ = std::make_shared<BarStressField>(indenter.bars, skin);
+  }
+}
+
+Press TipContact::press(const ContactInput& input) const noexcept {
+  Press press{.contact = {}, .x_mm = input.x_mm, .y_mm = input.y_mm};
+  if (sphere_) {
+    press.contact =
+        by_force_ ? sphere_->at_force(input.force_mN) : sphere_->at_depth(input.depth_mm);
+    return press;
+  }
+  const double stiffness = bars_->force_mN_per_mm();
+  press.contact.depth_mm = std::max(0.0, by_force_ ? input.force_mN / stiffness : input.depth_mm);
+  press.contact.force_mN = press.contact.depth_mm * stiffness;
+  return press;
+}
+
+}  // namespace merkel

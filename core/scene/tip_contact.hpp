@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "core/realtime_tag.hpp"
+#include "core/scene/contact_input.hpp"
+#include "core/scene/indenter.hpp"
+#include "core/skin/bar_stress_field.hpp"
+#include "core/skin/sphere_law.hpp"
+
+namespace merkel {
+
+/// The contact of any tip with the skin at one instant.
+struct Press {
+  SphereContact contact;  ///< of a sphere; of bars, depth and force only
+  double x_mm = 0.0;      ///< where the tip's axis meets the patch
+  double y_mm = 0.0;
+
+  [[nodiscard]] bool touching() const noexcept { return contact.depth_mm > 0.0; }
+};
+
+/// Turns what a probe says into the contact its tip makes. Real-time: yes, after construction.
+class TipContact {
+ public:
+  TipContact(const Indenter& indenter, const SkinParameters& skin);
+
+  [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
+  /// The unit field of a bar tip; null for a sphere.
+  [[nodiscard]] const BarStressField* bars() const noexcept { return bars_.get(); }
+  /// The contact law of a sphere; null for bars.
+  [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
+
+ private:
+  bool by_force_;
+  std::optional<SphereLaw> sphere_;
+  std::shared_ptr<const BarStressField> bars_;
+};
+
+}  // namespace merkel

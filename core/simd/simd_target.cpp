@@ -1,0 +1,60 @@
+#include "core/simd/simd_target.hpp"
+
+#include <cstdint>
+
+#include <hwy/highway.h>
+#include <hwy/targets.h>
+
+namespace merkel {
+namespace {
+
+std::string name_of(std::int64_t target) {
+  switch (target) {
+#if HWY_ARCH_X86
+    case HWY_AVX3:
+      return "avx512";
+    case HWY_AVX2:
+      return "avx2";
+    case HWY_SSE4:
+      return "sse4";
+#endif
+#if HWY_ARCH_ARM
+    case HWY_NEON:
+      return "neon";
+#endif
+    case HWY_EMU128:
+    case HWY_SCALAR:
+      return "scalar";
+    default:
+      return hwy::TargetName(target);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> simd_targets() {
+  std::vector<std::string> names;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    names.push_back(name_of(target));
+  }
+  return names;
+}
+
+std::string simd_target() { return simd_targets().front(); }
+
+Expected<void, SetupError> force_simd_target(std::string_view name) {
+  hwy::SetSupportedTargetsForTest(0);
+  if (name.empty()) return {};
+  std::string known;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    if (name_of(target) == name) {
+      hwy::SetSupportedTargetsForTest(target);
+      return {};
+    }
+    known.append(known.empty() ? "" : ", ").append(name_of(target));
+  }
+  return bad_input("this processor cannot run the instruction set \"" + std::string(name) +
+                   "\"; it has " + known);
+}
+
+}  // namespace merkel

@@ -1,0 +1,249 @@
+// Vector arithmetic that gives the same bits on every instruction set. Included once for each
+// target, by the kernels only; hence no #pragma once, but Highway's own guard.
+#if defined(CORE_SIMD_VECTOR_MATH_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef CORE_SIMD_VECTOR_MATH_INL_HPP
+#undef CORE_SIMD_VECTOR_MATH_INL_HPP
+#else
+#define CORE_SIMD_VECTOR_MATH_INL_HPP
+#endif
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace merkel {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// kCount vectors that go through the same arithmetic side by side. One vector's operations wait
+/// for one another; those of its neighbours fill the time. Each lane's result is what it would be
+/// alone.
+template <class D, int kCount>
+struct Several {
+  hn::Vec<D> v[kCount];
+};
+template <class D, int kCount>
+struct SeveralMasks {
+  hn::Mask<D> v[kCount];
+};
+
+/// Where the operands are constants and several vectors, a constant stands beside each vector.
+template <class V>
+HWY_INLINE V part(V constant, int) {
+  return constant;
+}
+template <class D, int kCount>
+HWY_INLINE hn::Vec<D> part(const Several<D, kCount>& x, int j) {
+  return x.v[j];
+}
+template <class D, int kCount>
+HWY_INLINE hn::Mask<D> part(const SeveralMasks<D, kCount>& x, int j) {
+  return x.v[j];
+}
+
+#define MERKEL_SIDE_BY_SIDE(result, expression) \
+  for (int j = 0; j < kCount; ++j) (result).v[j] = (expression);
+
+/// The operations that the kernels use, on a D of which kCount vectors go side by side. An operand
+/// may be Several or one constant vector.
+template <class D, int kCount>
+struct SideBySide {
+  using T = hn::TFromD<D>;
+  using V = hn::Vec<D>;
+  using X = Several<D, kCount>;
+  using M = SeveralMasks<D, kCount>;
+
+  static HWY_INLINE X load(const T* from) {
+    const D d;
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::LoadU(d, from + static_cast<std::size_t>(j) * hn::Lanes(d)));
+    return r;
+  }
+  static HWY_INLINE void store(const X& x, T* to) {
+    const D d;
+    for (int j = 0; j < kCount; ++j) {
+      hn::StoreU(x.v[j], d, to + static_cast<std::size_t>(j) * hn::Lanes(d));
+    }
+  }
+  template <class A, class B>
+  static HWY_INLINE X add(const A& a, const B& b) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Add(part(a, j), part(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE X sub(const A& a, const B& b) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Sub(part(a, j), part(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE X mul(const A& a, const B& b) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Mul(part(a, j), part(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE X div(const A& a, const B& b) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Div(part(a, j), part(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE X min(const A& a, const B& b) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Min(part(a, j), part(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE X max(const A& a, const B& b) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Max(part(a, j), part(b, j)));
+    return r;
+  }
+  static HWY_INLINE X abs(const X& a) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Abs(a.v[j]));
+    return r;
+  }
+  static HWY_INLINE X neg(const X& a) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Neg(a.v[j]));
+    return r;
+  }
+  static HWY_INLINE X sqrt(const X& a) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Sqrt(a.v[j]));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE M less(const A& a, const B& b) {
+    M r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Lt(part(a, j), part(b, j)));
+    return r;
+  }
+  static HWY_INLINE M either(const M& a, const M& b) {
+    M r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Or(a.v[j], b.v[j]));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE X choose(const M& mask, const A& yes, const B& no) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::IfThenElse(mask.v[j], part(yes, j), part(no, j)));
+    return r;
+  }
+  /// Whether any lane of any mask is set.
+  static HWY_INLINE bool any(const M& mask) {
+    const D d;
+    hn::Mask<D> all = mask.v[0];
+    for (int j = 1; j < kCount; ++j) all = hn::Or(all, mask.v[j]);
+    return !hn::AllFalse(d, all);
+  }
+  /// a·b + c with one rounding, on every target. Where the instruction set has no such instruction
+  /// (SSE4, plain scalar), the C library does it lane by lane: slow, but the same bits.
+  template <class A, class B, class C>
+  static HWY_INLINE X fused(const A& a, const B& b, const C& c) {
+    X r;
+#if HWY_NATIVE_FMA
+    MERKEL_SIDE_BY_SIDE(r, hn::MulAdd(part(a, j), part(b, j), part(c, j)));
+#else
+    MERKEL_SIDE_BY_SIDE(r, fused_by_lane(part(a, j), part(b, j), part(c, j)));
+#endif
+    return r;
+  }
+  /// c − a·b with one rounding.
+  template <class A, class B, class C>
+  static HWY_INLINE X fused_negative(const A& a, const B& b, const C& c) {
+    X r;
+#if HWY_NATIVE_FMA
+    MERKEL_SIDE_BY_SIDE(r, hn::NegMulAdd(part(a, j), part(b, j), part(c, j)));
+#else
+    MERKEL_SIDE_BY_SIDE(r, fused_by_lane(hn::Neg(part(a, j)), part(b, j), part(c, j)));
+#endif
+    return r;
+  }
+  static HWY_INLINE V constant(double value) { return hn::Set(D(), static_cast<T>(value)); }
+
+  /// Σ c_k x^k by Horner's rule; the coefficients begin with c_0.
+  template <std::size_t kCoefficients>
+  static HWY_INLINE X polynomial(const X& x, const double (&c)[kCoefficients]) {
+    X sum = fused(x, constant(c[kCoefficients - 1]), constant(c[kCoefficients - 2]));
+    for (std::size_t k = kCoefficients - 2; k-- > 0;) sum = fused(sum, x, constant(c[k]));
+    return sum;
+  }
+
+  /// e^x, to 2 units in the last place; saturates at ±708 (double) or ±87 (float).
+  /// e^x = 2^k·e^r, |r| ≤ ln2/2, by Taylor's series.
+  static HWY_INLINE X exponential(const X& argument) {
+    constexpr bool kDouble = sizeof(T) == 8;
+    constexpr int kMantissa = kDouble ? 52 : 23;
+    constexpr double kLimit = kDouble ? 708.0 : 87.0;
+    // Adding 1.5·2^mantissa rounds to a whole number and leaves it in the low bits.
+    const V shift = constant(kDouble ? 6755399441055744.0 : 12582912.0);
+    const X x = min(max(argument, constant(-kLimit)), constant(kLimit));
+    const X shifted = fused(x, constant(1.4426950408889634074), shift);
+    const X k = sub(shifted, shift);
+    X r = fused_negative(k, constant(kDouble ? 6.93147180369123816490e-01 : 0.693359375), x);
+    r = fused_negative(k, constant(kDouble ? 1.90821492927058770002e-10 : -2.12194440054690583e-4),
+                       r);
+    X sum;
+    if constexpr (kDouble) {
+      constexpr double kTaylor[] = {1.0,
+                                    1.0,
+                                    1.0 / 2,
+                                    1.0 / 6,
+                                    1.0 / 24,
+                                    1.0 / 120,
+                                    1.0 / 720,
+                                    1.0 / 5040,
+                                    1.0 / 40320,
+                                    1.0 / 362880,
+                                    1.0 / 3628800,
+                                    1.0 / 39916800,
+                                    1.0 / 479001600,
+                                    1.0 / 6227020800.0};
+      sum = polynomial(r, kTaylor);
+    } else {
+      constexpr double kTaylor[] = {1.0,      1.0,       1.0 / 2,   1.0 / 6,
+                                    1.0 / 24, 1.0 / 120, 1.0 / 720, 1.0 / 5040};
+      sum = polynomial(r, kTaylor);
+    }
+    const hn::RebindToUnsigned<D> du;
+    using U = hn::TFromD<decltype(du)>;
+    const auto bias = hn::Set(du, static_cast<U>(kDouble ? 1023 : 127));
+    X power;
+    MERKEL_SIDE_BY_SIDE(
+        power,
+        hn::BitCast(D(), hn::ShiftLeft<kMantissa>(hn::Add(hn::BitCast(du, shifted.v[j]), bias))));
+    return mul(sum, power);
+  }
+
+ private:
+#if !HWY_NATIVE_FMA
+  static HWY_NOINLINE V fused_by_lane(V a, V b, V c) {
+    const D d;
+    HWY_ALIGN T x[hn::MaxLanes(d)];
+    HWY_ALIGN T y[hn::MaxLanes(d)];
+    HWY_ALIGN T z[hn::MaxLanes(d)];
+    hn::Store(a, d, x);
+    hn::Store(b, d, y);
+    hn::Store(c, d, z);
+    for (std::size_t i = 0; i < hn::Lanes(d); ++i) x[i] = std::fma(x[i], y[i], z[i]);
+    return hn::Load(d, x);
+  }
+#endif
+};
+
+#undef MERKEL_SIDE_BY_SIDE
+
+}  // namespace HWY_NAMESPACE
+}  // namespace merkel
+HWY_AFTER_NAMESPACE();
+
+#endif

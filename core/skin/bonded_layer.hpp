@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "core/realtime_tag.hpp"
+
+namespace merkel {
+
+/// How much stiffer skin of thickness h, bonded to bone, is than a half-space: force over that of
+/// Hertz at the same depth, as a polynomial in χ = √(R*·d)/h.
+///
+/// 1 − 2α/π·χ + 4α²/π²·χ² − 8/π³·(α³ + 4π²/15·β)·χ³ + 16α/π⁴·(α³ + 3π²/5·β)·χ⁴ with
+/// α = −(1.2876 − 1.4678ν + 1.3442ν²)/(1−ν), β = (0.6387 − 1.0277ν + 1.5164ν²)/(1−ν)
+/// Dimitriadis et al., Biophys. J. 82 (2002) 2798, Eq. 12 and 13. It takes the contact radius for
+/// √(R*·d) and so falls short of the exact solution (BondedLayer, ν = 0.48) by 1 % at χ = 0.2, 7 %
+/// at 0.5 and 17 % at 1. Real-time: yes.
+[[nodiscard]] double dimitriadis_factor(double chi, double poisson_ratio) noexcept MERKEL_REALTIME;
+
+/// The exact linear-elastic contact of a paraboloid with a layer bonded to a rigid base, tabulated.
+///
+/// With u the surface displacement and p the pressure in Hankel space, u = 2/E*·K(ξh)/ξ·p and
+/// K(x) = (2κ·sinh 2x − 4x)/(2κ·cosh 2x + κ² + 1 + 4x²), κ = 3−4ν (Lebedev & Ufliand 1958). The
+/// contact of radius a solves the Fredholm equation
+/// φ(x) − 1/π·∫₋ₐᵃ M(x−t)·φ(t) dt = d − x²/R,  M(y) = ∫₀^∞ (1−K(ξh))·cos(ξy) dξ,  φ(a) = 0,
+/// F = E*·∫₋ₐᵃ φ dx. Force and contact radius over those of Hertz depend on χ and ν alone.
+class BondedLayer {
+ public:
+  /// Solves the equation for contact radii up to 4 h. Real-time: no.
+  explicit BondedLayer(double poisson_ratio);
+
+  /// F over that of Hertz at the same depth. Real-time: yes.
+  [[nodiscard]] double force_factor(double chi) const noexcept MERKEL_REALTIME;
+  /// a over √(R*·d). Real-time: yes.
+  [[nodiscard]] double radius_factor(double chi) const noexcept MERKEL_REALTIME;
+  /// The largest χ solved for; beyond it both factors go on as powers of χ.
+  [[nodiscard]] double largest_chi() const noexcept { return rows_.back().chi; }
+
+ private:
+  struct Row {
+    double chi;
+    double force;
+    double radius;
+  };
+  [[nodiscard]] double look_up(double chi, double Row::*member) const noexcept;
+
+  std::vector<Row> rows_;  ///< in order of χ
+};
+
+}  // namespace merkel

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "core/parameter_error.hpp"
+
+namespace merkel {
+
+/// How force and contact radius follow from the depth of a sphere.
+enum class ContactLaw {
+  kHertz,    ///< a paraboloid on elastic skin (the paper)
+  kSneddon,  ///< an exact sphere on an elastic half-space
+};
+
+/// How much a bone at `thickness_mm` stiffens the contact.
+enum class LayerLaw {
+  kDimitriadis,  ///< the published polynomial
+  kExact,        ///< the Fredholm equation of the bonded layer
+};
+
+/// Which strain energy density the receptors feel.
+enum class EnergyDensity {
+  kDistortional,  ///< the paper's, 3·τ_oct²/(4G)
+  kFull,          ///< with the volumetric part, (σ1+σ2+σ3)²/(18K)
+};
+
+/// What the skin is made of and how it lies.
+struct SkinParameters {
+  double epidermis_kPa = 136.0;                                ///< Young's modulus of the epidermis
+  double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
+  double poisson_ratio = 0.48;                                 ///< of both layers
+  double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
+  double receptor_depth_mm = 0.65;  ///< z0, the epidermal-dermal junction
+  double thickness_mm = std::numeric_limits<double>::infinity();  ///< h, down to bone; inf: none
+  ContactLaw contact_law = ContactLaw::kHertz;
+  LayerLaw layer_law = LayerLaw::kDimitriadis;
+  EnergyDensity energy_density = EnergyDensity::kDistortional;
+
+  [[nodiscard]] bool layered() const noexcept { return std::isfinite(thickness_mm); }
+
+  [[nodiscard]] Expected<void, ParameterError> check() const;
+};
+
+/// The skin as one isotropic elastic solid.
+///
+/// E = 2/(1/E_epidermis + 1/E_dermis), the equal-weight series (Reuss) mean of the two layers;
+/// E* = E/(1−ν²) under a rigid indenter (Eq. 1, mended); G = E/(2(1+ν)) (Eq. 3, mended).
+/// Real-time: yes, after construction.
+class SkinMaterial {
+ public:
+  explicit SkinMaterial(const SkinParameters& parameters) noexcept;
+  SkinMaterial(double youngs_modulus_kPa, double poisson_ratio) noexcept;
+
+  [[nodiscard]] double youngs_modulus_kPa() const noexcept { return youngs_modulus_kPa_; }
+  [[nodiscard]] double poisson_ratio() const noexcept { return poisson_ratio_; }
+  /// E*, for contact with a rigid indenter.
+  [[nodiscard]] double reduced_modulus_kPa() const noexcept;
+  /// E* for an indenter that is elastic too: 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂.
+  [[nodiscard]] double reduced_modulus_kPa(const SkinMaterial& indenter) const noexcept;
+  /// G, the shear modulus.
+  [[nodiscard]] double shear_modulus_kPa() const noexcept;
+  /// K = E/(3(1−2ν)), the bulk modulus; infinite at ν = 0.5.
+  [[nodiscard]] double bulk_modulus_kPa() const noexcept;
+
+ private:
+  double youngs_modulus_kPa_;
+  double poisson_ratio_;
+};
+
+}  // namespace merkel
