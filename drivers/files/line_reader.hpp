@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/expected.hpp"
+
+namespace merkel {
+
+/// Reads a text file line by line in bounded memory: however long the file, no more than one
+/// buffer of it is held. Accepts LF and CRLF line ends and a UTF-8 byte-order mark.
+class LineReader {
+ public:
+  /// A longer line means that the file is not a table.
+  static constexpr std::size_t kLongestLine = 4096;
+
+  [[nodiscard]] static Expected<LineReader, SetupError> open(const std::string& path);
+
+  enum class Outcome { kLine, kEnd, kError };
+  /// Fetches the next line without its end into line(). On kError, error() says what is wrong.
+  Outcome next();
+
+  [[nodiscard]] std::string_view line() const noexcept { return line_; }
+  /// Number of the line fetched last, from 1.
+  [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
+  [[nodiscard]] const std::string& error() const noexcept { return error_; }
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  /// "path:line: ", the beginning of every message about a line.
+  [[nodiscard]] std::string where() const;
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  LineReader(std::string path, std::FILE* file);
+  bool refill();
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+  bool at_end_ = false;
+  std::string_view line_;
+  std::uint64_t number_ = 0;
+  std::string error_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/probe_sample.hpp"
+#include "drivers/files/line_reader.hpp"
+#include "drivers/files/output_file.hpp"
+
+namespace merkel {
+
+/// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
+/// and `y_mm`, in any order of columns. Lines that begin with '#' are comments. Times are strictly
+/// increasing, to the nanosecond; every value is finite. Streams: memory is bounded.
+class TraceReader {
+ public:
+  /// Reads the header. Fails on a missing or empty file, and on an unknown, missing or repeated
+  /// column.
+  [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path);
+
+  /// ProbeSample::Channel bits of every sample.
+  [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
+
+  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to mend.
+  [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
+
+ private:
+  enum class Column { kTime, kDepth, kForce, kX, kY };
+  explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
+  Expected<void, SetupError> read_header();
+  Expected<void, SetupError> parse_row(ProbeSample& sample);
+  [[nodiscard]] static const char* name_of(Column column) noexcept;
+
+  LineReader lines_;
+  std::vector<Column> columns_;
+  std::uint32_t channels_ = 0;
+  std::uint32_t rows_ = 0;
+  std::chrono::nanoseconds last_time_{0};
+};
+
+/// Writes a trace that TraceReader reads back to the same samples, bit for bit.
+class TraceWriter {
+ public:
+  /// Refuses an existing file unless `overwrite`.
+  /// \param comment  lines for the head of the file, each without its '#'
+  [[nodiscard]] static Expected<TraceWriter, SetupError> create(
+      const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
+      bool overwrite);
+
+  [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples);
+  /// Flushes and gives the file its name.
+  [[nodiscard]] Expected<void, SetupError> close();
+
+ private:
+  explicit TraceWriter(OutputFile file, std::uint32_t channels);
+  OutputFile file_;
+  std::uint32_t channels_;
+};
+
+}  // namespace merkel

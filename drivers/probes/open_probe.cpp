@@ -1,0 +1,18 @@
+#include "drivers/probes/open_probe.hpp"
+
+#include "drivers/probes/replay_probe.hpp"
+#include "drivers/probes/sim_probe.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
+  const auto uri = Uri::parse(text);
+  if (!uri) return Unexpected<SetupError>(uri.error());
+  if (uri->scheme == "replay") return ReplayProbe::open(*uri);
+  if (uri->scheme == "sim") return SimProbe::open(*uri);
+  return bad_input("\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
+                   "\"; known are replay:FILE and sim:SHAPE");
+}
+
+}  // namespace merkel

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/expected.hpp"
+#include "drivers/probe.hpp"
+
+namespace merkel {
+
+/// Opens the probe that a URI names: replay:FILE, sim:SHAPE. Real-time: no.
+[[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri);
+
+}  // namespace merkel

@@ -1,0 +1,166 @@
+#include "drivers/probes/sim_probe.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/units.hpp"
+#include "drivers/sample_limits.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kLongest_s = 1e6;
+constexpr double kPosition = SampleLimits::kPosition_mm;
+
+/// 0 before `begin`, 1 after `begin + length`, a straight line between.
+double ramp(double t, double begin, double length) {
+  return std::clamp((t - begin) / length, 0.0, 1.0);
+}
+
+}  // namespace
+
+SimProbe::SimProbe(ProbeInfo info, std::function<Press(double)> press, double amplitude,
+                   double duration_s, double rate_hz, const Faults& faults)
+    : info_(std::move(info)),
+      press_(std::move(press)),
+      amplitude_(amplitude),
+      rate_hz_(rate_hz),
+      faults_(faults),
+      random_(faults.seed),
+      count_(static_cast<std::uint32_t>(std::floor(duration_s * rate_hz + 1e-9)) + 1) {}
+
+Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
+  if (uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" && uri.path != "slide") {
+    return bad_input("\"" + uri.text + "\": there is no simulated press \"" + uri.path +
+                     "\"; write sim:ramp, sim:taps, sim:sine or sim:slide");
+  }
+  UriOptions options(uri);
+  const auto seconds = [&](const char* key, double fallback, double least = 0.0) {
+    return options.number(key, fallback, least, kLongest_s);
+  };
+  const bool force = options.given("force_N");
+  if (force && options.given("depth_mm")) {
+    return bad_input("\"" + uri.text + "\": give depth_mm or force_N, not both");
+  }
+  const double rate_hz = options.number("rate_hz", 1000.0, 1.0, 1e5);
+  const double wait_s = seconds("wait_s", 0.2);
+  const double tail_s = seconds("tail_s", 0.5);
+  const double amplitude =
+      force ? units::mN_from_N(
+                  options.number("force_N", 0.1, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))
+            : options.number("depth_mm", 1.5, 0.0, SampleLimits::kDepth_mm);
+  const bool positioned = options.given("x_mm") || options.given("y_mm") || uri.path == "slide";
+  const bool slide = uri.path == "slide";
+  const double x = options.number("x_mm", slide ? 3.0 : 15.0, -kPosition, kPosition);
+  const double y = options.number("y_mm", 10.0, -kPosition, kPosition);
+
+  std::function<Press(double)> press;
+  double press_s = 0.0;
+  if (uri.path == "taps") {
+    const double tap_s = seconds("tap_s", 0.1, 1e-3);
+    const double interval_s = seconds("interval_s", 0.4, 1e-3);
+    const auto count = static_cast<double>(options.whole("count", 6, 1, 1'000'000));
+    press_s = (count - 1.0) * interval_s + tap_s;
+    press = [=](double t) {
+      const double since = t - wait_s;
+      const double tap = std::clamp(std::floor(since / interval_s), 0.0, count - 1.0);
+      const double phase = (since - tap * interval_s) / tap_s;
+      const bool touching = phase > 0.0 && phase < 1.0;
+      const double level = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * phase);
+      return Press{.level = touching ? level : 0.0, .x_mm = x, .y_mm = y};
+    };
+  } else {
+    const double ramp_s = seconds("ramp_s", uri.path == "ramp" ? 0.02 : 0.15, 1e-6);
+    double hold_s = 0.0;
+    double to_x = x;
+    double to_y = y;
+    double relative = 0.0;
+    double angular = 0.0;
+    if (slide) {
+      to_x = options.number("to_x_mm", 27.0, -kPosition, kPosition);
+      to_y = options.number("to_y_mm", y, -kPosition, kPosition);
+      const double speed = options.number("speed_mm_per_s", 12.0, 1e-3, 1e4);
+      hold_s = std::hypot(to_x - x, to_y - y) / speed;
+    } else {
+      hold_s = seconds("hold_s", 2.0);
+    }
+    if (uri.path == "sine") {
+      const char* const key = force ? "amplitude_N" : "amplitude_mm";
+      const double swing = options.number(key, force ? 0.03 : 0.3, 0.0, 1e3);
+      angular = 2.0 * std::numbers::pi * options.number("frequency_hz", 5.0, 1e-3, 1e4);
+      relative = amplitude > 0.0 ? (force ? units::mN_from_N(swing) : swing) / amplitude : 0.0;
+    }
+    press_s = ramp_s + hold_s + ramp_s;
+    press = [=](double t) {
+      const double held = t - wait_s - ramp_s;
+      const double level = ramp(t, wait_s, ramp_s) - ramp(t, wait_s + ramp_s + hold_s, ramp_s);
+      const bool holding = held > 0.0 && held < hold_s;
+      const double moved = hold_s > 0.0 ? ramp(held, 0.0, hold_s) : 0.0;
+      return Press{.level = level + (holding ? relative * std::sin(angular * held) : 0.0),
+                   .x_mm = x + moved * (to_x - x),
+                   .y_mm = y + moved * (to_y - y)};
+    };
+  }
+
+  const Faults faults{.jitter_s = options.number("jitter_us", 0.0, 0.0, 0.45e6 / rate_hz) * 1e-6,
+                      .noise = force ? options.number("noise_mN", 0.0, 0.0, 1e6)
+                                     : units::mm_from_um(options.number("noise_um", 0.0, 0.0, 1e4)),
+                      .dropouts_per_s = options.number("dropouts_per_s", 0.0, 0.0, 1e3),
+                      .dropout_s = options.number("dropout_ms", 100.0, 0.0, 1e6) * 1e-3,
+                      .seed = static_cast<std::uint64_t>(options.whole("seed", 1, 0, INT64_MAX))};
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  const double duration_s = wait_s + press_s + tail_s;
+  if (duration_s * rate_hz > 4e9) {
+    return bad_input("\"" + uri.text + "\" makes more than 4e9 samples: shorten it");
+  }
+  const std::uint32_t positions = positioned ? ProbeSample::kX | ProbeSample::kY : 0U;
+  ProbeInfo info{.uri = uri.text,
+                 .name = "simulated " + uri.path,
+                 .serial_number = {},
+                 .channels = (force ? ProbeSample::kForce : ProbeSample::kDepth) | positions,
+                 .period = units::nanoseconds_from_s(1.0 / rate_hz),
+                 .replayed = true};
+  return std::unique_ptr<Probe>(
+      new SimProbe(std::move(info), std::move(press), amplitude, duration_s, rate_hz, faults));
+}
+
+/// The sum of twelve uniform numbers, less its mean (Irwin-Hall): normal enough, and portable.
+double SimProbe::normal() noexcept {
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) sum += random_.uniform();
+  return sum;
+}
+
+Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
+                                                 std::chrono::milliseconds /*patience*/) {
+  std::size_t count = 0;
+  while (count < samples.size() && next_ < count_) {
+    const std::uint32_t number = next_++;
+    const double nominal_s = number / rate_hz_;
+    const bool falls = random_.uniform() * rate_hz_ < faults_.dropouts_per_s;
+    const double jitter_s = faults_.jitter_s * random_.uniform(-1.0, 1.0);
+    const double noise = faults_.noise > 0.0 ? faults_.noise * normal() : 0.0;
+    if (falls) dropped_until_s_ = nominal_s + faults_.dropout_s;
+    if (nominal_s < dropped_until_s_) continue;
+
+    const double taken_s = nominal_s + jitter_s;
+    const Press press = press_(taken_s);
+    const double value = amplitude_ * press.level + noise;
+    ProbeSample& sample = samples[count++];
+    sample = {.time = units::nanoseconds_from_s(taken_s),
+              .arrival = units::nanoseconds_from_s(taken_s),
+              .sequence = number,
+              .channels = info_.channels};
+    (sample.has(ProbeSample::kForce) ? sample.force_mN : sample.depth_mm) = value;
+    if (sample.has(ProbeSample::kX)) {
+      sample.x_mm = press.x_mm;
+      sample.y_mm = press.y_mm;
+    }
+  }
+  if (count > 0) return count;
+  return Unexpected<ProbeError>(ProbeError::kEndOfStream);
+}
+
+}  // namespace merkel

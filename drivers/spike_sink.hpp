@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/spike_event.hpp"
+
+namespace merkel {
+
+/// Why a sink takes no more spikes.
+struct SinkError {
+  std::string sentence;  ///< what went wrong and what to do
+};
+
+/// How the neurons of a scene's patches are numbered where a format has one number only: through
+/// all patches, from 1.
+class NeuronNumbering {
+ public:
+  /// \param neurons_of_patch  how many neurons each patch has
+  explicit NeuronNumbering(std::span<const std::size_t> neurons_of_patch) {
+    std::uint32_t before = 0;
+    for (const std::size_t count : neurons_of_patch) {
+      before_patch_.push_back(before);
+      before += static_cast<std::uint32_t>(count);
+    }
+    neurons_ = before;
+  }
+  [[nodiscard]] std::uint32_t number(const SpikeEvent& spike) const noexcept {
+    return before_patch_[spike.patch] + spike.neuron;
+  }
+  /// Neurons in all patches.
+  [[nodiscard]] std::uint32_t neurons() const noexcept { return neurons_; }
+
+ private:
+  std::vector<std::uint32_t> before_patch_;
+  std::uint32_t neurons_ = 0;
+};
+
+/// A consumer of spikes: a file, a socket, a page. Used by one thread, which may block.
+class SpikeSink {
+ public:
+  SpikeSink() = default;
+  SpikeSink(const SpikeSink&) = delete;
+  SpikeSink& operator=(const SpikeSink&) = delete;
+  virtual ~SpikeSink() = default;
+
+  /// The URI it was opened with. Thread: any.
+  [[nodiscard]] virtual const std::string& uri() const noexcept = 0;
+
+  /// Takes spikes in order of time, ties by patch and neuron. After an error the sink is closed
+  /// and takes no more. Thread: consumer.
+  [[nodiscard]] virtual Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) = 0;
+
+  /// Hands on whatever is still buffered. Thread: consumer.
+  [[nodiscard]] virtual Expected<void, SinkError> flush() { return {}; }
+
+  /// Ends well: flushes, completes the format, gives a file its final name. Thread: consumer.
+  [[nodiscard]] virtual Expected<void, SinkError> close() = 0;
+
+  /// How many of the spikes written so far are known to have arrived. Thread: consumer.
+  [[nodiscard]] virtual std::uint64_t delivered() const noexcept = 0;
+};
+
+}  // namespace merkel
