@@ -1,0 +1,168 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/loop_event.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/scene/contact_input.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "realtime/bounded_queue.hpp"
+#include "realtime/clock.hpp"
+#include "realtime/loop_statistics.hpp"
+#include "realtime/probe_input.hpp"
+#include "realtime/spike_fanout.hpp"
+
+namespace merkel {
+
+/// The simulation thread's work: one tick after the other, at fixed steps of probe time.
+///
+/// Tick k ends at T_k = start + k·tick in probe time and is due at wall time T_k + wall_offset +
+/// delay: the delay is a jitter buffer, in which the samples around T_k arrive. A tick reads the
+/// contacts at its end, steps the model from T_{k-1} to T_k and publishes the spikes.
+///
+/// When the loop falls behind, this is what happens, and only here: ticks that are due follow each
+/// other without waiting, up to `max_catch_up_ticks`; further behind, all ticks due are left out,
+/// which is counted and recorded as a gap event, and the loop goes on at the next point of the same
+/// grid. The membranes keep their state across a gap.
+template <Clock C>
+class FixedStepLoop {
+ public:
+  struct Parameters {
+    std::chrono::nanoseconds start{0};        ///< probe time at which the first tick begins
+    std::chrono::nanoseconds wall_offset{0};  ///< wall time − probe time
+    std::chrono::nanoseconds delay{0};        ///< jitter buffer
+    std::optional<std::chrono::nanoseconds> duration;  ///< how much to simulate; all, if not set
+    std::int64_t max_catch_up_ticks = 20;
+  };
+
+  /// \param inputs  one an indenter of the model
+  FixedStepLoop(const Parameters& parameters, C& clock, TactileModel& model,
+                std::span<ProbeInput> inputs, SpikeFanout& fanout, LoopStatistics& statistics,
+                BoundedQueue<LoopEvent>& events)
+      : parameters_(parameters),
+        clock_(clock),
+        model_(model),
+        inputs_(inputs),
+        fanout_(fanout),
+        statistics_(statistics),
+        events_(events),
+        contacts_(inputs.size()),
+        released_since_(inputs.size()),
+        spikes_of_neuron_(model.neurons()) {}
+
+  /// Runs until the probes' streams end, the duration is over, or `stop` is set.
+  /// Real-time: yes. Thread: simulation.
+  void run(const std::atomic<bool>& stop) noexcept MERKEL_REALTIME {
+    const auto tick = model_.parameters().tick;
+    const std::int64_t last_tick = parameters_.duration ? *parameters_.duration / tick : INT64_MAX;
+    for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
+      if (exhausted()) break;
+      const auto due = parameters_.start + k * tick + parameters_.wall_offset + parameters_.delay;
+      clock_.wait_until(due);
+      const std::int64_t behind = std::max<std::int64_t>(0, (clock_.now() - due) / tick);
+      if (behind > parameters_.max_catch_up_ticks) {
+        leave_out(k, behind, tick);
+        k += behind - 1;
+        continue;
+      }
+      if (behind > 0) statistics_.catch_up_ticks.add();
+      simulate(parameters_.start + (k - 1) * tick, tick);
+      const auto overrun = clock_.now() - (due + tick);
+      if (overrun.count() > 0) {
+        statistics_.overruns.add();
+        statistics_.longest_overrun_ns.raise_to(static_cast<std::uint64_t>(overrun.count()));
+      }
+    }
+    fanout_.end();
+  }
+
+  /// Spikes of every neuron so far; read after run().
+  [[nodiscard]] std::span<const std::uint64_t> spikes_of_neuron() const noexcept {
+    return spikes_of_neuron_;
+  }
+
+ private:
+  [[nodiscard]] bool exhausted() const noexcept {
+    return std::all_of(inputs_.begin(), inputs_.end(),
+                       [](const ProbeInput& input) { return input.exhausted(); });
+  }
+
+  void leave_out(std::int64_t k, std::int64_t ticks, std::chrono::nanoseconds tick) noexcept {
+    statistics_.gaps.add();
+    statistics_.skipped_ticks.add(static_cast<std::uint64_t>(ticks));
+    raise({.time = parameters_.start + (k - 1) * tick,
+           .length = ticks * tick,
+           .subject = 0,
+           .kind = LoopEvent::Kind::kGap});
+  }
+
+  void simulate(std::chrono::nanoseconds begin, std::chrono::nanoseconds tick) noexcept {
+    const auto end = begin + tick;
+    bool held = false;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
+      }
+      const auto last_sample = inputs_[i].last_time();
+      const ProbeInput::Reading reading = inputs_[i].at(end);
+      contacts_[i] = reading.contact;
+      held = held || reading.state == ProbeInput::State::kHeld;
+      follow_release(i, reading.state, end, last_sample);
+    }
+    const std::uint64_t resets_before = model_.resets();
+    const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
+    for (SpikeEvent& spike : spikes) {
+      if (held) spike.flags |= SpikeEvent::kInputHeld;
+      ++spikes_of_neuron_[spike.neuron - 1];
+    }
+    fanout_.publish(spikes, clock_);
+    statistics_.spikes.add(spikes.size());
+    statistics_.neuron_resets.add(model_.resets() - resets_before);
+    statistics_.ticks.add();
+  }
+
+  /// Reports when a probe is released and when its samples come back.
+  void follow_release(std::size_t probe, ProbeInput::State state, std::chrono::nanoseconds time,
+                      std::optional<std::chrono::nanoseconds> last_sample) noexcept {
+    const bool released = state == ProbeInput::State::kReleased;
+    auto& since = released_since_[probe];
+    if (released == since.has_value()) return;
+    if (released) {
+      since = last_sample.value_or(time);
+      raise({.time = time,
+             .length = std::chrono::nanoseconds{0},
+             .subject = static_cast<std::uint32_t>(probe),
+             .kind = LoopEvent::Kind::kRelease});
+      return;
+    }
+    if (state != ProbeInput::State::kEnded) {
+      raise({.time = time,
+             .length = time - *since,
+             .subject = static_cast<std::uint32_t>(probe),
+             .kind = LoopEvent::Kind::kResume});
+    }
+    since.reset();
+  }
+
+  void raise(const LoopEvent& event) noexcept {
+    if (!events_.try_push(event)) statistics_.events_dropped.add();
+  }
+
+  Parameters parameters_;
+  C& clock_;
+  TactileModel& model_;
+  std::span<ProbeInput> inputs_;
+  SpikeFanout& fanout_;
+  LoopStatistics& statistics_;
+  BoundedQueue<LoopEvent>& events_;
+  std::vector<ContactInput> contacts_;
+  std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
+  std::vector<std::uint64_t> spikes_of_neuron_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/loop_event.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "drivers/probe.hpp"
+#include "drivers/spike_sink.hpp"
+#include "realtime/loop_statistics.hpp"
+#include "realtime/probe_input.hpp"
+#include "realtime/spike_fanout.hpp"
+
+namespace merkel {
+
+/// What a run did, counted at every hand-over.
+struct RunReport {
+  struct OfProbe {
+    std::string uri;
+    std::uint64_t samples_in = 0;  ///< delivered by the probe
+    std::uint64_t dropped = 0;     ///< of those: found the queue full
+    std::uint64_t unused = 0;      ///< of those: still waiting when the run ended
+    ProbeInput::Counts counts;     ///< of those: used and late; and ticks held or released
+    std::uint64_t releases = 0;    ///< outages during which the press was released
+  };
+  struct OfSink {
+    std::string uri;
+    std::uint64_t spikes_in = 0;  ///< made by the loop
+    std::uint64_t dropped = 0;    ///< of those: found the sink's queue full
+    std::uint64_t delivered = 0;  ///< of those: known to have arrived
+    std::string trouble;          ///< empty, or why the sink failed
+  };
+  std::vector<OfProbe> probes;
+  std::vector<OfSink> sinks;
+  std::chrono::nanoseconds start{0};      ///< probe time of the first tick
+  std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
+  std::chrono::nanoseconds wall{0};       ///< how long it took
+  std::uint64_t ticks = 0;
+  std::uint64_t overruns = 0;
+  std::chrono::nanoseconds longest_overrun{0};
+  std::uint64_t catch_up_ticks = 0;
+  std::uint64_t gaps = 0;
+  std::uint64_t skipped_ticks = 0;
+  std::uint64_t neuron_resets = 0;
+  std::uint64_t spikes = 0;
+  std::vector<std::uint64_t> spikes_of_neuron;
+  std::string trouble;       ///< empty, or why a probe's stream broke off
+  bool interrupted = false;  ///< stopped before the streams' end
+
+  [[nodiscard]] bool complete() const;
+};
+
+/// The whole path: probes → queues → loop → model → fan-out → sinks, with a thread for each probe,
+/// each sink and the simulation.
+///
+/// Add the probes in the order of the model's indenters, add sinks and consumers, then run() once.
+class Pipeline {
+ public:
+  struct Parameters {
+    bool fast = false;  ///< virtual clock: as fast as possible; recordings only
+    std::optional<std::chrono::nanoseconds> delay;     ///< default: two sample periods
+    std::optional<std::chrono::nanoseconds> duration;  ///< of probe time
+    /// How far behind the loop may fall before it leaves ticks out. Default: 20 ticks with devices,
+    /// no limit with recordings, of which every tick counts and which nothing outside waits for.
+    std::optional<std::int64_t> max_catch_up_ticks;
+    std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
+  };
+
+  /// \param model  borrowed; its spikes and contacts can be read after run()
+  Pipeline(TactileModel& model, Parameters parameters);
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+  ~Pipeline();
+
+  void add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
+  void add_sink(std::unique_ptr<SpikeSink> sink);
+  /// A consumer that polls its own queue, from one thread of its own.
+  SpikeChannel& add_consumer(std::size_t capacity);
+
+  /// Runs to the end of the streams or until request_stop(). Blocks; call once. Fails before it
+  /// starts where a probe is silent or the probes do not fit the model.
+  [[nodiscard]] Expected<RunReport, SetupError> run();
+
+  /// Ends the run within a tick. Safe to call from any thread or a signal handler.
+  void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+
+  [[nodiscard]] const LoopStatistics& statistics() const noexcept { return statistics_; }
+
+ private:
+  struct ProbeLine;
+  struct SinkLine;
+  Expected<void, SetupError> start_probes();
+  Expected<void, SetupError> wait_for_first_samples();
+  template <class C>
+  void run_loop(C& clock, RunReport& report);
+  void drain_events(RunReport& report);
+  void finish(RunReport& report);
+
+  TactileModel& model_;
+  Parameters parameters_;
+  std::vector<std::unique_ptr<ProbeLine>> probes_;
+  std::vector<std::unique_ptr<SinkLine>> sinks_;
+  std::vector<ProbeInput> inputs_;
+  SpikeFanout fanout_;
+  LoopStatistics statistics_;
+  BoundedQueue<LoopEvent> events_;
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace merkel
