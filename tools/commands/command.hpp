@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "core/expected.hpp"
+#include "tools/command_line.hpp"
+
+namespace merkel {
+
+/// Exit codes of the program.
+inline constexpr int kDone = 0;
+inline constexpr int kFailed = 1;
+inline constexpr int kWrongInput = 2;
+
+/// Each adds one subcommand to the program.
+void add_run_command(CommandLine& program);
+void add_record_command(CommandLine& program);
+void add_inspect_command(CommandLine& program);
+void add_figures_command(CommandLine& program);
+
+/// Prints "merkel: sentence" to stderr. Returns the exit code for it: 2 before anything ran.
+int refuse(const std::string& sentence);
+int refuse(const SetupError& error);
+/// The same for something that failed while running: 1.
+int fail(const std::string& sentence);
+
+}  // namespace merkel

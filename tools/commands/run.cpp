@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/scene/tactile_model.hpp"
+#include "core/units.hpp"
+#include "drivers/probes/open_probe.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "realtime/pipeline.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/run_summary.hpp"
+#include "tools/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+struct RunOptions {
+  std::string scene;
+  std::vector<std::string> probes;
+  std::vector<std::string> sinks;
+  bool fast = false;
+  bool json = false;
+  bool overwrite = false;
+  std::optional<double> duration_s;
+  std::optional<std::uint64_t> seed;
+};
+
+std::atomic<Pipeline*> g_running{nullptr};
+
+void stop_running(int /*signal*/) {
+  if (Pipeline* const pipeline = g_running.load()) pipeline->request_stop();
+}
+
+/// The reading that drives a contact: what the scene says, else the depth where the probe has it.
+Expected<Indenter::Control, SetupError> control_of(const Scene::OfProbe& setup,
+                                                   const ProbeInfo& info) {
+  const bool depth = (info.channels & ProbeSample::kDepth) != 0U;
+  const bool force = (info.channels & ProbeSample::kForce) != 0U;
+  const auto control =
+      setup.control.value_or(depth ? Indenter::Control::kDepth : Indenter::Control::kForce);
+  if (control == Indenter::Control::kDepth ? depth : force) return control;
+  return bad_input("probe.control asks for " +
+                   std::string(control == Indenter::Control::kDepth ? "depth" : "force") +
+                   ", which the probe " + info.uri + " does not measure: change probe.control");
+}
+
+Expected<Scene, SetupError> scene_of(const RunOptions& options) {
+  auto scene = scene_named(options.scene);
+  if (!scene) return scene;
+  if (!options.probes.empty()) {
+    // Further probes are like the scene's last.
+    scene->probes.resize(options.probes.size(), scene->probes.back());
+    scene->model.indenters.resize(options.probes.size(), scene->model.indenters.back());
+    for (std::size_t i = 0; i < options.probes.size(); ++i) {
+      scene->probes[i].uri = options.probes[i];
+    }
+  }
+  scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
+  if (options.seed) scene->model.receptors.seed = scene->model.network.seed = *options.seed;
+  return scene;
+}
+
+int run(const RunOptions& options) {
+  auto scene = scene_of(options);
+  if (!scene) return refuse(scene.error());
+
+  std::vector<std::unique_ptr<Probe>> probes;
+  std::optional<std::chrono::nanoseconds> delay;
+  for (std::size_t i = 0; i < scene->probes.size(); ++i) {
+    auto probe = open_probe(scene->probes[i].uri);
+    if (!probe) return refuse(probe.error());
+    const auto control = control_of(scene->probes[i], (*probe)->info());
+    if (!control) return refuse(control.error());
+    scene->model.indenters[i].control = *control;
+    if (scene->probes[i].delay) {
+      delay = std::max(delay.value_or(std::chrono::nanoseconds{0}), *scene->probes[i].delay);
+    }
+    probes.push_back(std::move(*probe));
+  }
+  auto model = TactileModel::create(scene->model);
+  if (!model) {
+    return refuse(scene->sentence(model.error()));
+  }
+
+  Pipeline::Parameters parameters{.fast = options.fast,
+                                  .delay = delay,
+                                  .duration = std::nullopt,
+                                  .max_catch_up_ticks = scene->max_catch_up_ticks,
+                                  .on_event = {}};
+  if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
+  Pipeline pipeline(*model, parameters);
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
+  }
+  const std::size_t neurons = model->neurons();
+  const NeuronNumbering numbering({&neurons, 1});
+  bool summary_to_stderr = false;
+  for (const std::string& uri : scene->sinks) {
+    auto sink = open_sink(uri, numbering, options.overwrite);
+    if (!sink) return refuse(sink.error());
+    summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
+    pipeline.add_sink(std::move(*sink));
+  }
+
+  g_running.store(&pipeline);
+  std::signal(SIGINT, stop_running);
+  std::signal(SIGTERM, stop_running);
+  const auto report = pipeline.run();
+  g_running.store(nullptr);
+  if (!report) return refuse(report.error());
+
+  const std::string summary =
+      options.json ? summary_json(*report, *model) : summary_text(*report, *model);
+  std::fputs(summary.c_str(), summary_to_stderr ? stderr : stdout);
+  if (!report->trouble.empty()) {
+    return refuse(report->trouble);
+  }
+  for (const RunReport::OfSink& sink : report->sinks) {
+    if (!sink.trouble.empty()) return fail(sink.trouble);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_run_command(CommandLine& program) {
+  auto options = std::make_shared<RunOptions>();
+  program
+      .subcommand("run",
+                  "Runs a scene: reads its probes, simulates the afferents, sends their spikes to "
+                  "the sinks and prints a summary. Without a scene: the paper's fingertip (a "
+                  "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
+                  "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
+      .option("scene", options->scene, "Scene file (TOML), or a preset: paper, paper-wide")
+      .list("--probe", options->probes,
+            "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
+      .list("--sink", options->sinks, "Sink URI, repeatable: csv:FILE")
+      .flag("--fast", options->fast,
+            "Virtual clock: as fast as possible, with the same spikes (recordings only)")
+      .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
+              {1e-6, 1e9})
+      .option("--seed", options->seed, "Seed of the receptors and of the network's weights")
+      .flag("--json", options->json, "Print the summary as JSON")
+      .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .runs([options] { return run(*options); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <utility>
+
+#include "core/expected.hpp"
+#include "drivers/files/output_file.hpp"
+
+namespace merkel {
+
+/// Writes a CSV table, row by row.
+class CsvTable {
+ public:
+  [[nodiscard]] static Expected<CsvTable, SetupError> create(const std::string& path,
+                                                             const std::string& header,
+                                                             bool overwrite);
+  /// One row; numbers are written so that they read back to the same double.
+  void row(std::initializer_list<double> values);
+  /// The same after a text field.
+  void row(const std::string& label, std::initializer_list<double> values);
+  [[nodiscard]] Expected<void, SetupError> close();
+
+ private:
+  explicit CsvTable(OutputFile file) : file_(std::move(file)) {}
+  OutputFile file_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/scene/tactile_model.hpp"
+
+namespace merkel {
+
+/// What a figure needs to know of one receptor draw under one press.
+struct PressedPatch {
+  std::vector<double> rate_hz;           ///< of every neuron
+  std::vector<double> receptors;         ///< of every neuron
+  std::vector<double> mean_distance_mm;  ///< of every neuron's receptors from the press
+};
+
+/// The paper's fingertip under a constant press: a sphere of radius R, `depth_mm` deep at (x, y),
+/// for a duration, from rest. The parameters must be valid.
+[[nodiscard]] PressedPatch press_patch(const TactileModel::Parameters& parameters,
+                                       const ContactInput& press, double duration_s);
+
+/// printf into a string.
+[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
+
+}  // namespace merkel

@@ -1,0 +1,20 @@
+#include <csignal>
+#include <exception>
+
+#include "tools/command_line.hpp"
+#include "tools/commands/command.hpp"
+
+int main(int argc, char** argv) {
+  // A reader that goes away is an error of one sink, not the end of the program.
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {
+      merkel::add_run_command(program);
+      merkel::add_record_command(program);
+      merkel::add_inspect_command(program);
+      merkel::add_figures_command(program);
+    });
+  } catch (const std::exception& error) {
+    return merkel::fail(error.what());
+  }
+}

@@ -1,0 +1,42 @@
+"""What the plot scripts share: reading tables, and one look for all pictures."""
+
+import csv
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+plt.rcParams.update(
+    {
+        "figure.constrained_layout.use": True,
+        "axes.grid": True,
+        "grid.alpha": 0.3,
+        "font.size": 11,
+        "savefig.dpi": 110,
+    }
+)
+
+
+def read_table(path):
+    """Columns of a CSV table by name, numbers where they are numbers; '#' lines are left out."""
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    table = {}
+    for name in rows[0] if rows else {}:
+        column = [row[name] for row in rows]
+        try:
+            column = [float(value) for value in column]
+        except ValueError:
+            pass
+        table[name] = column
+    return table
+
+
+def select(table, **wanted):
+    """The rows of a table whose columns have the wanted values."""
+    keep = [
+        all(table[name][i] == value for name, value in wanted.items())
+        for i in range(len(next(iter(table.values()))))
+    ]
+    return {name: [v for v, k in zip(column, keep) if k] for name, column in table.items()}

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/parameter_error.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "realtime/probe_input.hpp"
+
+namespace merkel {
+
+/// Everything a run needs to know, as a scene file says it.
+struct Scene {
+  struct OfProbe {
+    std::string uri;
+    std::optional<std::chrono::nanoseconds> delay;
+    ProbeInput::Parameters input;
+    /// Which reading drives the contact; as the probe's channels suggest, if not set.
+    std::optional<Indenter::Control> control;
+  };
+  TactileModel::Parameters model;
+  std::vector<OfProbe> probes;
+  std::vector<std::string> sinks;
+  std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
+  std::string file;                                ///< empty for the built-in scene
+  std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
+
+  /// "file:line: key reason", for a person.
+  [[nodiscard]] std::string sentence(const ParameterError& error) const;
+};
+
+/// Reads a scene; every key is optional and has the default of the preset that the key `preset`
+/// names, "paper" if none. Fails with file, line and what to mend on an unknown key (naming the
+/// nearest known one) or a wrong type; values are judged by TactileModel::create.
+[[nodiscard]] Expected<Scene, SetupError> read_scene(const std::string& path);
+/// The same from the text of a scene; `name` stands for the file in messages.
+[[nodiscard]] Expected<Scene, SetupError> parse_scene(const std::string& text,
+                                                      const std::string& name);
+
+}  // namespace merkel

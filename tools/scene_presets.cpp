@@ -1,0 +1,54 @@
+#include "tools/scene_presets.hpp"
+
+#include <algorithm>
+
+namespace merkel {
+namespace {
+
+/// The fingertip of Yao & Wang 2019 under a sphere of 2 mm radius: all defaults.
+Scene paper() {
+  Scene scene;
+  scene.probes.push_back({.uri = "sim:ramp", .delay = {}, .input = {}, .control = {}});
+  return scene;
+}
+
+/// The same with the wide, low transduction of the paper's Figs 6 and 7.
+Scene paper_wide() {
+  Scene scene = paper();
+  scene.model.transduction.lambda_kPa = 2e-4;
+  scene.model.transduction.gamma_per_kPa = 2.5e4;
+  return scene;
+}
+
+struct Preset {
+  const char* name;
+  Scene (*make)();
+};
+
+constexpr Preset kPresets[] = {{"paper", paper}, {"paper-wide", paper_wide}};
+
+}  // namespace
+
+std::optional<Scene> preset_scene(std::string_view name) {
+  const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
+                                         [name](const Preset& p) { return name == p.name; });
+  if (found == std::end(kPresets)) return std::nullopt;
+  return found->make();
+}
+
+const std::vector<std::string>& preset_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Preset& preset : kPresets) all.emplace_back(preset.name);
+    return all;
+  }();
+  return names;
+}
+
+Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
+  if (name_or_file.empty()) return paper();
+  if (auto preset = preset_scene(name_or_file)) return *preset;
+  return read_scene(name_or_file);
+}
+
+}  // namespace merkel
