@@ -1,0 +1,27 @@
+#include <array>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/nearest_name.hpp"
+#include "core/neuron/integration_method.hpp"
+
+namespace merkel {
+namespace {
+
+TEST(NearestName, FindsTheKeyThatWasMeant) {
+  const std::array<std::string, 3> keys = {"radius_mm", "delay_ms", "uri"};
+  EXPECT_EQ(nearest_name("raduis_mm", keys), "radius_mm");
+  EXPECT_EQ(nearest_name("delay", keys), "delay_ms");
+  EXPECT_EQ(nearest_name("completely_different", keys), "");
+}
+
+TEST(IntegrationMethod, NamesReadBack) {
+  for (const auto method : {IntegrationMethod::kCrankNicolson, IntegrationMethod::kRk4}) {
+    EXPECT_EQ(integration_method_named(name_of(method)), method);
+  }
+  EXPECT_FALSE(integration_method_named("euler"));
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,47 @@
+#include "core/skin/skin_material.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace merkel {
+namespace {
+
+TEST(SkinMaterial, DefaultModulusIsTheReussMeanOfEpidermisAndDermis) {
+  EXPECT_NEAR(SkinMaterial(SkinParameters{}).youngs_modulus_kPa(), 100.740741, 5e-7);
+}
+
+TEST(SkinMaterial, ShearModulusIsThatOfIsotropicElasticity) {
+  const SkinMaterial skin(100.0, 0.25);
+  EXPECT_DOUBLE_EQ(skin.shear_modulus_kPa(), 40.0);
+}
+
+TEST(SkinMaterial, ElasticIndenterOfTheSameStuffHalvesTheReducedModulus) {
+  const SkinMaterial skin(100.0, 0.3);
+  EXPECT_DOUBLE_EQ(skin.reduced_modulus_kPa(skin), 0.5 * skin.reduced_modulus_kPa());
+}
+
+TEST(SkinMaterial, ARigidIndenterIsTheLimitOfAStiffOne) {
+  const SkinMaterial skin(100.0, 0.3);
+  const SkinMaterial steel(2e8, 0.3);
+  EXPECT_NEAR(skin.reduced_modulus_kPa(steel) / skin.reduced_modulus_kPa(), 1.0, 1e-6);
+}
+
+TEST(SkinParameters, RefuseWhatNoSkinIs) {
+  const auto key_of = [](const SkinParameters& skin) {
+    const auto checked = skin.check();
+    return checked ? std::string("none") : checked.error().key;
+  };
+  EXPECT_EQ(key_of({}), "none");
+  EXPECT_EQ(key_of({.epidermis_kPa = -1.0}), "skin.epidermis_kPa");
+  EXPECT_EQ(key_of({.dermis_kPa = 0.0}), "skin.dermis_kPa");
+  EXPECT_EQ(key_of({.poisson_ratio = 0.5}), "skin.poisson_ratio");
+  EXPECT_EQ(key_of({.poisson_ratio = -0.1}), "skin.poisson_ratio");
+  EXPECT_EQ(key_of({.poisson_ratio = std::numeric_limits<double>::quiet_NaN()}),
+            "skin.poisson_ratio");
+  EXPECT_EQ(key_of({.radius_mm = 0.0}), "skin.radius_mm");
+  EXPECT_EQ(key_of({.receptor_depth_mm = -0.1}), "skin.receptor_depth_mm");
+}
+
+}  // namespace
+}  // namespace merkel

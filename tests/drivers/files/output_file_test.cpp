@@ -1,0 +1,72 @@
+#include "drivers/files/output_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+TEST(OutputFile, DoesNotLookWholeBeforeItIsClosed) {
+  const TemporaryFolder folder;
+  auto file = OutputFile::create(folder.path("out.csv"), false);
+  ASSERT_TRUE(file);
+  EXPECT_TRUE(file->write("a,b\n"));
+  EXPECT_TRUE(file->flush());
+  EXPECT_EQ(read_file(folder.path("out.csv.part")), "a,b\n");
+  EXPECT_FALSE(std::filesystem::exists(folder.path("out.csv")));
+  EXPECT_TRUE(file->close());
+  EXPECT_EQ(read_file(folder.path("out.csv")), "a,b\n");
+  EXPECT_FALSE(std::filesystem::exists(folder.path("out.csv.part")));
+}
+
+TEST(OutputFile, AnAbandonedFileKeepsItsPartName) {
+  const TemporaryFolder folder;
+  { static_cast<void>(OutputFile::create(folder.path("out"), false)->write("kept")); }
+  EXPECT_EQ(read_file(folder.path("out.part")), "kept");
+  EXPECT_FALSE(std::filesystem::exists(folder.path("out")));
+}
+
+TEST(OutputFile, DoesNotReplaceAFileUnasked) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("out", "precious");
+  const auto refused = OutputFile::create(path, false);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().sentence.find("--overwrite"), std::string::npos);
+  auto allowed = OutputFile::create(path, true);
+  ASSERT_TRUE(allowed);
+  EXPECT_TRUE(allowed->write("new") && allowed->close());
+  EXPECT_EQ(read_file(path), "new");
+}
+
+TEST(OutputFile, DoesNotReplaceWhatAKilledRunHasLeft) {
+  const TemporaryFolder folder;
+  static_cast<void>(folder.file("out.part", "half a run"));
+  EXPECT_FALSE(OutputFile::create(folder.path("out"), false));
+  EXPECT_EQ(read_file(folder.path("out.part")), "half a run");
+}
+
+TEST(OutputFile, NamesWhatStandsInTheWay) {
+  const TemporaryFolder folder;
+  EXPECT_NE(OutputFile::create(folder.path("no/such/out"), false)
+                .error()
+                .sentence.find("make its folder first"),
+            std::string::npos);
+  EXPECT_NE(OutputFile::create(folder.path(""), false).error().sentence.find("directory"),
+            std::string::npos);
+  EXPECT_FALSE(OutputFile::create("", false));
+}
+
+TEST(OutputFile, AFullDeviceIsAnErrorThatStays) {
+  auto file = OutputFile::create("/dev/full", false);
+  ASSERT_TRUE(file);
+  EXPECT_TRUE(file->write("x"));
+  EXPECT_FALSE(file->settled());
+  EXPECT_FALSE(file->flush());
+  EXPECT_NE(file->error().find("No space left"), std::string::npos);
+  EXPECT_FALSE(file->write("y"));
+  EXPECT_FALSE(file->close());
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,162 @@
+#include "drivers/files/trace_file.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+/// All samples of a trace, or the sentence that says why not.
+Expected<std::vector<ProbeSample>, SetupError> read_all(const std::string& path,
+                                                        std::size_t at_once = 7) {
+  auto reader = TraceReader::open(path);
+  if (!reader) return Unexpected<SetupError>(reader.error());
+  std::vector<ProbeSample> all;
+  std::vector<ProbeSample> some(at_once);
+  for (;;) {
+    const auto count = reader->read(some);
+    if (!count) return Unexpected<SetupError>(count.error());
+    if (*count == 0) return all;
+    all.insert(all.end(), some.begin(), some.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
+}
+
+std::string sentence_about(const std::string& content) {
+  const TemporaryFolder folder;
+  const auto result = read_all(folder.file("t.csv", content));
+  return result ? "accepted" : result.error().sentence.substr(folder.path("").size());
+}
+
+TEST(TraceReader, ReadsColumnsInAnyOrderWithCommentsAndBlanks) {
+  const TemporaryFolder folder;
+  const auto samples =
+      read_all(folder.file("t.csv",
+                           "# made by hand\n\nx_mm, depth_mm ,time_s,y_mm\n 1,2,0.5, 3\n"
+                           "# between\n1.5,-2,0.501,3\n"));
+  ASSERT_TRUE(samples) << samples.error().sentence;
+  ASSERT_EQ(samples->size(), 2U);
+  EXPECT_EQ((*samples)[0].time, std::chrono::milliseconds{500});
+  EXPECT_EQ((*samples)[0].depth_mm, 2.0);
+  EXPECT_EQ((*samples)[0].x_mm, 1.0);
+  EXPECT_EQ((*samples)[0].y_mm, 3.0);
+  EXPECT_EQ((*samples)[1].depth_mm, -2.0);
+  EXPECT_EQ((*samples)[1].sequence, 1U);
+  EXPECT_FALSE((*samples)[0].has(ProbeSample::kForce));
+}
+
+TEST(TraceReader, TakesForcesInNewtons) {
+  const TemporaryFolder folder;
+  const auto samples = read_all(folder.file("t.csv", "time_s,force_N\n0,0.25\n"));
+  ASSERT_TRUE(samples);
+  EXPECT_EQ((*samples)[0].force_mN, 250.0);
+  EXPECT_TRUE((*samples)[0].has(ProbeSample::kForce));
+  EXPECT_FALSE((*samples)[0].has(ProbeSample::kDepth));
+}
+
+TEST(TraceReader, AcceptsCrLfAByteOrderMarkAndNoFinalLineEnd) {
+  const TemporaryFolder folder;
+  const auto samples =
+      read_all(folder.file("t.csv", "\xEF\xBB\xBFtime_s,depth_mm\r\n0,1\r\n0.001,2"));
+  ASSERT_TRUE(samples) << samples.error().sentence;
+  EXPECT_EQ(samples->size(), 2U);
+}
+
+TEST(TraceReader, NamesFileLineAndMendOfEveryFault) {
+  EXPECT_EQ(sentence_about(""),
+            "t.csv is empty: a trace begins with a header such as time_s,depth_mm");
+  EXPECT_EQ(sentence_about("time_s,dept_mm\n"),
+            "t.csv:1: the column \"dept_mm\" is not known: did you mean depth_mm?");
+  EXPECT_EQ(sentence_about("depth_mm\n1\n"),
+            "t.csv:1: the column time_s is missing: add the times, in seconds");
+  EXPECT_EQ(sentence_about("time_s,x_mm\n"),
+            "t.csv:1: a column depth_mm or force_N is missing: add the one that was recorded");
+  EXPECT_EQ(sentence_about("time_s,time_s,depth_mm\n"),
+            "t.csv:1: the column time_s stands twice: keep one");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n0,nan\n"),
+            "t.csv:2: depth_mm is \"nan\", not finite: mend or remove this row");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n0,1\ninf,1\n"),
+            "t.csv:3: time_s is \"inf\", not a finite number of seconds: mend or remove this row");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n0,deep\n"),
+            "t.csv:2: depth_mm is \"deep\", not a number: mend or remove this row");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n0.5,0\n"),
+            "t.csv:3: time_s is \"0.5\", earlier than in the row before: sort the rows by time");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n1.0,0\n"),
+            "t.csv:3: time_s is \"1.0\", the same time as in the row before, to the nanosecond: "
+            "remove one");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n1\n"),
+            "t.csv:2: this row has 1 fields where the header has 2: complete or remove it");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n1,5000\n"),
+            "t.csv:2: depth_mm is \"5000\", beyond ±1000: check its unit");
+}
+
+TEST(TraceReader, RefusesWhatIsNoTable) {
+  EXPECT_EQ(sentence_about(std::string("\x7f"
+                                       "ELF\x02\x01\x00\x00",
+                                       8)),
+            "t.csv:1: this line holds a byte that no text has: this is not a CSV table");
+  std::string endless = "time_s,depth_mm\n";
+  endless.append(100'000, '7');
+  EXPECT_NE(sentence_about(endless).find("t.csv:2: this line has more than 4096 characters"),
+            std::string::npos);
+  EXPECT_NE(read_all("no/such/file").error().sentence.find("cannot read no/such/file"),
+            std::string::npos);
+  EXPECT_NE(read_all("/tmp").error().sentence.find("is a directory"), std::string::npos);
+}
+
+TEST(TraceReader, SurvivesRandomBytes) {
+  const TemporaryFolder folder;
+  Random random(3);
+  for (int k = 0; k < 300; ++k) {
+    std::string content = k % 2 == 0 ? "time_s,depth_mm\n" : "";
+    for (int i = 0; i < 400; ++i) {
+      constexpr std::string_view kLikely = "0123456789.,-+eE\n\r# nai";
+      content += k % 3 == 0 ? static_cast<char>(random.next() & 0xFFU)
+                            : kLikely[random.next() % kLikely.size()];
+    }
+    const auto samples = read_all(folder.file("t.csv", content));
+    if (!samples) continue;
+    for (const ProbeSample& sample : *samples) EXPECT_TRUE(std::isfinite(sample.depth_mm));
+  }
+}
+
+TEST(TraceWriter, WritesWhatReadsBackToTheSameBits) {
+  const TemporaryFolder folder;
+  Random random(9);
+  std::vector<ProbeSample> samples(500);
+  constexpr std::uint32_t kAll =
+      ProbeSample::kDepth | ProbeSample::kForce | ProbeSample::kX | ProbeSample::kY;
+  std::chrono::nanoseconds time{-5'000'000'000};
+  for (ProbeSample& sample : samples) {
+    time += std::chrono::nanoseconds{1 + random.next() % 1'000'000'000};
+    sample = {.time = time,
+              .arrival = time,
+              .depth_mm = random.uniform(-3.0, 3.0),
+              .force_mN = random.uniform(0.0, 2e3),
+              .x_mm = random.uniform(0.0, 30.0),
+              .y_mm = random.uniform(0.0, 20.0),
+              .channels = kAll};
+  }
+  const std::array<std::string, 2> comment = {"first", "second"};
+  auto writer = TraceWriter::create(folder.path("t.csv"), kAll, comment, false);
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->write(samples));
+  ASSERT_TRUE(writer->close());
+  const auto back = read_all(folder.path("t.csv"), 64);
+  ASSERT_TRUE(back) << back.error().sentence;
+  ASSERT_EQ(back->size(), samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_EQ((*back)[i].time, samples[i].time);
+    EXPECT_EQ((*back)[i].depth_mm, samples[i].depth_mm);
+    EXPECT_EQ((*back)[i].force_mN, samples[i].force_mN);
+    EXPECT_EQ((*back)[i].x_mm, samples[i].x_mm);
+    EXPECT_EQ((*back)[i].y_mm, samples[i].y_mm);
+  }
+}
+
+}  // namespace
+}  // namespace merkel

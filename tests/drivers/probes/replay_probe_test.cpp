@@ -1,0 +1,72 @@
+#include "drivers/probes/replay_probe.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drivers/probes/open_probe.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::chrono::milliseconds kPatience{10};
+
+TEST(ReplayProbe, HandsOverNoMoreThanItsChunk) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,depth_mm\n";
+  for (int k = 0; k < 100; ++k) rows += std::to_string(k) + ",1\n";
+  auto probe = open_probe("replay:" + folder.file("t.csv", rows) + "?chunk=7");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  std::vector<ProbeSample> samples(1000);
+  std::size_t total = 0;
+  for (;;) {
+    const auto count = (*probe)->read(samples, kPatience);
+    if (!count) {
+      EXPECT_EQ(count.error(), ProbeError::kEndOfStream);
+      break;
+    }
+    EXPECT_LE(*count, 7U);
+    EXPECT_EQ(samples[0].time, std::chrono::seconds{total});
+    total += *count;
+  }
+  EXPECT_EQ(total, 100U);
+}
+
+TEST(ReplayProbe, KnowsThePeriodInSpiteOfDropouts) {
+  const TemporaryFolder folder;
+  const auto probe = open_probe(
+      "replay:" + folder.file("t.csv", "time_s,depth_mm\n0,1\n0.002,1\n0.004,1\n1,1\n1.002,1\n"));
+  ASSERT_TRUE(probe);
+  EXPECT_EQ((*probe)->info().period, std::chrono::milliseconds{2});
+  EXPECT_TRUE((*probe)->info().replayed);
+}
+
+TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,depth_mm\n";
+  for (int k = 0; k < 200; ++k) rows += std::to_string(k) + ",1\n";
+  auto probe = open_probe("replay:" + folder.file("t.csv", rows + "nonsense\n"));
+  ASSERT_TRUE(probe);
+  std::vector<ProbeSample> samples(150);
+  std::size_t total = 0;
+  auto count = (*probe)->read(samples, kPatience);
+  for (; count; count = (*probe)->read(samples, kPatience)) total += *count;
+  EXPECT_EQ(count.error(), ProbeError::kBadData);
+  EXPECT_NE((*probe)->trouble().find("t.csv:202: this row has 1 fields"), std::string::npos);
+  EXPECT_GE(total, 150U);
+}
+
+TEST(ReplayProbe, RefusesATraceWithoutSamples) {
+  const TemporaryFolder folder;
+  const auto probe = open_probe("replay:" + folder.file("t.csv", "time_s,depth_mm\n"));
+  ASSERT_FALSE(probe);
+  EXPECT_NE(probe.error().sentence.find("holds no samples"), std::string::npos);
+}
+
+TEST(OpenProbe, NamesTheSchemesItKnows) {
+  EXPECT_NE(open_probe("smell:rose").error().sentence.find("replay:FILE and sim:SHAPE"),
+            std::string::npos);
+  EXPECT_NE(open_probe("nothing").error().sentence.find("is not a URI"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,118 @@
+#include "drivers/probes/sim_probe.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "drivers/probes/open_probe.hpp"
+
+namespace merkel {
+namespace {
+
+std::vector<ProbeSample> samples_of(const std::string& uri) {
+  auto probe = open_probe(uri);
+  EXPECT_TRUE(probe) << probe.error().sentence;
+  std::vector<ProbeSample> all;
+  std::vector<ProbeSample> some(100);
+  while (const auto count = (*probe)->read(some, std::chrono::milliseconds{1})) {
+    all.insert(all.end(), some.begin(), some.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
+  return all;
+}
+
+TEST(SimProbe, RampHoldsItsDepth) {
+  const auto samples =
+      samples_of("sim:ramp?depth_mm=2&wait_s=0.1&ramp_s=0.1&hold_s=1&tail_s=0.2&rate_hz=100");
+  ASSERT_EQ(samples.size(), 151U);
+  EXPECT_EQ(samples[10].depth_mm, 0.0);
+  EXPECT_NEAR(samples[15].depth_mm, 1.0, 1e-12);
+  EXPECT_EQ(samples[50].depth_mm, 2.0);
+  EXPECT_EQ(samples[50].time, std::chrono::milliseconds{500});
+  EXPECT_NEAR(samples[125].depth_mm, 1.0, 1e-12);
+  EXPECT_EQ(samples[150].depth_mm, 0.0);
+}
+
+TEST(SimProbe, TapsComeAsManyAsAskedFor) {
+  const auto samples = samples_of("sim:taps?count=3&tap_s=0.1&interval_s=0.2&depth_mm=1");
+  int onsets = 0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    onsets += samples[i - 1].depth_mm <= 0.0 && samples[i].depth_mm > 0.0 ? 1 : 0;
+  }
+  EXPECT_EQ(onsets, 3);
+  const auto deepest = std::max_element(
+      samples.begin(), samples.end(),
+      [](const ProbeSample& a, const ProbeSample& b) { return a.depth_mm < b.depth_mm; });
+  EXPECT_NEAR(deepest->depth_mm, 1.0, 1e-12);
+}
+
+TEST(SimProbe, SineSwingsAboutItsDepth) {
+  const auto samples =
+      samples_of("sim:sine?depth_mm=1&amplitude_mm=0.25&frequency_hz=10&hold_s=1&ramp_s=0.1");
+  double low = 9.0;
+  double high = 0.0;
+  for (const ProbeSample& sample : samples) {
+    if (sample.time < std::chrono::milliseconds{310} ||
+        sample.time > std::chrono::milliseconds{1290}) {
+      continue;
+    }
+    low = std::min(low, sample.depth_mm);
+    high = std::max(high, sample.depth_mm);
+  }
+  EXPECT_NEAR(low, 0.75, 1e-3);
+  EXPECT_NEAR(high, 1.25, 1e-3);
+}
+
+TEST(SimProbe, SlideMovesWhilePressed) {
+  const auto samples = samples_of("sim:slide?x_mm=5&to_x_mm=25&speed_mm_per_s=40&y_mm=7");
+  EXPECT_EQ(samples.front().x_mm, 5.0);
+  EXPECT_EQ(samples.back().x_mm, 25.0);
+  EXPECT_EQ(samples.front().y_mm, 7.0);
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (samples[i].x_mm != samples[i - 1].x_mm) {
+      EXPECT_GT(samples[i].depth_mm, 1.48);
+    }
+  }
+}
+
+TEST(SimProbe, ForceInsteadOfDepth) {
+  const auto samples = samples_of("sim:ramp?force_N=0.2");
+  EXPECT_TRUE(samples[1000].has(ProbeSample::kForce));
+  EXPECT_FALSE(samples[1000].has(ProbeSample::kDepth));
+  EXPECT_NEAR(samples[1000].force_mN, 200.0, 1e-9);
+}
+
+TEST(SimProbe, FaultsAreSeededAndLeaveTimeInOrder) {
+  const std::string uri =
+      "sim:ramp?jitter_us=400&noise_um=10&dropouts_per_s=2&dropout_ms=80&seed=5";
+  const auto samples = samples_of(uri);
+  EXPECT_LT(samples.size(), 2741U);
+  EXPECT_GT(samples.size(), 1500U);
+  double noise2 = 0.0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    ASSERT_GT(samples[i].time, samples[i - 1].time);
+    const double t = std::chrono::duration<double>(samples[i].time).count();
+    if (t > 0.3 && t < 2.0) noise2 += std::pow(samples[i].depth_mm - 1.5, 2);
+  }
+  EXPECT_GT(noise2, 0.0);
+  const auto again = samples_of(uri);
+  ASSERT_EQ(again.size(), samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_EQ(again[i].time, samples[i].time);
+    EXPECT_EQ(again[i].depth_mm, samples[i].depth_mm);
+  }
+  EXPECT_NE(samples_of(uri + "1")[3].depth_mm, samples[3].depth_mm);
+}
+
+TEST(SimProbe, RefusesOptionsItDoesNotKnow) {
+  const auto sentence = [](const char* uri) { return open_probe(uri).error().sentence; };
+  EXPECT_NE(sentence("sim:ramp?dept_mm=1").find("did you mean depth_mm?"), std::string::npos);
+  EXPECT_NE(sentence("sim:ramp?depth_mm=deep").find("a number from 0 to 1000"), std::string::npos);
+  EXPECT_NE(sentence("sim:ramp?depth_mm=nan").find("a number from 0 to 1000"), std::string::npos);
+  EXPECT_NE(sentence("sim:wave").find("sim:ramp, sim:taps, sim:sine or sim:slide"),
+            std::string::npos);
+  EXPECT_NE(sentence("sim:ramp?force_N=1&depth_mm=1").find("not both"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

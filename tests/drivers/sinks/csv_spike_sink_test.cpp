@@ -1,0 +1,65 @@
+#include "drivers/sinks/csv_spike_sink.hpp"
+
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "drivers/sinks/open_sink.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+
+NeuronNumbering one_patch() {
+  const std::size_t neurons = 20;
+  return NeuronNumbering({&neurons, 1});
+}
+
+TEST(CsvSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
+  const TemporaryFolder folder;
+  auto sink = open_sink("csv:" + folder.path("s.csv"), one_patch(), false);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  const std::array<SpikeEvent, 2> spikes = {
+      SpikeEvent{.time = nanoseconds{1'234'567'891}, .neuron = 8},
+      SpikeEvent{.time = nanoseconds{2'000'000'000}, .neuron = 13}};
+  EXPECT_TRUE((*sink)->write(spikes));
+  EXPECT_EQ((*sink)->delivered(), 0U);
+  EXPECT_TRUE((*sink)->flush());
+  EXPECT_EQ((*sink)->delivered(), 2U);
+  EXPECT_TRUE((*sink)->close());
+  EXPECT_EQ(read_file(folder.path("s.csv")), "time_s,neuron\n1.234567891,8\n2.000000000,13\n");
+}
+
+TEST(CsvSpikeSink, CountsWhatAFullDiskHasLost) {
+  auto sink = open_sink("csv:/dev/full", one_patch(), false);
+  ASSERT_TRUE(sink);
+  const std::array<SpikeEvent, 3> spikes{};
+  EXPECT_TRUE((*sink)->write(spikes));
+  const auto closed = (*sink)->close();
+  ASSERT_FALSE(closed);
+  EXPECT_NE(closed.error().sentence.find("No space left"), std::string::npos);
+  EXPECT_EQ((*sink)->delivered(), 0U);
+}
+
+TEST(NeuronNumbering, RunsThroughThePatches) {
+  const std::array<std::size_t, 3> neurons = {20, 5, 7};
+  const NeuronNumbering numbering(neurons);
+  EXPECT_EQ(numbering.number({.neuron = 20, .patch = 0}), 20U);
+  EXPECT_EQ(numbering.number({.neuron = 1, .patch = 1}), 21U);
+  EXPECT_EQ(numbering.number({.neuron = 7, .patch = 2}), 32U);
+  EXPECT_EQ(numbering.neurons(), 32U);
+}
+
+TEST(OpenSink, NamesTheSchemesItKnows) {
+  EXPECT_NE(open_sink("drain:x", one_patch(), false).error().sentence.find("csv:FILE"),
+            std::string::npos);
+  EXPECT_NE(open_sink("csv:x?mode=fast", one_patch(), false)
+                .error()
+                .sentence.find("the option mode is not known"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Checks who may include whom: core <- drivers <- realtime <- tools <- tests.
+# usage: include_rules.sh SOURCE_FOLDER; prints every violation and fails if there is one.
+set -euo pipefail
+cd "$1"
+
+# allow FOLDER REGEX: every quoted include below FOLDER must match REGEX.
+allow() {
+  grep -rnE '^ *# *include *"' "$1" --include='*.hpp' --include='*.cpp' |
+    grep -vE "include *\"($2)\"" || true
+}
+
+# forbid FOLDER REGEX: no angled include below FOLDER may match REGEX.
+forbid() {
+  grep -rnE "^ *# *include *<($2)>" "$1" --include='*.hpp' --include='*.cpp' || true
+}
+
+violations=$(
+  allow core 'core/[^"]*'
+  allow drivers '(core|drivers)/[^"]*'
+  allow realtime '(core|realtime)/[^"]*|drivers/(probe|spike_sink)\.hpp'
+  allow tools '(core|drivers|realtime|tools)/[^"]*'
+  # core knows no thread, clock, file or device
+  forbid core 'thread|mutex|shared_mutex|condition_variable|future|semaphore|fstream|iostream|filesystem|ctime|time\.h|unistd\.h|fcntl\.h|sys/.*'
+)
+if [ -n "$violations" ]; then
+  echo "forbidden includes (core <- drivers <- realtime <- tools <- tests):"
+  echo "$violations"
+  exit 1
+fi

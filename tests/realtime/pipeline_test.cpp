@@ -1,0 +1,242 @@
+#include "realtime/pipeline.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// A recording held in memory, handed over in chunks.
+class MemoryProbe final : public Probe {
+ public:
+  MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk, std::string trouble = {})
+      : samples_(std::move(samples)), chunk_(chunk), trouble_(std::move(trouble)) {
+    info_.uri = "memory:";
+    info_.channels = ProbeSample::kDepth;
+    info_.period = milliseconds{1};
+    info_.replayed = true;
+  }
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+    const std::size_t count = std::min({chunk_, out.size(), samples_.size() - next_});
+    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
+    next_ += count;
+    if (count > 0) return count;
+    return Unexpected<ProbeError>(trouble_.empty() ? ProbeError::kEndOfStream
+                                                   : ProbeError::kBadData);
+  }
+  [[nodiscard]] std::string trouble() const override { return trouble_; }
+
+ private:
+  std::vector<ProbeSample> samples_;
+  std::size_t chunk_;
+  std::size_t next_ = 0;
+  std::string trouble_;
+  ProbeInfo info_;
+};
+
+/// A device that never sends anything.
+class SilentProbe final : public Probe {
+ public:
+  SilentProbe() { info_.uri = "silent:"; }
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  Expected<std::size_t, ProbeError> read(std::span<ProbeSample>, milliseconds patience) override {
+    std::this_thread::sleep_for(patience);
+    return 0;
+  }
+
+ private:
+  ProbeInfo info_;
+};
+
+/// Keeps what it is given; fails after `limit` spikes.
+class MemorySink final : public SpikeSink {
+ public:
+  struct Content {
+    std::vector<SpikeEvent> spikes;
+    bool closed = false;
+  };
+  explicit MemorySink(Content& content, std::size_t limit = SIZE_MAX)
+      : content_(content), limit_(limit) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    for (const SpikeEvent& spike : spikes) {
+      if (content_.spikes.size() == limit_) return Unexpected<SinkError>({"memory is full"});
+      content_.spikes.push_back(spike);
+    }
+    return {};
+  }
+  Expected<void, SinkError> close() override {
+    content_.closed = true;
+    return {};
+  }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return content_.spikes.size(); }
+
+ private:
+  Content& content_;
+  std::size_t limit_;
+  std::string uri_ = "memory:";
+};
+
+/// A press of 1.5 mm that comes and goes twice.
+std::vector<ProbeSample> press(int ms = 600) {
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k <= ms; ++k) {
+    samples.push_back({.time = milliseconds{k},
+                       .depth_mm = (k / 150) % 2 == 1 ? 1.5 : -0.1,
+                       .channels = ProbeSample::kDepth});
+  }
+  return samples;
+}
+
+struct Outcome {
+  RunReport report;
+  std::vector<SpikeEvent> spikes;
+  bool closed = false;
+};
+
+Outcome run(std::unique_ptr<Probe> probe, Pipeline::Parameters parameters = {.fast = true},
+            TactileModel::Parameters scene = {}, std::size_t sink_limit = SIZE_MAX) {
+  auto model = TactileModel::create(scene);
+  EXPECT_TRUE(model);
+  Pipeline pipeline(*model, std::move(parameters));
+  pipeline.add_probe(std::move(probe), {});
+  MemorySink::Content content;
+  pipeline.add_sink(std::make_unique<MemorySink>(content, sink_limit));
+  auto report = pipeline.run();
+  EXPECT_TRUE(report) << report.error().sentence;
+  return {*report, content.spikes, content.closed};
+}
+
+TEST(Pipeline, ChunksOfAnySizeGiveTheSameSpikes) {
+  const Outcome one = run(std::make_unique<MemoryProbe>(press(), 1));
+  const Outcome seven = run(std::make_unique<MemoryProbe>(press(), 7));
+  const Outcome thousand = run(std::make_unique<MemoryProbe>(press(), 1000));
+  EXPECT_GT(one.spikes.size(), 30U);
+  EXPECT_EQ(one.spikes, seven.spikes);
+  EXPECT_EQ(one.spikes, thousand.spikes);
+  EXPECT_TRUE(std::is_sorted(one.spikes.begin(), one.spikes.end()));
+  EXPECT_TRUE(one.closed);
+}
+
+TEST(Pipeline, RealTimePacingGivesTheSpikesOfAFastRun) {
+  const Outcome fast = run(std::make_unique<MemoryProbe>(press(400), 100));
+  const Outcome paced = run(std::make_unique<MemoryProbe>(press(400), 100), {.fast = false});
+  EXPECT_EQ(paced.spikes, fast.spikes);
+  EXPECT_GE(paced.report.wall, milliseconds{400});
+  EXPECT_EQ(paced.report.probes[0].counts.late, 0U);
+}
+
+TEST(Pipeline, AShorterTickGivesTheSameNeuronsAndCounts) {
+  TactileModel::Parameters scene;
+  scene.tick = std::chrono::microseconds{250};
+  const Outcome fine = run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, scene);
+  const Outcome coarse = run(std::make_unique<MemoryProbe>(press(), 7));
+  EXPECT_EQ(fine.report.spikes_of_neuron, coarse.report.spikes_of_neuron);
+  EXPECT_EQ(fine.report.ticks, 4 * coarse.report.ticks);
+}
+
+TEST(Pipeline, CountersAddUp) {
+  const Outcome outcome = run(std::make_unique<MemoryProbe>(press(), 7));
+  const RunReport::OfProbe& probe = outcome.report.probes[0];
+  EXPECT_EQ(probe.samples_in, 601U);
+  EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
+  const RunReport::OfSink& sink = outcome.report.sinks[0];
+  EXPECT_EQ(sink.spikes_in, outcome.report.spikes);
+  EXPECT_EQ(sink.spikes_in, sink.delivered + sink.dropped);
+  std::uint64_t of_all_neurons = 0;
+  for (const std::uint64_t count : outcome.report.spikes_of_neuron) of_all_neurons += count;
+  EXPECT_EQ(of_all_neurons, outcome.report.spikes);
+  EXPECT_TRUE(outcome.report.complete());
+}
+
+TEST(Pipeline, TimesAreThoseOfTheRecording) {
+  std::vector<ProbeSample> samples = press();
+  for (ProbeSample& sample : samples) sample.time += std::chrono::hours{400'000};
+  const Outcome late = run(std::make_unique<MemoryProbe>(samples, 7));
+  const Outcome early = run(std::make_unique<MemoryProbe>(press(), 7));
+  ASSERT_EQ(late.spikes.size(), early.spikes.size());
+  for (std::size_t i = 0; i < late.spikes.size(); ++i) {
+    EXPECT_EQ(late.spikes[i].time - std::chrono::hours{400'000}, early.spikes[i].time);
+  }
+}
+
+TEST(Pipeline, DurationEndsTheRun) {
+  const Outcome outcome =
+      run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true, .duration = milliseconds{250}});
+  EXPECT_EQ(outcome.report.ticks, 250U);
+  EXPECT_GT(outcome.report.probes[0].unused, 300U);
+  EXPECT_TRUE(outcome.closed);
+}
+
+TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunGoesOn) {
+  const Outcome outcome = run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, {}, 5);
+  EXPECT_EQ(outcome.report.ticks, 600U);
+  EXPECT_EQ(outcome.report.sinks[0].trouble, "memory is full");
+  EXPECT_EQ(outcome.report.sinks[0].delivered, 5U);
+  EXPECT_FALSE(outcome.closed);
+  EXPECT_FALSE(outcome.report.complete());
+}
+
+TEST(Pipeline, BadDataEndsTheRunAndLeavesTheSinkUnfinished) {
+  const Outcome outcome =
+      run(std::make_unique<MemoryProbe>(press(300), 7, "trace.csv:5: nonsense"));
+  EXPECT_EQ(outcome.report.trouble, "trace.csv:5: nonsense");
+  EXPECT_GT(outcome.spikes.size(), 0U);
+  EXPECT_FALSE(outcome.closed);
+}
+
+TEST(Pipeline, SeveralProbesShareOneTime) {
+  TactileModel::Parameters scene;
+  scene.indenters = {Indenter{}, Indenter{}};
+  auto model = TactileModel::create(scene);
+  ASSERT_TRUE(model);
+  Pipeline pipeline(*model, {.fast = true});
+  std::vector<ProbeSample> later = press(200);
+  for (ProbeSample& sample : later) sample.time += milliseconds{300};
+  pipeline.add_probe(std::make_unique<MemoryProbe>(press(600), 3), {.x_mm = 9.0, .y_mm = 7.5});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(later, 50), {.x_mm = 21.0, .y_mm = 12.5});
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->ticks, 600U);
+  EXPECT_EQ(report->probes[0].counts.used, 601U);
+  EXPECT_EQ(report->probes[1].counts.used, 201U);
+  EXPECT_GT(report->spikes_of_neuron[6], 0U);
+  EXPECT_GT(report->spikes_of_neuron[13], 0U);
+}
+
+TEST(Pipeline, ASilentDeviceIsRefusedWithWhatToCheck) {
+  auto model = TactileModel::create({});
+  Pipeline pipeline(*model, {});
+  pipeline.add_probe(std::make_unique<SilentProbe>(), {});
+  const auto report = pipeline.run();
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().sentence,
+            "the probe silent: has sent nothing for 2 s: check that it is switched on and "
+            "streaming");
+}
+
+TEST(Pipeline, ADeviceCannotRunFast) {
+  auto model = TactileModel::create({});
+  Pipeline pipeline(*model, {.fast = true});
+  pipeline.add_probe(std::make_unique<SilentProbe>(), {});
+  EXPECT_NE(pipeline.run().error().sentence.find("leave out --fast"), std::string::npos);
+}
+
+TEST(Pipeline, WantsAProbeForEachIndenter) {
+  auto model = TactileModel::create({});
+  Pipeline pipeline(*model, {.fast = true});
+  EXPECT_NE(pipeline.run().error().sentence.find("1 indenters, but 0 probes"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

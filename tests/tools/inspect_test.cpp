@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+/// The numbers of a CSV table, without its header.
+std::vector<std::vector<double>> table(const std::string& text) {
+  std::vector<std::vector<double>> rows;
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    std::istringstream fields(line);
+    std::string field;
+    rows.emplace_back();
+    while (std::getline(fields, field, ',')) {
+      rows.back().push_back(field == "true" ? 1.0 : field == "false" ? 0.0 : std::stod(field));
+    }
+  }
+  return rows;
+}
+
+TEST(Inspect, ContactOfThePapersPress) {
+  const auto run = run_program({"inspect", "contact", "--radius-mm", "2", "--depth-mm", "1.5"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.out.substr(0, run.out.find('\n')),
+            "contact_radius_mm,force_N,peak_pressure_kPa,depth_mm,radius_ratio,sphere_force_error,"
+            "layer_ratio,layer_force_error,valid");
+  const auto rows = table(run.out);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_NEAR(rows[0][0], std::sqrt(3.0), 1e-10);
+  EXPECT_NEAR(rows[0][1], 0.45345, 5e-6);
+  EXPECT_NEAR(rows[0][2], 72.169, 5e-4);
+  EXPECT_EQ(rows[0][8], 0.0);
+  EXPECT_NE(run.err.find("beyond 0.3"), std::string::npos);
+}
+
+TEST(Inspect, ContactFromForceIsItsInverse) {
+  const auto run =
+      run_program({"inspect", "contact", "--radius-mm", "2", "--force-N", "0.453451354873"});
+  EXPECT_NEAR(table(run.out)[0][3], 1.5, 1e-9);
+}
+
+TEST(Inspect, FieldHasARowForEachPoint) {
+  const auto run = run_program({"inspect", "field", "--radius-mm", "2", "--depth-mm", "1.5",
+                                "--r-mm", "0,1,2", "--z-mm", "0.65,1"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.out.substr(0, run.out.find('\n')),
+            "r_mm,z_mm,sigma_r_kPa,sigma_theta_kPa,sigma_z_kPa,tau_rz_kPa,sed_kPa");
+  const auto rows = table(run.out);
+  ASSERT_EQ(rows.size(), 6U);
+  EXPECT_NEAR(rows[0][6], 6.5786, 1e-4);
+}
+
+TEST(Inspect, PrintedFieldIsThePointLoadAtTheDisplacement) {
+  const auto run = run_program(
+      {"inspect", "field", "--radius-mm", "5", "--depth-mm", "1", "--r-mm", "1,2", "--printed"});
+  const auto rows = table(run.out);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_NEAR(rows[0][1], 0.9, 1e-9);  // U(1) = d(1 − r²/2a²)
+}
+
+TEST(Inspect, BarsHaveAFieldAndAForce) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.file("s.toml", "[probe]\ntip = \"bars\"\n");
+  const auto field = run_program({"inspect", "field", "--scene", scene, "--depth-mm", "1", "--r-mm",
+                                  "11.5", "--z-mm", "0.65"});
+  EXPECT_NEAR(table(field.out)[0][6], 0.433, 0.003);
+  const auto force = run_program({"inspect", "contact", "--scene", scene, "--depth-mm", "1"});
+  EXPECT_NEAR(table(force.out)[0][0], 2.7804, 1e-3);
+}
+
+TEST(Inspect, NeuronFiresAtThePublishedRates) {
+  // MODEL: rates at I = 6, 10, 20, 30, 50, 100 are 58, 70, 87, 99, 118, 148 Hz.
+  const std::vector<std::pair<const char*, double>> published = {
+      {"6", 58.0}, {"10", 70.0}, {"20", 87.0}, {"30", 99.0}, {"50", 118.0}, {"100", 148.0}};
+  for (const auto& [current, rate] : published) {
+    const auto rows = table(
+        run_program({"inspect", "neuron", "--current", current, "--duration-ms", "2000"}).out);
+    ASSERT_GT(rows.size(), 50U);
+    const double period_ms = (rows.back()[1] - rows[20][1]) / static_cast<double>(rows.size() - 21);
+    EXPECT_NEAR(1000.0 / period_ms, rate, 1.0) << current;
+  }
+}
+
+TEST(Inspect, NeuronTakesRampsMethodsAndSettings) {
+  const auto ramp =
+      table(run_program({"inspect", "neuron", "--ramp", "50,60,150,160,20", "--duration-ms", "300",
+                         "--method", "rk4", "--step-us", "10", "--set", "gCaL=0"})
+                .out);
+  ASSERT_GT(ramp.size(), 5U);
+  EXPECT_GT(ramp.front()[1], 50.0);
+  EXPECT_LT(ramp.back()[1], 165.0);
+}
+
+TEST(Inspect, NeuronThatBlowsUpSaysSo) {
+  const auto run =
+      run_program({"inspect", "neuron", "--current", "10", "--method", "rk4", "--step-us", "200"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.err.find("make --step-us smaller"), std::string::npos);
+}
+
+TEST(Inspect, ReceptorsAreThoseOfTheScene) {
+  const auto rows = table(run_program({"inspect", "receptors"}).out);
+  ASSERT_EQ(rows.size(), 450U);
+  EXPECT_EQ(rows[0][0], 1.0);
+  EXPECT_TRUE(std::all_of(rows.begin(), rows.end(), [](const auto& row) {
+    return row[1] >= 0.0 && row[1] <= 30.0 && row[2] >= 0.0 && row[2] <= 20.0 && row[3] >= 1.0 &&
+           row[3] <= 20.0;
+  }));
+}
+
+TEST(Inspect, WrongUseIsExplained) {
+  for (const auto& [arguments, sentence] :
+       std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"inspect", "contact", "--radius-mm", "-2", "--depth-mm", "1"},
+            "probe.radius_mm must be a positive number"},
+           {{"inspect", "contact", "--radius-mm", "2"}, "give either --depth-mm or --force-N"},
+           {{"inspect", "contact", "--force-N", "10"}, "more than the sphere's radius"},
+           {{"inspect", "field", "--depth-mm", "1", "--r-mm", "1"}, "give --z-mm, or --printed"},
+           {{"inspect", "neuron"}, "--current or --ramp must be given"},
+           {{"inspect", "neuron", "--current", "5", "--method", "euler"},
+            "must be one of forward_euler"},
+           {{"inspect", "neuron", "--current", "5", "--set", "gX=1"}, "gCaL"},
+           {{"inspect"}, "A subcommand is required"},
+           {{}, "A subcommand is required"},
+           {{"nothing"}, ""},
+           {{"inspect", "field", "--r-mm", "-1"}, ""}}) {
+    const auto run = run_program(arguments);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_NE(run.err.find(sentence), std::string::npos) << run.err;
+    EXPECT_TRUE(run.out.empty());
+  }
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,44 @@
+#include "tests/tools/program.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+
+ProgramRun run_program(const std::vector<std::string>& arguments) {
+  const TemporaryFolder folder;
+  std::vector<std::string> words = {MERKEL_PROGRAM};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  const int flags = O_WRONLY | O_CREAT;
+  ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, folder.path("out").c_str(), flags,
+                                     0600);
+  ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, folder.path("err").c_str(), flags,
+                                     0600);
+  pid_t child = 0;
+  const int spawned = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ProgramRun run;
+  if (spawned != 0) return run;
+  int status = 0;
+  rusage usage{};
+  ::wait4(child, &status, 0, &usage);
+  run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  run.out = read_file(folder.path("out"));
+  run.err = read_file(folder.path("err"));
+  run.peak_memory_MiB = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  return run;
+}
+
+}  // namespace merkel

@@ -1,0 +1,34 @@
+#include "tools/rank_correlation.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace merkel {
+namespace {
+
+TEST(RankCorrelation, IsOneForAnyRisingRelation) {
+  const std::vector<double> x = {1.0, 2.0, 5.0, 9.0};
+  EXPECT_DOUBLE_EQ(spearman(x, std::vector<double>{-3.0, 0.0, 0.1, 100.0}), 1.0);
+  EXPECT_DOUBLE_EQ(spearman(x, std::vector<double>{4.0, 3.0, 2.0, 1.0}), -1.0);
+  EXPECT_EQ(spearman(x, std::vector<double>{7.0, 7.0, 7.0, 7.0}), 0.0);
+}
+
+TEST(RankCorrelation, SharesRanksBetweenEqualValues) {
+  // Ranks 1.5, 1.5, 3, 4 against 1, 2, 3, 4.
+  EXPECT_NEAR(
+      spearman(std::vector<double>{2.0, 2.0, 3.0, 4.0}, std::vector<double>{1.0, 2.0, 3.0, 4.0}),
+      0.9486832980505138, 1e-12);
+}
+
+TEST(RankCorrelation, PartialTakesTheThirdVariableOut) {
+  // y depends on z alone, x on z with another order within: what is left of xy is weak.
+  const std::vector<double> z = {1, 2, 3, 4, 5, 6, 7, 8};
+  const std::vector<double> x = {2, 1, 4, 3, 6, 5, 8, 7};
+  const std::vector<double> y = {1, 2, 3, 4, 5, 6, 8, 7};
+  EXPECT_GT(spearman(x, y), 0.9);
+  EXPECT_LT(partial_spearman(x, y, z), 0.6);
+}
+
+}  // namespace
+}  // namespace merkel

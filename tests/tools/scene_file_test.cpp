@@ -1,0 +1,228 @@
+#include "tools/scene_file.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+#include "tools/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+std::string fault_of(const std::string& text) {
+  const auto scene = parse_scene(text, "s.toml");
+  if (!scene) return scene.error().sentence;
+  const auto model = TactileModel::create(scene->model);
+  return model ? "accepted" : scene->sentence(model.error());
+}
+
+TEST(SceneFile, AnEmptySceneIsTheBuiltInOne) {
+  const auto scene = parse_scene("", "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_EQ(scene->probes.size(), 1U);
+  EXPECT_EQ(scene->probes[0].uri, preset_scene("paper")->probes[0].uri);
+  EXPECT_EQ(scene->model.indenters[0].radius_mm, 2.0);
+  EXPECT_EQ(scene->model.tick, std::chrono::milliseconds{1});
+  EXPECT_EQ(scene->probes[0].input.x_mm, 15.0);
+}
+
+TEST(SceneFile, EveryKeyReachesItsParameter) {
+  const auto scene = parse_scene(R"(
+[probe]
+uri = "replay:a.csv"
+radius_mm = 5
+delay_ms = 3.5
+x_mm = 4
+y_mm = 5.5
+control = "force"
+[skin]
+epidermis_kPa = 140.0
+dermis_kPa = 82
+poisson_ratio = 0.45
+radius_mm = 7
+receptor_depth_mm = 0.7
+[receptors]
+placement = "lattice"
+seed = 9
+count = 100
+density_per_mm2 = 0.7
+density_max_per_mm2 = 1.2
+density_min_per_mm2 = 0.1
+length_mm = 12
+width_mm = 10
+columns = 3
+rows = 2
+[transduction]
+alpha_uA_per_cm2 = 2
+lambda_kPa = 2e-4
+gamma_per_kPa = 2.5e4
+threshold_um = 4
+[neuron]
+method = "rk4"
+step_us = 12.5
+g_CaL = 0
+g_Na = 110
+E_K = -72
+[network]
+gain = 0.2
+weight_min = 0.15
+weight_max = 0.25
+seed = 4
+[loop]
+tick_us = 250
+stale_after_ms = 20
+max_catch_up_ticks = 5
+[[sink]]
+uri = "csv:a"
+[[sink]]
+uri = "csv:b"
+)",
+                                 "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  const auto& model = scene->model;
+  EXPECT_EQ(scene->probes[0].uri, "replay:a.csv");
+  EXPECT_EQ(model.indenters[0].radius_mm, 5.0);
+  EXPECT_EQ(scene->probes[0].delay, std::chrono::microseconds{3500});
+  EXPECT_EQ(scene->probes[0].input.x_mm, 4.0);
+  EXPECT_EQ(scene->probes[0].input.y_mm, 5.5);
+  EXPECT_EQ(scene->probes[0].input.stale_after, std::chrono::milliseconds{20});
+  EXPECT_EQ(scene->probes[0].control, Indenter::Control::kForce);
+  EXPECT_EQ(model.skin.epidermis_kPa, 140.0);
+  EXPECT_EQ(model.skin.dermis_kPa, 82.0);
+  EXPECT_EQ(model.skin.poisson_ratio, 0.45);
+  EXPECT_EQ(model.skin.radius_mm, 7.0);
+  EXPECT_EQ(model.skin.receptor_depth_mm, 0.7);
+  EXPECT_EQ(model.receptors.placement, ReceptorParameters::Placement::kLattice);
+  EXPECT_EQ(model.receptors.seed, 9U);
+  EXPECT_EQ(model.receptors.count, 100);
+  EXPECT_EQ(model.receptors.density_per_mm2, 0.7);
+  EXPECT_EQ(model.receptors.density_max_per_mm2, 1.2);
+  EXPECT_EQ(model.receptors.density_min_per_mm2, 0.1);
+  EXPECT_EQ(model.patch.length_mm, 12.0);
+  EXPECT_EQ(model.patch.width_mm, 10.0);
+  EXPECT_EQ(model.patch.columns, 3);
+  EXPECT_EQ(model.patch.rows, 2);
+  EXPECT_EQ(model.transduction.alpha_uA_per_cm2, 2.0);
+  EXPECT_EQ(model.transduction.lambda_kPa, 2e-4);
+  EXPECT_EQ(model.transduction.gamma_per_kPa, 2.5e4);
+  EXPECT_EQ(model.transduction.threshold_um, 4.0);
+  EXPECT_EQ(model.method, IntegrationMethod::kRk4);
+  EXPECT_EQ(model.step, std::chrono::nanoseconds{12'500});
+  EXPECT_EQ(model.neuron.g_CaL, 0.0);
+  EXPECT_EQ(model.neuron.g_Na, 110.0);
+  EXPECT_EQ(model.neuron.E_K, -72.0);
+  EXPECT_EQ(model.network.gain, 0.2);
+  EXPECT_EQ(model.network.weight_min, 0.15);
+  EXPECT_EQ(model.network.weight_max, 0.25);
+  EXPECT_EQ(model.network.seed, 4U);
+  EXPECT_EQ(model.tick, std::chrono::microseconds{250});
+  EXPECT_EQ(scene->max_catch_up_ticks, 5);
+  EXPECT_EQ(scene->sinks, (std::vector<std::string>{"csv:a", "csv:b"}));
+  EXPECT_TRUE(TactileModel::create(model));
+}
+
+TEST(SceneFile, TipsLawsAndPresetsReachTheirParameters) {
+  const auto scene = parse_scene(R"(
+preset = "paper-wide"
+[probe]
+tip = "bars"
+bar_widths_mm = [3, 4.5]
+bar_gaps_mm = [2]
+bar_length_mm = 12
+[skin]
+thickness_mm = 4
+contact_law = "sneddon"
+layer_law = "exact"
+energy_density = "full"
+)",
+                                 "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_EQ(scene->model.transduction.lambda_kPa, 2e-4);
+  const Indenter& indenter = scene->model.indenters[0];
+  EXPECT_EQ(indenter.tip, Indenter::Tip::kBars);
+  EXPECT_EQ(indenter.bars.widths_mm, (std::vector<double>{3.0, 4.5}));
+  EXPECT_EQ(indenter.bars.gaps_mm, (std::vector<double>{2.0}));
+  EXPECT_EQ(indenter.bars.length_mm, 12.0);
+  EXPECT_EQ(scene->model.skin.thickness_mm, 4.0);
+  EXPECT_EQ(scene->model.skin.contact_law, ContactLaw::kSneddon);
+  EXPECT_EQ(scene->model.skin.layer_law, LayerLaw::kExact);
+  EXPECT_EQ(scene->model.skin.energy_density, EnergyDensity::kFull);
+}
+
+TEST(SceneFile, SeveralProbesAreAnArrayOfTables) {
+  const auto scene = parse_scene(
+      "[[probe]]\nuri = \"sim:ramp\"\n[[probe]]\nuri = \"sim:taps\"\nradius_mm = 1\n", "s");
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->probes.size(), 2U);
+  EXPECT_EQ(scene->probes[1].uri, "sim:taps");
+  EXPECT_EQ(scene->model.indenters[1].radius_mm, 1.0);
+}
+
+TEST(SceneFile, APressWithoutPositionIsAtThePatchsCentre) {
+  const auto scene = parse_scene("[receptors]\nlength_mm = 12\nwidth_mm = 8\n[probe]\n", "s");
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->probes[0].input.x_mm, 6.0);
+  EXPECT_EQ(scene->probes[0].input.y_mm, 4.0);
+}
+
+TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
+  EXPECT_EQ(fault_of("[skin]\n\npoison_ratio = 0.4\n"),
+            "s.toml:3: the key skin.poison_ratio is not known: did you mean poisson_ratio?");
+  EXPECT_EQ(fault_of("[sink]\nuri = 3\n"), "s.toml:2: sink.uri must be a text in quotes");
+  EXPECT_EQ(fault_of("[skinn]\n"), "s.toml:1: the table skinn is not known: did you mean skin?");
+  EXPECT_EQ(fault_of("skin = 3\n"), "s.toml:1: skin must be a table: write [skin]");
+  EXPECT_EQ(fault_of("[probe]\nradius_mm = \"two\"\n"),
+            "s.toml:2: probe.radius_mm must be a number");
+  EXPECT_EQ(fault_of("[probe]\nradius_mm = -2\n"),
+            "s.toml:2: probe.radius_mm must be a positive number or inf, but is -2");
+  EXPECT_EQ(fault_of("[receptors]\ncount = 1.5\n"),
+            "s.toml:2: receptors.count must be a whole number");
+  EXPECT_EQ(fault_of("[receptors]\nseed = -1\n"),
+            "s.toml:2: receptors.seed must be a whole number, zero or more");
+  EXPECT_EQ(fault_of("[receptors]\nplacement = \"latice\"\n"),
+            "s.toml:2: receptors.placement must be one of \"random\", \"lattice\"; did you mean "
+            "\"lattice\"?");
+  EXPECT_EQ(fault_of("[skin]\npoisson_ratio = 0.5\n"),
+            "s.toml:2: skin.poisson_ratio must be at least 0 and below 0.5, but is 0.5");
+  EXPECT_EQ(fault_of("[neuron]\nstep_us = 0\n"),
+            "s.toml:2: neuron.step_us must be a positive number of microseconds");
+  EXPECT_EQ(fault_of("[neuron]\nstep_us = nan\n"),
+            "s.toml:2: neuron.step_us must be a positive number of microseconds");
+  EXPECT_EQ(fault_of("[neuron]\nstep_us = 30\n"),
+            "s.toml:2: neuron.step_us must divide loop.tick_us without remainder");
+  EXPECT_EQ(fault_of("[loop]\nstale_after_ms = 0\n"),
+            "s.toml:2: loop.stale_after_ms must be a positive number of milliseconds");
+  EXPECT_EQ(fault_of("[[sink]]\n"), "s.toml:1: sink.uri is missing: name where spikes go");
+  EXPECT_EQ(fault_of("preset = \"papr\"\n"),
+            "s.toml:1: preset must be one of \"paper\", \"paper-wide\"; did you mean \"paper\"?");
+  EXPECT_EQ(fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
+            "s.toml:3: probe.bar_gaps_mm must be positive, or the bars overlap: join them, or part "
+            "them");
+  EXPECT_EQ(fault_of("[probe]\nbar_gaps_mm = 3\n"),
+            "s.toml:2: probe.bar_gaps_mm must be a list of numbers, as in [5, 5, 5]");
+  EXPECT_EQ(fault_of("[skin]\nthickness_mm = 0\n"),
+            "s.toml:2: skin.thickness_mm must be a positive number or inf, but is 0");
+  EXPECT_EQ(fault_of("[skin\n").rfind("s.toml:1: this is not TOML: ", 0), 0U);
+}
+
+TEST(SceneFile, SurvivesRandomText) {
+  Random random(2);
+  constexpr std::string_view kLikely = "[]=\"\n ab._#'0123456789-+einfa\\u{}";
+  for (int k = 0; k < 2000; ++k) {
+    std::string text = k % 2 == 0 ? "[probe]\n" : "";
+    for (int i = 0; i < 60; ++i) {
+      text += k % 5 == 0 ? static_cast<char>(random.next() & 0xFFU)
+                         : kLikely[random.next() % kLikely.size()];
+    }
+    static_cast<void>(parse_scene(text, "s"));
+  }
+}
+
+TEST(SceneFile, AMissingFileIsNamed) {
+  EXPECT_EQ(read_scene("no/such.toml").error().sentence,
+            "cannot read the scene no/such.toml: No such file or directory");
+}
+
+}  // namespace
+}  // namespace merkel
