@@ -59,6 +59,7 @@ void HodgkinHuxleyPopulation::set_state(std::size_t neuron, double V_mV,
   std::visit([&](auto& membranes) { membranes.set_state(neuron, {.V = V_mV, .gates = gates}); },
              membranes_);
   quiescence_.wake();
+  resting_blocks_ = 0;
 }
 
 void HodgkinHuxleyPopulation::reset() noexcept {

@@ -63,6 +63,10 @@ class HodgkinHuxleyPopulation {
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
   /// Blocks of 16 neurons that the last advance() skipped because they were at rest.
   [[nodiscard]] std::size_t resting_blocks() const noexcept { return resting_blocks_; }
+  /// Whether it skipped all: under the same currents, the next one will do nothing.
+  [[nodiscard]] bool all_resting() const noexcept {
+    return resting_blocks_ == (size() + kNeuronBlock - 1) / kNeuronBlock;
+  }
 
  private:
   struct Part {

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/precision.hpp"
+
 namespace merkel {
 
 /// How the membrane equations are stepped. Staggered methods have the gates half a step away from
@@ -18,9 +20,6 @@ enum class IntegrationMethod {
   kHeun,              ///< second order, diverges from 65 µs
   kRk4,               ///< fourth order, diverges from 85 µs
 };
-
-/// In which precision the membranes are kept.
-enum class Precision { kDouble, kFloat };
 
 /// The name in scenes and on the command line, for example "crank_nicolson".
 [[nodiscard]] std::string_view name_of(IntegrationMethod method) noexcept;
