@@ -5,7 +5,10 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <string>
 #include <utility>
+
+#include "core/units.hpp"
 
 namespace merkel {
 namespace {
@@ -38,6 +41,47 @@ std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) 
   return neurons * (2 + static_cast<std::size_t>(p.tick / std::chrono::milliseconds{1}));
 }
 
+constexpr double kSmallestStep_ms = 1e-4;
+
+/// A step that divides the tick and is no longer than a bound, as the shortest decimal of µs.
+std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
+  std::int64_t parts = 1;
+  while (tick.count() % parts != 0 ||
+         units::ms_from(tick) > bound_ms * static_cast<double>(parts)) {
+    ++parts;
+  }
+  return shortest_decimal(units::us_from(tick / parts));
+}
+
+/// Refuses a step at which the method would diverge or give wrong spike counts.
+Expected<void, ParameterError> check_step(const TactileModel::Parameters& p,
+                                          const std::optional<LatticeCoupling>& network) {
+  const double exchange_per_ms =
+      network ? network->largest_conductance() / p.neuron.capacitance_uF_per_cm2 : 0.0;
+  const double bound_ms = largest_step_ms(p.method, exchange_per_ms);
+  if (units::ms_from(p.step) <= bound_ms) return {};
+  const std::string given = shortest_decimal(units::us_from(p.step));
+  const std::string bound = shortest_decimal(std::floor(1e4 * bound_ms + 1e-6) / 10.0);
+  const std::string method(name_of(p.method));
+  if (bound_ms < kSmallestStep_ms) {
+    return Unexpected<ParameterError>(
+        {.key = "network.gain",
+         .reason =
+             "couples the neurons so strongly that no step is small enough: make it smaller"});
+  }
+  return Unexpected<ParameterError>({.key = "neuron.step_us",
+                                     .reason = "must be at most " + bound + " for " + method +
+                                               (network ? " in this network" : "") + ", but is " +
+                                               given + ": " + step_below(bound_ms, p.tick) +
+                                               " would do"});
+}
+
+std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
+  return static_cast<std::size_t>(
+      std::count_if(p.indenters.begin(), p.indenters.end(),
+                    [patch](const Indenter& indenter) { return indenter.patch == patch; }));
+}
+
 Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters& p,
                                                   std::size_t index) {
   const TactileModel::PatchParameters& patch = p.patches[index];
@@ -51,12 +95,15 @@ Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters
     if (!coupling) return Unexpected<ParameterError>(coupling.error());
     network = std::move(*coupling);
   }
+  if (const auto checked = check_step(p, network); !checked) {
+    return Unexpected<ParameterError>(checked.error());
+  }
   const auto neurons = static_cast<std::size_t>(patch.patch.subregions());
   return TactilePatch(*receptors, neurons,
                       {.skin = p.skin,
                        .transduction = p.transduction,
                        .precision = p.precision,
-                       .most_contacts = p.indenters.size()},
+                       .most_contacts = indenters_on(index, p)},
                       {.neuron = p.neuron,
                        .method = p.method,
                        .precision = p.precision,
@@ -92,7 +139,8 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
   for (const Indenter& indenter : parameters.indenters) {
     tips_.emplace_back(indenter, parameters.skin);
     reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.transduction,
-                               parameters.accuracy.cull_tolerance, parameters.indenters.size());
+                               parameters.accuracy.cull_tolerance,
+                               indenters_on(indenter.patch, parameters));
   }
   for (auto& touching : touching_) touching.reserve(tips_.size());
   deepest_.resize(tips_.size());
