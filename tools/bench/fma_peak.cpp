@@ -1,10 +1,10 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tools/bench/fma_peak.cpp"
-#include <hwy/foreach_target.h>  // before highway.h: compiles this file once for each target
+#include "tools/bench/fma_peak.hpp"
 
+#include <hwy/foreach_target.h>  // before highway.h: compiles this file once for each target
 #include <hwy/highway.h>
 
-#include "tools/bench/fma_peak.hpp"
 #include "tools/bench/measure.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -16,7 +16,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr int kRounds = 10'000;
 constexpr int kChains = 10;  // independent of each other: more than latency times ports
 
-/// Ten chains of multiply-adds. \return the operations done; the sum keeps them from being left out.
+/// Ten chains of multiply-adds. \return the operations done; the sum keeps them from being left
+/// out.
 template <class Real>
 double run_chains(Real seed, Real& sum) {
   const hn::ScalableTag<Real> d;
@@ -59,9 +60,8 @@ double fma_peak_gflops(Precision precision) {
   double sum = 0.0;
   float float_sum = 0.0F;
   const Measurement measured = measure([&] {
-    operations = precision == Precision::kDouble
-                     ? HWY_DYNAMIC_DISPATCH(run_double)(1.0, sum)
-                     : HWY_DYNAMIC_DISPATCH(run_float)(1.0F, float_sum);
+    operations = precision == Precision::kDouble ? HWY_DYNAMIC_DISPATCH(run_double)(1.0, sum)
+                                                 : HWY_DYNAMIC_DISPATCH(run_float)(1.0F, float_sum);
   });
   volatile double keep = sum + static_cast<double>(float_sum);
   static_cast<void>(keep);

@@ -73,16 +73,16 @@ int bench(const BenchOptions& options) {
     using Json = nlohmann::ordered_json;
     Json populations = Json::array();
     for (const Row& row : rows) {
-      populations.push_back({{"neurons", row.which.neurons},
-                             {"coupled", row.which.coupled},
-                             {"precision", name_of(row.which.precision)},
-                             {"threads", row.threads},
-                             {"ns_per_neuron_step", row.ns},
-                             {"ns_per_step", row.ns * static_cast<double>(row.which.neurons)},
-                             {"times_real_time", row.times_real_time()},
-                             {"gflops", row.gflops()},
-                             {"fraction_of_peak",
-                              row.gflops() / (row.threads * peak_of(row.which.precision))}});
+      populations.push_back(
+          {{"neurons", row.which.neurons},
+           {"coupled", row.which.coupled},
+           {"precision", name_of(row.which.precision)},
+           {"threads", row.threads},
+           {"ns_per_neuron_step", row.ns},
+           {"ns_per_step", row.ns * static_cast<double>(row.which.neurons)},
+           {"times_real_time", row.times_real_time()},
+           {"gflops", row.gflops()},
+           {"fraction_of_peak", row.gflops() / (row.threads * peak_of(row.which.precision))}});
     }
     const Json result = {{"simd_target", target},
                          {"fma_peak_gflops", {{"double", peak[0]}, {"float", peak[1]}}},
@@ -105,8 +105,8 @@ int bench(const BenchOptions& options) {
                 row.times_real_time(), row.gflops(),
                 100.0 * row.gflops() / (row.threads * peak_of(row.which.precision)));
   }
-  std::printf("a tick of %g ms of the default scene: %.2f µs (%.0f × real time)\n", tick_ms, tick_us,
-              1e3 * tick_ms / tick_us);
+  std::printf("a tick of %g ms of the default scene: %.2f µs (%.0f × real time)\n", tick_ms,
+              tick_us, 1e3 * tick_ms / tick_us);
   return kDone;
 }
 

@@ -1,6 +1,7 @@
 """Runs the same neurons in Brian2's C++ standalone mode and in merkel, and prints the ratios.
 
-usage: compare_brian2.py MERKEL     (the program; needs Debian's python3-brian)
+usage: compare_brian2.py MERKEL [--csv FILE]     (MERKEL is the program; needs Debian's
+python3-brian). With --csv, Brian2's point alone is written as a table.
 
 N uncoupled neurons under 8 to 14 uA/cm2 for half a second at steps of 25 us: Brian2's
 exponential Euler, its default for these equations, against merkel's default method. Both are
@@ -107,14 +108,6 @@ def main():
         brian_s, brian_trains = run_brian2(pathlib.Path(folder) / "brian", currents)
     steps = DURATION_MS * 1e3 / STEP_US
     brian_ns = 1e9 * brian_s / (steps * NEURONS)
-    bench = json.loads(
-        subprocess.run([merkel, "bench", "--json"], check=True, capture_output=True, text=True).stdout
-    )
-    ours_ns = next(
-        p["ns_per_neuron_step"]
-        for p in bench["populations"]
-        if p["neurons"] == NEURONS and p["precision"] == "double" and not p["coupled"]
-    )
     brian_error, our_error, counts_differ = [], [], 0
     for i in CHECKED:
         reference = spikes_of(merkel, currents[i], "--method", "rk4", "--step-us", "0.5")
@@ -124,12 +117,28 @@ def main():
         our_error.append(rms_error(ours, reference))
     brian_rms = float(np.sqrt(np.mean(np.square(brian_error))))
     our_rms = float(np.sqrt(np.mean(np.square(our_error))))
+    if len(sys.argv) > 3 and sys.argv[2] == "--csv":
+        cost_us = brian_s * 1e6 / NEURONS / (1e-3 * DURATION_MS)
+        pathlib.Path(sys.argv[3]).write_text(
+            "step_us,cost_us_per_neuron_second,rms_error_ms\n"
+            f"{STEP_US},{cost_us},{brian_rms}\n"
+        )
+        return
+    bench = json.loads(
+        subprocess.run([merkel, "bench", "--json"], check=True, capture_output=True, text=True).stdout
+    )
+    ours_ns = {
+        p["precision"]: p["ns_per_neuron_step"]
+        for p in bench["populations"]
+        if p["neurons"] == NEURONS and not p["coupled"]
+    }
     print(f"{NEURONS} neurons, steps of {STEP_US:g} us, {DURATION_MS:g} ms, one core")
     print(f"Brian2 {b2.__version__} C++ standalone, exponential Euler: {brian_ns:.1f} ns a neuron-step,"
           f" rms spike-time error {brian_rms:.3g} ms")  # fmt: skip
-    print(f"merkel crank_nicolson, {bench['simd_target']}: {ours_ns:.2f} ns a neuron-step,"
-          f" rms spike-time error {our_rms:.3g} ms")  # fmt: skip
-    print(f"merkel is {brian_ns / ours_ns:.1f} times as fast, its error {our_rms / brian_rms:.2g} of Brian2's")
+    print(f"merkel crank_nicolson, {bench['simd_target']}: {ours_ns['double']:.2f} ns a neuron-step"
+          f" in double ({ours_ns['float']:.2f} in float), rms spike-time error {our_rms:.3g} ms")  # fmt: skip
+    print(f"merkel is {brian_ns / ours_ns['double']:.1f} times as fast in double,"
+          f" {brian_ns / ours_ns['float']:.1f} in float; its error is {our_rms / brian_rms:.2g} of Brian2's")  # fmt: skip
     if counts_differ:
         print(f"(in {counts_differ} of {len(CHECKED)} neurons Brian2 counts other spikes)")
 
