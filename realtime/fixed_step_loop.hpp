@@ -56,7 +56,13 @@ class FixedStepLoop {
         events_(events),
         contacts_(inputs.size()),
         released_since_(inputs.size()),
-        spikes_of_neuron_(model.neurons()) {}
+        spikes_of_neuron_(model.neurons()) {
+    std::size_t before = 0;
+    for (const std::size_t neurons : model.neurons_of_patch()) {
+      first_of_patch_.push_back(before);
+      before += neurons;
+    }
+  }
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
   /// Real-time: yes. Thread: simulation.
@@ -155,11 +161,10 @@ class FixedStepLoop {
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
-    const std::uint64_t resets_before = model_.resets();
     const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
-      ++spikes_of_neuron_[spike.neuron - 1];
+      ++spikes_of_neuron_[first_of_patch_[spike.patch] + spike.neuron - 1];
     }
     const auto computed = clock_.now();
     fanout_.publish(spikes, clock_);
@@ -177,7 +182,13 @@ class FixedStepLoop {
       if (!parameters_.timings->try_push(timing)) statistics_.timings_dropped.add();
     }
     statistics_.spikes.add(spikes.size());
-    statistics_.neuron_resets.add(model_.resets() - resets_before);
+    statistics_.neuron_resets.add(model_.resets().size());
+    for (const SpikeEvent& reset : model_.resets()) {
+      raise({.time = reset.time,
+             .length = std::chrono::nanoseconds{0},
+             .subject = static_cast<std::uint32_t>(first_of_patch_[reset.patch]) + reset.neuron,
+             .kind = LoopEvent::Kind::kNeuronReset});
+    }
     statistics_.ticks.add();
   }
 
@@ -218,9 +229,10 @@ class FixedStepLoop {
   std::vector<ContactInput> contacts_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
-  std::chrono::nanoseconds now_{0};  ///< when the clock was last looked at
-  bool overran_ = false;             ///< the tick before
-  bool late_wake_up_ = false;        ///< the cause of its overrun
+  std::chrono::nanoseconds now_{0};          ///< when the clock was last looked at
+  bool overran_ = false;                     ///< the tick before
+  bool late_wake_up_ = false;                ///< the cause of its overrun
+  std::vector<std::size_t> first_of_patch_;  ///< offsets into spikes_of_neuron_
 };
 
 }  // namespace merkel

@@ -1,9 +1,11 @@
 #include "tools/run_summary.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <optional>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -17,18 +19,33 @@ namespace {
 /// What the summary says of one afferent.
 struct NeuronRow {
   std::size_t receptors = 0;
-  double mean_distance_mm = 0.0;  ///< of its receptors from the axis of the first probe's press
+  double mean_distance_mm = 0.0;  ///< of its receptors from the axis of the patch's first probe
   std::uint64_t spikes = 0;
   double rate_hz = 0.0;
 };
 
+std::optional<std::size_t> first_probe_on(std::size_t patch, const TactileModel& model) {
+  const auto& indenters = model.parameters().indenters;
+  const auto found =
+      std::find_if(indenters.begin(), indenters.end(),
+                   [patch](const Indenter& indenter) { return indenter.patch == patch; });
+  if (found == indenters.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - indenters.begin());
+}
+
 std::vector<NeuronRow> neuron_rows(const RunReport& report, const TactileModel& model) {
   std::vector<NeuronRow> rows(model.neurons());
-  const Press& press = model.deepest().front();
-  for (const Receptor& receptor : model.receptors()) {
-    NeuronRow& row = rows[receptor.neuron - 1];
-    ++row.receptors;
-    row.mean_distance_mm += std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
+  std::size_t first = 0;
+  for (std::size_t patch = 0; patch < model.patches().size(); ++patch) {
+    const auto probe = first_probe_on(patch, model);
+    for (const Receptor& receptor : model.patches()[patch].drive().receptors()) {
+      NeuronRow& row = rows[first + receptor.neuron - 1];
+      ++row.receptors;
+      if (!probe) continue;
+      const Press& press = model.deepest()[*probe];
+      row.mean_distance_mm += std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
+    }
+    first += model.patches()[patch].neurons();
   }
   const double simulated_s = units::s_from(report.simulated);
   for (std::size_t n = 0; n < rows.size(); ++n) {
@@ -118,7 +135,10 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
   }
   append(text, "neuron receptors mean_distance_mm spikes rate_hz\n");
   const std::vector<NeuronRow> rows = neuron_rows(report, model);
+  // Of many, those that fired.
+  const bool all = rows.size() <= 100;
   for (std::size_t n = 0; n < rows.size(); ++n) {
+    if (!all && rows[n].spikes == 0) continue;
     append(text, "%6zu %9zu %16.2f %6llu %7.1f\n", n + 1, rows[n].receptors,
            rows[n].mean_distance_mm, static_cast<Count>(rows[n].spikes), rows[n].rate_hz);
   }

@@ -49,9 +49,12 @@ void read_skin(SceneTable table, SkinParameters& skin) {
   table.finish();
 }
 
-void read_receptors(SceneTable table, ReceptorParameters& receptors, Patch& patch) {
+void read_receptors(SceneTable table, TactileModel::PatchParameters& parameters) {
+  ReceptorParameters& receptors = parameters.receptors;
+  Patch& patch = parameters.patch;
   read_word(table, "placement", {"random", "lattice"}, receptors.placement);
-  table.seed("seed", receptors.seed)
+  table.text("name", parameters.name)
+      .seed("seed", receptors.seed)
       .whole("count", receptors.count)
       .number("density_per_mm2", receptors.density_per_mm2)
       .number("density_max_per_mm2", receptors.density_max_per_mm2)
@@ -97,7 +100,22 @@ void read_network(SceneTable table, NetworkParameters& network) {
       .finish();
 }
 
-void read_probe(SceneTable table, Scene::OfProbe& probe, Indenter& indenter) {
+void read_accuracy(SceneTable table, TactileModel::Accuracy& accuracy) {
+  table.number("cull_tolerance", accuracy.cull_tolerance)
+      .truth("freeze_resting", accuracy.freeze_resting)
+      .finish();
+}
+
+/// The patch that a probe presses on, by the name of its [[receptors]].
+void read_patch_of_probe(SceneTable& table,
+                         const std::vector<TactileModel::PatchParameters>& patches,
+                         std::size_t& patch) {
+  std::vector<std::string> names;
+  for (const auto& each : patches) names.push_back(each.name);
+  table.word("patch", names, patch);
+}
+
+void read_probe(SceneTable& table, Scene::OfProbe& probe, Indenter& indenter) {
   read_word(table, "tip", {"sphere", "bars"}, indenter.tip);
   table.text("uri", probe.uri)
       .number("radius_mm", indenter.radius_mm)
@@ -152,9 +170,16 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     }
   };
   one("skin", [&](SceneTable table) { read_skin(std::move(table), scene.model.skin); });
-  one("receptors", [&](SceneTable table) {
-    read_receptors(std::move(table), scene.model.receptors, scene.model.patch);
+  std::vector<TactileModel::PatchParameters> patches;
+  for_each_table(top, "receptors", findings, [&](const toml::table& table) {
+    TactileModel::PatchParameters patch = scene.model.patches.front();
+    // Patches that say nothing of it are drawn each in its own way.
+    patch.receptors.seed += patches.size();
+    read_receptors(SceneTable(table, "receptors", findings), patch);
+    patches.push_back(std::move(patch));
   });
+  if (!patches.empty()) scene.model.patches = std::move(patches);
+  one("accuracy", [&](SceneTable table) { read_accuracy(std::move(table), scene.model.accuracy); });
   one("transduction",
       [&](SceneTable table) { read_transduction(std::move(table), scene.model.transduction); });
   one("neuron", [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
@@ -174,14 +199,18 @@ Scene scene_of(const toml::table& root, Findings& findings) {
 
   std::vector<Scene::OfProbe> probes;
   std::vector<Indenter> indenters;
-  const ProbeInput::Parameters centre{.stale_after = stale_after,
-                                      .x_mm = 0.5 * scene.model.patch.length_mm,
-                                      .y_mm = 0.5 * scene.model.patch.width_mm};
+  const auto centre_of = [&](std::size_t patch) {
+    const Patch& skin = scene.model.patches[patch].patch;
+    return ProbeInput::Parameters{
+        .stale_after = stale_after, .x_mm = 0.5 * skin.length_mm, .y_mm = 0.5 * skin.width_mm};
+  };
   for_each_table(top, "probe", findings, [&](const toml::table& table) {
     Scene::OfProbe probe = scene.probes.front();
     Indenter indenter = scene.model.indenters.front();
-    probe.input = centre;
-    read_probe(SceneTable(table, "probe", findings), probe, indenter);
+    SceneTable keys(table, "probe", findings);
+    read_patch_of_probe(keys, scene.model.patches, indenter.patch);
+    probe.input = centre_of(indenter.patch);
+    read_probe(keys, probe, indenter);
     probes.push_back(std::move(probe));
     indenters.push_back(indenter);
   });
@@ -189,7 +218,9 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     scene.probes = std::move(probes);
     scene.model.indenters = std::move(indenters);
   } else {
-    scene.probes.front().input = centre;
+    for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+      scene.probes[i].input = centre_of(scene.model.indenters[i].patch);
+    }
   }
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;

@@ -96,6 +96,17 @@ SceneTable& SceneTable::seed(std::string_view key, std::uint64_t& value) {
   return *this;
 }
 
+SceneTable& SceneTable::truth(std::string_view key, bool& value) {
+  if (const toml::node* const node = find(key)) {
+    if (const auto truth = node->value_exact<bool>()) {
+      value = *truth;
+    } else {
+      fail(key, *node, "true or false");
+    }
+  }
+  return *this;
+}
+
 SceneTable& SceneTable::text(std::string_view key, std::string& value) {
   if (const toml::node* const node = find(key)) {
     if (const auto text = node->value_exact<std::string>()) {

@@ -32,6 +32,7 @@ class SceneTable {
   SceneTable& whole(std::string_view key, std::int64_t& value);
   SceneTable& whole(std::string_view key, int& value);
   SceneTable& seed(std::string_view key, std::uint64_t& value);
+  SceneTable& truth(std::string_view key, bool& value);
   SceneTable& text(std::string_view key, std::string& value);
   /// One of `words`; `value` becomes its index.
   SceneTable& word(std::string_view key, const std::vector<std::string>& words, std::size_t& value);

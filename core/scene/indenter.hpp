@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "core/parameter_error.hpp"
 #include "core/skin/bar_contact.hpp"
 #include "core/skin/skin_material.hpp"
@@ -16,6 +18,7 @@ struct Indenter {
   double radius_mm = 2.0;  ///< of the sphere; infinity is a flat plate, on curved skin only
   BarTip bars;             ///< where the tip is bars
   Control control = Control::kDepth;
+  std::size_t patch = 0;  ///< which of the model's patches it presses on
 
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
 };

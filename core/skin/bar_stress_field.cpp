@@ -27,6 +27,7 @@ std::array<double, 4> cubic_weights(double t) {
 BarStressField::BarStressField(const BarTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
+      half_diagonal_mm_(0.5 * std::hypot(tip.total_width_mm(), tip.length_mm)),
       contact_(BarContact::solve(tip, skin_.reduced_modulus_kPa(), skin.receptor_depth_mm)),
       spacing_mm_(std::clamp(skin.receptor_depth_mm / 8.0, 0.02, 0.2)) {
   const double half_x = 0.5 * tip.total_width_mm() + kMargin_mm;
@@ -57,12 +58,16 @@ BarStressField::Unit BarStressField::superposed(double x_mm, double y_mm) const 
   return unit;
 }
 
+double BarStressField::far_displacement_mm() const noexcept {
+  return contact_.force_mN_per_mm / (std::numbers::pi * skin_.reduced_modulus_kPa());
+}
+
 BarStressField::Unit BarStressField::far_away(double x_mm, double y_mm) const noexcept {
   const double r = std::hypot(x_mm, y_mm);
   const double force = contact_.force_mN_per_mm;
   return {.stress = cartesian(
               point_load_stress(force, skin_.poisson_ratio(), r, receptor_depth_mm_), x_mm, y_mm),
-          .displacement = force / (std::numbers::pi * skin_.reduced_modulus_kPa() * r)};
+          .displacement = far_displacement_mm() / r};
 }
 
 BarStressField::Unit BarStressField::at(double x_mm, double y_mm) const noexcept {

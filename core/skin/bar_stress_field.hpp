@@ -29,6 +29,10 @@ class BarStressField {
   [[nodiscard]] Unit at(double x_mm, double y_mm) const noexcept MERKEL_REALTIME;
 
   [[nodiscard]] double force_mN_per_mm() const noexcept { return contact_.force_mN_per_mm; }
+  /// Far away, the surface is displaced by depth·this/r.
+  [[nodiscard]] double far_displacement_mm() const noexcept;
+  /// From the tip's axis to the farthest corner of its bars.
+  [[nodiscard]] double half_diagonal_mm() const noexcept { return half_diagonal_mm_; }
   [[nodiscard]] const BarContact& contact() const noexcept { return contact_; }
 
  private:
@@ -39,6 +43,7 @@ class BarStressField {
 
   SkinMaterial skin_;
   double receptor_depth_mm_;
+  double half_diagonal_mm_;
   BarContact contact_;
   double spacing_mm_;
   double first_x_mm_;  ///< of the grid's first column; rows begin one spacing before y = 0

@@ -263,14 +263,17 @@ int inspect_neuron(const InspectOptions& options) {
 int inspect_receptors(const InspectOptions& options) {
   const auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
-  const auto receptors = place_receptors(scene->model.receptors, scene->model.patch);
-  if (!receptors) {
-    return refuse(scene->sentence(receptors.error()));
-  }
-  std::printf("receptor,x_mm,y_mm,neuron\n");
-  std::size_t number = 0;
-  for (const Receptor& receptor : *receptors) {
-    std::printf("%zu,%.12g,%.12g,%u\n", ++number, receptor.x_mm, receptor.y_mm, receptor.neuron);
+  const auto& patches = scene->model.patches;
+  const bool several = patches.size() > 1;
+  std::printf("receptor,x_mm,y_mm,neuron%s\n", several ? ",patch" : "");
+  for (const TactileModel::PatchParameters& patch : patches) {
+    const auto receptors = place_receptors(patch.receptors, patch.patch);
+    if (!receptors) return refuse(scene->sentence(receptors.error()));
+    std::size_t number = 0;
+    for (const Receptor& receptor : *receptors) {
+      std::printf("%zu,%.12g,%.12g,%u", ++number, receptor.x_mm, receptor.y_mm, receptor.neuron);
+      std::printf(several ? ",%s\n" : "\n", patch.name.c_str());
+    }
   }
   return kDone;
 }

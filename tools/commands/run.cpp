@@ -62,7 +62,12 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
     }
   }
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
-  if (options.seed) scene->model.receptors.seed = scene->model.network.seed = *options.seed;
+  if (options.seed) {
+    scene->model.network.seed = *options.seed;
+    for (std::size_t i = 0; i < scene->model.patches.size(); ++i) {
+      scene->model.patches[i].receptors.seed = *options.seed + i;
+    }
+  }
   return scene;
 }
 
@@ -98,8 +103,7 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
-  const std::size_t neurons = model->neurons();
-  const NeuronNumbering numbering({&neurons, 1});
+  const NeuronNumbering numbering(model->neurons_of_patch());
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
     auto sink = open_sink(uri, numbering, options.overwrite);

@@ -81,7 +81,8 @@ Expected<std::string, SetupError> make_centre_press(const FigureOptions& options
     for (int seed = 1; seed <= options.seeds; ++seed) {
       options.report((static_cast<double>(set) + static_cast<double>(seed) / options.seeds) /
                      static_cast<double>(sets.size()));
-      parameters.receptors.seed = parameters.network.seed = static_cast<std::uint64_t>(seed);
+      parameters.patches[0].receptors.seed = parameters.network.seed =
+          static_cast<std::uint64_t>(seed);
       const PressedPatch patch = press_patch(parameters, kPress, kDuration_s);
       statistics.add(patch);
       for (std::size_t n = 0; n < patch.rate_hz.size(); ++n) {

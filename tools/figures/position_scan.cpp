@@ -16,10 +16,11 @@ Expected<std::string, SetupError> make_position_scan(const FigureOptions& option
                                 "seed,position,receptors,network_rate_hz", options.overwrite);
   if (!table) return Unexpected<SetupError>(table.error());
   TactileModel::Parameters parameters = preset_scene("paper")->model;
-  const Patch& patch = parameters.patch;
+  const Patch& patch = parameters.patches[0].patch;
   std::vector<double> correlations;
   for (int seed = 1; seed <= options.scan_seeds; ++seed) {
-    parameters.receptors.seed = parameters.network.seed = static_cast<std::uint64_t>(seed);
+    parameters.patches[0].receptors.seed = parameters.network.seed =
+        static_cast<std::uint64_t>(seed);
     std::vector<double> receptors;
     std::vector<double> rates;
     for (std::uint32_t position = 1; position <= 20; ++position) {

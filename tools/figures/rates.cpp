@@ -16,7 +16,7 @@ PressedPatch press_patch(const TactileModel::Parameters& parameters, const Conta
   patch.rate_hz.resize(model.neurons());
   patch.receptors.resize(model.neurons());
   patch.mean_distance_mm.resize(model.neurons());
-  for (const Receptor& receptor : model.receptors()) {
+  for (const Receptor& receptor : model.patches()[0].drive().receptors()) {
     ++patch.receptors[receptor.neuron - 1];
     patch.mean_distance_mm[receptor.neuron - 1] +=
         std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
