@@ -3,10 +3,12 @@
 
 #include "tools/command_line.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/crash_report.hpp"
 
 int main(int argc, char** argv) {
   // A reader that goes away is an error of one sink, not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
+  merkel::install_crash_report();
   try {
     return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {
       merkel::add_run_command(program);
