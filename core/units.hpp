@@ -17,6 +17,9 @@ using Nanoseconds = std::chrono::nanoseconds;
 [[nodiscard]] constexpr double ms_from(Nanoseconds time) {
   return static_cast<double>(time.count()) / 1e6;
 }
+[[nodiscard]] constexpr double us_from(Nanoseconds time) {
+  return static_cast<double>(time.count()) / 1e3;
+}
 [[nodiscard]] constexpr double s_from(Nanoseconds time) {
   return static_cast<double>(time.count()) / 1e9;
 }

@@ -17,12 +17,14 @@ std::chrono::nanoseconds PeriodicClock::now() const noexcept {
                                   time.tv_nsec};
 }
 
-void PeriodicClock::wait_until(std::chrono::nanoseconds time) noexcept {
+void PeriodicClock::sleep_until(std::chrono::nanoseconds time) noexcept {
   timespec deadline{};
   deadline.tv_sec = static_cast<std::time_t>(time.count() / kPerSecond);
   deadline.tv_nsec = static_cast<long>(time.count() % kPerSecond);
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
   }
 }
+
+void PeriodicClock::wait_until(std::chrono::nanoseconds time) noexcept { sleep_until(time); }
 
 }  // namespace merkel

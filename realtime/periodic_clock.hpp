@@ -10,6 +10,8 @@ class PeriodicClock {
  public:
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept;
   void wait_until(std::chrono::nanoseconds time) noexcept;
+  /// Sleeps until `time`, or not at all where it has passed.
+  static void sleep_until(std::chrono::nanoseconds time) noexcept;
   static bool wait_for_others() noexcept { return false; }
 };
 

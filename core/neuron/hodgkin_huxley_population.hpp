@@ -80,7 +80,7 @@ class HodgkinHuxleyPopulation {
 
   Parameters parameters_;
   std::variant<Membranes<double>, Membranes<float>> membranes_;
-  Quiescence quiescence_;
+  std::optional<Quiescence> quiescence_;  ///< none where blocks at rest are stepped too
   std::vector<Part> parts_;  ///< what the parts of a team find; the first part's goes out directly
   SpikeBuffer resets_;
   std::size_t resting_blocks_ = 0;
