@@ -74,6 +74,9 @@ std::string validity_sentence(const Press& press, const TactileModel& model, std
   if (indenter.tip == Indenter::Tip::kBars) {
     return "flat bars, linear at any depth; strains are of the order of depth over bar width";
   }
+  if (indenter.tip == Indenter::Tip::kPin) {
+    return "flat pin, linear at any depth; strains are of the order of depth over diameter";
+  }
   return validity_of(press.contact, model.parameters().skin, indenter.radius_mm).sentence();
 }
 

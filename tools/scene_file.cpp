@@ -1,5 +1,6 @@
 #include "tools/scene_file.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -43,19 +44,41 @@ void read_skin(SceneTable table, SkinParameters& skin) {
       .number("radius_mm", skin.radius_mm)
       .number("receptor_depth_mm", skin.receptor_depth_mm)
       .number("thickness_mm", skin.thickness_mm);
+  if (table.has("apex_mm")) {
+    std::vector<double> apex;
+    table.numbers("apex_mm", apex);
+    if (apex.size() != 2) table.refuse("apex_mm", "must be two numbers: [x, y]");
+    if (apex.size() == 2) skin.apex = {.x_mm = apex[0], .y_mm = apex[1]};
+  }
+  table.known("apex_mm");
   read_word(table, "contact_law", {"hertz", "sneddon"}, skin.contact_law);
   read_word(table, "layer_law", {"dimitriadis", "exact"}, skin.layer_law);
   read_word(table, "energy_density", {"distortional", "full"}, skin.energy_density);
   table.finish();
 }
 
+/// Pairs of coordinates, [[x, y], …].
+void read_centres(SceneTable& table, TactileModel::PatchParameters& parameters) {
+  std::vector<std::array<double, 2>> pairs;
+  table.pairs("centres_mm", pairs);
+  for (const auto& [x, y] : pairs) parameters.centres.push_back({.x_mm = x, .y_mm = y});
+  if (!pairs.empty() && parameters.layout == ReceptorLayout::kSubregions) {
+    table.refuse("centres_mm",
+                 "is only of afferents with receptive fields: set layout = \"fields\"");
+  }
+}
+
 void read_receptors(SceneTable table, TactileModel::PatchParameters& parameters) {
   ReceptorParameters& receptors = parameters.receptors;
   Patch& patch = parameters.patch;
   read_word(table, "placement", {"random", "lattice"}, receptors.placement);
+  read_word(table, "layout", {"subregions", "fields"}, parameters.layout);
+  read_centres(table, parameters);
   table.text("name", parameters.name)
       .seed("seed", receptors.seed)
       .whole("count", receptors.count)
+      .whole("field_receptors", parameters.field.receptors)
+      .number("field_radius_mm", parameters.field.radius_mm)
       .number("density_per_mm2", receptors.density_per_mm2)
       .number("density_max_per_mm2", receptors.density_max_per_mm2)
       .number("density_min_per_mm2", receptors.density_min_per_mm2)
@@ -74,7 +97,65 @@ void read_transduction(SceneTable table, SigmoidTransduction& transduction) {
       .finish();
 }
 
+void read_afferent(SceneTable table, AdaptationParameters& afferent) {
+  table.number("gain_Hz_per_kPa", afferent.gain_Hz_per_kPa)
+      .number("fast_weight", afferent.fast_weight)
+      .number("slow_weight", afferent.slow_weight)
+      .number("fast_ms", afferent.fast_ms)
+      .number("slow_ms", afferent.slow_ms)
+      .number("gain_spread", afferent.gain_spread)
+      .seed("seed", afferent.seed)
+      .finish();
+}
+
+/// Noise that a scene asks for must be one that can be had again.
+void read_noise(SceneTable& table, NeuronNoise& noise) {
+  const bool seeded = table.has("seed");
+  table.number("noise", noise.sigma).seed("seed", noise.seed);
+  if (table.has("noise") && noise.sigma != 0.0 && !seeded) {
+    table.refuse(
+        "noise",
+        "needs a seed, so that a run can be repeated: add seed = 1 beside it, or any other "
+        "whole number");
+  }
+}
+
+const Words kNeuronKinds = {"hodgkin_huxley", "integrate_and_fire", "connor_stevens"};
+
 void read_neuron(SceneTable table, TactileModel::Parameters& model) {
+  const NeuronKind preset_kind = model.neuron_kind;
+  read_word(table, "kind", kNeuronKinds, model.neuron_kind);
+  if (model.neuron_kind != preset_kind) model.step = usual_step(model.neuron_kind);
+  if (model.neuron_kind == NeuronKind::kIntegrateAndFire) {
+    IntegrateAndFire& neuron = model.integrate_and_fire;
+    read_time(table, "step_us", 1e3, model.step);
+    read_noise(table, neuron.noise);
+    table.number("tau_ms", neuron.tau_ms)
+        .number("threshold", neuron.threshold)
+        .number("reset", neuron.reset)
+        .number("floor", neuron.floor)
+        .number("refractory_ms", neuron.refractory_ms)
+        .finish();
+    return;
+  }
+  if (model.neuron_kind == NeuronKind::kConnorStevens) {
+    ConnorStevens& neuron = model.connor_stevens;
+    read_time(table, "step_us", 1e3, model.step);
+    read_noise(table, neuron.noise);
+    table.number("compression_ms", model.compression_ms)
+        .number("capacitance_uF_per_cm2", neuron.capacitance_uF_per_cm2)
+        .number("g_Na", neuron.g_Na)
+        .number("g_K", neuron.g_K)
+        .number("g_A", neuron.g_A)
+        .number("g_L", neuron.g_L)
+        .number("E_Na", neuron.E_Na)
+        .number("E_K", neuron.E_K)
+        .number("E_A", neuron.E_A)
+        .number("E_L", neuron.E_L)
+        .number("spike_threshold_mV", neuron.spike_threshold_mV)
+        .finish();
+    return;
+  }
   HodgkinHuxley& neuron = model.neuron;
   read_word(table, "method", integration_method_names(), model.method);
   read_word(table, "precision", precision_names(), model.precision);
@@ -116,9 +197,10 @@ void read_patch_of_probe(SceneTable& table,
 }
 
 void read_probe(SceneTable& table, Scene::OfProbe& probe, Indenter& indenter) {
-  read_word(table, "tip", {"sphere", "bars"}, indenter.tip);
+  read_word(table, "tip", {"sphere", "bars", "pin"}, indenter.tip);
   table.text("uri", probe.uri)
       .number("radius_mm", indenter.radius_mm)
+      .number("diameter_mm", indenter.pin.diameter_mm)
       .numbers("bar_widths_mm", indenter.bars.widths_mm)
       .numbers("bar_gaps_mm", indenter.bars.gaps_mm)
       .number("bar_length_mm", indenter.bars.length_mm)
@@ -182,8 +264,13 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   one("accuracy", [&](SceneTable table) { read_accuracy(std::move(table), scene.model.accuracy); });
   one("transduction",
       [&](SceneTable table) { read_transduction(std::move(table), scene.model.transduction); });
+  one("afferent",
+      [&](SceneTable table) { read_afferent(std::move(table), scene.model.adaptation); });
   one("neuron", [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
   one("network", [&](SceneTable table) { read_network(std::move(table), scene.model.network); });
+
+  // The default network is one of the default neurons.
+  if (scene.model.energy_driven() && top.find("network") == nullptr) scene.model.network.gain = 0.0;
 
   std::chrono::nanoseconds stale_after = ProbeInput::Parameters{}.stale_after;
   one("loop", [&](SceneTable table) {

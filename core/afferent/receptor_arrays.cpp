@@ -12,6 +12,18 @@ std::size_t padded(std::size_t receptors) {
   return (receptors + kReceptorBlock - 1) / kReceptorBlock * kReceptorBlock;
 }
 
+template <class Real>
+double sum_of(const AlignedArray<Real>& values, std::size_t first, std::size_t last) noexcept {
+  // Four sums side by side: one alone would wait for each addition.
+  double sums[4] = {0.0, 0.0, 0.0, 0.0};
+  std::size_t i = first;
+  for (; i + 4 <= last; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) sums[k] += static_cast<double>(values[i + k]);
+  }
+  for (; i < last; ++i) sums[0] += static_cast<double>(values[i]);
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
 }  // namespace
 
 template <class Real>
@@ -109,14 +121,13 @@ void ReceptorArrays<Real>::clear_energy(std::size_t first, std::size_t last) noe
 
 template <class Real>
 double ReceptorArrays<Real>::sum_of_currents(std::size_t first, std::size_t last) const noexcept {
-  // Four sums side by side: one alone would wait for each addition.
-  double sums[4] = {0.0, 0.0, 0.0, 0.0};
-  std::size_t i = first;
-  for (; i + 4 <= last; i += 4) {
-    for (std::size_t k = 0; k < 4; ++k) sums[k] += static_cast<double>(current_[i + k]);
-  }
-  for (; i < last; ++i) sums[0] += static_cast<double>(current_[i]);
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  return sum_of(current_, first, last);
+}
+
+template <class Real>
+double ReceptorArrays<Real>::sum_of_energy_densities(std::size_t first,
+                                                     std::size_t last) const noexcept {
+  return sum_of(energy_, first, last);
 }
 
 template class ReceptorArrays<double>;

@@ -37,6 +37,9 @@ class ReceptorArrays {
   /// µA/cm², of receptors [first, last) in a fixed order, whatever the instruction set.
   [[nodiscard]] double sum_of_currents(std::size_t first,
                                        std::size_t last) const noexcept MERKEL_REALTIME;
+  /// kPa, likewise.
+  [[nodiscard]] double sum_of_energy_densities(std::size_t first,
+                                               std::size_t last) const noexcept MERKEL_REALTIME;
   [[nodiscard]] double current_uA_per_cm2(std::size_t receptor) const noexcept {
     return static_cast<double>(current_[receptor]);
   }

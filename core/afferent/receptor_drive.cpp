@@ -183,6 +183,22 @@ void ReceptorDrive::drive_reached(Arrays& arrays, std::size_t first_neuron,
   }
 }
 
+/// The same for the mean energy densities.
+template <class Arrays>
+void ReceptorDrive::average_reached(Arrays& arrays, std::size_t first_neuron,
+                                    std::size_t last_neuron) noexcept {
+  const std::size_t begin = first_of_neuron_[first_neuron];
+  const std::size_t end = first_of_neuron_[last_neuron];
+  if (begin == end) return;
+  arrays.press(contacts_, begin, end);
+  for (std::size_t n = first_neuron; n < last_neuron; ++n) {
+    const std::size_t first = first_of_neuron_[n];
+    const std::size_t last = first_of_neuron_[n + 1];
+    if (first == last) continue;
+    current_[n] = arrays.sum_of_energy_densities(first, last) / static_cast<double>(last - first);
+  }
+}
+
 bool ReceptorDrive::compute(std::span<const PlacedContact> contacts) noexcept {
   assert(contacts.size() <= parameters_.most_contacts);
   if (std::equal(contacts.begin(), contacts.end(), contacts_.begin(), contacts_.end())) {
@@ -200,15 +216,26 @@ bool ReceptorDrive::compute(std::span<const PlacedContact> contacts) noexcept {
     std::fill(current_.begin(), current_.end(), 0.0);
     return true;
   }
+  const bool average = parameters_.output == Output::kMeanEnergy;
   find_ranges(contacts_);
   std::size_t begun = 0;
   for (std::size_t n = 0; n <= current_.size(); ++n) {
     if (n < current_.size() && reaches(box_of_neuron_[n])) continue;
     if (begun < n) {
-      std::visit([&](auto& arrays) { drive_reached(arrays, begun, n); }, arrays_);
+      std::visit(
+          [&](auto& arrays) {
+            average ? average_reached(arrays, begun, n) : drive_reached(arrays, begun, n);
+          },
+          arrays_);
       reached_ += n - begun;
     }
-    if (n < current_.size()) rest_unreached(n);
+    if (n < current_.size()) {
+      if (average) {
+        current_[n] = 0.0;
+      } else {
+        rest_unreached(n);
+      }
+    }
     begun = n + 1;
   }
   return true;

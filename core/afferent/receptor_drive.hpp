@@ -17,7 +17,7 @@
 namespace merkel {
 
 /// From contacts to the current of every afferent: I_n = Σ over its receptors of the sigmoid of
-/// the strain energy density at receptor depth (Eq. 14).
+/// the strain energy density at receptor depth (Eq. 14); or to the mean of these energy densities.
 ///
 /// Several contacts act together: their stresses and displacements add (the half-space is linear),
 /// and the energy density is that of the sum. Afferents whose receptors all lie beyond the
@@ -25,23 +25,28 @@ namespace merkel {
 /// changed cost nothing. Real-time: yes, after construction.
 class ReceptorDrive {
  public:
+  /// What is found for every afferent.
+  enum class Output : std::uint8_t { kCurrent, kMeanEnergy };
   struct Parameters {
     SkinParameters skin;
     SigmoidTransduction transduction;
     Precision precision = Precision::kDouble;
     std::size_t most_contacts = 1;  ///< that compute() will be given at once
+    Output output = Output::kCurrent;
   };
 
   /// \param neurons  number of afferents; each receptor names one, from 1
   ReceptorDrive(std::span<const Receptor> receptors, std::size_t neurons,
                 const Parameters& parameters);
 
-  /// Finds the current of every afferent.
+  /// Finds the current, or the mean energy density, of every afferent.
   /// \return whether any may differ from the call before.
   bool compute(std::span<const PlacedContact> contacts) noexcept MERKEL_REALTIME;
 
   /// Of every afferent, as computed last, µA/cm².
   [[nodiscard]] std::span<const double> current_uA_per_cm2() const noexcept { return current_; }
+  /// The same where the output is the mean energy density, kPa.
+  [[nodiscard]] std::span<const double> mean_energy_kPa() const noexcept { return current_; }
   /// Afferents within the reach of the contacts last computed.
   [[nodiscard]] std::size_t afferents_reached() const noexcept { return reached_; }
 
@@ -72,6 +77,8 @@ class ReceptorDrive {
   [[nodiscard]] bool displaced(std::size_t receptor) const noexcept;
   template <class Arrays>
   void drive_reached(Arrays& arrays, std::size_t first_neuron, std::size_t last_neuron) noexcept;
+  template <class Arrays>
+  void average_reached(Arrays& arrays, std::size_t first_neuron, std::size_t last_neuron) noexcept;
   void rest_unreached(std::size_t neuron) noexcept;
 
   Parameters parameters_;

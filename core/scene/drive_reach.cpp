@@ -43,10 +43,15 @@ double DriveReach::energy_of_tolerance_kPa(const SigmoidTransduction& transducti
 
 DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin,
                        const SigmoidTransduction& transduction, double tolerance, std::size_t tips)
+    : DriveReach(tip, skin,
+                 tolerance > 0.0 ? energy_of_tolerance_kPa(transduction, tolerance) : 0.0, tips) {}
+
+DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double limit_of_all_kPa,
+                       std::size_t tips)
     : spacing_mm_(kDeepest_mm / kDepths) {
-  if (!(tolerance > 0.0)) return;
+  if (!(limit_of_all_kPa > 0.0)) return;
   const double share = static_cast<double>(tips);
-  const double limit_kPa = energy_of_tolerance_kPa(transduction, tolerance) / (share * share);
+  const double limit_kPa = limit_of_all_kPa / (share * share);
   const SkinMaterial material(skin);
   radius_mm_.reserve(kDepths + 1);
   if (tip.sphere() != nullptr) {

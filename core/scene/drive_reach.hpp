@@ -21,6 +21,10 @@ class DriveReach {
   DriveReach(const TipContact& tip, const SkinParameters& skin,
              const SigmoidTransduction& transduction, double tolerance, std::size_t tips);
 
+  /// The reach of an energy density: where one tip alone makes no more than a limit, kPa; infinite
+  /// where the limit is 0. Several tips share it as above.
+  DriveReach(const TipContact& tip, const SkinParameters& skin, double limit_kPa, std::size_t tips);
+
   /// At an indentation depth; infinite where the table ends. Never falls with the depth.
   [[nodiscard]] double radius_mm(double depth_mm) const noexcept MERKEL_REALTIME;
 

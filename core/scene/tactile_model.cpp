@@ -13,11 +13,40 @@
 namespace merkel {
 namespace {
 
+Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
+  ParameterCheck all;
+  const bool fields = std::any_of(p.patches.begin(), p.patches.end(), [](const auto& patch) {
+    return patch.layout == ReceptorLayout::kFields;
+  });
+  switch (p.neuron_kind) {
+    case NeuronKind::kHodgkinHuxley:
+      return all.also(p.neuron.check())
+          .require(!fields || p.network.gain == 0.0, "network.gain",
+                   "must be 0 where afferents have receptive fields of their own: the network "
+                   "couples the neurons of neighbouring subregions")
+          .result();
+    case NeuronKind::kIntegrateAndFire:
+      all.also(p.integrate_and_fire.check(p.step));
+      break;
+    case NeuronKind::kConnorStevens:
+      all.also(p.connor_stevens.check())
+          .not_negative("neuron.compression_ms", p.compression_ms)
+          .require(p.step <= std::chrono::microseconds{100}, "neuron.step_us",
+                   "must be at most 100 for neuron.kind \"connor_stevens\"");
+      break;
+  }
+  return all.also(p.adaptation.check())
+      .require(p.network.gain == 0.0, "network.gain",
+               "must be 0 for this neuron.kind: only \"hodgkin_huxley\" neurons are coupled")
+      .require(p.precision == Precision::kDouble, "neuron.precision",
+               "must be \"double\" for this neuron.kind")
+      .result();
+}
+
 Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   ParameterCheck all;
   all.also(p.skin.check())
       .also(p.transduction.check())
-      .also(p.neuron.check())
       .also(p.network.check())
       .in_range("accuracy.cull_tolerance", p.accuracy.cull_tolerance, 0.0, 1.0)
       .require(!p.patches.empty(), "patch", "is missing: a scene needs at least one patch of skin")
@@ -27,10 +56,14 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   for (const auto& patch : p.patches) all.also(patch.patch.check());
   for (const Indenter& indenter : p.indenters) {
     all.also(indenter.check(p.skin))
-        .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene");
+        .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene")
+        .require(indenter.control == p.indenters.front().control, "probe.control",
+                 "must be the same for all probes, but mixes \"depth\" and \"force\": press by "
+                 "the one or the other with each");
   }
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()
+      .also(check_neuron(p))
       .require(p.tick.count() % p.step.count() == 0, "neuron.step_us",
                "must divide loop.tick_us without remainder")
       .result();
@@ -38,7 +71,10 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
 
 /// What a tick can make: a membrane is refractory for more than a millisecond after a spike.
 std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
-  return neurons * (2 + static_cast<std::size_t>(p.tick / std::chrono::milliseconds{1}));
+  const double refractory_ms = p.neuron_kind == NeuronKind::kIntegrateAndFire
+                                   ? std::min(1.0, p.integrate_and_fire.refractory_ms)
+                                   : 1.0;
+  return neurons * (2 + static_cast<std::size_t>(units::ms_from(p.tick) / refractory_ms));
 }
 
 constexpr double kSmallestStep_ms = 1e-4;
@@ -82,11 +118,56 @@ std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
                     [patch](const Indenter& indenter) { return indenter.patch == patch; }));
 }
 
-Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters& p,
-                                                  std::size_t index) {
+Expected<std::vector<Receptor>, ParameterError> receptors_of(
+    const TactileModel::PatchParameters& patch) {
+  if (patch.layout == ReceptorLayout::kSubregions) {
+    return place_receptors(patch.receptors, patch.patch);
+  }
+  return patch.centres.empty() ? place_fields(patch.field, patch.receptors, patch.patch)
+                               : place_fields(patch.field, patch.centres, patch.patch);
+}
+
+EnergyDrivenNeurons::Parameters energy_driven_of(
+    const TactileModel::Parameters& p, std::size_t index,
+    const std::shared_ptr<const RateCurrentTable>& table) {
+  EnergyDrivenNeurons::Parameters energy_driven{.adaptation = p.adaptation, .neurons = {}};
+  energy_driven.adaptation.seed += index;
+  if (p.neuron_kind == NeuronKind::kConnorStevens) {
+    EnergyDrivenNeurons::ConnorStevensDrive drive{
+        .population = {.neuron = p.connor_stevens,
+                       .step = p.step,
+                       .patch = static_cast<std::uint16_t>(index)},
+        .table = table,
+        .compression_ms = p.compression_ms};
+    drive.population.neuron.noise.seed += index;
+    energy_driven.neurons = drive;
+  } else {
+    IntegrateAndFirePopulation::Parameters population{
+        .neuron = p.integrate_and_fire, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
+    population.neuron.noise.seed += index;
+    energy_driven.neurons = population;
+  }
+  return energy_driven;
+}
+
+Expected<TactilePatch, ParameterError> make_patch(
+    const TactileModel::Parameters& p, std::size_t index,
+    const std::shared_ptr<const RateCurrentTable>& table) {
   const TactileModel::PatchParameters& patch = p.patches[index];
-  const auto receptors = place_receptors(patch.receptors, patch.patch);
+  const auto receptors = receptors_of(patch);
   if (!receptors) return Unexpected<ParameterError>(receptors.error());
+  const auto neurons = patch.layout == ReceptorLayout::kSubregions
+                           ? static_cast<std::size_t>(patch.patch.subregions())
+                           : static_cast<std::size_t>(receptors->back().neuron);
+  ReceptorDrive::Parameters drive{.skin = p.skin,
+                                  .transduction = p.transduction,
+                                  .precision = p.precision,
+                                  .most_contacts = indenters_on(index, p)};
+  if (p.energy_driven()) {
+    drive.output = ReceptorDrive::Output::kMeanEnergy;
+    return TactilePatch(*receptors, neurons, drive, energy_driven_of(p, index, table),
+                        most_spikes(p, neurons));
+  }
   std::optional<LatticeCoupling> network;
   if (p.network.gain > 0.0) {
     NetworkParameters own = p.network;
@@ -98,12 +179,7 @@ Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters
   if (const auto checked = check_step(p, network); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
-  const auto neurons = static_cast<std::size_t>(patch.patch.subregions());
-  return TactilePatch(*receptors, neurons,
-                      {.skin = p.skin,
-                       .transduction = p.transduction,
-                       .precision = p.precision,
-                       .most_contacts = indenters_on(index, p)},
+  return TactilePatch(*receptors, neurons, drive,
                       {.neuron = p.neuron,
                        .method = p.method,
                        .precision = p.precision,
@@ -119,9 +195,19 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   if (const auto checked = check(parameters); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
+  std::shared_ptr<const RateCurrentTable> table;
+  if (parameters.neuron_kind == NeuronKind::kConnorStevens) {
+    table = std::make_shared<RateCurrentTable>(parameters.connor_stevens, parameters.step);
+    if (!table->valid()) {
+      return Unexpected<ParameterError>(
+          {.key = "neuron.kind",
+           .reason = "is \"connor_stevens\" with conductances under which it never fires steadily: "
+                     "change g_Na, g_K, g_A or g_L"});
+    }
+  }
   std::vector<TactilePatch> patches;
   for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
-    auto patch = make_patch(parameters, i);
+    auto patch = make_patch(parameters, i, table);
     if (!patch) return Unexpected<ParameterError>(patch.error());
     patches.push_back(std::move(*patch));
   }
@@ -138,6 +224,11 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       resets_(neurons()) {
   for (const Indenter& indenter : parameters.indenters) {
     tips_.emplace_back(indenter, parameters.skin);
+    if (parameters.energy_driven()) {
+      reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.accuracy.cull_tolerance,
+                                 indenters_on(indenter.patch, parameters));
+      continue;
+    }
     reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.transduction,
                                parameters.accuracy.cull_tolerance,
                                indenters_on(indenter.patch, parameters));

@@ -9,12 +9,17 @@
 #include <string>
 #include <vector>
 
+#include "core/afferent/adaptation.hpp"
 #include "core/afferent/patch.hpp"
+#include "core/afferent/receptive_field.hpp"
 #include "core/afferent/receptor_placement.hpp"
 #include "core/afferent/sigmoid_transduction.hpp"
+#include "core/neuron/connor_stevens.hpp"
 #include "core/neuron/hodgkin_huxley.hpp"
+#include "core/neuron/integrate_and_fire.hpp"
 #include "core/neuron/integration_method.hpp"
 #include "core/neuron/lattice_coupling.hpp"
+#include "core/neuron/neuron_kind.hpp"
 #include "core/neuron/spike_buffer.hpp"
 #include "core/parameter_error.hpp"
 #include "core/precision.hpp"
@@ -37,16 +42,20 @@ namespace merkel {
 /// fingertip under a sphere of 2 mm radius.
 class TactileModel {
  public:
-  /// A patch of skin: its grid of afferents and its receptors.
+  /// A patch of skin: its afferents and its receptors.
   struct PatchParameters {
     std::string name;
     Patch patch;
-    ReceptorParameters receptors;
+    ReceptorParameters receptors;  ///< or, where afferents have receptive fields, their centres
+    ReceptorLayout layout = ReceptorLayout::kSubregions;
+    ReceptiveField field;              ///< where the layout is one of fields
+    std::vector<FieldCentre> centres;  ///< of fields; empty: by the density law
   };
   /// What may be left out, and how much that may change.
   struct Accuracy {
     /// Receptors are left out where the press can move their current by no more than this fraction
-    /// of α; 0 looks at all.
+    /// of α, or the energy density by no more than so many kPa where that is the drive; 0 looks at
+    /// all.
     double cull_tolerance = 1e-4;
     bool freeze_resting = true;  ///< do not step neurons that are at rest
   };
@@ -54,14 +63,23 @@ class TactileModel {
     SkinParameters skin;
     std::vector<PatchParameters> patches{PatchParameters{}};
     SigmoidTransduction transduction;
+    NeuronKind neuron_kind = NeuronKind::kHodgkinHuxley;
     HodgkinHuxley neuron;
+    IntegrateAndFire integrate_and_fire;
+    ConnorStevens connor_stevens;
+    double compression_ms = 4.0;      ///< of the drive of Connor-Stevens neurons
+    AdaptationParameters adaptation;  ///< of afferents that energy density drives
     IntegrationMethod method = IntegrationMethod::kCrankNicolson;
     Precision precision = Precision::kDouble;
-    NetworkParameters network;  ///< of each patch; the weights' seed counts up from patch to patch
+    NetworkParameters network;  ///< of each patch; seeds count up from patch to patch
     Accuracy accuracy;
     std::vector<Indenter> indenters{Indenter{}};  ///< one a probe
     std::chrono::nanoseconds tick{1'000'000};
     std::chrono::nanoseconds step{25'000};  ///< divides the tick
+
+    [[nodiscard]] bool energy_driven() const noexcept {
+      return neuron_kind != NeuronKind::kHodgkinHuxley;
+    }
   };
 
   /// Fails with the first parameter that cannot be. Real-time: no.

@@ -9,33 +9,47 @@ TactilePatch::TactilePatch(std::span<const Receptor> receptors, std::size_t neur
                            const HodgkinHuxleyPopulation::Parameters& population,
                            const std::optional<LatticeCoupling>& network, std::size_t most_spikes)
     : drive_(receptors, neurons, drive),
-      population_(population, neurons, network),
-      current_begin_(neurons),
+      population_(std::in_place_type<HodgkinHuxleyPopulation>, population, neurons, network),
+      drive_begin_(neurons),
+      spikes_(most_spikes) {}
+
+TactilePatch::TactilePatch(std::span<const Receptor> receptors, std::size_t neurons,
+                           const ReceptorDrive::Parameters& drive,
+                           const EnergyDrivenNeurons::Parameters& energy_driven,
+                           std::size_t most_spikes)
+    : drive_(receptors, neurons, drive),
+      population_(std::in_place_type<EnergyDrivenNeurons>, energy_driven, neurons),
+      drive_begin_(neurons),
       spikes_(most_spikes) {}
 
 void TactilePatch::reset() noexcept {
-  population_.reset();
+  std::visit([](auto& population) { population.reset(); }, population_);
   static_cast<void>(drive_.compute({}));
-  std::fill(current_begin_.begin(), current_begin_.end(), 0.0);
+  std::fill(drive_begin_.begin(), drive_begin_.end(), 0.0);
   spikes_.clear();
   asleep_ = false;
 }
 
 std::span<const SpikeEvent> TactilePatch::resets() const noexcept {
   if (asleep_) return {};
-  return population_.resets();
+  return std::visit([](const auto& population) { return population.resets(); }, population_);
 }
 
 void TactilePatch::step(std::span<const PlacedContact> contacts, int steps,
                         std::chrono::nanoseconds start, WorkerTeam* team) noexcept {
   spikes_.clear();
   const std::span<const double> before = drive_.current_uA_per_cm2();
-  std::copy(before.begin(), before.end(), current_begin_.begin());
+  std::copy(before.begin(), before.end(), drive_begin_.begin());
   const bool changed = drive_.compute(contacts);
   // The currents before this step ran on to `before`: they were constant if they were at rest.
-  asleep_ = !changed && population_.all_resting();
+  asleep_ = !changed && std::visit([](const auto& population) { return population.all_resting(); },
+                                   population_);
   if (asleep_) return;
-  population_.advance(current_begin_, drive_.current_uA_per_cm2(), steps, start, spikes_, team);
+  std::visit(
+      [&](auto& population) {
+        population.advance(drive_begin_, drive_.current_uA_per_cm2(), steps, start, spikes_, team);
+      },
+      population_);
   spikes_.sort();
 }
 

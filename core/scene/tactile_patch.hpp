@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "core/afferent/placed_contact.hpp"
@@ -13,6 +14,7 @@
 #include "core/neuron/lattice_coupling.hpp"
 #include "core/neuron/spike_buffer.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/scene/energy_driven_neurons.hpp"
 #include "core/spike_event.hpp"
 #include "core/worker_team.hpp"
 
@@ -28,6 +30,11 @@ class TactilePatch {
                const ReceptorDrive::Parameters& drive,
                const HodgkinHuxleyPopulation::Parameters& population,
                const std::optional<LatticeCoupling>& network, std::size_t most_spikes);
+  /// The same with neurons that the mean energy density drives.
+  /// \param drive  whose output is the mean energy density
+  TactilePatch(std::span<const Receptor> receptors, std::size_t neurons,
+               const ReceptorDrive::Parameters& drive,
+               const EnergyDrivenNeurons::Parameters& energy_driven, std::size_t most_spikes);
 
   /// Back to rest, without contact.
   void reset() noexcept MERKEL_REALTIME;
@@ -44,20 +51,19 @@ class TactilePatch {
   /// Spikes for which a step's buffer had no room, since construction.
   [[nodiscard]] std::uint64_t spikes_refused() const noexcept { return spikes_.refused(); }
 
-  [[nodiscard]] std::size_t neurons() const noexcept { return population_.size(); }
-  /// Current of every afferent at the end of the last step, µA/cm².
+  [[nodiscard]] std::size_t neurons() const noexcept { return drive_begin_.size(); }
+  /// Current of every Hodgkin-Huxley afferent at the end of the last step, µA/cm².
   [[nodiscard]] std::span<const double> current_uA_per_cm2() const noexcept {
     return drive_.current_uA_per_cm2();
   }
   [[nodiscard]] const ReceptorDrive& drive() const noexcept { return drive_; }
-  [[nodiscard]] const HodgkinHuxleyPopulation& population() const noexcept { return population_; }
   /// Whether the last step found nothing to do.
   [[nodiscard]] bool asleep() const noexcept { return asleep_; }
 
  private:
   ReceptorDrive drive_;
-  HodgkinHuxleyPopulation population_;
-  std::vector<double> current_begin_;
+  std::variant<HodgkinHuxleyPopulation, EnergyDrivenNeurons> population_;
+  std::vector<double> drive_begin_;
   SpikeBuffer spikes_;
   bool asleep_ = false;
 };

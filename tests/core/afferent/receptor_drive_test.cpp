@@ -150,7 +150,7 @@ TEST(ReceptorDrive, ReceptorsAtAnyDepthAgreeWithTheScalarClosedForms) {
 
 TEST(ReceptorDrive, BarsAndSpheresActTogether) {
   const Reference reference;
-  const BarStressField bars({}, reference.skin);
+  const BarStressField bars(BarTip{}, reference.skin);
   ReceptorDrive drive = drive_of(reference);
   for (const double depth : {0.001, 0.003, 0.4}) {
     const std::vector<PlacedContact> contacts = {
