@@ -12,6 +12,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/scene/contact_input.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "core/tick_record.hpp"
 #include "realtime/bounded_queue.hpp"
 #include "realtime/clock.hpp"
 #include "realtime/loop_statistics.hpp"
@@ -53,6 +54,7 @@ class FixedStepLoop {
         statistics_(statistics),
         events_(events),
         contacts_(inputs.size()),
+        records_(inputs.size()),
         released_since_(inputs.size()),
         spikes_of_neuron_(model.neurons()) {}
 
@@ -72,7 +74,7 @@ class FixedStepLoop {
         continue;
       }
       if (behind > 0) statistics_.catch_up_ticks.add();
-      simulate(parameters_.start + (k - 1) * tick, tick);
+      simulate(parameters_.start + (k - 1) * tick, tick, due);
       const auto overrun = clock_.now() - (due + tick);
       if (overrun.count() > 0) {
         statistics_.overruns.add();
@@ -102,15 +104,24 @@ class FixedStepLoop {
            .kind = LoopEvent::Kind::kGap});
   }
 
-  void simulate(std::chrono::nanoseconds begin, std::chrono::nanoseconds tick) noexcept {
+  void simulate(std::chrono::nanoseconds begin, std::chrono::nanoseconds tick,
+                std::chrono::nanoseconds due) noexcept {
     const auto end = begin + tick;
     bool held = false;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
       }
       const auto last_sample = inputs_[i].last_time();
+      const std::uint64_t late_before = inputs_[i].counts().late;
       const ProbeInput::Reading reading = inputs_[i].at(end);
       contacts_[i] = reading.contact;
+      records_[i] = {.time = end,
+                     .contact = reading.contact,
+                     .number = statistics_.ticks.value() + 1,
+                     .probe = static_cast<std::uint32_t>(i),
+                     .late = static_cast<std::uint16_t>(
+                         std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
+                     .state = reading.state};
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
@@ -120,7 +131,9 @@ class FixedStepLoop {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
       ++spikes_of_neuron_[spike.neuron - 1];
     }
-    fanout_.publish(spikes, clock_);
+    fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
+    for (TickRecord& record : records_) record.latency = clock_.now() - due;
+    fanout_.publish(std::span<const TickRecord>(records_), clock_);
     statistics_.spikes.add(spikes.size());
     statistics_.neuron_resets.add(model_.resets() - resets_before);
     statistics_.ticks.add();
@@ -151,6 +164,7 @@ class FixedStepLoop {
 
   void raise(const LoopEvent& event) noexcept {
     if (!events_.try_push(event)) statistics_.events_dropped.add();
+    fanout_.publish(event, clock_);
   }
 
   Parameters parameters_;
@@ -161,6 +175,7 @@ class FixedStepLoop {
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
   std::vector<ContactInput> contacts_;
+  std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
 };

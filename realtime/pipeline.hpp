@@ -20,6 +20,8 @@
 
 namespace merkel {
 
+struct SampleTap;
+
 /// What a run did, counted at every hand-over.
 struct RunReport {
   struct OfProbe {
@@ -71,6 +73,8 @@ class Pipeline {
     /// no limit with recordings, of which every tick counts and which nothing outside waits for.
     std::optional<std::int64_t> max_catch_up_ticks;
     std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
+    /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
+    std::function<void(const std::string&, const std::string&)> on_sink_failure;
   };
 
   /// \param model  borrowed; its spikes and contacts can be read after run()
@@ -92,6 +96,8 @@ class Pipeline {
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept { return statistics_; }
+  /// Everything counted so far; losses are those of no sink. Thread: any, once it runs.
+  [[nodiscard]] RunStatus status() const;
 
  private:
   struct ProbeLine;
@@ -101,6 +107,8 @@ class Pipeline {
   template <class C>
   void run_loop(C& clock, RunReport& report);
   void drain_events(RunReport& report);
+  std::vector<SampleTap*> add_taps(const ProbeLine& probe);
+  void tell_failures();
   void finish(RunReport& report);
 
   TactileModel& model_;

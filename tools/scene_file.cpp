@@ -217,6 +217,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
     Scene scene = scene_of(root, findings);
     if (!findings.error.empty()) return bad_input(findings.error);
     scene.file = name;
+    scene.text = text;
     scene.line_of = std::move(findings.line_of);
     const auto checked =
         ParameterCheck()

@@ -28,6 +28,7 @@ struct Scene {
   std::vector<std::string> sinks;
   std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
   std::string file;                                ///< empty for the built-in scene
+  std::string text;                                ///< from which parse_scene makes it again
   std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
 
   /// "file:line: key reason", for a person.

@@ -16,6 +16,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/run_summary.hpp"
 #include "tools/scene_presets.hpp"
+#include "tools/session_scene.hpp"
 
 namespace merkel {
 namespace {
@@ -27,6 +28,7 @@ struct RunOptions {
   bool fast = false;
   bool json = false;
   bool overwrite = false;
+  bool allow_remote = false;
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
@@ -88,21 +90,31 @@ int run(const RunOptions& options) {
     return refuse(scene->sentence(model.error()));
   }
 
-  Pipeline::Parameters parameters{.fast = options.fast,
-                                  .delay = delay,
-                                  .duration = std::nullopt,
-                                  .max_catch_up_ticks = scene->max_catch_up_ticks,
-                                  .on_event = {}};
+  Pipeline::Parameters parameters{
+      .fast = options.fast,
+      .delay = delay,
+      .duration = std::nullopt,
+      .max_catch_up_ticks = scene->max_catch_up_ticks,
+      .on_event = {},
+      .on_sink_failure = [](const std::string& uri, const std::string& trouble) {
+        std::fprintf(stderr,
+                     "merkel: the sink %s is closed, the run goes on: "
+                     "%s\n",
+                     uri.c_str(), trouble.c_str());
+      }};
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   Pipeline pipeline(*model, parameters);
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
   const std::size_t neurons = model->neurons();
-  const NeuronNumbering numbering({&neurons, 1});
+  const SinkSetup setup{.numbering = NeuronNumbering({&neurons, 1}),
+                        .overwrite = options.overwrite,
+                        .allow_remote = options.allow_remote,
+                        .run = describe_run(*scene, *model, options.seed)};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
-    auto sink = open_sink(uri, numbering, options.overwrite);
+    auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
     pipeline.add_sink(std::move(*sink));
@@ -140,7 +152,7 @@ void add_run_command(CommandLine& program) {
       .option("scene", options->scene, "Scene file (TOML), or a preset: paper, paper-wide")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
-      .list("--sink", options->sinks, "Sink URI, repeatable: csv:FILE")
+      .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .flag("--fast", options->fast,
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
@@ -148,6 +160,8 @@ void add_run_command(CommandLine& program) {
       .option("--seed", options->seed, "Seed of the receptors and of the network's weights")
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--allow-remote", options->allow_remote,
+            "Let sinks send to, or be reached from, other machines")
       .runs([options] { return run(*options); });
 }
 
