@@ -57,6 +57,8 @@ class TactilePatch {
     return drive_.current_uA_per_cm2();
   }
   [[nodiscard]] const ReceptorDrive& drive() const noexcept { return drive_; }
+  /// Neurons that the last step took, the others being at rest; in whole blocks.
+  [[nodiscard]] std::size_t active_neurons() const noexcept;
   /// Whether the last step found nothing to do.
   [[nodiscard]] bool asleep() const noexcept { return asleep_; }
 
