@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
       merkel::add_figures_command(program);
       merkel::add_bench_command(program);
       merkel::add_chart_command(program);
+      merkel::add_plan_command(program);
     });
   } catch (const std::exception& error) {
     return merkel::fail(error.what());

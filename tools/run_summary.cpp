@@ -12,6 +12,7 @@
 
 #include "core/skin/contact_validity.hpp"
 #include "core/units.hpp"
+#include "tools/contact_sentence.hpp"
 #include "tools/loop_summary.hpp"
 
 namespace merkel {
@@ -69,20 +70,25 @@ std::vector<NeuronRow> neuron_rows(const RunReport& report, const TactileModel& 
 
 using Count = unsigned long long;
 
-std::string validity_sentence(const Press& press, const TactileModel& model, std::size_t probe) {
-  const Indenter& indenter = model.parameters().indenters[probe];
-  if (indenter.tip == Indenter::Tip::kBars) {
-    return "flat bars, linear at any depth; strains are of the order of depth over bar width";
-  }
-  if (indenter.tip == Indenter::Tip::kPin) {
-    return "flat pin, linear at any depth; strains are of the order of depth over diameter";
-  }
-  return validity_of(press.contact, model.parameters().skin, indenter.radius_mm).sentence();
+/// How long a tick took: the median on the host's clock, the mean with --fast.
+double measured_tick_us(const RunReport& report) {
+  if (report.host_time) return units::us_from(report.host_time->tick.p50);
+  return report.ticks > 0 ? units::us_from(report.wall) / static_cast<double>(report.ticks) : 0.0;
+}
+
+nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
+  return {{"method", name_of(plan.chosen.method)},
+          {"precision", name_of(plan.chosen.precision)},
+          {"step_us", units::us_from(plan.chosen.step)},
+          {"spike_time_us", plan.budget_us.value_or(0.0)},
+          {"predicted_error_us", plan.chosen.error_us()},
+          {"predicted_tick_us", plan.chosen.tick_us},
+          {"measured_tick_us", measured_tick_us(report)}};
 }
 
 }  // namespace
 
-std::string summary_text(const RunReport& report, const TactileModel& model) {
+std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan) {
   std::string text;
   const double simulated_s = units::s_from(report.simulated);
   const double wall_s = units::s_from(report.wall);
@@ -99,6 +105,14 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
          static_cast<Count>(report.catch_up_ticks), static_cast<Count>(report.gaps),
          static_cast<Count>(report.skipped_ticks));
   text += loop_text(report);
+  if (plan != nullptr) {
+    append(text,
+           "planned with %s at %g µs in %s: predicted %.2f µs a tick, measured %.2f; spike times "
+           "within %.3g µs in rehearsal, %g asked for\n",
+           std::string(name_of(plan->chosen.method)).c_str(), units::us_from(plan->chosen.step),
+           std::string(name_of(plan->chosen.precision)).c_str(), plan->chosen.tick_us,
+           measured_tick_us(report), plan->chosen.error_us(), plan->budget_us.value_or(0.0));
+  }
   if (report.neuron_resets > 0) {
     append(text, "neurons reset after a non-finite state: %llu\n",
            static_cast<Count>(report.neuron_resets));
@@ -124,7 +138,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
       append(text, ", contact radius %.4g mm, peak pressure %.4g kPa",
              press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
     }
-    append(text, "\n  contact law: %s\n", validity_sentence(press, model, i).c_str());
+    append(text, "\n  contact law: %s\n", contact_sentence(press, model, i).c_str());
   }
   if (model.closest_rims() < 1.0) {
     append(text,
@@ -152,7 +166,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
   return text;
 }
 
-std::string summary_json(const RunReport& report, const TactileModel& model) {
+std::string summary_json(const RunReport& report, const TactileModel& model, const Plan* plan) {
   using Json = nlohmann::ordered_json;
   Json probes = Json::array();
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
@@ -181,7 +195,7 @@ std::string summary_json(const RunReport& report, const TactileModel& model) {
                         {"layer_ratio", validity.layer_ratio},
                         {"layer_force_error", validity.layer_force_error},
                         {"valid", validity.within},
-                        {"validity", validity_sentence(press, model, i)}}}});
+                        {"validity", contact_sentence(press, model, i)}}}});
   }
   Json sinks = Json::array();
   for (const RunReport::OfSink& sink : report.sinks) {
@@ -214,6 +228,7 @@ std::string summary_json(const RunReport& report, const TactileModel& model) {
       {"catch_up_ticks", report.catch_up_ticks},
       {"gaps", report.gaps},
       {"skipped_ticks", report.skipped_ticks},
+      {"plan", plan != nullptr ? plan_part(*plan, report) : Json()},
       {"neuron_resets", report.neuron_resets},
       {"events_dropped", report.events_dropped},
       {"loop", loop_json(report)},

@@ -4,13 +4,16 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
+#include "tools/plan/plan.hpp"
 
 namespace merkel {
 
-/// The end-of-run summary for people.
-[[nodiscard]] std::string summary_text(const RunReport& report, const TactileModel& model);
+/// The end-of-run summary for people. \param plan  that chose the method; null: none
+[[nodiscard]] std::string summary_text(const RunReport& report, const TactileModel& model,
+                                       const Plan* plan = nullptr);
 
 /// The same as JSON, for programs: one object.
-[[nodiscard]] std::string summary_json(const RunReport& report, const TactileModel& model);
+[[nodiscard]] std::string summary_json(const RunReport& report, const TactileModel& model,
+                                       const Plan* plan = nullptr);
 
 }  // namespace merkel

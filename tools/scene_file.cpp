@@ -181,9 +181,16 @@ void read_network(SceneTable table, NetworkParameters& network) {
       .finish();
 }
 
-void read_accuracy(SceneTable table, TactileModel::Accuracy& accuracy) {
+void read_accuracy(SceneTable table, TactileModel::Accuracy& accuracy,
+                   std::optional<double>& spike_time_us) {
+  if (table.has("spike_time_us")) {
+    double budget = 0.0;
+    table.number("spike_time_us", budget);
+    spike_time_us = budget;
+  }
   table.number("cull_tolerance", accuracy.cull_tolerance)
       .truth("freeze_resting", accuracy.freeze_resting)
+      .known("spike_time_us")
       .finish();
 }
 
@@ -261,7 +268,9 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     patches.push_back(std::move(patch));
   });
   if (!patches.empty()) scene.model.patches = std::move(patches);
-  one("accuracy", [&](SceneTable table) { read_accuracy(std::move(table), scene.model.accuracy); });
+  one("accuracy", [&](SceneTable table) {
+    read_accuracy(std::move(table), scene.model.accuracy, scene.spike_time_us);
+  });
   one("transduction",
       [&](SceneTable table) { read_transduction(std::move(table), scene.model.transduction); });
   one("afferent",
@@ -322,6 +331,12 @@ Scene scene_of(const toml::table& root, Findings& findings) {
 
 }  // namespace
 
+void Scene::set_probes(const std::vector<std::string>& uris) {
+  probes.resize(uris.size(), probes.back());
+  model.indenters.resize(uris.size(), model.indenters.back());
+  for (std::size_t i = 0; i < uris.size(); ++i) probes[i].uri = uris[i];
+}
+
 void Scene::set_seed(std::uint64_t seed) {
   model.network.seed = seed;
   for (auto& patch : model.patches) patch.receptors.seed = seed++;
@@ -345,6 +360,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
     scene.line_of = std::move(findings.line_of);
     const auto checked =
         ParameterCheck()
+            .positive("accuracy.spike_time_us", scene.spike_time_us.value_or(1.0))
             .whole_in_range("loop.max_catch_up_ticks", scene.max_catch_up_ticks.value_or(0), 0,
                             1'000'000)
             .also(scene.loop.check())

@@ -28,11 +28,15 @@ struct Scene {
   std::vector<OfProbe> probes;
   std::vector<std::string> sinks;
   LoopSettings loop;
+  /// Largest rms error of spike times; the plan picks a method that meets it.
+  std::optional<double> spike_time_us;
   std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
   std::string file;                                ///< empty for the built-in scene
   std::string text;                                ///< from which parse_scene makes it again
   std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
 
+  /// Takes these probes; further ones are like the scene's last.
+  void set_probes(const std::vector<std::string>& uris);
   /// Seeds everything that is drawn: the network, and the patches each with one more.
   void set_seed(std::uint64_t seed);
   /// "file:line: key reason", for a person.

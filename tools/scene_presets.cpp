@@ -41,13 +41,41 @@ Scene goodwin_hh() {
   return scene;
 }
 
+/// A hand: five fingertips and a palm, 4250 afferents of 28 receptors each, a probe on every patch.
+Scene hand() {
+  Scene scene;
+  TactileModel::Parameters& model = scene.model;
+  model.network.gain = 0.0;
+  model.patches.clear();
+  model.indenters.clear();
+  const auto add = [&](const char* name, const Patch& patch) {
+    const auto seed = static_cast<std::uint64_t>(model.patches.size() + 1);
+    model.patches.push_back({.name = name,
+                             .patch = patch,
+                             .receptors = {.seed = seed, .count = 28LL * patch.subregions()}});
+    model.indenters.push_back({.patch = model.indenters.size()});
+    scene.probes.push_back({.uri = "sim:ramp",
+                            .delay = {},
+                            .input = {.x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm},
+                            .control = {}});
+  };
+  for (const char* const finger : {"thumb", "index", "middle", "ring", "little"}) {
+    add(finger, {.length_mm = 30.0, .width_mm = 20.0, .columns = 25, .rows = 18});
+  }
+  add("palm", {.length_mm = 100.0, .width_mm = 80.0, .columns = 50, .rows = 40});
+  return scene;
+}
+
 struct Preset {
   const char* name;
   Scene (*make)();
 };
 
-constexpr Preset kPresets[] = {
-    {"paper", paper}, {"paper-wide", paper_wide}, {"goodwin", goodwin}, {"goodwin-hh", goodwin_hh}};
+constexpr Preset kPresets[] = {{"paper", paper},
+                               {"paper-wide", paper_wide},
+                               {"goodwin", goodwin},
+                               {"goodwin-hh", goodwin_hh},
+                               {"hand", hand}};
 
 }  // namespace
 

@@ -40,6 +40,8 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model,
                {"seed", seed ? std::to_string(*seed) : ""},
                {"receptor_seed", std::to_string(run.model.patches.front().receptors.seed)},
                {"network_seed", std::to_string(run.model.network.seed)},
+               {"method", std::string(name_of(run.model.method))},
+               {"precision", std::string(name_of(run.model.precision))},
                {"tick_ns", std::to_string(run.model.tick.count())},
                {"step_ns", std::to_string(run.model.step.count())},
                {"neurons", std::to_string(model.neurons())}};
@@ -66,6 +68,16 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
   }
   if (const auto seed = to_seed(session.fact("seed"))) {
     scene->set_seed(*seed);
+  }
+  // A plan may have chosen another method than the scene's text says.
+  if (const auto method = integration_method_named(session.fact("method"))) {
+    scene->model.method = *method;
+  }
+  scene->model.precision = session.fact("precision") == name_of(Precision::kFloat)
+                               ? Precision::kFloat
+                               : Precision::kDouble;
+  if (const auto step = to_seed(session.fact("step_ns")); step && *step > 0) {
+    scene->model.step = std::chrono::nanoseconds{static_cast<std::int64_t>(*step)};
   }
   return scene;
 }

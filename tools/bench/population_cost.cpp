@@ -8,7 +8,7 @@
 
 namespace merkel {
 
-Measurement neuron_step_cost(const PopulationCase& which, int runs) {
+Measurement neuron_step_cost(const PopulationCase& which, int runs, double run_s) {
   constexpr int kSteps = 40;
   std::optional<LatticeCoupling> network;
   if (which.coupled) {
@@ -32,7 +32,7 @@ Measurement neuron_step_cost(const PopulationCase& which, int runs) {
     population.advance(current, current, kSteps, std::chrono::nanoseconds{0}, spikes, which.team);
   };
   for (int k = 0; k < 5; ++k) tick();
-  Measurement measured = measure(tick, runs);
+  Measurement measured = measure(tick, runs, run_s);
   const double neuron_steps = kSteps * static_cast<double>(which.neurons);
   measured.median_s /= neuron_steps;
   measured.least_s /= neuron_steps;

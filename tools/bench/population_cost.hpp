@@ -19,7 +19,8 @@ struct PopulationCase {
 };
 
 /// Time of one membrane step of one neuron, s.
-[[nodiscard]] Measurement neuron_step_cost(const PopulationCase& which, int runs = 7);
+[[nodiscard]] Measurement neuron_step_cost(const PopulationCase& which, int runs = 7,
+                                           double run_s = 0.02);
 
 /// Arithmetic operations of one neuron in one step of the default method without a network, a fused
 /// multiply-add counted as two, a division as one; comparisons and choices not counted.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "drivers/files/output_file.hpp"
 #include "tools/bench/population_cost.hpp"
 #include "tools/charts/chart.hpp"
 #include "tools/charts/driven_neurons.hpp"
@@ -25,6 +26,26 @@ std::vector<double> currents() {
   std::vector<double> all;
   for (int i = 0; i < 8; ++i) all.push_back(8.0 + 6.0 * i / 8.0);
   return all;
+}
+
+const char* enumerator_of(IntegrationMethod method) {
+  switch (method) {
+    case IntegrationMethod::kForwardEuler:
+      return "kForwardEuler";
+    case IntegrationMethod::kExponentialEuler:
+      return "kExponentialEuler";
+    case IntegrationMethod::kBackwardEuler:
+      return "kBackwardEuler";
+    case IntegrationMethod::kRushLarsen:
+      return "kRushLarsen";
+    case IntegrationMethod::kCrankNicolson:
+      return "kCrankNicolson";
+    case IntegrationMethod::kHeun:
+      return "kHeun";
+    case IntegrationMethod::kRk4:
+      return "kRk4";
+  }
+  return "";
 }
 
 /// Cost of a neuron for a simulated second, µs.
@@ -72,6 +93,13 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
       "2000 uncoupled on one core (`integrators.csv`). \"–\": wrong spike counts or diverged.\n\n"
       "| method | precision | 100 µs | 50 µs | 25 µs | 12.5 µs |\n|---|---|---|---|---|---|\n";
   const std::vector<double> steps_us = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
+  // What `merkel plan` knows beforehand: tools/plan/method_table.inc is renewed with this.
+  auto known = OutputFile::create(folder.path("method_table.inc"), folder.overwrite);
+  if (!known) return Unexpected<SetupError>(known.error());
+  std::string known_text =
+      "// Written by `merkel chart` (integrators): cost of a neuron for a simulated second, µs, "
+      "and rms "
+      "error\n// of its spike times, µs; infinite where spike counts are wrong.\n";
   const auto& names = integration_method_names();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto method = static_cast<IntegrationMethod>(k);
@@ -89,6 +117,10 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
                                         .median_s,
                                     step_us);
         const bool right = driven.resets == 0 && error.unmatched == 0;
+        known_text +=
+            format("{IntegrationMethod::%s, Precision::%s, %g, %.0f, %s},\n", enumerator_of(method),
+                   precision == Precision::kDouble ? "kDouble" : "kFloat", step_us, cost,
+                   right ? format("%.3g", 1e3 * error.rms_ms).c_str() : "kInfinite");
         table->row(label, {step_us, cost, error.rms_ms,
                            driven.resets > 0 ? 1.0 : error.share_unmatched()});
         if (step_us > 100.0 || step_us < 10.0) continue;
@@ -113,6 +145,7 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
   text += "\nCVODE is not in this build: install libsundials-dev and build again.\n";
 #endif
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  if (!known->write(known_text) || !known->close()) return unavailable(known->error());
   // Brian2 beside it, where it is installed.
   if (python_has("brian2")) {
     if (auto run =

@@ -16,6 +16,7 @@
 #include "realtime/spinning_team.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/crash_report.hpp"
+#include "tools/plan/plan.hpp"
 #include "tools/run_summary.hpp"
 #include "tools/scene_presets.hpp"
 #include "tools/session_scene.hpp"
@@ -53,14 +54,7 @@ Expected<Indenter::Control, SetupError> control_of(const Scene::OfProbe& setup,
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   auto scene = scene_named(options.scene);
   if (!scene) return scene;
-  if (!options.probes.empty()) {
-    // Further probes are like the scene's last.
-    scene->probes.resize(options.probes.size(), scene->probes.back());
-    scene->model.indenters.resize(options.probes.size(), scene->model.indenters.back());
-    for (std::size_t i = 0; i < options.probes.size(); ++i) {
-      scene->probes[i].uri = options.probes[i];
-    }
-  }
+  if (!options.probes.empty()) scene->set_probes(options.probes);
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
   if (options.seed) scene->set_seed(*options.seed);
   return scene;
@@ -69,6 +63,12 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
 int run(const RunOptions& options) {
   auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
+  std::optional<Plan> plan;
+  if (scene->spike_time_us) {
+    auto made = make_plan(*scene);
+    if (!made) return refuse(made.error());
+    plan = std::move(*made);
+  }
 
   std::vector<std::unique_ptr<Probe>> probes;
   std::optional<std::chrono::nanoseconds> delay;
@@ -139,8 +139,8 @@ int run(const RunOptions& options) {
   if (on_terminal) std::fputs("\r\033[K", stderr);
   if (!report) return refuse(report.error());
 
-  const std::string summary =
-      options.json ? summary_json(*report, *model) : summary_text(*report, *model);
+  const std::string summary = options.json ? summary_json(*report, *model, plan ? &*plan : nullptr)
+                                           : summary_text(*report, *model, plan ? &*plan : nullptr);
   std::fputs(summary.c_str(), summary_to_stderr ? stderr : stdout);
   if (!report->trouble.empty()) {
     return refuse(report->trouble);

@@ -1,0 +1,49 @@
+#include "tools/plan/plan.hpp"
+
+#include <cstdio>
+#include <memory>
+
+#include "tools/commands/command.hpp"
+#include "tools/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+struct PlanCommand {
+  std::string scene;
+  std::vector<std::string> probes;
+  std::optional<double> spike_time_us;
+  bool json = false;
+};
+
+int plan(const PlanCommand& command) {
+  auto scene = scene_named(command.scene);
+  if (!scene) return refuse(scene.error());
+  if (!command.probes.empty()) scene->set_probes(command.probes);
+  if (command.spike_time_us) scene->spike_time_us = command.spike_time_us;
+  const auto made = make_plan(*scene);
+  if (!made) return refuse(made.error());
+  std::fputs((command.json ? plan_json(*made) : plan_text(*made)).c_str(), stdout);
+  return kDone;
+}
+
+}  // namespace
+
+void add_plan_command(CommandLine& program) {
+  auto command = std::make_shared<PlanCommand>();
+  program
+      .subcommand(
+          "plan",
+          "Says what a scene will compute, what it leaves out and why, what a tick will "
+          "cost and how exact the spike times will be. With a budget for their error, picks "
+          "the cheapest method that meets it, as `run` does.",
+          "plan --spike-time-us 50")
+      .option("scene", command->scene, "Scene file (TOML) or preset")
+      .list("--probe", command->probes, "Probe URI, once for each of the scene's probes")
+      .option("--spike-time-us", command->spike_time_us,
+              "Largest rms error of spike times, µs, instead of the scene's", {1e-6, 1e6})
+      .flag("--json", command->json, "Print the plan as JSON")
+      .runs([command] { return plan(*command); });
+}
+
+}  // namespace merkel
