@@ -37,6 +37,8 @@ thread_local bool t_simulating = false;
 std::atomic<int> g_calls{0};
 std::atomic<int> g_sleeps{0};
 std::atomic<const char*> g_last{""};
+std::atomic<int> g_wall_step_s{0};  ///< by which the wall clock jumps at every look, to and fro
+std::atomic<int> g_looks_at_wall_clock{0};
 
 void note_call(const char* name) {
   if (!t_simulating) return;
@@ -204,6 +206,18 @@ int nanosleep(const timespec* request, timespec* remain) {
   return real(request, remain);
 }
 
+/// The wall clock, which may be set at any time; nothing of the simulation may depend on it.
+int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  static auto* real = original<int(clockid_t, timespec*)>("clock_gettime");
+  if (clock == CLOCK_REALTIME && g_wall_step_s != 0) {
+    ++g_looks_at_wall_clock;
+    const int result = real(clock, time);
+    time->tv_sec += g_wall_step_s.exchange(-g_wall_step_s);
+    return result;
+  }
+  return real(clock, time);
+}
+
 int getrusage(__rusage_who_t who, rusage* usage) noexcept {
   static auto* real = original<int(__rusage_who_t, rusage*)>("getrusage");
   if (who == RUSAGE_THREAD) t_simulating = !t_simulating;
@@ -262,7 +276,8 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&dropouts_per_s=5&live=1";
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=1")), {.x_mm = 9.0, .y_mm = 7.5});
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=2")), {.x_mm = 21.0, .y_mm = 12.5});
-  pipeline.add_sink(std::move(*open_sink("csv:/dev/null", NeuronNumbering(model->neurons_of_patch()), false)));
+  pipeline.add_sink(
+      std::move(*open_sink("csv:/dev/null", NeuronNumbering(model->neurons_of_patch()), false)));
   g_calls = 0;
   g_sleeps = 0;
   const auto report = pipeline.run();
@@ -272,6 +287,28 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   EXPECT_GT(report->host_time->queue.count, 0U);
   EXPECT_GT(g_sleeps, 500);
   EXPECT_EQ(g_calls, 0) << g_last.load();
+}
+
+/// Spikes of a recorded press in real time.
+std::uint64_t spikes_in_real_time() {
+  auto model = TactileModel::create({});
+  Pipeline pipeline(*model, {.fast = false});
+  pipeline.add_probe(std::move(*open_probe("sim:taps?count=2&interval_s=0.15&tail_s=0.05")), {});
+  const auto report = pipeline.run();
+  EXPECT_EQ(report->probes[0].counts.late, 0U);
+  EXPECT_EQ(report->probes[0].counts.held_ticks, 0U);
+  return report->spikes;
+}
+
+TEST(RealtimeSafety, AWallClockThatIsSetChangesNothing) {
+  const std::uint64_t spikes = spikes_in_real_time();
+  EXPECT_GT(spikes, 0U);
+  g_wall_step_s = 3600;
+  EXPECT_EQ(spikes_in_real_time(), spikes);
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);  // the trap works
+  EXPECT_GT(g_looks_at_wall_clock, 0);
+  g_wall_step_s = 0;
 }
 
 }  // namespace
