@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 #ifdef MERKEL_SANITIZED  // takes twenty times as long
-constexpr std::uint64_t kHours = 3;
+constexpr std::uint64_t kHours = 2;
 #else
 constexpr std::uint64_t kHours = 24;
 #endif

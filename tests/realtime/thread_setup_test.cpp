@@ -128,7 +128,9 @@ TEST(ThreadUsage, CountsWhatTheThreadDid) {
   for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 1;
   std::this_thread::sleep_for(std::chrono::milliseconds{1});
   const ThreadUsage since = ThreadUsage::of_this_thread().since(before);
+#ifndef MERKEL_SANITIZED  // a sanitizer's allocator may have touched the pages before
   EXPECT_GT(since.minor_faults, 0U);
+#endif
   EXPECT_GT(since.voluntary_switches, 0U);
 }
 
