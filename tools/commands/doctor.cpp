@@ -43,7 +43,7 @@ void print(const std::vector<Verdict>& verdicts) {
 
 void print(const DoctorRun& run, std::size_t number) {
   const PathMeasurement& path = run.path;
-  const RunReport::OfHostTime& host = *path.report.host_time;
+  const HostTimeReport& host = *path.report.host_time;
   std::printf("run %zu: %llu ticks, %llu missed, %llu spikes; %s\n", number,
               static_cast<unsigned long long>(path.report.ticks),
               static_cast<unsigned long long>(path.missed()),
