@@ -42,7 +42,8 @@ std::vector<MachineFacts::SerialPort> ports_of(const std::string& root) {
   for (const auto& entry : fs::directory_iterator(root + "/dev", none)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("ttyUSB") && !name.starts_with("ttyACM")) continue;
-    const auto timer = number_of(root + "/sys/bus/usb-serial/devices/" + name + "/latency_timer");
+    const fs::path adapter = fs::path(root + "/sys/bus/usb-serial/devices") / name;
+    const auto timer = number_of((adapter / "latency_timer").string());
     ports.push_back(
         {.name = name,
          .accessible = ::access(entry.path().c_str(), R_OK | W_OK) == 0,
