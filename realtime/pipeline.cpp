@@ -222,7 +222,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   // Recordings are played from their first sample, at whatever time they were made; with devices,
   // the run starts when the last of them speaks.
   const auto [earliest, latest] = std::minmax_element(first_times.begin(), first_times.end());
-  RunReport::OfHostTime host{.wait = parameters_.wait};
+  HostTimeReport host{.wait = parameters_.wait};
   std::optional<ProcessSetup> process;
   if constexpr (kHostTime) process.emplace(parameters_.realtime, host.rights);
   std::atomic<bool> begun{false};

@@ -27,6 +27,19 @@ namespace merkel {
 class SpinningTeam;
 struct SampleTap;
 
+/// How the simulation met the host's time.
+struct HostTimeReport {
+  LoopWait wait = LoopWait::kHybrid;
+  std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end
+  RealtimeRights rights;
+  ThreadUsage usage;     ///< of the simulation thread, while it ran
+  bool demoted = false;  ///< put back into the normal class: it had not slept for too long
+  LatencySummary wake_up;
+  LatencySummary queue;
+  LatencySummary tick;
+  LatencySummary publish;
+};
+
 /// What a run did, counted at every hand-over.
 struct RunReport {
   struct OfProbe {
@@ -62,21 +75,9 @@ struct RunReport {
   std::vector<std::uint64_t> spikes_of_neuron;
   std::uint64_t events_dropped = 0;
 
-  /// How the simulation met the host's time; of runs on the host's clock alone.
-  struct OfHostTime {
-    LoopWait wait = LoopWait::kHybrid;
-    std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end
-    RealtimeRights rights;
-    ThreadUsage usage;     ///< of the simulation thread, while it ran
-    bool demoted = false;  ///< put back into the normal class: it had not slept for too long
-    LatencySummary wake_up;
-    LatencySummary queue;
-    LatencySummary tick;
-    LatencySummary publish;
-  };
-  std::optional<OfHostTime> host_time;
-  std::string trouble;       ///< empty, or why a probe's stream broke off
-  bool interrupted = false;  ///< stopped before the streams' end
+  std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
+  std::string trouble;                      ///< empty, or why a probe's stream broke off
+  bool interrupted = false;                 ///< stopped before the streams' end
 
   [[nodiscard]] bool complete() const;
 };

@@ -29,7 +29,8 @@ int SpinningTeam::available_cores() {
   return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
-Expected<std::unique_ptr<SpinningTeam>, SetupError> SpinningTeam::create(int size, Setup setup,
+Expected<std::unique_ptr<SpinningTeam>, SetupError> SpinningTeam::create(int size,
+                                                                         const Setup& setup,
                                                                          int cores) {
   if (size < 1 || size > cores) {
     return bad_input("loop.threads = " + std::to_string(size) + " does not fit this machine's " +

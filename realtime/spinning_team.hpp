@@ -33,7 +33,7 @@ class SpinningTeam final : public WorkerTeam {
   /// Starts size−1 workers, numbered from 1. Fails where `size` is below 1 or above `cores`:
   /// threads that spin for each other on one core would stand still. Real-time: no.
   [[nodiscard]] static Expected<std::unique_ptr<SpinningTeam>, SetupError> create(
-      int size, Setup setup = {}, int cores = available_cores());
+      int size, const Setup& setup = {}, int cores = available_cores());
 
   SpinningTeam(const SpinningTeam&) = delete;
   SpinningTeam& operator=(const SpinningTeam&) = delete;

@@ -23,16 +23,38 @@ namespace {
 constexpr rlim_t kDemoteAfter_us = 500'000;
 constexpr rlim_t kEndAfter_us = 2'000'000;
 
-// A signal handler has nothing else to reach its thread by.
-std::atomic<pid_t> g_raised_thread{0};
+// A signal handler has nothing else to reach the threads by.
+std::array<std::atomic<pid_t>, 256> g_raised{};
 std::atomic<bool> g_demoted{false};
+
+/// Notes the calling thread as raised, until it ends.
+class RaisedThread {
+ public:
+  RaisedThread() {
+    const auto self = static_cast<pid_t>(::syscall(SYS_gettid));
+    for (std::atomic<pid_t>& slot : g_raised) {
+      pid_t free = 0;
+      if (!slot.compare_exchange_strong(free, self)) continue;
+      slot_ = &slot;
+      return;
+    }
+  }
+  RaisedThread(const RaisedThread&) = delete;
+  RaisedThread& operator=(const RaisedThread&) = delete;
+  ~RaisedThread() {
+    if (slot_ != nullptr) slot_->store(0);
+  }
+
+ private:
+  std::atomic<pid_t>* slot_ = nullptr;
+};
 
 void demote(int /*signal*/) {
   const int saved = errno;
   const sched_param normal{};
-  const pid_t thread = g_raised_thread.load(std::memory_order_relaxed);
-  if (thread != 0 && ::sched_setscheduler(thread, SCHED_OTHER, &normal) == 0) {
-    g_demoted.store(true, std::memory_order_relaxed);
+  for (const std::atomic<pid_t>& slot : g_raised) {
+    const pid_t thread = slot.load();
+    if (thread != 0 && ::sched_setscheduler(thread, SCHED_OTHER, &normal) == 0) g_demoted = true;
   }
   errno = saved;
 }
@@ -67,6 +89,8 @@ bool raise_thread(const RealtimeSettings& settings) {
   parameters.sched_priority = settings.priority;
   if (settings.fifo &&
       ::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) == 0) {
+    limit_time_without_sleep();
+    thread_local const RaisedThread raised;
     return true;
   }
   ::prctl(PR_SET_TIMERSLACK, 1UL);
@@ -180,12 +204,10 @@ void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& 
                                " is not open to merkel; change loop.cpu or its cpuset");
     }
   }
-  g_demoted.store(false, std::memory_order_relaxed);
-  g_raised_thread.store(static_cast<pid_t>(::syscall(SYS_gettid)), std::memory_order_relaxed);
+  g_demoted = false;
   rights.fifo = raise_thread(settings);
   if (rights.fifo) {
     rights.priority = settings.priority;
-    limit_time_without_sleep();
   } else if (settings.fifo) {
     rights.missing.push_back(fifo_refusal(RightsFacts::of_this_process(), settings.priority));
   }
@@ -209,7 +231,7 @@ void set_up_helper_thread(const char* name) {
   ::prctl(PR_SET_TIMERSLACK, 1UL);
 }
 
-bool simulation_was_demoted() noexcept { return g_demoted.load(std::memory_order_relaxed); }
+bool simulation_was_demoted() noexcept { return g_demoted; }
 
 ThreadUsage ThreadUsage::of_this_thread() noexcept {
   rusage usage{};

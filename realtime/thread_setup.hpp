@@ -47,9 +47,10 @@ class ProcessSetup {
 };
 
 /// Names, pins and raises the calling thread, in this order, and touches its stack. Where
-/// SCHED_FIFO is refused, the thread stays in the normal class with a timer slack of 1 ns. A thread
-/// that nevertheless computes for 0.5 s without a sleep is put back into the normal class, and one
-/// that goes on for 2 s is ended, by RLIMIT_RTTIME: it must not freeze the machine.
+/// SCHED_FIFO is refused, the thread stays in the normal class with a timer slack of 1 ns. When a
+/// raised thread computes for 0.5 s without a sleep, all are put back into the normal class, for
+/// they must not freeze the machine; if even that failed, the process would be ended after 2 s
+/// (RLIMIT_RTTIME).
 void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& rights);
 /// The same for a thread that shares the simulation's work (`loop.threads`): on any core but the
 /// simulation's own.

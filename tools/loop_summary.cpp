@@ -37,7 +37,7 @@ std::string latency_text(const LatencySummary& latency) {
 
 std::string loop_text(const RunReport& report) {
   if (!report.host_time) return {};
-  const RunReport::OfHostTime& host = *report.host_time;
+  const HostTimeReport& host = *report.host_time;
   std::string text = "loop: ";
   text.append(name_of(host.wait)).append(" wait");
   std::array<char, 256> line{};
@@ -63,7 +63,7 @@ std::string loop_text(const RunReport& report) {
 
 Json loop_json(const RunReport& report) {
   if (!report.host_time) return {};
-  const RunReport::OfHostTime& host = *report.host_time;
+  const HostTimeReport& host = *report.host_time;
   return {{"wait", name_of(host.wait)},
           {"margin_us", host.wait == LoopWait::kHybrid ? Json(us(host.margin)) : Json()},
           {"scheduler", host.rights.fifo ? "fifo" : "normal"},

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
       merkel::add_record_command(program);
       merkel::add_replay_command(program);
       merkel::add_export_command(program);
+      merkel::add_doctor_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);
       merkel::add_bench_command(program);

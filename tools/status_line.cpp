@@ -32,7 +32,7 @@ std::string StatusLine::text(const RunProgress& now) {
       static_cast<Count>(now.samples_late), us(ticks.quantile(0.5)), us(ticks.quantile(0.99)),
       us(ticks.longest()), us(wake_ups.quantile(0.99)), static_cast<Count>(now.overruns),
       static_cast<Count>(now.skipped_ticks), rate(now.spikes, before.spikes),
-      static_cast<Count>(now.samples_dropped + now.spikes_dropped));
+      static_cast<Count>(now.samples_dropped) + static_cast<Count>(now.spikes_dropped));
   return line.data();
 }
 

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
+#include "drivers/probes/open_probe.hpp"
+#include "realtime/spinning_team.hpp"
 
 namespace merkel {
 namespace {
@@ -212,6 +214,84 @@ TEST(Pipeline, SeveralProbesShareOneTime) {
   EXPECT_EQ(report->probes[1].counts.used, 201U);
   EXPECT_GT(report->spikes_of_neuron[6], 0U);
   EXPECT_GT(report->spikes_of_neuron[13], 0U);
+}
+
+TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
+  // A sink that fails, one that is stuck for a while, one that works, a consumer that polls, a team
+  // of threads, timings, events and progress: none disturbs another.
+  class StuckSink final : public SpikeSink {
+   public:
+    [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+    Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+      std::this_thread::sleep_for(milliseconds{300});
+      delivered_ += spikes.size();
+      return {};
+    }
+    Expected<void, SinkError> close() override { return {}; }
+    [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
+
+   private:
+    std::string uri_ = "stuck:";
+    std::uint64_t delivered_ = 0;
+  };
+  auto model = TactileModel::create({});
+  const auto team = SpinningTeam::create(2, {}, 2);
+  (*model).share_work(team->get());
+  BoundedQueue<TickTiming> timings(10'000);
+  int told = 0;
+  RunProgress last;
+  Pipeline pipeline(*model, {.realtime = {.priority = 5},
+                             .team = team->get(),
+                             .timings = &timings,
+                             .on_progress = [&](const RunProgress& progress) {
+                               ++told;
+                               last = progress;
+                             }});
+  pipeline.add_probe(std::move(*open_probe("sim:ramp?wait_s=0.05&hold_s=1.2&tail_s=0.1&live=1")),
+                     {});
+  MemorySink::Content failing;
+  MemorySink::Content working;
+  pipeline.add_sink(std::make_unique<MemorySink>(failing, 3));
+  pipeline.add_sink(std::make_unique<MemorySink>(working));
+  pipeline.add_sink(std::make_unique<StuckSink>());
+  SpikeChannel& channel = pipeline.add_consumer(10'000);
+  std::vector<SpikeEvent> polled;
+  std::jthread consumer([&polled, &channel] {
+    std::uint64_t seen = 0;
+    SpikeEvent spike;
+    for (bool ended = false; !ended; channel.beat.wait(seen)) {
+      ended = channel.ended.load(std::memory_order_acquire);
+      while (channel.spikes.try_pop(spike)) polled.push_back(spike);
+    }
+  });
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  consumer.join();
+  EXPECT_GT(report->spikes, 30U);
+  EXPECT_EQ(polled.size(), report->spikes);
+  EXPECT_EQ(working.spikes, polled);
+  EXPECT_EQ(report->sinks[0].delivered, 3U);
+  EXPECT_EQ(report->sinks[1].delivered, report->spikes);
+  EXPECT_EQ(report->sinks[2].delivered, report->spikes);
+  EXPECT_GE(told, 1);
+  EXPECT_GT(last.samples, 0U);
+  EXPECT_GT(last.ticks, 0U);
+  EXPECT_LE(last.ticks, report->ticks);
+  const RunReport::OfProbe& probe = report->probes[0];
+  EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
+  ASSERT_TRUE(report->host_time);
+  EXPECT_EQ(report->host_time->tick.count, report->ticks);
+  EXPECT_EQ(report->host_time->rights.missing.empty(),
+            report->host_time->rights.fifo && report->host_time->rights.memory_locked &&
+                report->host_time->rights.cpu_awake);
+  TickTiming timing;
+  nanoseconds before{0};
+  for (; timings.try_pop(timing); before = timing.published) {
+    EXPECT_LE(before, timing.begun);
+    EXPECT_LE(timing.begun, timing.computed);
+    EXPECT_LE(timing.computed, timing.published);
+  }
+  EXPECT_GT(before, nanoseconds{0});
 }
 
 TEST(Pipeline, ASilentDeviceIsRefusedWithWhatToCheck) {

@@ -30,6 +30,7 @@
 #include "realtime/pipeline.hpp"
 #include "realtime/spinning_team.hpp"
 #include "realtime/thread_setup.hpp"
+#include "tests/realtime/system_call_trap.hpp"
 
 namespace {
 
@@ -37,6 +38,10 @@ thread_local bool t_simulating = false;
 std::atomic<int> g_calls{0};
 std::atomic<int> g_sleeps{0};
 std::atomic<const char*> g_last{""};
+std::atomic<bool> g_trap_system_calls{false};  ///< of the next thread that simulates
+std::atomic<bool> g_trapped{false};
+std::atomic<int> g_wall_step_s{0};  ///< by which the wall clock jumps at every look, to and fro
+std::atomic<int> g_looks_at_wall_clock{0};
 
 void note_call(const char* name) {
   if (!t_simulating) return;
@@ -204,10 +209,29 @@ int nanosleep(const timespec* request, timespec* remain) {
   return real(request, remain);
 }
 
+/// The wall clock, which may be set at any time; nothing of the simulation may depend on it.
+int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  static auto* real = original<int(clockid_t, timespec*)>("clock_gettime");
+  if (clock == CLOCK_REALTIME && g_wall_step_s != 0) {
+    ++g_looks_at_wall_clock;
+    const int result = real(clock, time);
+    time->tv_sec += g_wall_step_s.exchange(-g_wall_step_s);
+    return result;
+  }
+  return real(clock, time);
+}
+
 int getrusage(__rusage_who_t who, rusage* usage) noexcept {
   static auto* real = original<int(__rusage_who_t, rusage*)>("getrusage");
-  if (who == RUSAGE_THREAD) t_simulating = !t_simulating;
-  return real(who, usage);
+  if (who != RUSAGE_THREAD) return real(who, usage);
+  if (t_simulating) merkel::count_system_calls(false);
+  const int result = real(who, usage);
+  t_simulating = !t_simulating;
+  if (t_simulating && g_trap_system_calls.exchange(false)) {
+    g_trapped = merkel::trap_system_calls_of_this_thread();
+    merkel::count_system_calls(true);
+  }
+  return result;
 }
 
 }  // extern "C"
@@ -273,6 +297,57 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   EXPECT_GT(report->host_time->queue.count, 0U);
   EXPECT_GT(g_sleeps, 500);
   EXPECT_EQ(g_calls, 0) << g_last.load();
+}
+
+TEST(RealtimeSafety, TheSleepIsTheOnlySystemCallOfTheSimulationThread) {
+  const auto run = [] {
+    auto model = TactileModel::create({});
+    Pipeline pipeline(*model, {.fast = false});
+    const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&live=1&tail_s=0.1";
+    pipeline.add_probe(std::move(*open_probe(uri)), {});
+    pipeline.add_sink(
+        std::move(*open_sink("csv:/dev/null", NeuronNumbering(model->neurons_of_patch()), false)));
+    return pipeline.run();
+  };
+  // First: it does see one.
+  std::jthread([] {
+    g_trap_system_calls = true;
+    static_cast<void>(ThreadUsage::of_this_thread());
+    if (g_trapped) ::sched_yield();
+    static_cast<void>(ThreadUsage::of_this_thread());
+  }).join();
+  if (!g_trapped) GTEST_SKIP() << "this kernel or processor has no such trap";
+  EXPECT_EQ(system_calls_counted(), 1);
+  EXPECT_EQ(last_system_call(), SYS_sched_yield);
+
+  g_trap_system_calls = true;
+  const auto report = run();
+  ASSERT_TRUE(report);
+  EXPECT_GT(report->spikes, 0U);
+  EXPECT_GT(report->ticks, 500U);
+  EXPECT_EQ(system_calls_counted(), 1) << "system call " << last_system_call();
+}
+
+/// Spikes of a recorded press in real time.
+std::uint64_t spikes_in_real_time() {
+  auto model = TactileModel::create({});
+  Pipeline pipeline(*model, {.fast = false});
+  pipeline.add_probe(std::move(*open_probe("sim:taps?count=2&interval_s=0.15&tail_s=0.05")), {});
+  const auto report = pipeline.run();
+  EXPECT_EQ(report->probes[0].counts.late, 0U);
+  EXPECT_EQ(report->probes[0].counts.held_ticks, 0U);
+  return report->spikes;
+}
+
+TEST(RealtimeSafety, AWallClockThatIsSetChangesNothing) {
+  const std::uint64_t spikes = spikes_in_real_time();
+  EXPECT_GT(spikes, 0U);
+  g_wall_step_s = 3600;
+  EXPECT_EQ(spikes_in_real_time(), spikes);
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);  // the trap works
+  EXPECT_GT(g_looks_at_wall_clock, 0);
+  g_wall_step_s = 0;
 }
 
 }  // namespace

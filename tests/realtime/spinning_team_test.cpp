@@ -76,7 +76,7 @@ struct Rows {
 
 TEST(SpinningTeam, TheBarrierLetsNobodyThroughEarly) {
   const auto team = team_of(Rows::kParts);
-  for (int repeat = 0; repeat < 20; ++repeat) {
+  for (int repeat = 0; repeat < 6; ++repeat) {
     Rows rows;
     rows.team = team.get();
     team->run(Rows::kParts, &Rows::part, &rows);

@@ -17,6 +17,7 @@ void add_run_command(CommandLine& program);
 void add_record_command(CommandLine& program);
 void add_replay_command(CommandLine& program);
 void add_export_command(CommandLine& program);
+void add_doctor_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
 void add_bench_command(CommandLine& program);

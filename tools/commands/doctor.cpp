@@ -1,0 +1,191 @@
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "core/units.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/doctor/child_process.hpp"
+#include "tools/doctor/cyclictest.hpp"
+#include "tools/doctor/machine_verdicts.hpp"
+#include "tools/doctor/path_verdicts.hpp"
+#include "tools/loop_summary.hpp"
+#include "tools/status_line.hpp"
+#include "tools/stop_signal.hpp"
+
+namespace merkel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct DoctorOptions {
+  double seconds = 10.0;
+  double runs = 1.0;
+  double tick_us = 1000.0;
+  bool sleep = false;
+  bool normal = false;
+  bool stress = false;
+  bool json = false;
+};
+
+void print(const std::vector<Verdict>& verdicts) {
+  for (const Verdict& verdict : verdicts) {
+    std::printf("%-8s %s: %s\n", std::string(name_of(verdict.grade)).c_str(), verdict.what.c_str(),
+                verdict.finding.c_str());
+    if (!verdict.mend.empty()) std::printf("         → %s\n", verdict.mend.c_str());
+  }
+}
+
+void print(const DoctorRun& run, std::size_t number) {
+  const PathMeasurement& path = run.path;
+  const HostTimeReport& host = *path.report.host_time;
+  std::printf("run %zu: %llu ticks, %llu missed, %llu spikes; %s\n", number,
+              static_cast<unsigned long long>(path.report.ticks),
+              static_cast<unsigned long long>(path.missed()),
+              static_cast<unsigned long long>(path.report.spikes),
+              host.rights.fifo ? "SCHED_FIFO" : "normal class");
+  const auto line = [](const char* what, const LatencySummary& latency) {
+    std::printf("  %-46s %s\n", what, latency_text(latency).c_str());
+  };
+  line("wake-up: from due to begun", host.wake_up);
+  if (run.cyclictest) line("cyclictest, right after", *run.cyclictest);
+  line("queue: from the sample's arrival to begun", host.queue);
+  line("tick: from begun to spikes computed", host.tick);
+  line("publish: to the consumers' queues", host.publish);
+  for (const auto& [name, of] :
+       {std::pair("polling", &path.in_process), std::pair("UDP", &path.udp)}) {
+    std::printf("  %s consumer: %llu spikes, %llu missing\n", name,
+                static_cast<unsigned long long>(of->spikes),
+                static_cast<unsigned long long>(of->missing));
+    line("  sink: from its queue to in hand", of->sink);
+    line("  software: from tick due to in hand", of->software);
+    line("  sample to spike: from arrival to in hand", of->sample_to_spike);
+  }
+}
+
+Json json_of(const std::vector<Verdict>& verdicts) {
+  Json all = Json::array();
+  for (const Verdict& verdict : verdicts) {
+    all.push_back({{"what", verdict.what},
+                   {"grade", name_of(verdict.grade)},
+                   {"finding", verdict.finding},
+                   {"mend", verdict.mend}});
+  }
+  return all;
+}
+
+Json json_of(const ConsumerLatency& consumer) {
+  return {{"spikes", consumer.spikes},
+          {"missing", consumer.missing},
+          {"sink", latency_json(consumer.sink)},
+          {"software", latency_json(consumer.software)},
+          {"sample_to_spike", latency_json(consumer.sample_to_spike)}};
+}
+
+Json json_of(const DoctorRun& run) {
+  const RunReport& report = run.path.report;
+  const RunReport::OfProbe& probe = report.probes.front();
+  return {{"ticks", report.ticks},
+          {"missed", run.path.missed()},
+          {"missed_fraction", run.path.missed_fraction()},
+          {"overruns_by_late_wake_up", report.late_wake_ups},
+          {"overruns_by_long_compute", report.long_computes},
+          {"gaps", report.gaps},
+          {"skipped_ticks", report.skipped_ticks},
+          {"steal_ms", units::ms_from(run.path.steal)},
+          {"spikes", report.spikes},
+          {"samples_in", probe.samples_in},
+          {"samples_used", probe.counts.used},
+          {"samples_late", probe.counts.late},
+          {"samples_dropped", probe.dropped},
+          {"samples_unused", probe.unused},
+          {"loop", loop_json(report)},
+          {"in_process", json_of(run.path.in_process)},
+          {"udp", json_of(run.path.udp)},
+          {"cyclictest", run.cyclictest ? latency_json(*run.cyclictest) : Json()}};
+}
+
+int doctor(const DoctorOptions& options) {
+  PathSettings settings{.duration = units::nanoseconds_from_s(options.seconds),
+                        .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
+                        .wait = options.sleep ? LoopWait::kSleep : LoopWait::kHybrid};
+  settings.realtime.fifo = !options.normal;
+  const auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
+  if (!options.json) print(machine);
+
+  std::optional<ChildProcess> stress;
+  if (options.stress) {
+    stress.emplace(std::vector<std::string>{"stress-ng", "--cpu", "2"});
+    if (!stress->started()) {
+      return refuse("--stress needs the program stress-ng: apt install stress-ng");
+    }
+  }
+  StatusLine status;
+  const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
+  const auto on_progress = [&](const RunProgress& progress) {
+    if (on_terminal) std::fprintf(stderr, "\r\033[K%s", status.text(progress).c_str());
+  };
+  std::unique_ptr<StopSignal> stop;
+  const auto started = [&stop](Pipeline* pipeline) {
+    stop = pipeline == nullptr ? nullptr : std::make_unique<StopSignal>(*pipeline);
+  };
+  std::vector<DoctorRun> runs;
+  const auto wanted = static_cast<std::size_t>(options.runs);
+  for (std::size_t i = 0; i < wanted; ++i) {
+    status = StatusLine();
+    auto path = measure_path(settings, on_progress, started);
+    if (on_terminal) std::fputs("\r\033[K", stderr);
+    if (!path) return refuse(path.error());
+    const bool interrupted = path->report.interrupted;
+    const RealtimeRights rights = path->report.host_time->rights;
+    DoctorRun run{.path = std::move(*path), .cyclictest = std::nullopt};
+    if (!interrupted) {
+      const auto longest = std::chrono::nanoseconds(std::chrono::minutes{1});
+      run.cyclictest = run_cyclictest(std::min(settings.duration, longest), settings.tick, rights);
+    }
+    runs.push_back(std::move(run));
+    if (!options.json) print(runs.back(), i + 1);
+    if (interrupted) break;
+  }
+  const auto verdicts = path_verdicts(runs);
+  if (!options.json) {
+    if (runs.size() > 1) std::printf("medians of %zu runs:\n", runs.size());
+    print(verdicts);
+    return kDone;
+  }
+  Json all = Json::array();
+  for (const DoctorRun& run : runs) all.push_back(json_of(run));
+  const Json result = {{"tick_us", options.tick_us}, {"seconds", options.seconds},
+                       {"stress", options.stress},   {"machine", json_of(machine)},
+                       {"runs", std::move(all)},     {"verdicts", json_of(verdicts)}};
+  std::printf("%s\n", result.dump(2).c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_doctor_command(CommandLine& program) {
+  auto options = std::make_shared<DoctorOptions>();
+  program
+      .subcommand("doctor",
+                  "Judges how well this machine keeps time: its rights and settings, and the whole "
+                  "path from a live simulated probe to a polling and a UDP consumer, with the "
+                  "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
+                  "Each verdict comes with its mend.",
+                  "doctor --seconds 60")
+      .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
+      .option("--runs", options->runs, "How often; verdicts are on the medians", {1.0, 1000.0})
+      .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {100.0, 1e5})
+      .flag("--sleep", options->sleep, "Pure sleep in place of the hybrid wait")
+      .flag("--normal", options->normal, "The normal scheduling class, even where FIFO is granted")
+      .flag("--stress", options->stress, "Under the load of stress-ng --cpu 2")
+      .flag("--json", options->json, "Print the results as JSON")
+      .runs([options] { return doctor(*options); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,47 @@
+#include "tools/doctor/child_process.hpp"
+
+#include <cerrno>
+#include <csignal>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace merkel {
+
+ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = arguments;
+  std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    ::posix_spawn_file_actions_addopen(&actions, file, "/dev/null", O_RDWR, 0);
+  }
+  pid_t child = 0;
+  if (::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ) == 0) {
+    process_ = child;
+  }
+  ::posix_spawn_file_actions_destroy(&actions);
+}
+
+int ChildProcess::wait() {
+  if (process_ <= 0) return -1;
+  int status = 0;
+  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+  }
+  process_ = 0;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+ChildProcess::~ChildProcess() {
+  if (process_ > 0) {
+    ::kill(process_, SIGTERM);
+    wait();
+  }
+}
+
+}  // namespace merkel

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace merkel {
+
+/// Another program, run without input or output. Ended with this object if it has not by itself.
+class ChildProcess {
+ public:
+  /// \param arguments  the program's name first, looked for in the PATH
+  explicit ChildProcess(const std::vector<std::string>& arguments);
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+  ~ChildProcess();
+
+  /// Whether it could be started.
+  [[nodiscard]] bool started() const noexcept { return process_ > 0; }
+  /// Waits for its end. \return its exit code; −1 where it was not started or was killed
+  int wait();
+
+ private:
+  int process_ = 0;
+};
+
+}  // namespace merkel

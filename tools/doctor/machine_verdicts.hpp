@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "realtime/thread_setup.hpp"
+#include "tools/doctor/verdict.hpp"
+
+namespace merkel {
+
+/// What decides how well this machine keeps time.
+struct MachineFacts {
+  struct SerialPort {
+    std::string name;                     ///< "ttyUSB0"
+    bool accessible = false;              ///< for reading and writing
+    std::optional<int> latency_timer_ms;  ///< of an FTDI adapter
+  };
+  std::string kernel;            ///< release and version
+  bool realtime_kernel = false;  ///< PREEMPT_RT
+  bool hypervisor = false;       ///< a virtual machine
+  std::string clock_source;
+  std::string governor;                       ///< of core 0; empty where there is none
+  std::optional<std::int64_t> rt_runtime_us;  ///< of each second, for real-time threads; −1: all
+  std::string isolated_cores;
+  std::vector<SerialPort> ports;
+  RightsFacts rights;
+
+  /// \param root  where /proc, /sys and /dev are found; "" for this machine
+  [[nodiscard]] static MachineFacts read(const std::string& root = "");
+};
+
+/// A verdict on each fact, with its mend.
+[[nodiscard]] std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority);
+
+}  // namespace merkel

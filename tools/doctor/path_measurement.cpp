@@ -1,0 +1,142 @@
+#include "tools/doctor/path_measurement.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <unistd.h>
+
+#include "core/units.hpp"
+#include "drivers/probes/open_probe.hpp"
+#include "realtime/periodic_clock.hpp"
+#include "tools/doctor/spike_matcher.hpp"
+#include "tools/doctor/udp_loopback.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kQueue = 65536;  // of what may come between two looks, a second apart
+
+/// Time that the hypervisor kept from all cores since the host started.
+std::chrono::nanoseconds stolen() {
+  std::ifstream file("/proc/stat");
+  std::string cpu;
+  std::int64_t column = 0;
+  file >> cpu;
+  for (int i = 0; i < 8; ++i) file >> column;  // the eighth is steal
+  const std::int64_t a_second = std::max(1L, ::sysconf(_SC_CLK_TCK));
+  return file ? std::chrono::nanoseconds{column * (1'000'000'000 / a_second)}
+              : std::chrono::nanoseconds{0};
+}
+
+/// The arrivals at one consumer, on their way from its thread to the matcher.
+struct Arrivals {
+  explicit Arrivals(std::chrono::nanoseconds tick) : matcher(tick) {}
+  BoundedQueue<SpikeArrival> queue{kQueue};
+  SpikeMatcher matcher;
+  std::atomic<std::uint64_t> count{0};
+
+  void note(std::chrono::nanoseconds spike, std::chrono::nanoseconds now) {
+    ++count;
+    // One that finds the queue full is counted, but not measured.
+    static_cast<void>(queue.try_push({.spike = spike, .arrival = now}));
+  }
+  void match() {
+    SpikeArrival arrival;
+    while (queue.try_pop(arrival)) matcher.add(arrival);
+    matcher.match();
+  }
+  [[nodiscard]] ConsumerLatency latency(std::uint64_t made) const {
+    return {.spikes = count.load(),
+            .missing = made - count.load(),
+            .sink = matcher.sink(),
+            .software = matcher.software(),
+            .sample_to_spike = matcher.sample_to_spike()};
+  }
+};
+
+std::string probe_uri(std::chrono::nanoseconds duration) {
+  // Pressed for as long as the measurement, with a swing, so that spikes never stop.
+  return "sim:sine?depth_mm=2&amplitude_mm=0.3&frequency_hz=5&wait_s=0.05&tail_s=0.05&live=1&hold_"
+         "s=" +
+         std::to_string(units::s_from(duration));
+}
+
+}  // namespace
+
+double PathMeasurement::missed_fraction() const noexcept {
+  const auto all = static_cast<double>(report.ticks + report.skipped_ticks);
+  return all > 0.0 ? static_cast<double>(missed()) / all : 0.0;
+}
+
+Expected<PathMeasurement, SetupError> measure_path(
+    const PathSettings& settings, const std::function<void(const RunProgress&)>& on_progress,
+    const std::function<void(Pipeline*)>& started) {
+  TactileModel::Parameters scene;
+  scene.tick = settings.tick;
+  auto model = TactileModel::create(scene);
+  if (!model) return bad_input(model.error().key + " " + model.error().reason);
+  auto probe = open_probe(probe_uri(settings.duration));
+  if (!probe) return Unexpected<SetupError>(probe.error());
+
+  Arrivals in_process(settings.tick);
+  Arrivals by_udp(settings.tick);
+  auto loopback = UdpLoopback::open(
+      [&by_udp](std::chrono::nanoseconds spike) { by_udp.note(spike, PeriodicClock::now()); });
+  if (!loopback) return Unexpected<SetupError>(loopback.error());
+
+  BoundedQueue<TickTiming> timings(kQueue);
+  const auto match = [&] {
+    TickTiming timing;
+    while (timings.try_pop(timing)) {
+      in_process.matcher.add(timing);
+      by_udp.matcher.add(timing);
+    }
+    in_process.match();
+    by_udp.match();
+  };
+  Pipeline pipeline(*model, {.duration = settings.duration,
+                             .wait = settings.wait,
+                             .realtime = settings.realtime,
+                             .timings = &timings,
+                             .on_progress = [&](const RunProgress& progress) {
+                               match();
+                               if (on_progress) on_progress(progress);
+                             }});
+  pipeline.add_probe(std::move(*probe), {});
+  pipeline.add_sink((*loopback)->sink());
+  SpikeChannel& channel = pipeline.add_consumer(kQueue);
+  std::jthread consumer([&in_process, &channel](const std::stop_token& stop) {
+    set_up_helper_thread("merkel-poll");
+    std::uint64_t seen = 0;
+    SpikeEvent spike;
+    while (!stop.stop_requested()) {
+      const bool ended = channel.ended.load(std::memory_order_acquire);
+      while (channel.spikes.try_pop(spike)) in_process.note(spike.time, PeriodicClock::now());
+      if (ended) return;
+      channel.beat.wait(seen);
+    }
+  });
+
+  const auto stolen_before = stolen();
+  if (started) started(&pipeline);
+  auto report = pipeline.run();
+  if (started) started(nullptr);
+  if (!report) {
+    consumer.request_stop();
+    return Unexpected<SetupError>(report.error());
+  }
+  consumer.join();
+  (*loopback)->settle();
+  match();
+  PathMeasurement measured{
+      .report = std::move(*report), .in_process = {}, .udp = {}, .steal = stolen() - stolen_before};
+  measured.in_process = in_process.latency(measured.report.spikes);
+  measured.udp = by_udp.latency(measured.report.spikes);
+  return measured;
+}
+
+}  // namespace merkel

@@ -1,0 +1,121 @@
+#include "tools/doctor/path_verdicts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "core/units.hpp"
+#include "tools/loop_summary.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::nanoseconds;
+using Grade = Verdict::Grade;
+
+Verdict of_wake_up(const LatencySummary& wake_up) {
+  const nanoseconds late = wake_up.p999;
+  const std::string text = latency_text(wake_up);
+  const auto within = [&text](const char* band) { return text + ": " + band; };
+  if (wake_up.count == 0) return {Grade::kUnknown, "wake-up latency", "no tick waited", ""};
+  if (late <= microseconds{20}) {
+    return {Grade::kGood, "wake-up latency", within("99.9 % within 20 µs"), ""};
+  }
+  if (late <= microseconds{50}) {
+    return {Grade::kGood, "wake-up latency", within("99.9 % within 50 µs"), ""};
+  }
+  if (late <= microseconds{500}) {
+    return {Grade::kFair, "wake-up latency", within("99.9 % within 500 µs"),
+            "enough for ticks of 1 ms; for less, take load off this machine or use a PREEMPT_RT "
+            "kernel with an isolated core ([loop] cpu)"};
+  }
+  return {Grade::kPoor, "wake-up latency", within("0.1 % beyond 500 µs"),
+          "grant real-time priority, take load off this machine, and look at what the kernel "
+          "does then: sudo hwlatdetect, sudo trace-cmd record -p wakeup_rt"};
+}
+
+Verdict of_missed(const std::vector<DoctorRun>& runs) {
+  std::uint64_t missed = 0;
+  std::uint64_t all = 0;
+  std::uint64_t late = 0;
+  nanoseconds steal{0};
+  for (const DoctorRun& run : runs) {
+    missed += run.path.missed();
+    late += run.path.report.late_wake_ups + run.path.report.skipped_ticks;
+    all += run.path.report.ticks + run.path.report.skipped_ticks;
+    steal += run.path.steal;
+  }
+  const double percent =
+      all > 0 ? 100.0 * static_cast<double>(missed) / static_cast<double>(all) : 0.0;
+  std::array<char, 192> text{};
+  std::snprintf(text.data(), text.size(),
+                "%llu of %llu (%.3f %%), %llu of them by late wake-ups; the hypervisor kept cores "
+                "away for %.0f ms",
+                static_cast<unsigned long long>(missed), static_cast<unsigned long long>(all),
+                percent, static_cast<unsigned long long>(late), units::ms_from(steal));
+  if (missed == 0) return {Grade::kGood, "missed ticks", text.data(), ""};
+  return {percent <= 0.1 ? Grade::kFair : Grade::kPoor, "missed ticks", text.data(),
+          percent <= 0.1 ? "" : "lengthen [loop] tick_us, or mend what is poor above"};
+}
+
+Verdict of_software(const char* consumer, const LatencySummary& software) {
+  const std::string what = std::string("software latency, ") + consumer;
+  if (software.count == 0) return {Grade::kUnknown, what, "no spike arrived", ""};
+  const bool good = software.p50 <= microseconds{60};
+  return {good ? Grade::kGood : Grade::kFair, what, latency_text(software),
+          good ? "" : "beyond the jitter buffer and the tick, half of all spikes take over 60 µs"};
+}
+
+}  // namespace
+
+LatencySummary median_of(std::vector<LatencySummary> summaries) {
+  LatencySummary median;
+  if (summaries.empty()) return median;
+  const auto middle = [&summaries](nanoseconds LatencySummary::*figure) {
+    std::sort(summaries.begin(), summaries.end(),
+              [figure](const auto& a, const auto& b) { return a.*figure < b.*figure; });
+    return summaries[summaries.size() / 2].*figure;
+  };
+  for (const LatencySummary& summary : summaries) median.count += summary.count;
+  median.p50 = middle(&LatencySummary::p50);
+  median.p99 = middle(&LatencySummary::p99);
+  median.p999 = middle(&LatencySummary::p999);
+  median.longest = middle(&LatencySummary::longest);
+  return median;
+}
+
+std::vector<Verdict> path_verdicts(const std::vector<DoctorRun>& runs) {
+  std::vector<LatencySummary> wake_ups;
+  std::vector<LatencySummary> in_process;
+  std::vector<LatencySummary> udp;
+  std::vector<LatencySummary> cyclictests;
+  std::uint64_t missing = 0;
+  for (const DoctorRun& run : runs) {
+    wake_ups.push_back(run.path.report.host_time->wake_up);
+    in_process.push_back(run.path.in_process.software);
+    udp.push_back(run.path.udp.software);
+    missing += run.path.in_process.missing + run.path.udp.missing;
+    if (run.cyclictest) cyclictests.push_back(*run.cyclictest);
+  }
+  const LatencySummary wake_up = median_of(wake_ups);
+  std::vector<Verdict> verdicts = {of_wake_up(wake_up), of_missed(runs),
+                                   of_software("polling consumer", median_of(in_process)),
+                                   of_software("UDP consumer", median_of(udp))};
+  verdicts.push_back({missing == 0 ? Grade::kGood : Grade::kPoor, "spikes that did not arrive",
+                      std::to_string(missing),
+                      missing == 0 ? "" : "a consumer was too slow: take load off this machine"});
+  if (cyclictests.empty()) {
+    verdicts.push_back({Grade::kUnknown, "cyclictest", "not measured", "apt install rt-tests"});
+    return verdicts;
+  }
+  const LatencySummary beside = median_of(cyclictests);
+  const bool no_worse = wake_up.p99 <= beside.p99;
+  verdicts.push_back({no_worse ? Grade::kGood : Grade::kFair, "cyclictest",
+                      latency_text(beside) +
+                          (no_worse ? ": the loop's p99 is no worse" : ": the loop's p99 is worse"),
+                      ""});
+  return verdicts;
+}
+
+}  // namespace merkel
