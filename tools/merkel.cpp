@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
       merkel::add_record_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);
+      merkel::add_score_command(program);
+      merkel::add_fit_command(program);
     });
   } catch (const std::exception& error) {
     return merkel::fail(error.what());

@@ -17,6 +17,8 @@ void add_run_command(CommandLine& program);
 void add_record_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
+void add_score_command(CommandLine& program);
+void add_fit_command(CommandLine& program);
 
 /// Prints "merkel: sentence" to stderr. Returns the exit code for it: 2 before anything ran.
 int refuse(const std::string& sentence);
