@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "realtime/thread_setup.hpp"
+
 namespace merkel {
 
 ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, std::chrono::nanoseconds shift)
@@ -29,6 +31,7 @@ bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop
 }
 
 void ProbeReader::read_all(const std::stop_token& stop) {
+  set_up_helper_thread("merkel-probe");
   std::vector<ProbeSample> samples(1024);
   while (!stop.stop_requested()) {
     const auto count = probe_.read(samples, std::chrono::milliseconds{50});

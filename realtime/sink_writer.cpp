@@ -3,10 +3,11 @@
 #include <chrono>
 #include <vector>
 
+#include "realtime/thread_setup.hpp"
+
 namespace merkel {
 namespace {
 
-constexpr std::chrono::milliseconds kPoll{1};
 constexpr std::chrono::milliseconds kFlushEvery{200};
 
 }  // namespace
@@ -15,8 +16,10 @@ SinkWriter::SinkWriter(SpikeSink& sink, SpikeChannel& channel)
     : sink_(sink), channel_(channel), thread_([this] { write_all(); }) {}
 
 void SinkWriter::write_all() {
+  set_up_helper_thread("merkel-sink");
   std::vector<SpikeEvent> batch;
   batch.reserve(1024);
+  std::uint64_t seen = 0;
   auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
   const auto keep = [this](const Expected<void, SinkError>& result) {
     if (!result && outcome_.trouble.empty()) outcome_.trouble = result.error().sentence;
@@ -38,7 +41,7 @@ void SinkWriter::write_all() {
     }
     if (!batch.empty()) continue;
     if (ended) return;
-    std::this_thread::sleep_for(kPoll);
+    channel_.beat.wait(seen);
   }
 }
 

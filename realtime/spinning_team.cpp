@@ -49,22 +49,21 @@ Expected<std::unique_ptr<SpinningTeam>, SetupError> SpinningTeam::create(int siz
 SpinningTeam::~SpinningTeam() { end_.store(true, std::memory_order_relaxed); }
 
 bool SpinningTeam::wait_for_work(const Slot& slot, std::uint64_t done) const noexcept {
-  PeriodicClock clock;
-  nanoseconds idle_since = clock.now();
+  nanoseconds idle_since = PeriodicClock::now();
   while (!end_.load(std::memory_order_relaxed)) {
     for (int spin = 0; spin < kSpinsBetweenLooks; ++spin) {
       if (slot.posted.load(std::memory_order_acquire) != done) return true;
       pause_core();
     }
-    const nanoseconds now = clock.now();
+    const nanoseconds now = PeriodicClock::now();
     const nanoseconds wake =
         nanoseconds{next_work_ns_.load(std::memory_order_relaxed)} - kWakeBefore;
     if (now < wake) {
       // The end is looked for now and then, however far away the next work is.
-      clock.sleep_until(std::min(wake, now + nanoseconds{20'000'000}));
-      idle_since = clock.now();
+      PeriodicClock::sleep_until(std::min(wake, now + nanoseconds{20'000'000}));
+      idle_since = PeriodicClock::now();
     } else if (now - std::max(idle_since, wake) > kPatience + kWakeBefore) {
-      clock.sleep_until(now + kDoze);
+      PeriodicClock::sleep_until(now + kDoze);
     }
   }
   return false;

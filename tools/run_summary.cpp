@@ -12,6 +12,7 @@
 
 #include "core/skin/contact_validity.hpp"
 #include "core/units.hpp"
+#include "tools/loop_summary.hpp"
 
 namespace merkel {
 namespace {
@@ -90,11 +91,14 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
   append(text, "ticks: %llu of %g ms; %llu overruns", static_cast<Count>(report.ticks),
          units::ms_from(model.parameters().tick), static_cast<Count>(report.overruns));
   if (report.overruns > 0) {
-    append(text, " (longest %.3f ms)", units::ms_from(report.longest_overrun));
+    append(text, " (longest %.3f ms; %llu by a late wake-up, %llu by a long computation)",
+           units::ms_from(report.longest_overrun), static_cast<Count>(report.late_wake_ups),
+           static_cast<Count>(report.long_computes));
   }
   append(text, ", %llu ticks caught up, %llu gaps of %llu ticks\n",
          static_cast<Count>(report.catch_up_ticks), static_cast<Count>(report.gaps),
          static_cast<Count>(report.skipped_ticks));
+  text += loop_text(report);
   if (report.neuron_resets > 0) {
     append(text, "neurons reset after a non-finite state: %llu\n",
            static_cast<Count>(report.neuron_resets));
@@ -205,10 +209,14 @@ std::string summary_json(const RunReport& report, const TactileModel& model) {
       {"ticks", report.ticks},
       {"overruns", report.overruns},
       {"longest_overrun_ms", units::ms_from(report.longest_overrun)},
+      {"overruns_by_late_wake_up", report.late_wake_ups},
+      {"overruns_by_long_compute", report.long_computes},
       {"catch_up_ticks", report.catch_up_ticks},
       {"gaps", report.gaps},
       {"skipped_ticks", report.skipped_ticks},
       {"neuron_resets", report.neuron_resets},
+      {"events_dropped", report.events_dropped},
+      {"loop", loop_json(report)},
       {"closest_rims", std::isfinite(model.closest_rims()) ? Json(model.closest_rims()) : Json()},
       {"spikes", report.spikes},
       {"probes", std::move(probes)},

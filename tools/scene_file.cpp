@@ -281,6 +281,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
       table.whole("max_catch_up_ticks", ticks);
       scene.max_catch_up_ticks = ticks;
     }
+    read_loop_settings(table, scene.loop);
     table.known("max_catch_up_ticks").finish();
   });
 
@@ -340,6 +341,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
         ParameterCheck()
             .whole_in_range("loop.max_catch_up_ticks", scene.max_catch_up_ticks.value_or(0), 0,
                             1'000'000)
+            .also(scene.loop.check())
             .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
                      "must be a positive number of milliseconds")
             .result();

@@ -114,8 +114,9 @@ void ReceptorArrays<Real>::transduce(std::size_t first, std::size_t last) noexce
 }
 
 template <class Real>
-void ReceptorArrays<Real>::clear_energy() noexcept {
-  std::fill(energy_.begin(), energy_.end(), Real(0));
+void ReceptorArrays<Real>::clear_energy(std::size_t first, std::size_t last) noexcept {
+  const ReceptorArguments<Real> receptors = blocks(first, last);
+  std::fill(energy_.data() + receptors.first, energy_.data() + receptors.last, Real(0));
 }
 
 template <class Real>

@@ -31,7 +31,8 @@ class ReceptorArrays {
              std::size_t last) noexcept MERKEL_REALTIME;
   /// Their currents without the threshold, from their energy densities.
   void transduce(std::size_t first, std::size_t last) noexcept MERKEL_REALTIME;
-  void clear_energy() noexcept MERKEL_REALTIME;
+  /// Nothing presses on the receptors [first, last) and those that share a block with them.
+  void clear_energy(std::size_t first, std::size_t last) noexcept MERKEL_REALTIME;
 
   /// µA/cm², of receptors [first, last) in a fixed order, whatever the instruction set.
   [[nodiscard]] double sum_of_currents(std::size_t first,

@@ -50,6 +50,7 @@ ReceptorDrive::ReceptorDrive(std::span<const Receptor> receptors, std::size_t ne
       current_(neurons) {
   contacts_.reserve(parameters.most_contacts);
   ranges_.reserve(parameters.most_contacts);
+  pressed_.reserve(neurons);
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   constexpr Box kNothing{kInfinite, -kInfinite, kInfinite, -kInfinite};
   const auto include = [](Box& box, const Receptor& receptor) {
@@ -167,6 +168,7 @@ void ReceptorDrive::drive_reached(Arrays& arrays, std::size_t first_neuron,
   const std::size_t end = first_of_neuron_[last_neuron];
   if (begin == end) return;
   arrays.press(contacts_, begin, end);
+  pressed_.push_back({.first = begin, .last = end});
   arrays.transduce(begin, end);
   for (std::size_t n = first_neuron; n < last_neuron; ++n) {
     const std::size_t first = first_of_neuron_[n];
@@ -204,7 +206,12 @@ bool ReceptorDrive::compute(std::span<const PlacedContact> contacts) noexcept {
   }
   contacts_.assign(contacts.begin(), contacts.end());
   reached_ = 0;
-  std::visit([](auto& arrays) { arrays.clear_energy(); }, arrays_);
+  std::visit(
+      [this](auto& arrays) {
+        for (const Pressed& run : pressed_) arrays.clear_energy(run.first, run.last);
+      },
+      arrays_);
+  pressed_.clear();
   if (contacts_.empty()) {
     std::fill(current_.begin(), current_.end(), 0.0);
     return true;

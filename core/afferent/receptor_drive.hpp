@@ -91,6 +91,11 @@ class ReceptorDrive {
   std::vector<PlacedContact> contacts_;
   std::vector<Ranges> ranges_;
   std::vector<double> current_;
+  /// Receptors [first, last) whose energy density was computed last.
+  struct Pressed {
+    std::size_t first, last;
+  };
+  std::vector<Pressed> pressed_;
   std::size_t reached_ = 0;
   bool all_displaced_ = false;
 };

@@ -11,7 +11,7 @@
 
 #include "drivers/files/output_file.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/figures/rates.hpp"
+#include "tools/report.hpp"
 #include "tools/scene_presets.hpp"
 
 namespace merkel {

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -8,14 +6,20 @@
 #include <utility>
 #include <vector>
 
+#include <unistd.h>
+
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
+#include "realtime/spinning_team.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/run_summary.hpp"
 #include "tools/scene_presets.hpp"
+#include "tools/status_line.hpp"
+#include "tools/stop_signal.hpp"
 
 namespace merkel {
 namespace {
@@ -30,12 +34,6 @@ struct RunOptions {
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
-
-std::atomic<Pipeline*> g_running{nullptr};
-
-void stop_running(int /*signal*/) {
-  if (Pipeline* const pipeline = g_running.load()) pipeline->request_stop();
-}
 
 /// The reading that drives a contact: what the scene says, else the depth where the probe has it.
 Expected<Indenter::Control, SetupError> control_of(const Scene::OfProbe& setup,
@@ -64,6 +62,9 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
   if (options.seed) {
     scene->model.network.seed = *options.seed;
+    scene->model.adaptation.seed = *options.seed;
+    scene->model.integrate_and_fire.noise.seed = *options.seed;
+    scene->model.connor_stevens.noise.seed = *options.seed;
     for (std::size_t i = 0; i < scene->model.patches.size(); ++i) {
       scene->model.patches[i].receptors.seed = *options.seed + i;
     }
@@ -93,11 +94,30 @@ int run(const RunOptions& options) {
     return refuse(scene->sentence(model.error()));
   }
 
+  auto team = SpinningTeam::create(
+      scene->loop.threads, [settings = scene->loop.realtime, fast = options.fast](int worker) {
+        set_up_worker_thread(fast ? RealtimeSettings{.fifo = false} : settings, worker);
+      });
+  if (!team) return refuse(team.error());
+  if (scene->loop.threads > 1) model->share_work(team->get());
+
   Pipeline::Parameters parameters{.fast = options.fast,
                                   .delay = delay,
                                   .duration = std::nullopt,
                                   .max_catch_up_ticks = scene->max_catch_up_ticks,
-                                  .on_event = {}};
+                                  .wait = scene->loop.wait,
+                                  .realtime = scene->loop.realtime,
+                                  .team = team->get()};
+  parameters.on_missing_right = [](const std::string& sentence) {
+    std::fprintf(stderr, "merkel: note: %s\n", sentence.c_str());
+  };
+  const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
+  if (on_terminal) {
+    parameters.on_progress = [line = StatusLine()](const RunProgress& progress) mutable {
+      std::fprintf(stderr, "\r\033[K%s", line.text(progress).c_str());
+      std::fflush(stderr);
+    };
+  }
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   Pipeline pipeline(*model, parameters);
   for (std::size_t i = 0; i < probes.size(); ++i) {
@@ -112,11 +132,10 @@ int run(const RunOptions& options) {
     pipeline.add_sink(std::move(*sink));
   }
 
-  g_running.store(&pipeline);
-  std::signal(SIGINT, stop_running);
-  std::signal(SIGTERM, stop_running);
+  const StopSignal stop(pipeline);
+  const CrashWatch watch(pipeline.statistics(), model->parameters().tick);
   const auto report = pipeline.run();
-  g_running.store(nullptr);
+  if (on_terminal) std::fputs("\r\033[K", stderr);
   if (!report) return refuse(report.error());
 
   const std::string summary =
@@ -141,7 +160,8 @@ void add_run_command(CommandLine& program) {
                   "the sinks and prints a summary. Without a scene: the paper's fingertip (a "
                   "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
                   "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
-      .option("scene", options->scene, "Scene file (TOML), or a preset: paper, paper-wide")
+      .option("scene", options->scene,
+              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-hh")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
       .list("--sink", options->sinks, "Sink URI, repeatable: csv:FILE")
@@ -149,7 +169,8 @@ void add_run_command(CommandLine& program) {
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
               {1e-6, 1e9})
-      .option("--seed", options->seed, "Seed of the receptors and of the network's weights")
+      .option("--seed", options->seed,
+              "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .runs([options] { return run(*options); });

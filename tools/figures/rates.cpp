@@ -1,9 +1,6 @@
 #include "tools/figures/rates.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "core/units.hpp"
 
@@ -33,15 +30,6 @@ PressedPatch press_patch(const TactileModel::Parameters& parameters, const Conta
     if (patch.receptors[n] > 0) patch.mean_distance_mm[n] /= patch.receptors[n];
   }
   return patch;
-}
-
-std::string format(const char* pattern, ...) {
-  std::array<char, 2000> text{};
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
 }
 
 }  // namespace merkel

@@ -34,6 +34,10 @@ def section(table, name, title):
         axes.set_ylabel("rate (impulses/s)")
     if name == "vibration":
         axes.set_xscale("log")
+        ticks = [t for t in (10, 20, 30, 50, 100, 200, 300, 500, 1000)
+                 if 0.7 * min(rows["x"]) < t < 1.4 * max(rows["x"])]
+        axes.set_xticks(ticks, [f"{t}" for t in ticks])
+        axes.minorticks_off()
     axes.set_ylim(bottom=0)
     axes.legend()
     axes.set_title(title)

@@ -58,9 +58,8 @@ Expected<std::vector<Trace>, ParameterError> traces_of(const TactileModel::Param
 /// The model's answers, in Hz; a decline in percent.
 class Answers {
  public:
-  Answers(const TactileModel::Parameters& scene, const std::vector<Trace>& traces,
-          std::size_t trials)
-      : scene_(scene), traces_(traces), trials_(trials) {}
+  Answers(const std::vector<Trace>& traces, std::size_t trials)
+      : traces_(traces), trials_(trials) {}
 
   Eigen::VectorXd of(const TactileModel::Parameters& parameters) {
     Eigen::VectorXd answers(static_cast<Eigen::Index>(traces_.size()));
@@ -115,7 +114,6 @@ class Answers {
     return answer_of(trace.point->stimulus, times).value * (trace.decline ? kHzPerFraction : 1.0);
   }
 
-  const TactileModel::Parameters& scene_;
   const std::vector<Trace>& traces_;
   std::size_t trials_;
   std::shared_ptr<const RateCurrentTable> table_;
@@ -191,7 +189,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   const auto traces = traces_of(scene, sets);
   if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
 
-  Answers answers(scene, *traces, trials);
+  Answers answers(*traces, trials);
   const Eigen::VectorXd measured = answers.measured();
   const Eigen::VectorXd weights = answers.weights();
   const auto with = [&](const std::vector<double>& logarithms) {

@@ -1,11 +1,12 @@
 #include "tools/score/recordings.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <stdexcept>
+#include <limits>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -86,6 +87,11 @@ class Fields {
   void finish() {
     for (const auto& [key, value] : object_.items()) {
       if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+      double bare = 0.0;
+      const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), bare);
+      if (error == std::errc() && end == key.data() + key.size()) {
+        refuse_field(full(key), "has no unit: name it with one, as in \"20Hz\" or \"0.65mm\"");
+      }
       const std::string nearest = nearest_name(key, known_);
       std::string list;
       for (const std::string& known : known_) list.append(list.empty() ? "" : ", ").append(known);

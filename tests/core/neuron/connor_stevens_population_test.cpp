@@ -10,7 +10,7 @@
 #include "core/units.hpp"
 #include "tests/core/every_simd_target.hpp"
 #include "tests/core/neuron/serial_team.hpp"
-#include "tests/reference/cvode_connor_stevens.hpp"
+#include "tools/reference/cvode_connor_stevens.hpp"
 
 namespace merkel {
 namespace {

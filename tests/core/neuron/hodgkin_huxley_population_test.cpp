@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "tests/reference/cvode_membrane.hpp"
+#include "tools/reference/cvode_membrane.hpp"
 
 namespace merkel {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/reference/cvode_connor_stevens.hpp"
+#include "tools/reference/cvode_connor_stevens.hpp"
 
 #include <cmath>
 #include <stdexcept>
