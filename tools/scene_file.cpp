@@ -1,5 +1,6 @@
 #include "tools/scene_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -320,6 +321,15 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   return scene;
 }
 
+/// Whether some probes are to press by depth and others by force, as far as the scene says.
+bool mixes_control(const Scene& scene) {
+  const auto wants = [&](Indenter::Control control) {
+    return std::any_of(scene.probes.begin(), scene.probes.end(),
+                       [control](const auto& probe) { return probe.control == control; });
+  };
+  return wants(Indenter::Control::kDepth) && wants(Indenter::Control::kForce);
+}
+
 }  // namespace
 
 std::string Scene::sentence(const ParameterError& error) const {
@@ -344,6 +354,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
             .also(scene.loop.check())
             .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
                      "must be a positive number of milliseconds")
+            .require(!mixes_control(scene), "probe.control", kMixedControl)
             .result();
     if (!checked) return bad_input(scene.sentence(checked.error()));
     return scene;

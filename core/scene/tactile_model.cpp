@@ -57,9 +57,7 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   for (const Indenter& indenter : p.indenters) {
     all.also(indenter.check(p.skin))
         .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene")
-        .require(indenter.control == p.indenters.front().control, "probe.control",
-                 "must be the same for all probes, but mixes \"depth\" and \"force\": press by "
-                 "the one or the other with each");
+        .require(indenter.control == p.indenters.front().control, "probe.control", kMixedControl);
   }
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()

@@ -17,8 +17,8 @@ LABELS = {
 
 def section(table, name, title):
     rows = select(table, section=name)
-    if not rows["x"]:
-        return
+    if len(rows["x"]) < 2:
+        return  # one point is a number, no picture
     figure, axes = plt.subplots(figsize=(7.5, 4.8))
     for index, label in enumerate(dict.fromkeys(rows["set"])):
         of_set = select(rows, set=label)
