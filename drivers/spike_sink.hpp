@@ -6,7 +6,11 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "core/loop_event.hpp"
+#include "core/probe_sample.hpp"
+#include "core/run_status.hpp"
 #include "core/spike_event.hpp"
+#include "core/tick_record.hpp"
 
 namespace merkel {
 
@@ -40,8 +44,18 @@ class NeuronNumbering {
 };
 
 /// A consumer of spikes: a file, a socket, a page. Used by one thread, which may block.
+///
+/// Spikes are what every sink gets. One that wants to know more about the run says so in wishes().
 class SpikeSink {
  public:
+  /// What a sink may ask for besides spikes; bits.
+  enum Wish : std::uint32_t {
+    kTicks = 1U << 0U,    ///< what the loop used of every probe at every tick
+    kEvents = 1U << 1U,   ///< releases, gaps, resets
+    kSamples = 1U << 2U,  ///< calibrated samples as the probes delivered them
+    kStatus = 1U << 3U,   ///< the run's counters, some times a second and at the end
+  };
+
   SpikeSink() = default;
   SpikeSink(const SpikeSink&) = delete;
   SpikeSink& operator=(const SpikeSink&) = delete;
@@ -53,6 +67,28 @@ class SpikeSink {
   /// Takes spikes in order of time, ties by patch and neuron. After an error the sink is closed
   /// and takes no more. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) = 0;
+
+  /// Wish bits; constant. What is not asked for costs nothing. Thread: any.
+  [[nodiscard]] virtual std::uint32_t wishes() const noexcept { return 0; }
+
+  /// Takes what it has asked for, each kind in order of time. When a tick's records come, every
+  /// spike of that tick has been written before. Errors as of write(). Thread: consumer.
+  [[nodiscard]] virtual Expected<void, SinkError> write_ticks(
+      std::span<const TickRecord> /*ticks*/) {
+    return {};
+  }
+  [[nodiscard]] virtual Expected<void, SinkError> write_events(
+      std::span<const LoopEvent> /*events*/) {
+    return {};
+  }
+  /// \param probe  whose samples they are, from 0
+  [[nodiscard]] virtual Expected<void, SinkError> write_samples(
+      std::size_t /*probe*/, std::span<const ProbeSample> /*samples*/) {
+    return {};
+  }
+  [[nodiscard]] virtual Expected<void, SinkError> write_status(const RunStatus& /*status*/) {
+    return {};
+  }
 
   /// Hands on whatever is still buffered. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> flush() { return {}; }

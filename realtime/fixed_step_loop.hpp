@@ -12,6 +12,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/scene/contact_input.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "core/tick_record.hpp"
 #include "realtime/bounded_queue.hpp"
 #include "realtime/clock.hpp"
 #include "realtime/loop_statistics.hpp"
@@ -55,6 +56,7 @@ class FixedStepLoop {
         statistics_(statistics),
         events_(events),
         contacts_(inputs.size()),
+        records_(inputs.size()),
         released_since_(inputs.size()),
         spikes_of_neuron_(model.neurons()) {
     std::size_t before = 0;
@@ -154,10 +156,18 @@ class FixedStepLoop {
       while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
       }
       const auto last_sample = inputs_[i].last_time();
+      const std::uint64_t late_before = inputs_[i].counts().late;
       const ProbeInput::Reading reading = inputs_[i].at(end);
       contacts_[i] = reading.contact;
       if (const auto arrival = inputs_[i].last_arrival())
         statistics_.queue.record(begun - *arrival);
+      records_[i] = {.time = end,
+                     .contact = reading.contact,
+                     .number = statistics_.ticks.value() + 1,
+                     .probe = static_cast<std::uint32_t>(i),
+                     .late = static_cast<std::uint16_t>(
+                         std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
+                     .state = reading.state};
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
@@ -167,7 +177,9 @@ class FixedStepLoop {
       ++spikes_of_neuron_[first_of_patch_[spike.patch] + spike.neuron - 1];
     }
     const auto computed = clock_.now();
-    fanout_.publish(spikes, clock_);
+    fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
+    for (TickRecord& record : records_) record.latency = computed - due;
+    fanout_.publish(std::span<const TickRecord>(records_), clock_);
     const auto published = now_ = clock_.now();
     fanout_.published(published - due);
     statistics_.tick.record(computed - begun);
@@ -217,6 +229,7 @@ class FixedStepLoop {
 
   void raise(const LoopEvent& event) noexcept {
     if (!events_.try_push(event)) statistics_.events_dropped.add();
+    fanout_.publish(event, clock_);
   }
 
   Parameters parameters_;
@@ -227,6 +240,7 @@ class FixedStepLoop {
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
   std::vector<ContactInput> contacts_;
+  std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
   std::chrono::nanoseconds now_{0};          ///< when the clock was last looked at

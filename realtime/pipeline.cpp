@@ -24,6 +24,7 @@ constexpr std::size_t kSampleQueue = 4096;
 constexpr std::size_t kLargestSampleQueue = 1'000'000;
 constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs ahead
 constexpr std::size_t kSpikeQueue = 65536;
+constexpr std::size_t kTickQueue = 16384;
 constexpr std::size_t kEventQueue = 1024;
 constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for so long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
@@ -51,7 +52,9 @@ struct Pipeline::ProbeLine {
 struct Pipeline::SinkLine {
   std::unique_ptr<SpikeSink> sink;
   SpikeChannel& channel;
+  std::vector<std::unique_ptr<SampleTap>> taps;
   std::unique_ptr<SinkWriter> writer;
+  bool failure_told = false;
 };
 
 bool RunReport::complete() const {
@@ -71,11 +74,60 @@ void Pipeline::add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Paramet
 
 void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) {
   SpikeChannel& channel = fanout_.add_consumer(kSpikeQueue);
-  sinks_.push_back(std::make_unique<SinkLine>(SinkLine{std::move(sink), channel, nullptr}));
+  const std::uint32_t wishes = sink->wishes();
+  if ((wishes & SpikeSink::kTicks) != 0U) {
+    channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kTickQueue);
+  }
+  if ((wishes & SpikeSink::kEvents) != 0U) {
+    channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
+  }
+  sinks_.push_back(std::make_unique<SinkLine>(SinkLine{std::move(sink), channel, {}, nullptr}));
 }
 
 SpikeChannel& Pipeline::add_consumer(std::size_t capacity) {
   return fanout_.add_consumer(capacity);
+}
+
+std::vector<SampleTap*> Pipeline::add_taps(const ProbeLine& probe) {
+  std::vector<SampleTap*> taps;
+  for (const auto& line : sinks_) {
+    if ((line->sink->wishes() & SpikeSink::kSamples) == 0U) continue;
+    // A recording's reader fills the loop's queue and this one alike before anything is drained.
+    line->taps.push_back(
+        std::make_unique<SampleTap>(queue_capacity(probe.probe->info()) + kSampleQueue));
+    taps.push_back(line->taps.back().get());
+  }
+  return taps;
+}
+
+RunStatus Pipeline::status() const {
+  RunStatus status{.ticks = statistics_.ticks.value(),
+                   .overruns = statistics_.overruns.value(),
+                   .longest_overrun_ns = statistics_.longest_overrun_ns.value(),
+                   .catch_up_ticks = statistics_.catch_up_ticks.value(),
+                   .gaps = statistics_.gaps.value(),
+                   .skipped_ticks = statistics_.skipped_ticks.value(),
+                   .spikes = statistics_.spikes.value(),
+                   .neuron_resets = statistics_.neuron_resets.value(),
+                   .spikes_dropped = fanout_.dropped(),
+                   .probes = static_cast<std::uint32_t>(probes_.size())};
+  for (const auto& line : probes_) {
+    const std::uint64_t dropped = line->channel.dropped.value();
+    status.samples += line->channel.delivered.value() + dropped;
+    status.samples_dropped += dropped;
+    if (line->channel.ended.load(std::memory_order_relaxed)) ++status.probes_ended;
+  }
+  return status;
+}
+
+void Pipeline::tell_failures() {
+  for (const auto& line : sinks_) {
+    if (line->failure_told) continue;
+    const std::string trouble = line->writer->trouble();
+    if (trouble.empty()) continue;
+    line->failure_told = true;
+    if (parameters_.on_sink_failure) parameters_.on_sink_failure(line->sink->uri(), trouble);
+  }
 }
 
 Expected<void, SetupError> Pipeline::start_probes() {
@@ -95,7 +147,10 @@ Expected<void, SetupError> Pipeline::start_probes() {
     const nanoseconds shift =
         line->probe->info().replayed && !all_replayed ? PeriodicClock::now() : nanoseconds{0};
     inputs_.emplace_back(line->channel, line->parameters);
-    line->reader = std::make_unique<ProbeReader>(*line->probe, line->channel, shift);
+    line->reader = std::make_unique<ProbeReader>(
+        *line->probe, line->channel,
+        ProbeReader::Parameters{
+            .shift = shift, .taps = add_taps(*line), .wait_for_taps = parameters_.fast});
   }
   return wait_for_first_samples();
 }
@@ -202,6 +257,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   nanoseconds told = wall_begun;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
+    tell_failures();
     std::this_thread::sleep_for(milliseconds{parameters_.fast ? 1 : 20});
     const nanoseconds now = PeriodicClock::now();
     if (parameters_.on_progress && now - told >= kProgressEvery) {
@@ -228,7 +284,10 @@ Expected<RunReport, SetupError> Pipeline::run() {
   RunReport report;
   report.probes.resize(probes_.size());
   for (const auto& line : sinks_) {
-    line->writer = std::make_unique<SinkWriter>(*line->sink, line->channel);
+    line->writer = std::make_unique<SinkWriter>(
+        *line->sink,
+        SinkWriter::Sources{
+            .channel = line->channel, .taps = line->taps, .status = [this] { return status(); }});
   }
   if (parameters_.fast) {
     VirtualClock clock;

@@ -25,6 +25,7 @@
 namespace merkel {
 
 class SpinningTeam;
+struct SampleTap;
 
 /// What a run did, counted at every hand-over.
 struct RunReport {
@@ -117,6 +118,8 @@ class Pipeline {
     std::function<void(const RunProgress&)> on_progress;
     /// Called on the thread that runs with each right that the host refused.
     std::function<void(const std::string&)> on_missing_right;
+    /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
+    std::function<void(const std::string&, const std::string&)> on_sink_failure;
   };
 
   /// \param model  borrowed; its spikes and contacts can be read after run()
@@ -138,6 +141,8 @@ class Pipeline {
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept { return statistics_; }
+  /// Everything counted so far; losses are those of no sink. Thread: any, once it runs.
+  [[nodiscard]] RunStatus status() const;
 
  private:
   struct ProbeLine;
@@ -148,6 +153,8 @@ class Pipeline {
   void run_loop(C& clock, RunReport& report);
   [[nodiscard]] RunProgress progress(std::chrono::nanoseconds wall) const;
   void drain_events(RunReport& report);
+  std::vector<SampleTap*> add_taps(const ProbeLine& probe);
+  void tell_failures();
   void finish(RunReport& report);
 
   TactileModel& model_;

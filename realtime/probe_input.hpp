@@ -7,6 +7,7 @@
 #include "core/probe_sample.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/scene/contact_input.hpp"
+#include "core/tick_record.hpp"
 #include "realtime/probe_channel.hpp"
 
 namespace merkel {
@@ -27,12 +28,7 @@ class ProbeInput {
     double x_mm = 15.0;
     double y_mm = 10.0;
   };
-  enum class State : std::uint8_t {
-    kFollowing,  ///< the contact is that of the samples around the time
-    kHeld,       ///< the last sample holds
-    kReleased,   ///< no contact: the probe has been silent for too long
-    kEnded,      ///< the recording is over; the last sample holds until it is stale
-  };
+  using State = TickRecord::State;
   struct Reading {
     ContactInput contact;
     State state = State::kFollowing;

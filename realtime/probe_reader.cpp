@@ -1,15 +1,22 @@
 #include "realtime/probe_reader.hpp"
 
+#include <utility>
 #include <vector>
 
 #include "realtime/thread_setup.hpp"
 
 namespace merkel {
 
-ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, std::chrono::nanoseconds shift)
-    : probe_(probe), channel_(channel), shift_(shift), thread_([this](const std::stop_token& stop) {
+ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, Parameters parameters)
+    : probe_(probe),
+      channel_(channel),
+      parameters_(std::move(parameters)),
+      thread_([this](const std::stop_token& stop) {
         read_all(stop);
         channel_.ended.store(true, std::memory_order_release);
+        for (SampleTap* const tap : parameters_.taps) {
+          tap->ended.store(true, std::memory_order_release);
+        }
       }) {}
 
 void ProbeReader::stop() {
@@ -30,6 +37,16 @@ bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop
   return true;
 }
 
+void ProbeReader::tell(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop) {
+  while (!tap.queue.items.try_push(sample)) {
+    if (!parameters_.wait_for_taps || stop.stop_requested()) {
+      tap.queue.dropped.add();
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
+  }
+}
+
 void ProbeReader::read_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-probe");
   std::vector<ProbeSample> samples(1024);
@@ -40,9 +57,10 @@ void ProbeReader::read_all(const std::stop_token& stop) {
       return;
     }
     for (std::size_t i = 0; i < *count; ++i) {
-      samples[i].time += shift_;
-      samples[i].arrival += shift_;
+      samples[i].time += parameters_.shift;
+      samples[i].arrival += parameters_.shift;
       if (!deliver(samples[i], stop)) return;
+      for (SampleTap* const tap : parameters_.taps) tell(*tap, samples[i], stop);
     }
   }
 }

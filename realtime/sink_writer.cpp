@@ -1,7 +1,8 @@
 #include "realtime/sink_writer.hpp"
 
+#include <algorithm>
 #include <chrono>
-#include <vector>
+#include <utility>
 
 #include "realtime/thread_setup.hpp"
 
@@ -9,48 +10,104 @@ namespace merkel {
 namespace {
 
 constexpr std::chrono::milliseconds kFlushEvery{200};
+constexpr std::size_t kBatch = 1024;
+
+/// Moves what waits in a queue into `batch`, at most kBatch items.
+template <class T>
+void take(BoundedQueue<T>& queue, std::vector<T>& batch) {
+  batch.clear();
+  T item;
+  while (batch.size() < kBatch && queue.try_pop(item)) batch.push_back(item);
+}
 
 }  // namespace
 
-SinkWriter::SinkWriter(SpikeSink& sink, SpikeChannel& channel)
-    : sink_(sink), channel_(channel), thread_([this] { write_all(); }) {}
+SinkWriter::SinkWriter(SpikeSink& sink, Sources sources)
+    : sink_(sink), sources_(std::move(sources)), thread_([this] { write_all(); }) {}
+
+void SinkWriter::keep(const Expected<void, SinkError>& result) {
+  if (result || !healthy()) return;
+  outcome_.trouble = result.error().sentence;
+  failed_.store(true, std::memory_order_release);
+}
+
+std::size_t SinkWriter::write_ticks_and_spikes() {
+  // Ticks are taken first and written last: the loop publishes a tick's spikes before its record,
+  // so all spikes of the ticks in hand are in the queue by now, and no more than those that are in
+  // it now need be taken.
+  SpikeChannel& channel = sources_.channel;
+  ticks_.clear();
+  if (channel.ticks) take(channel.ticks->items, ticks_);
+  const std::size_t waiting = channel.spikes.size_approx();
+  std::size_t taken = 0;
+  do {
+    take(channel.spikes, spikes_);
+    taken += spikes_.size();
+    outcome_.taken += spikes_.size();
+    if (!spikes_.empty() && healthy()) keep(sink_.write(spikes_));
+  } while (!spikes_.empty() && taken < waiting);
+  if (!ticks_.empty() && healthy()) keep(sink_.write_ticks(ticks_));
+  return taken + ticks_.size();
+}
+
+std::size_t SinkWriter::write_samples() {
+  std::size_t taken = 0;
+  for (std::size_t probe = 0; probe < sources_.taps.size(); ++probe) {
+    take(sources_.taps[probe]->queue.items, samples_);
+    taken += samples_.size();
+    if (!samples_.empty() && healthy()) keep(sink_.write_samples(probe, samples_));
+  }
+  return taken;
+}
+
+std::size_t SinkWriter::write_events() {
+  if (!sources_.channel.events) return 0;
+  take(sources_.channel.events->items, events_);
+  if (!events_.empty() && healthy()) keep(sink_.write_events(events_));
+  return events_.size();
+}
+
+void SinkWriter::write_status() {
+  if ((sink_.wishes() & SpikeSink::kStatus) == 0U) return;
+  RunStatus status = sources_.status();
+  const SpikeChannel& channel = sources_.channel;
+  status.losses.spikes = channel.dropped.value();
+  if (channel.ticks) status.losses.ticks = channel.ticks->dropped.value();
+  if (channel.events) status.losses.events = channel.events->dropped.value();
+  for (const auto& tap : sources_.taps) status.losses.samples += tap->queue.dropped.value();
+  keep(sink_.write_status(status));
+}
 
 void SinkWriter::write_all() {
   set_up_helper_thread("merkel-sink");
-  std::vector<SpikeEvent> batch;
-  batch.reserve(1024);
+  spikes_.reserve(kBatch);
   std::uint64_t seen = 0;
   auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
-  const auto keep = [this](const Expected<void, SinkError>& result) {
-    if (!result && outcome_.trouble.empty()) outcome_.trouble = result.error().sentence;
-  };
   for (;;) {
-    // Read the flag before the queue: it is set after the last spike.
-    const bool ended = channel_.ended.load(std::memory_order_acquire);
-    batch.clear();
-    SpikeEvent spike;
-    while (batch.size() < batch.capacity() && channel_.spikes.try_pop(spike)) {
-      batch.push_back(spike);
-    }
-    outcome_.taken += batch.size();
-    if (!batch.empty() && outcome_.trouble.empty()) keep(sink_.write(batch));
+    // Read the flags before the queues: they are set after the last item.
+    const bool ended = sources_.channel.ended.load(std::memory_order_acquire) &&
+                       std::all_of(sources_.taps.begin(), sources_.taps.end(), [](const auto& tap) {
+                         return tap->ended.load(std::memory_order_acquire);
+                       });
+    std::size_t taken = write_samples();
+    taken += write_ticks_and_spikes();
+    taken += write_events();
     const auto now = std::chrono::steady_clock::now();
-    if (now >= next_flush && outcome_.trouble.empty()) {
-      keep(sink_.flush());
+    if (now >= next_flush && healthy()) {
+      write_status();
+      if (healthy()) keep(sink_.flush());
       next_flush = now + kFlushEvery;
     }
-    if (!batch.empty()) continue;
-    if (ended) return;
-    channel_.beat.wait(seen);
+    if (taken > 0) continue;
+    if (ended) break;
+    sources_.channel.beat.wait(seen);
   }
+  if (healthy()) write_status();
 }
 
 SinkWriter::Outcome SinkWriter::finish(bool complete) {
   if (thread_.joinable()) thread_.join();
-  if (outcome_.trouble.empty()) {
-    const auto closed = complete ? sink_.close() : sink_.flush();
-    if (!closed) outcome_.trouble = closed.error().sentence;
-  }
+  if (healthy()) keep(complete ? sink_.close() : sink_.flush());
   outcome_.delivered = sink_.delivered();
   return outcome_;
 }

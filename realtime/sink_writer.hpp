@@ -1,16 +1,24 @@
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "drivers/spike_sink.hpp"
+#include "realtime/probe_reader.hpp"
 #include "realtime/spike_fanout.hpp"
 
 namespace merkel {
 
-/// The thread of one sink: takes spikes from its queue and writes them. When the sink fails, it
-/// takes no more, and every later spike is counted as lost; the other sinks go on.
+/// The thread of one sink: takes spikes, and what else it has asked for, from its queues and writes
+/// them. When the sink fails, it takes no more, and every later spike is counted as lost; the other
+/// sinks go on.
 class SinkWriter {
  public:
   struct Outcome {
@@ -19,7 +27,14 @@ class SinkWriter {
     std::string trouble;          ///< empty, or why the sink failed
   };
 
-  SinkWriter(SpikeSink& sink, SpikeChannel& channel);
+  /// What a sink is fed from; everything outlives the writer.
+  struct Sources {
+    SpikeChannel& channel;
+    std::span<const std::unique_ptr<SampleTap>> taps;  ///< one a probe; empty if not asked for
+    std::function<RunStatus()> status;                 ///< the run's counters; any thread
+  };
+
+  SinkWriter(SpikeSink& sink, Sources sources);
   SinkWriter(const SinkWriter&) = delete;
   SinkWriter& operator=(const SinkWriter&) = delete;
   ~SinkWriter() = default;
@@ -28,12 +43,28 @@ class SinkWriter {
   /// because the run failed, leaves it unfinished.
   [[nodiscard]] Outcome finish(bool complete);
 
+  /// Why the sink has failed, once it has; empty until then. Thread: any, for one caller.
+  [[nodiscard]] std::string trouble() const {
+    return failed_.load(std::memory_order_acquire) ? outcome_.trouble : std::string();
+  }
+
  private:
   void write_all();
+  std::size_t write_ticks_and_spikes();
+  std::size_t write_samples();
+  std::size_t write_events();
+  void write_status();
+  void keep(const Expected<void, SinkError>& result);
+  [[nodiscard]] bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
 
   SpikeSink& sink_;
-  SpikeChannel& channel_;
+  Sources sources_;
+  std::vector<SpikeEvent> spikes_;
+  std::vector<TickRecord> ticks_;
+  std::vector<LoopEvent> events_;
+  std::vector<ProbeSample> samples_;
   Outcome outcome_;
+  std::atomic<bool> failed_{false};
   std::jthread thread_;
 };
 

@@ -7,8 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "core/loop_event.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/spike_event.hpp"
+#include "core/tick_record.hpp"
 #include "realtime/bounded_queue.hpp"
 #include "realtime/clock.hpp"
 #include "realtime/counter.hpp"
@@ -16,16 +18,27 @@
 
 namespace merkel {
 
-/// The queue of one consumer of spikes, with its own count of drops. A slow or dead consumer costs
-/// its own spikes and nobody else's.
+/// A queue to one consumer, with its own count of drops.
+template <PlainData T>
+struct CountedQueue {
+  explicit CountedQueue(std::size_t capacity) : items(capacity) {}
+
+  BoundedQueue<T> items;
+  Counter dropped;  ///< items that found the queue full
+};
+
+/// The queues of one consumer. A slow or dead consumer costs its own items and nobody else's.
 struct SpikeChannel {
   SpikeChannel(std::size_t capacity, const PublishBeat& the_beat)
       : spikes(capacity), beat(the_beat) {}
 
   BoundedQueue<SpikeEvent> spikes;  ///< simulation thread → consumer
   Counter dropped;                  ///< spikes that found the queue full
-  std::atomic<bool> ended{false};   ///< set after the last spike of the run
+  std::atomic<bool> ended{false};   ///< set after the last item of the run
   const PublishBeat& beat;          ///< for waiting until there may be more
+  /// The same for what only some consumers want; null where it was not asked for.
+  std::unique_ptr<CountedQueue<TickRecord>> ticks;
+  std::unique_ptr<CountedQueue<LoopEvent>> events;
 };
 
 /// Gives every spike to every consumer.
@@ -41,9 +54,7 @@ class SpikeFanout {
   void publish(std::span<const SpikeEvent> spikes, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
       for (const SpikeEvent& spike : spikes) {
-        bool taken = channel->spikes.try_push(spike);
-        while (!taken && clock.wait_for_others()) taken = channel->spikes.try_push(spike);
-        if (!taken) channel->dropped.add();
+        push(channel->spikes, channel->dropped, spike, clock);
       }
     }
   }
@@ -54,6 +65,31 @@ class SpikeFanout {
     beat_.published(after_due);
   }
   [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
+  /// The records of a tick, after its spikes. Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish(std::span<const TickRecord> ticks, C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      if (!channel->ticks) continue;
+      for (const TickRecord& tick : ticks) {
+        push(channel->ticks->items, channel->ticks->dropped, tick, clock);
+      }
+    }
+  }
+
+  /// Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish(const LoopEvent& event, C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      if (channel->events) push(channel->events->items, channel->events->dropped, event, clock);
+    }
+  }
+
+  /// Spikes that found any consumer's queue full. Thread: any, once the loop runs.
+  [[nodiscard]] std::uint64_t dropped() const noexcept {
+    std::uint64_t sum = 0;
+    for (const auto& channel : channels_) sum += channel->dropped.value();
+    return sum;
+  }
 
   /// Tells every consumer that no spike will follow. Thread: simulation.
   void end() noexcept {
@@ -61,6 +97,13 @@ class SpikeFanout {
   }
 
  private:
+  template <PlainData T, Clock C>
+  static void push(BoundedQueue<T>& queue, Counter& dropped, const T& item, C& clock) noexcept {
+    bool taken = queue.try_push(item);
+    while (!taken && clock.wait_for_others()) taken = queue.try_push(item);
+    if (!taken) dropped.add();
+  }
+
   PublishBeat beat_;
   std::vector<std::unique_ptr<SpikeChannel>> channels_;
 };

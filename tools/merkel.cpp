@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
     return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {
       merkel::add_run_command(program);
       merkel::add_record_command(program);
+      merkel::add_replay_command(program);
+      merkel::add_export_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);
       merkel::add_score_command(program);

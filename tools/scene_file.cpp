@@ -332,6 +332,14 @@ bool mixes_control(const Scene& scene) {
 
 }  // namespace
 
+void Scene::set_seed(std::uint64_t seed) {
+  model.network.seed = seed;
+  model.adaptation.seed = seed;
+  model.integrate_and_fire.noise.seed = seed;
+  model.connor_stevens.noise.seed = seed;
+  for (auto& patch : model.patches) patch.receptors.seed = seed++;
+}
+
 std::string Scene::sentence(const ParameterError& error) const {
   const auto line = line_of.find(error.key);
   const std::string where =
@@ -346,6 +354,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
     Scene scene = scene_of(root, findings);
     if (!findings.error.empty()) return bad_input(findings.error);
     scene.file = name;
+    scene.text = text;
     scene.line_of = std::move(findings.line_of);
     const auto checked =
         ParameterCheck()

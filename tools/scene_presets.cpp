@@ -67,7 +67,9 @@ std::optional<Scene> preset_scene(std::string_view name) {
   const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
                                          [name](const Preset& p) { return name == p.name; });
   if (found == std::end(kPresets)) return std::nullopt;
-  return found->make();
+  Scene scene = found->make();
+  scene.text = "preset = \"" + std::string(name) + "\"\n";
+  return scene;
 }
 
 const std::vector<std::string>& preset_names() {
@@ -80,7 +82,7 @@ const std::vector<std::string>& preset_names() {
 }
 
 Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
-  if (name_or_file.empty()) return paper();
+  if (name_or_file.empty()) return *preset_scene("paper");
   if (auto preset = preset_scene(name_or_file)) return *preset;
   return read_scene(name_or_file);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -63,6 +64,10 @@ class HodgkinHuxleyPopulation {
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
   /// Blocks of 16 neurons that the last advance() skipped because they were at rest.
   [[nodiscard]] std::size_t resting_blocks() const noexcept { return resting_blocks_; }
+  /// Neurons in the blocks that the last advance() stepped.
+  [[nodiscard]] std::size_t active_neurons() const noexcept {
+    return size() - std::min(size(), resting_blocks_ * kNeuronBlock);
+  }
   /// Whether it skipped all: under the same currents, the next one will do nothing.
   [[nodiscard]] bool all_resting() const noexcept {
     return resting_blocks_ == (size() + kNeuronBlock - 1) / kNeuronBlock;

@@ -49,7 +49,7 @@ class EnergyDrivenNeurons {
   [[nodiscard]] std::span<const double> drive_Hz() const noexcept { return drive_; }
   /// Noise never rests, and the states cannot turn non-finite.
   [[nodiscard]] bool all_resting() const noexcept { return false; }
-  [[nodiscard]] std::size_t resting_blocks() const noexcept { return 0; }
+  [[nodiscard]] std::size_t active_neurons() const noexcept { return size(); }
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return {}; }
 
  private:

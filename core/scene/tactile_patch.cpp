@@ -53,4 +53,10 @@ void TactilePatch::step(std::span<const PlacedContact> contacts, int steps,
   spikes_.sort();
 }
 
+std::size_t TactilePatch::active_neurons() const noexcept {
+  if (asleep_) return 0;
+  return std::visit([](const auto& population) { return population.active_neurons(); },
+                    population_);
+}
+
 }  // namespace merkel

@@ -57,11 +57,8 @@ class TactilePatch {
     return drive_.current_uA_per_cm2();
   }
   [[nodiscard]] const ReceptorDrive& drive() const noexcept { return drive_; }
-  /// Blocks of neurons that the last step skipped because they were at rest.
-  [[nodiscard]] std::size_t resting_blocks() const noexcept {
-    return std::visit([](const auto& population) { return population.resting_blocks(); },
-                      population_);
-  }
+  /// Neurons that the last step took, the others being at rest; in whole blocks.
+  [[nodiscard]] std::size_t active_neurons() const noexcept;
   /// Whether the last step found nothing to do.
   [[nodiscard]] bool asleep() const noexcept { return asleep_; }
 

@@ -19,6 +19,21 @@ constexpr std::int64_t kLargestSeconds = 9'200'000'000;
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 bool is_number_end(char c) noexcept { return is_digit(c) || c == '.'; }
 
+/// A whole number of nanoseconds with the decimal point before its last `decimals` digits.
+void append_decimal(std::string& text, std::chrono::nanoseconds time, std::size_t decimals) {
+  const std::int64_t count = time.count();
+  const auto magnitude =
+      count < 0 ? 0 - static_cast<std::uint64_t>(count) : static_cast<std::uint64_t>(count);
+  std::array<char, 24> digits{};
+  auto* const end = std::to_chars(digits.data(), digits.data() + digits.size(), magnitude).ptr;
+  std::string whole(digits.data(), end);
+  if (whole.size() <= decimals) whole.insert(0, decimals + 1 - whole.size(), '0');
+  if (count < 0) text += '-';
+  text.append(whole, 0, whole.size() - decimals);
+  text += '.';
+  text.append(whole, whole.size() - decimals);
+}
+
 }  // namespace
 
 std::string_view take_field(std::string_view& rest) noexcept {
@@ -114,21 +129,11 @@ std::optional<std::chrono::nanoseconds> parse_seconds(std::string_view field) no
 }
 
 void append_seconds(std::string& text, std::chrono::nanoseconds time) {
-  const std::int64_t count = time.count();
-  const auto magnitude =
-      count < 0 ? 0 - static_cast<std::uint64_t>(count) : static_cast<std::uint64_t>(count);
-  std::array<char, 24> digits{};
-  if (count < 0) text += '-';
-  const auto whole =
-      std::to_chars(digits.data(), digits.data() + digits.size(), magnitude / kPerSecond);
-  text.append(digits.data(), whole.ptr);
-  text += '.';
-  std::uint64_t fraction = magnitude % kPerSecond;
-  for (int place = 8; place >= 0; --place) {
-    digits[static_cast<std::size_t>(place)] = static_cast<char>('0' + fraction % 10);
-    fraction /= 10;
-  }
-  text.append(digits.data(), 9);
+  append_decimal(text, time, 9);
+}
+
+void append_milliseconds(std::string& text, std::chrono::nanoseconds time) {
+  append_decimal(text, time, 6);
 }
 
 }  // namespace merkel

@@ -24,5 +24,7 @@ namespace merkel {
 
 /// Seconds with nine decimals.
 void append_seconds(std::string& text, std::chrono::nanoseconds time);
+/// Milliseconds with six decimals.
+void append_milliseconds(std::string& text, std::chrono::nanoseconds time);
 
 }  // namespace merkel

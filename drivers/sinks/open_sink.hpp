@@ -1,16 +1,26 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "core/expected.hpp"
+#include "drivers/sinks/sink_setup.hpp"
 #include "drivers/spike_sink.hpp"
 
 namespace merkel {
 
-/// Opens the sink that a URI names: csv:FILE. Real-time: no.
-/// \param overwrite  whether an existing file may be replaced
+/// Opens the sink that a URI names. Real-time: no. Fails with a sentence on an unknown scheme or
+/// option, a file that exists, a port in use, an address that is not allowed, or a library that
+/// this build lacks.
+[[nodiscard]] Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view uri,
+                                                                         const SinkSetup& setup);
+
+/// The same for a run that nothing more is told about.
 [[nodiscard]] Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(
     std::string_view uri, const NeuronNumbering& numbering, bool overwrite);
+
+/// "csv:FILE, gdf:FILE, …": the schemes there are, for help texts.
+[[nodiscard]] std::string sink_schemes();
 
 }  // namespace merkel

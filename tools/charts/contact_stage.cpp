@@ -91,8 +91,7 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
   };
   std::vector<double> found;
   const double scalar_s = measure([&] { found = currents(receptors, placed, huber); }).median_s;
-  row("scalar closed form", 0.0, scalar_s, largest_difference(found, reference),
-      kAfferents);
+  row("scalar closed form", 0.0, scalar_s, largest_difference(found, reference), kAfferents);
   for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
     const std::string name = precision == Precision::kDouble ? "kernel" : "kernel in float";
     for (const double tolerance : {0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2}) {

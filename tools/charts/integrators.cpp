@@ -89,9 +89,8 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
                                         .median_s,
                                     step_us);
         const bool right = driven.resets == 0 && error.unmatched == 0;
-        table->row(label,
-                   {step_us, cost, error.rms_ms,
-                    driven.resets > 0 ? 1.0 : error.share_unmatched()});
+        table->row(label, {step_us, cost, error.rms_ms,
+                           driven.resets > 0 ? 1.0 : error.share_unmatched()});
         if (step_us > 100.0 || step_us < 10.0) continue;
         cells += right ? format(" %.0f µs → %.2g ms |", cost, error.rms_ms)
                        : format(" %.0f µs → – |", cost);
@@ -107,10 +106,7 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
     const double tolerance = std::pow(10.0, -power);
     const CvodeRun run = run_cvode(tolerance);
     const SpikeTrainError error = spike_train_error(run.spikes, reference.spikes);
-    const bool right = error.unmatched == 0;
-    table->row("cvode,double", {tolerance, run.cost_us,
-                                error.rms_ms,
-                                error.share_unmatched()});
+    table->row("cvode,double", {tolerance, run.cost_us, error.rms_ms, error.share_unmatched()});
     text += format("| 1e-%d | %.0f µs | %.2g ms |\n", power, run.cost_us, error.rms_ms);
   }
 #else

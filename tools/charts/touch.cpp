@@ -49,7 +49,6 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
                          .x_mm = 0.5 * skin.patch.length_mm,
                          .y_mm = 0.5 * skin.patch.width_mm};
       std::chrono::nanoseconds time{0};
-      std::size_t active = 0;
       const auto tick = [&] {
         // A probe is never quite still.
         input.depth_mm = depth_mm * ((time / parameters.tick) % 2 == 0 ? 1.0 : 1.0 - 1e-6);
@@ -59,10 +58,7 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
       for (int k = 0; k < 300; ++k) tick();
       const double cost_us = 1e6 * measure(tick, 5).median_s;
       const TactilePatch& patch = model.patches()[0];
-      if (!patch.asleep()) {
-        const std::size_t resting = patch.resting_blocks() * kNeuronBlock;
-        active = patch.neurons() - std::min(patch.neurons(), resting);
-      }
+      const std::size_t active = patch.active_neurons();
       const double a = model.press(0, input).contact.contact_radius_mm;
       const double area = std::numbers::pi * a * a;
       const std::size_t reached = depth_mm > 0.0 ? patch.drive().afferents_reached() : 0;

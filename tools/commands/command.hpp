@@ -15,6 +15,8 @@ inline constexpr int kWrongInput = 2;
 /// Each adds one subcommand to the program.
 void add_run_command(CommandLine& program);
 void add_record_command(CommandLine& program);
+void add_replay_command(CommandLine& program);
+void add_export_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
 void add_score_command(CommandLine& program);

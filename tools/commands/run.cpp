@@ -18,6 +18,7 @@
 #include "tools/crash_report.hpp"
 #include "tools/run_summary.hpp"
 #include "tools/scene_presets.hpp"
+#include "tools/session_scene.hpp"
 #include "tools/status_line.hpp"
 #include "tools/stop_signal.hpp"
 
@@ -31,6 +32,7 @@ struct RunOptions {
   bool fast = false;
   bool json = false;
   bool overwrite = false;
+  bool allow_remote = false;
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
@@ -60,15 +62,7 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
     }
   }
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
-  if (options.seed) {
-    scene->model.network.seed = *options.seed;
-    scene->model.adaptation.seed = *options.seed;
-    scene->model.integrate_and_fire.noise.seed = *options.seed;
-    scene->model.connor_stevens.noise.seed = *options.seed;
-    for (std::size_t i = 0; i < scene->model.patches.size(); ++i) {
-      scene->model.patches[i].receptors.seed = *options.seed + i;
-    }
-  }
+  if (options.seed) scene->set_seed(*options.seed);
   return scene;
 }
 
@@ -111,6 +105,10 @@ int run(const RunOptions& options) {
   parameters.on_missing_right = [](const std::string& sentence) {
     std::fprintf(stderr, "merkel: note: %s\n", sentence.c_str());
   };
+  parameters.on_sink_failure = [](const std::string& uri, const std::string& trouble) {
+    std::fprintf(stderr, "merkel: the sink %s is closed, the run goes on: %s\n", uri.c_str(),
+                 trouble.c_str());
+  };
   const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
   if (on_terminal) {
     parameters.on_progress = [line = StatusLine()](const RunProgress& progress) mutable {
@@ -123,10 +121,13 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
-  const NeuronNumbering numbering(model->neurons_of_patch());
+  const SinkSetup setup{.numbering = NeuronNumbering(model->neurons_of_patch()),
+                        .overwrite = options.overwrite,
+                        .allow_remote = options.allow_remote,
+                        .run = describe_run(*scene, *model, options.seed)};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
-    auto sink = open_sink(uri, numbering, options.overwrite);
+    auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
     pipeline.add_sink(std::move(*sink));
@@ -164,7 +165,7 @@ void add_run_command(CommandLine& program) {
               "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-hh")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
-      .list("--sink", options->sinks, "Sink URI, repeatable: csv:FILE")
+      .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .flag("--fast", options->fast,
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
@@ -173,6 +174,8 @@ void add_run_command(CommandLine& program) {
               "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--allow-remote", options->allow_remote,
+            "Let sinks send to, or be reached from, other machines")
       .runs([options] { return run(*options); });
 }
 

@@ -9,12 +9,18 @@
 
 namespace merkel {
 
-/// Writes spikes as a CSV table `time_s,neuron`: probe time with nine decimals, neurons from 1.
-class CsvSpikeSink final : public SpikeSink {
+/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1.
+class TextSpikeSink final : public SpikeSink {
  public:
+  enum class Form {
+    kCsv,  ///< `time_s,neuron`, with that header
+    kGdf,  ///< NEST's: neuron, tab, time in ms; no header
+  };
+
   /// \param path  a file, "-" for the standard output, or a device
   [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
-      const std::string& uri, const std::string& path, NeuronNumbering numbering, bool overwrite);
+      const std::string& uri, const std::string& path, Form form, NeuronNumbering numbering,
+      bool overwrite);
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
@@ -23,11 +29,12 @@ class CsvSpikeSink final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  CsvSpikeSink(std::string uri, OutputFile file, NeuronNumbering numbering);
+  TextSpikeSink(std::string uri, OutputFile file, Form form, NeuronNumbering numbering);
   Expected<void, SinkError> settle(bool succeeded);
 
   std::string uri_;
   OutputFile file_;
+  Form form_;
   NeuronNumbering numbering_;
   std::string rows_;
   std::uint64_t taken_ = 0;

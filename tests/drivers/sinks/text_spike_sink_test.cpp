@@ -1,4 +1,4 @@
-#include "drivers/sinks/csv_spike_sink.hpp"
+#include "drivers/sinks/text_spike_sink.hpp"
 
 #include <array>
 
@@ -17,7 +17,7 @@ NeuronNumbering one_patch() {
   return NeuronNumbering({&neurons, 1});
 }
 
-TEST(CsvSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
+TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
   const TemporaryFolder folder;
   auto sink = open_sink("csv:" + folder.path("s.csv"), one_patch(), false);
   ASSERT_TRUE(sink) << sink.error().sentence;
@@ -32,7 +32,19 @@ TEST(CsvSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
   EXPECT_EQ(read_file(folder.path("s.csv")), "time_s,neuron\n1.234567891,8\n2.000000000,13\n");
 }
 
-TEST(CsvSpikeSink, CountsWhatAFullDiskHasLost) {
+TEST(TextSpikeSink, WritesNestsGdf) {
+  const TemporaryFolder folder;
+  auto sink = open_sink("gdf:" + folder.path("s.gdf"), one_patch(), false);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  const std::array<SpikeEvent, 2> spikes = {
+      SpikeEvent{.time = nanoseconds{-1}, .neuron = 8},
+      SpikeEvent{.time = nanoseconds{2'000'000'001}, .neuron = 13}};
+  EXPECT_TRUE((*sink)->write(spikes));
+  EXPECT_TRUE((*sink)->close());
+  EXPECT_EQ(read_file(folder.path("s.gdf")), "8\t-0.000001\n13\t2000.000001\n");
+}
+
+TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
   auto sink = open_sink("csv:/dev/full", one_patch(), false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 3> spikes{};

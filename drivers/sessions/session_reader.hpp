@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/loop_event.hpp"
+#include "core/probe_sample.hpp"
+#include "core/run_status.hpp"
+#include "core/spike_event.hpp"
+#include "core/tick_record.hpp"
+#include "drivers/sessions/session_format.hpp"
+
+namespace merkel {
+
+/// What one chunk of a session holds: one kind of item.
+struct SessionChunk {
+  struct Sample {
+    std::uint32_t probe = 0;
+    ProbeSample sample;
+  };
+  SessionStream::Id stream = SessionStream::Id::kSpikes;
+  std::vector<SpikeEvent> spikes;
+  std::vector<TickRecord> ticks;
+  std::vector<Sample> samples;
+  std::vector<LoopEvent> events;
+  std::vector<RunStatus> status;
+};
+
+/// Reads a recorded session, chunk by chunk, in bounded memory.
+///
+/// A session that broke off is read up to its last whole chunk. Whatever the file's bytes are,
+/// every item handed out has a valid state and kind and finite, plausible values; anything else is
+/// an error that names the place. Streams that are not merkel's are skipped.
+class SessionReader {
+ public:
+  [[nodiscard]] static Expected<SessionReader, SetupError> open(const std::string& path);
+
+  /// What the recorder noted (scene text, seeds, machine), by name; empty where it did not.
+  [[nodiscard]] std::string fact(std::string_view name) const;
+
+  /// Reads on to the next chunk that holds items. False at the end.
+  [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);
+
+  /// Whether the recording was ended properly; known once next() has said false.
+  [[nodiscard]] bool ended_well() const noexcept { return footers_ > 0 && !truncated_; }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { static_cast<void>(std::fclose(file)); }
+  };
+  struct Raw {
+    XdfTag tag = XdfTag::kBoundary;
+    std::string content;
+  };
+
+  SessionReader(std::string path, std::unique_ptr<std::FILE, Close> file, std::uint64_t size)
+      : path_(std::move(path)), file_(std::move(file)), size_(size) {}
+  Expected<void, SetupError> read_headers();
+  Expected<bool, SetupError> read_raw(Raw& raw);
+  Expected<void, SetupError> decode(std::string_view content, SessionChunk& chunk) const;
+  [[nodiscard]] bool read_bytes(void* bytes, std::size_t count);
+  [[nodiscard]] Unexpected<SetupError> damaged(const std::string& what) const;
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::uint64_t size_;
+  std::uint64_t place_ = 0;        ///< bytes read so far
+  std::uint64_t chunk_start_ = 0;  ///< of the chunk read last
+  std::vector<std::pair<std::string, std::string>> facts_;
+  Raw raw_;
+  bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
+  bool truncated_ = false;
+  int footers_ = 0;
+};
+
+}  // namespace merkel

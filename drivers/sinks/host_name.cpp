@@ -1,0 +1,41 @@
+#include "drivers/sinks/host_name.hpp"
+
+#include <array>
+#include <charconv>
+
+#include <arpa/inet.h>
+
+namespace merkel {
+
+std::optional<HostAndPort> HostAndPort::parse(std::string_view text) {
+  const auto colon = text.rfind(':');
+  if (colon == std::string_view::npos || colon == 0) return std::nullopt;
+  HostAndPort address;
+  std::string_view host = text.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  }
+  address.host = host;
+  const std::string_view port = text.substr(colon + 1);
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), address.port);
+  if (error != std::errc{} || end != port.data() + port.size() || address.port == 0) {
+    return std::nullopt;
+  }
+  return address;
+}
+
+bool HostAndPort::loopback() const {
+  if (host == "localhost") return true;
+  // Only what is wholly an address counts: 127.evil.example is a name.
+  std::array<unsigned char, 16> bytes{};
+  if (::inet_pton(AF_INET, host.c_str(), bytes.data()) == 1) return bytes[0] == 127;
+  return host == "::1";
+}
+
+Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host) {
+  return bad_input("\"" + uri + "\": " + host +
+                   " is not this machine's loopback address: give --allow-remote if others may "
+                   "see the spikes, or use 127.0.0.1");
+}
+
+}  // namespace merkel

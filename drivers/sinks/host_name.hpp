@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/expected.hpp"
+
+namespace merkel {
+
+/// A host and a TCP or UDP port: "127.0.0.1:5557", "localhost:9000", "[::1]:9000".
+struct HostAndPort {
+  std::string host;
+  std::uint16_t port = 0;
+
+  /// Nothing where the port is missing, 0 or not a number, or the host is empty.
+  [[nodiscard]] static std::optional<HostAndPort> parse(std::string_view text);
+
+  /// Whether the host is this machine, and reachable from it alone.
+  [[nodiscard]] bool loopback() const;
+};
+
+/// The error for an address that --allow-remote would allow.
+[[nodiscard]] Unexpected<SetupError> remote_refused(const std::string& uri,
+                                                    const std::string& host);
+
+}  // namespace merkel

@@ -1,0 +1,67 @@
+#include <array>
+#include <memory>
+#include <utility>
+
+#include <lsl_cpp.h>
+
+#include "core/units.hpp"
+#include "drivers/sinks/clock_pair.hpp"
+#include "drivers/sinks/sink_openers.hpp"
+
+namespace merkel {
+namespace {
+
+/// One int32 channel of neuron numbers at an irregular rate, stamped in LSL's own time, which is
+/// CLOCK_MONOTONIC in seconds: the probe time of a device is that already.
+class LslSpikeSink final : public SpikeSink {
+ public:
+  LslSpikeSink(std::string uri, const lsl::stream_info& info, NeuronNumbering numbering)
+      : uri_(std::move(uri)), outlet_(info), numbering_(std::move(numbering)) {}
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    for (const SpikeEvent& spike : spikes) {
+      const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(numbering_.number(spike))};
+      outlet_.push_sample(neuron.data(), units::s_from(spike.time), false);
+    }
+    delivered_ += spikes.size();
+    return {};
+  }
+
+  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
+
+ private:
+  std::string uri_;
+  lsl::stream_outlet outlet_;
+  NeuronNumbering numbering_;
+  std::uint64_t delivered_ = 0;
+};
+
+}  // namespace
+
+OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
+  UriOptions options(uri);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (uri.path.empty()) return bad_input("\"" + uri.text + "\": name the stream: lsl:NAME");
+  if (!setup.allow_remote) {
+    return bad_input("\"" + uri.text +
+                     "\": the Lab Streaming Layer announces itself to the whole network: give "
+                     "--allow-remote if others may see the spikes");
+  }
+  try {
+    lsl::stream_info info(uri.path, "Spikes", 1, lsl::IRREGULAR_RATE, lsl::cf_int32,
+                          "merkel-" + uri.path);
+    lsl::xml_element channel = info.desc().append_child("channels").append_child("channel");
+    channel.append_child_value("label", "neuron")
+        .append_child_value("type", "Spikes")
+        .append_child_value("unit", "number from 1");
+    info.desc().append_child_value("scene", setup.run.scene);
+    return std::make_unique<LslSpikeSink>(uri.text, info, setup.numbering);
+  } catch (const std::exception& error) {
+    return bad_input("\"" + uri.text + "\": liblsl refused: " + error.what());
+  }
+}
+
+}  // namespace merkel

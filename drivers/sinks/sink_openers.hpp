@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+
+#include "core/expected.hpp"
+#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
+
+// The sinks that need a library, one a source file, so that no other includes that library. All
+// but that of sessions are defined only where the library was found (sinks.cmake).
+
+/// Open Ephys Event Broadcaster messages over ZeroMQ: tcp://HOST:PORT, ipc://FILE.
+/// Options: topic, hwm (messages that wait for a slow subscriber), subscribers and wait_s (wait for
+/// so many at start), stream.
+[[nodiscard]] OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup);
+
+/// OSC bundles with time tags over UDP, through liblo: HOST:PORT. Options: path.
+[[nodiscard]] OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup);
+
+/// SONATA spikes, through HDF5: FILE.h5. Options: population.
+[[nodiscard]] OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup);
+
+/// A Lab Streaming Layer outlet, through liblsl: NAME.
+[[nodiscard]] OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup);
+
+/// A session recording, with metadata through pugixml: FILE.xdf.
+[[nodiscard]] OpenedSink open_xdf_sink(const Uri& uri, const SinkSetup& setup);
+
+/// The live page, through Boost.Beast: [HOST:]PORT. Options: rate_hz.
+[[nodiscard]] OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup);
+
+}  // namespace merkel

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/afferent/receptor_placement.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "drivers/spike_sink.hpp"
+
+namespace merkel {
+
+/// What a run is, for sinks that tell it on.
+struct RunDescription {
+  std::string scene;  ///< its name, for people
+  /// Everything that the run depends on or that a reader may ask later (version, scene text,
+  /// seeds, machine), by name. Names are letters, digits and underscores.
+  std::vector<std::pair<std::string, std::string>> facts;
+  TactileModel::Parameters model;
+  std::vector<Receptor> receptors;
+};
+
+/// How sinks are opened.
+struct SinkSetup {
+  NeuronNumbering numbering;
+  bool overwrite = false;     ///< existing files may be replaced
+  bool allow_remote = false;  ///< other machines may be sent to, or connect
+  RunDescription run;
+};
+
+}  // namespace merkel

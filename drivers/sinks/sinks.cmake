@@ -1,0 +1,57 @@
+# The sinks that need a library: built where it is found, else the sink says what to install.
+
+# merkel_optional_sink(HDF5 "libraries" "include folders" sources…)
+function(merkel_optional_sink name libraries includes)
+  if("${libraries}${includes}" MATCHES "NOTFOUND")
+    message(STATUS "Without ${name}: its sink is left out")
+    return()
+  endif()
+  target_sources(merkel_drivers PRIVATE ${ARGN})
+  target_compile_definitions(merkel_drivers PRIVATE MERKEL_WITH_${name})
+  target_include_directories(merkel_drivers SYSTEM PRIVATE ${includes})
+  target_link_libraries(merkel_drivers PRIVATE ${libraries})
+endfunction()
+
+find_path(MERKEL_ZMQ_INCLUDE zmq.hpp)
+find_library(MERKEL_ZMQ_LIBRARY zmq)
+merkel_optional_sink(ZMQ "${MERKEL_ZMQ_LIBRARY}" "${MERKEL_ZMQ_INCLUDE}" sinks/zmq_spike_sink.cpp)
+
+find_path(MERKEL_LIBLO_INCLUDE lo/lo.h)
+find_library(MERKEL_LIBLO_LIBRARY lo)
+merkel_optional_sink(LIBLO "${MERKEL_LIBLO_LIBRARY}" "${MERKEL_LIBLO_INCLUDE}"
+  sinks/osc_spike_sink.cpp)
+
+find_path(MERKEL_HDF5_INCLUDE hdf5.h PATH_SUFFIXES hdf5/serial)
+find_library(MERKEL_HDF5_LIBRARY NAMES hdf5_serial hdf5)
+merkel_optional_sink(HDF5 "${MERKEL_HDF5_LIBRARY}" "${MERKEL_HDF5_INCLUDE}"
+  sinks/sonata_spike_sink.cpp)
+
+find_package(LSL QUIET)
+if(LSL_FOUND)
+  merkel_optional_sink(LSL LSL::lsl "" sinks/lsl_spike_sink.cpp)
+else()
+  merkel_optional_sink(LSL LSL-NOTFOUND "" sinks/lsl_spike_sink.cpp)
+endif()
+
+# Sessions are what replay and export read: not optional.
+find_path(MERKEL_PUGIXML_INCLUDE pugixml.hpp REQUIRED)
+find_library(MERKEL_PUGIXML_LIBRARY pugixml REQUIRED)
+target_include_directories(merkel_drivers SYSTEM PRIVATE ${MERKEL_PUGIXML_INCLUDE})
+target_link_libraries(merkel_drivers PRIVATE ${MERKEL_PUGIXML_LIBRARY})
+
+# The live page. Boost.Beast is headers alone.
+find_path(MERKEL_BEAST_INCLUDE boost/beast.hpp)
+if(MERKEL_BEAST_INCLUDE)
+  set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)
+  set(page_files)
+  foreach(name page.html page.css page.js vendor/uPlot.js vendor/uPlot.css vendor/uPlot.LICENSE)
+    list(APPEND page_files ${page_folder}/${name})
+  endforeach()
+  add_custom_command(OUTPUT page_files.cpp
+    COMMAND ${CMAKE_COMMAND} -DOUT=page_files.cpp "-DFILES=${page_files}"
+      -P ${page_folder}/embed_page.cmake
+    DEPENDS ${page_files} ${page_folder}/embed_page.cmake VERBATIM)
+endif()
+merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
+  sinks/view/view_frames.cpp sinks/view/view_server.cpp sinks/view/view_spike_sink.cpp
+  ${CMAKE_CURRENT_BINARY_DIR}/page_files.cpp)

@@ -1,0 +1,389 @@
+'use strict';
+// The live page: takes frames from the program (view_frames.hpp says what is in them) and draws.
+
+const byId = (id) => document.getElementById(id);
+const kKept_s = 61;        // of history
+const kRateWindow_s = 0.5;
+const kSteps = [2, 5, 10, 30, 60];
+const kStates = ['following', 'held', 'released', 'ended'];
+
+let scene = null;
+let last = null;           // the newest frame
+let missed = 0;            // frames that this page was too slow for
+let points = [];           // {t, values: depth and force of each probe}
+let spikes = [];           // {t, n}, in order
+let paused = false;
+let pausedAt = 0;
+let dirty = true;
+let ended = false;
+let trace = null;
+
+// ---- frames --------------------------------------------------------------------------------
+
+class Reader {
+  constructor(buffer) { this.view = new DataView(buffer); this.at = 0; }
+  u32() { const v = this.view.getUint32(this.at, true); this.at += 4; return v; }
+  f32() { const v = this.view.getFloat32(this.at, true); this.at += 4; return v; }
+  f64() { const v = this.view.getFloat64(this.at, true); this.at += 8; return v; }
+  list(one) { const n = this.u32(); const all = []; for (let i = 0; i < n; ++i) all.push(one()); return all; }
+}
+
+function readFrame(buffer) {
+  const r = new Reader(buffer);
+  missed = r.u32();
+  const frame = { number: r.u32(), flags: r.u32(), t: r.f64() };
+  const counters = r.list(() => r.f64());
+  frame.counters = Object.fromEntries(scene.counters.map((name, i) => [name, counters[i]]));
+  frame.probes = r.list(() => ({ depth: r.f32(), force: r.f32(), x: r.f32(), y: r.f32(), radius: r.f32(), state: r.u32() }));
+  frame.points = r.list(() => ({ t: frame.t - r.f32(), values: frame.probes.flatMap(() => [r.f32(), r.f32()]) }));
+  frame.spikes = r.list(() => ({ t: frame.t - r.f32(), n: r.u32() }));
+  frame.latency = r.list(() => r.u32());
+  return frame;
+}
+
+function takeFrame(frame) {
+  last = frame;
+  ended = (frame.flags & 1) !== 0;
+  points.push(...frame.points);
+  spikes.push(...frame.spikes);
+  const old = frame.t - kKept_s;
+  if (!paused) {
+    points.splice(0, firstAfter(points, old));
+    spikes.splice(0, firstAfter(spikes, old));
+  }
+  if (ended) connection('ended', 'run over');
+  dirty = true;
+}
+
+/// Index of the first of some items, ordered by t, that is not before a time.
+function firstAfter(items, t) {
+  let low = 0, high = items.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (items[middle].t < t) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+// ---- connection ----------------------------------------------------------------------------
+
+let backoff_ms = 500;
+
+function connection(state, text) {
+  byId('connection').dataset.state = state;
+  byId('connection').textContent = text;
+}
+
+function connect() {
+  const socket = new WebSocket(`ws://${location.host}/socket`);
+  socket.binaryType = 'arraybuffer';
+  socket.onmessage = (message) => {
+    if (typeof message.data === 'string') {
+      scene = JSON.parse(message.data);
+      points = []; spikes = []; last = null; ended = false; paused = false;
+      showPause();
+      showScene();
+      connection('live', 'live');
+      backoff_ms = 500;
+    } else if (scene) {
+      takeFrame(readFrame(message.data));
+    }
+  };
+  socket.onclose = () => {
+    if (!ended) connection('lost', 'connection lost, trying again…');
+    setTimeout(connect, backoff_ms);
+    backoff_ms = Math.min(backoff_ms * 1.5, 4000);
+  };
+}
+
+// ---- what does not change during a run ------------------------------------------------------
+
+function fill(list, rows) {
+  list.replaceChildren(...rows.flatMap(([name, value]) => {
+    const dt = document.createElement('dt');
+    const dd = document.createElement('dd');
+    dt.textContent = name; dd.textContent = value;
+    return [dt, dd];
+  }));
+}
+
+function showScene() {
+  byId('scene').textContent = scene.scene;
+  document.title = `merkel: ${scene.scene}`;
+  fill(byId('facts'), scene.facts);
+  makeTrace();
+}
+
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+function makeTrace() {
+  if (trace) trace.destroy();
+  const dashes = [[], [6, 4], [2, 3]];
+  const series = [{ label: 's', value: (u, v) => (v == null ? '–' : v.toFixed(3)) }];
+  scene.probes.forEach((probe, i) => {
+    const which = scene.probes.length > 1 ? ` ${i + 1}` : '';
+    const value = (u, v) => (v == null ? '–' : v.toFixed(3));
+    series.push({ label: `depth${which} (mm)`, scale: 'mm', stroke: () => css('--depth'), width: 1.5, dash: dashes[i % 3], value });
+    series.push({ label: `force${which} (N)`, scale: 'N', stroke: () => css('--force'), width: 1.5, dash: dashes[i % 3], value });
+  });
+  const axis = (more) => ({ stroke: () => css('--soft'), grid: { stroke: () => css('--line'), width: 1 }, ticks: { stroke: () => css('--line') }, ...more });
+  const upward = (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * 1.08];
+  trace = new uPlot({
+    width: byId('trace').clientWidth, height: 230, series,
+    scales: { x: { time: false }, mm: { range: upward }, N: { range: upward } },
+    axes: [axis({}), axis({ scale: 'mm', label: 'depth, mm', labelSize: 22, size: 44 }),
+      axis({ scale: 'N', label: 'force, N', side: 1, labelSize: 22, size: 48, grid: { show: false } })],
+    cursor: { drag: { x: false, y: false } },
+  }, [[]].concat(scene.probes.flatMap(() => [[], []])), byId('trace'));
+}
+
+// ---- drawing --------------------------------------------------------------------------------
+
+function span() {
+  const seconds = Number(byId('window').value);
+  const end = paused ? pausedAt : (last ? last.t : 0);
+  return { from: end - seconds, to: end, seconds };
+}
+
+/// A canvas made as sharp as the screen, cleared.
+function context(canvas) {
+  const scale = window.devicePixelRatio || 1;
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
+    canvas.width = Math.round(width * scale); canvas.height = Math.round(height * scale);
+  }
+  const c = canvas.getContext('2d');
+  c.setTransform(scale, 0, 0, scale, 0, 0);
+  c.clearRect(0, 0, width, height);
+  c.font = '12px system-ui, sans-serif';
+  return { c, width, height };
+}
+
+function visible(items, { from, to }) { return items.slice(firstAfter(items, from), firstAfter(items, to + 1e-9)); }
+
+function rates({ to }) {
+  const all = new Array(scene.neurons).fill(0);
+  for (const spike of visible(spikes, { from: to - kRateWindow_s, to })) if (spike.n <= scene.neurons) ++all[spike.n - 1];
+  return all.map((n) => n / kRateWindow_s);
+}
+
+function drawTrace(time) {
+  const shown = visible(points, time);
+  const data = [shown.map((p) => p.t)];
+  for (let i = 0; i < 2 * scene.probes.length; ++i) data.push(shown.map((p) => p.values[i] * (i % 2 ? 1e-3 : 1)));
+  trace.batch(() => { trace.setData(data, false); trace.setScale('x', { min: time.from, max: time.to }); });
+}
+
+const raster = { left: 34, bottom: 18 };
+
+function drawRaster(time) {
+  const { c, width, height } = context(byId('raster'));
+  const h = height - raster.bottom, w = width - raster.left;
+  const row = h / scene.neurons;
+  c.fillStyle = css('--soft'); c.strokeStyle = css('--line');
+  c.textAlign = 'right'; c.textBaseline = 'middle';
+  const every = Math.max(1, Math.ceil(scene.neurons / Math.max(2, Math.floor(h / 18))));
+  for (let n = 1; n <= scene.neurons; n += every) {
+    const y = h - (n - 0.5) * row;
+    c.fillText(n, raster.left - 6, y);
+    c.beginPath(); c.moveTo(raster.left, y); c.lineTo(width, y); c.stroke();
+  }
+  c.textAlign = 'center'; c.textBaseline = 'bottom';
+  const step = time.seconds / 5;
+  for (let t = Math.ceil(time.from / step) * step; t <= time.to; t += step) {
+    if (t >= 0) c.fillText(`${+t.toFixed(2)} s`, Math.min(raster.left + (t - time.from) / time.seconds * w, width - 18), height);
+  }
+  c.fillStyle = css('--spike');
+  const tall = Math.max(2, row * 0.7);
+  for (const spike of visible(spikes, time)) {
+    c.fillRect(raster.left + (spike.t - time.from) / time.seconds * w - 0.75, h - (spike.n - 0.5) * row - tall / 2, 1.5, tall);
+  }
+}
+
+function skinFrame(width, height) {
+  const { length_mm, width_mm } = scene.patch;
+  const scale = Math.min((width - 40) / length_mm, (height - 34) / width_mm);
+  const left = (width - scale * length_mm) / 2;
+  return { scale, left, x: (mm) => left + mm * scale, y: (mm) => 6 + (width_mm - mm) * scale };
+}
+
+function drawSkin(time) {
+  const { c, width, height } = context(byId('skin'));
+  const { length_mm, width_mm, columns, rows } = scene.patch;
+  const f = skinFrame(width, height);
+  const rate = rates(time);
+  const most = Math.max(50, ...rate);
+  const cell = { w: length_mm / columns * f.scale, h: width_mm / rows * f.scale };
+  c.strokeStyle = css('--line');
+  for (let n = 0; n < columns * rows; ++n) {
+    const x = f.x((n % columns) * length_mm / columns), y = f.y(Math.floor(n / columns) * width_mm / rows) - cell.h;
+    c.fillStyle = `rgba(${css('--map')}, ${rate[n] / most})`;
+    c.fillRect(x, y, cell.w, cell.h);
+    c.strokeRect(x, y, cell.w, cell.h);
+  }
+  c.fillStyle = css('--soft');
+  for (const [x, y] of scene.receptors) { c.beginPath(); c.arc(f.x(x), f.y(y), 1.3, 0, 7); c.fill(); }
+  c.textAlign = 'left'; c.textBaseline = 'top';
+  columns > 12 || rate.forEach((_, n) => c.fillText(n + 1, f.x((n % columns) * length_mm / columns) + 3, f.y(Math.floor(n / columns) * width_mm / rows) - cell.h + 3));
+  c.textAlign = 'center';
+  c.fillText('0', f.x(0), f.y(0) + 5);
+  c.fillText(`${length_mm} mm from the fingertip`, f.x(length_mm) - 60, f.y(0) + 5);
+  c.strokeStyle = c.fillStyle = css('--press');
+  c.lineWidth = 2;
+  const shown = paused ? null : last;
+  (shown ? shown.probes : []).forEach((probe, i) => {
+    if (!(probe.depth > 0)) return;
+    const x = f.x(probe.x), y = f.y(probe.y), tip = scene.probes[i];
+    c.beginPath(); c.arc(x, y, Math.max(2, probe.radius * f.scale), 0, 7); c.stroke();
+    c.globalAlpha = 0.18; c.fill(); c.globalAlpha = 1;
+    c.setLineDash([3, 3]); c.beginPath();
+    if (tip.tip === 'sphere' && tip.radius_mm) c.arc(x, y, tip.radius_mm * f.scale, 0, 7);
+    else { c.moveTo(x - 8, y); c.lineTo(x + 8, y); c.moveTo(x, y - 8); c.lineTo(x, y + 8); }
+    c.stroke(); c.setLineDash([]);
+  });
+  c.lineWidth = 1;
+}
+
+function drawRates(time) {
+  const { c, width, height } = context(byId('rates'));
+  const rate = rates(time);
+  const most = Math.max(50, ...rate), h = height - 18, w = (width - 34) / rate.length;
+  c.fillStyle = css('--bar');
+  rate.forEach((r, i) => c.fillRect(34 + i * w + w * 0.1, h - r / most * (h - 14), w * 0.8, r / most * (h - 14)));
+  c.fillStyle = css('--soft'); c.strokeStyle = css('--line');
+  c.textAlign = 'right'; c.textBaseline = 'middle';
+  c.fillText(`${most.toFixed(0)}`, 30, 14); c.fillText('0', 30, h);
+  c.fillText('1/s', 30, 30);
+  c.beginPath(); c.moveTo(34, h + 0.5); c.lineTo(width, h + 0.5); c.moveTo(34, 14.5); c.lineTo(width, 14.5); c.stroke();
+  c.textAlign = 'center'; c.textBaseline = 'bottom';
+  const every = Math.max(1, Math.ceil(rate.length / Math.max(2, width / 34)));
+  for (let i = 0; i < rate.length; i += every) c.fillText(i + 1, 34 + (i + 0.5) * w, height);
+}
+
+const latencyEdge_us = (bin) => 10 ** (bin / 8);
+
+function drawLatency() {
+  const { c, width, height } = context(byId('latency'));
+  const bins = last.latency;
+  const most = Math.log10(Math.max(10, ...bins) + 1), h = height - 18, w = width / bins.length;
+  c.fillStyle = css('--bar');
+  bins.forEach((n, i) => { if (n > 0) { const y = Math.max(2, Math.log10(n + 1) / most * (h - 4)); c.fillRect(i * w + 1, h - y, w - 2, y); } });
+  c.fillStyle = css('--soft'); c.textBaseline = 'bottom'; c.textAlign = 'left';
+  ['1 µs', '10 µs', '100 µs', '1 ms', '10 ms'].forEach((text, i) => c.fillText(text, i * 8 * w, height));
+  const all = bins.reduce((a, b) => a + b, 0);
+  const quantile = (q) => { let sum = 0; const i = bins.findIndex((n) => (sum += n) >= q * all); return latencyEdge_us(i + 1); };
+  const text = (us) => (us < 1000 ? `${us.toPrecision(2)} µs` : `${(us / 1000).toPrecision(2)} ms`);
+  byId('latency-value').textContent = all ? `half below ${text(quantile(0.5))}, 99 % below ${text(quantile(0.99))}` : '';
+}
+
+const kCounterNames = {
+  ticks: 'ticks', overruns: 'overruns', longest_overrun_ms: 'longest overrun, ms', catch_up_ticks: 'ticks caught up',
+  gaps: 'gaps', skipped_ticks: 'ticks left out', samples: 'samples in', samples_late: 'samples late',
+  samples_dropped: 'samples dropped', held_ticks: 'ticks held', released_ticks: 'ticks released',
+  spikes_dropped: 'spikes dropped by sinks', page_lost: 'not sent to this page', neuron_resets: 'neurons reset',
+};
+const kBad = ['overruns', 'gaps', 'skipped_ticks', 'samples_late', 'samples_dropped', 'spikes_dropped', 'page_lost', 'neuron_resets'];
+
+function showCounters() {
+  const counters = last.counters;
+  const number = (v) => (Number.isInteger(v) ? v.toLocaleString('en').replaceAll(',', '\u2009') : v.toFixed(3));
+  const rows = Object.entries(kCounterNames).map(([key, name]) => [name, number(counters[key])]);
+  rows.push(['frames missed by this page', number(missed)]);
+  rows.push(['probes', last.probes.map((p) => kStates[p.state]).join(', ')]);
+  fill(byId('counters'), rows);
+  const values = byId('counters').querySelectorAll('dd');
+  Object.keys(kCounterNames).forEach((key, i) => values[i].classList.toggle('bad', kBad.includes(key) && counters[key] > 0));
+  byId('clock').textContent = last.t.toFixed(1);
+  byId('spikes').textContent = String(counters.spikes);
+  byId('rate').textContent = rates(span()).reduce((a, b) => a + b, 0).toFixed(0);
+}
+
+function draw() {
+  requestAnimationFrame(draw);
+  if (!dirty || !scene || !last) return;
+  dirty = false;
+  const time = span();
+  drawTrace(time); drawRaster(time); drawSkin(time); drawRates(time); drawLatency(); showCounters();
+  document.body.dataset.frames = last.number;
+}
+
+// ---- controls -------------------------------------------------------------------------------
+
+function showPause() {
+  byId('pause').setAttribute('aria-pressed', paused);
+  byId('pause').textContent = paused ? 'Go on' : 'Pause';
+}
+
+function togglePause() { paused = !paused; pausedAt = last ? last.t : 0; showPause(); dirty = true; }
+
+function stepWindow(by) {
+  const at = kSteps.indexOf(Number(byId('window').value)) + by;
+  byId('window').value = kSteps[Math.max(0, Math.min(kSteps.length - 1, at))];
+  dirty = true;
+}
+
+const dark = matchMedia('(prefers-color-scheme: dark)');
+const themes = ['auto', 'light', 'dark'];
+let theme = 'auto';
+
+function showTheme() {
+  const isDark = theme === 'dark' || (theme === 'auto' && dark.matches);
+  document.documentElement.dataset.theme = isDark ? 'dark' : 'light';
+  byId('theme').textContent = `Theme: ${theme}`;
+  if (scene) makeTrace();
+  dirty = true;
+}
+
+function nextTheme() { theme = themes[(themes.indexOf(theme) + 1) % 3]; showTheme(); }
+
+/// What lies under the pointer, or at the keyboard's place in a picture.
+function hover(canvas, output, describe) {
+  const say = (event) => { if (scene && last) byId(output).textContent = describe(event.offsetX, event.offsetY, canvas.clientWidth, canvas.clientHeight); };
+  canvas.addEventListener('pointermove', say);
+  canvas.addEventListener('pointerdown', say);
+  canvas.addEventListener('pointerleave', () => { byId(output).textContent = ''; });
+}
+
+hover(byId('raster'), 'raster-value', (x, y, width, height) => {
+  const time = span();
+  const n = Math.ceil((1 - y / (height - raster.bottom)) * scene.neurons);
+  const t = time.from + (x - raster.left) / (width - raster.left) * time.seconds;
+  return n >= 1 && n <= scene.neurons ? `afferent ${n}, ${t.toFixed(3)} s` : '';
+});
+hover(byId('skin'), 'skin-value', (x, y, width, height) => {
+  const f = skinFrame(width, height);
+  const p = scene.patch;
+  const mm = { x: (x - f.left) / f.scale, y: p.width_mm - (y - 6) / f.scale };
+  if (mm.x < 0 || mm.y < 0 || mm.x >= p.length_mm || mm.y >= p.width_mm) return '';
+  const n = Math.floor(mm.y / p.width_mm * p.rows) * p.columns + Math.floor(mm.x / p.length_mm * p.columns);
+  return `(${mm.x.toFixed(1)}, ${mm.y.toFixed(1)}) mm, afferent ${n + 1}: ${rates(span())[n]} /s`;
+});
+hover(byId('rates'), 'rates-value', (x, y, width) => {
+  const i = Math.floor((x - 34) / (width - 34) * scene.neurons);
+  return i >= 0 && i < scene.neurons ? `afferent ${i + 1}: ${rates(span())[i]} /s` : '';
+});
+hover(byId('latency'), 'latency-value', (x, y, width) => {
+  const bin = Math.min(last.latency.length - 1, Math.max(0, Math.floor(x / width * last.latency.length)));
+  return `${latencyEdge_us(bin).toPrecision(3)} to ${latencyEdge_us(bin + 1).toPrecision(3)} µs: ${last.latency[bin]} ticks`;
+});
+
+byId('pause').addEventListener('click', togglePause);
+byId('theme').addEventListener('click', nextTheme);
+byId('window').addEventListener('change', () => { dirty = true; });
+dark.addEventListener('change', showTheme);
+addEventListener('keydown', (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const inControl = ['BUTTON', 'SELECT', 'SUMMARY', 'A'].includes(event.target.tagName);
+  if (event.key === ' ' && !inControl) { togglePause(); event.preventDefault(); }
+  if (event.key === '+' || event.key === '=') stepWindow(1);
+  if (event.key === '-') stepWindow(-1);
+  if (event.key === 't' || event.key === 'T') nextTheme();
+});
+addEventListener('resize', () => {
+  if (trace) trace.setSize({ width: byId('trace').clientWidth, height: 230 });
+  dirty = true;
+});
+
+showTheme();
+draw();
+connect();

@@ -1,0 +1,14 @@
+# cmake -DSOURCE=folder -DOUT=file.cpp -P git_hash.cmake: the commit that is built, as C++ text.
+# Written only when it has changed, so that nothing else is built again.
+execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=40 --exclude *
+  OUTPUT_VARIABLE hash OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT hash)
+  set(hash unknown)
+endif()
+set(code "namespace merkel {\nextern const char* const kGitHash;\nconst char* const kGitHash = \"${hash}\";\n}\n")
+if(EXISTS ${OUT})
+  file(READ ${OUT} old)
+endif()
+if(NOT "${old}" STREQUAL "${code}")
+  file(WRITE ${OUT} "${code}")
+endif()

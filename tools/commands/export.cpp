@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/session_scene.hpp"
+
+namespace merkel {
+namespace {
+
+struct ExportOptions {
+  std::string session;
+  std::vector<std::string> sinks;
+  bool overwrite = false;
+  bool allow_remote = false;
+};
+
+/// Hands everything that a chunk holds to a sink that wants it.
+Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk) {
+  if (!chunk.spikes.empty()) return sink.write(chunk.spikes);
+  if (!chunk.ticks.empty()) return sink.write_ticks(chunk.ticks);
+  if (!chunk.events.empty()) return sink.write_events(chunk.events);
+  if (!chunk.status.empty()) return sink.write_status(chunk.status.back());
+  for (auto first = chunk.samples.begin(); first != chunk.samples.end();) {
+    const auto last = std::find_if(first, chunk.samples.end(), [&](const auto& sample) {
+      return sample.probe != first->probe;
+    });
+    std::vector<ProbeSample> samples;
+    for (auto each = first; each != last; ++each) samples.push_back(each->sample);
+    if (auto written = sink.write_samples(first->probe, samples); !written) return written;
+    first = last;
+  }
+  return {};
+}
+
+int export_session(const ExportOptions& options) {
+  auto session = SessionReader::open(options.session);
+  if (!session) return refuse(session.error());
+  const auto scene = scene_of_session(*session);
+  if (!scene) return refuse(scene.error());
+  const auto model = TactileModel::create(scene->model);
+  if (!model) return refuse(scene->sentence(model.error()));
+  const std::size_t neurons = model->neurons();
+  const NeuronNumbering numbering({&neurons, 1});
+  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  for (const std::string& uri : options.sinks) {
+    auto sink = open_sink(uri, {.numbering = numbering,
+                                .overwrite = options.overwrite,
+                                .allow_remote = options.allow_remote,
+                                .run = describe_run(*scene, *model, std::nullopt)});
+    if (!sink) return refuse(sink.error());
+    sinks.push_back(std::move(*sink));
+  }
+  SessionChunk chunk;
+  std::uint64_t spikes = 0;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) break;
+    for (const SpikeEvent& spike : chunk.spikes) {
+      if (spike.patch == 0 && spike.neuron <= neurons) continue;
+      return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
+                    ", which its scene does not have: it is damaged");
+    }
+    spikes += chunk.spikes.size();
+    for (const auto& sink : sinks) {
+      if (auto written = write_chunk(*sink, chunk); !written) {
+        return fail(written.error().sentence);
+      }
+    }
+  }
+  for (const auto& sink : sinks) {
+    if (auto closed = sink->close(); !closed) return fail(closed.error().sentence);
+    if (sink->delivered() < spikes) {
+      std::fprintf(stderr, "merkel: %s: %llu of %llu spikes did not arrive\n", sink->uri().c_str(),
+                   static_cast<unsigned long long>(spikes - sink->delivered()),
+                   static_cast<unsigned long long>(spikes));
+    }
+  }
+  std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
+               session->ended_well() ? "" : "; the recording broke off after them");
+  return kDone;
+}
+
+}  // namespace
+
+void add_export_command(CommandLine& program) {
+  auto options = std::make_shared<ExportOptions>();
+  program
+      .subcommand("export", "Converts a recorded session to other formats, by any of the sinks.",
+                  "export session.xdf --sink sonata:spikes.h5 --sink csv:spikes.csv")
+      .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
+      .required()
+      .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
+      .required()
+      .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--allow-remote", options->allow_remote,
+            "Let sinks send to, or be reached from, other machines")
+      .runs([options] { return export_session(*options); });
+}
+
+}  // namespace merkel

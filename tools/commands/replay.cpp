@@ -1,0 +1,146 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/machine_facts.hpp"
+#include "tools/session_replay.hpp"
+#include "tools/session_scene.hpp"
+
+namespace merkel {
+namespace {
+
+struct ReplayOptions {
+  std::string session;
+  std::vector<std::string> sinks;
+  bool json = false;
+  bool overwrite = false;
+  bool allow_remote = false;
+};
+
+using Count = unsigned long long;
+
+/// What the verdict rests on, where it is not the whole recording.
+std::string reservations(const SessionReader& session, const SessionReplay::Verdict& verdict) {
+  std::string text;
+  if (!session.ended_well()) {
+    text += "the recording broke off: compared up to its last whole tick\n";
+  }
+  if (verdict.losses.spikes + verdict.losses.ticks > 0) {
+    text += "the recorder lost " + std::to_string(verdict.losses.spikes) + " spikes and " +
+            std::to_string(verdict.losses.ticks) +
+            " tick records because its queue was full: the recording is not whole\n";
+  }
+  if (session.fact("git_hash") != kGitHash) {
+    text += "recorded by merkel " + session.fact("version") + " (" + session.fact("git_hash") +
+            "), this is " MERKEL_VERSION " (" + kGitHash + ")\n";
+  }
+  return text;
+}
+
+std::string text_of(const SessionReader& session, const SessionReplay::Verdict& verdict) {
+  std::string text = std::to_string(verdict.ticks) + " ticks (" +
+                     std::to_string(verdict.held_ticks) + " held, " +
+                     std::to_string(verdict.late_samples) + " late samples, " +
+                     std::to_string(verdict.gaps) + " gaps, " + std::to_string(verdict.releases) +
+                     " outages), " + std::to_string(verdict.spikes) + " spikes: ";
+  text += verdict.identical() ? "bit-identical to the recording\n"
+                              : "NOT the recording's: " + verdict.difference + "\n";
+  return text + reservations(session, verdict);
+}
+
+std::string json_of(const SessionReader& session, const SessionReplay::Verdict& verdict) {
+  const nlohmann::ordered_json json = {{"bit_identical", verdict.identical()},
+                                       {"difference", verdict.difference},
+                                       {"ended_well", session.ended_well()},
+                                       {"ticks", verdict.ticks},
+                                       {"spikes", verdict.spikes},
+                                       {"held_ticks", verdict.held_ticks},
+                                       {"late_samples", verdict.late_samples},
+                                       {"gaps", verdict.gaps},
+                                       {"releases", verdict.releases},
+                                       {"spikes_uncompared", verdict.uncompared},
+                                       {"spikes_lost", verdict.losses.spikes},
+                                       {"ticks_lost", verdict.losses.ticks},
+                                       {"scene", session.fact("scene")},
+                                       {"version", session.fact("version")},
+                                       {"git_hash", session.fact("git_hash")},
+                                       {"simd_target", session.fact("simd_target")},
+                                       {"kernel", session.fact("kernel")}};
+  return json.dump(2) + "\n";
+}
+
+int replay(const ReplayOptions& options) {
+  auto session = SessionReader::open(options.session);
+  if (!session) return refuse(session.error());
+  const auto scene = scene_of_session(*session);
+  if (!scene) return refuse(scene.error());
+  auto model = TactileModel::create(scene->model);
+  if (!model) return refuse(scene->sentence(model.error()));
+
+  const std::size_t neurons = model->neurons();
+  const SinkSetup setup{.numbering = NeuronNumbering({&neurons, 1}),
+                        .overwrite = options.overwrite,
+                        .allow_remote = options.allow_remote,
+                        .run = describe_run(*scene, *model, std::nullopt)};
+  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  for (const std::string& uri : options.sinks) {
+    auto sink = open_sink(uri, setup);
+    if (!sink) return refuse(sink.error());
+    sinks.push_back(std::move(*sink));
+  }
+  std::string trouble;
+  const auto keep = [&](const Expected<void, SinkError>& result) {
+    if (!result && trouble.empty()) trouble = result.error().sentence;
+  };
+  SessionReplay replay(*model);
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) break;
+    replay.take(chunk, [&](std::span<const SpikeEvent> spikes) {
+      for (const auto& sink : sinks) keep(sink->write(spikes));
+    });
+    if (!trouble.empty()) return fail(trouble);
+  }
+  for (const auto& sink : sinks) keep(sink->close());
+  if (!trouble.empty()) return fail(trouble);
+
+  const SessionReplay::Verdict verdict = replay.finish();
+  if (verdict.ticks == 0) {
+    return refuse(options.session +
+                  " holds no tick inputs: it was recorded without a simulation, or broke off");
+  }
+  std::fputs((options.json ? json_of(*session, verdict) : text_of(*session, verdict)).c_str(),
+             stdout);
+  return verdict.identical() ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_replay_command(CommandLine& program) {
+  auto options = std::make_shared<ReplayOptions>();
+  program
+      .subcommand("replay",
+                  "Simulates a recorded session again from the inputs its loop used, and says "
+                  "whether the spikes are bit-identical: exit code 0 if they are, 1 if not. Reads "
+                  "sessions that broke off (FILE.xdf.part) up to their last whole tick.",
+                  "replay session.xdf")
+      .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
+      .required()
+      .list("--sink", options->sinks,
+            "Also send the spikes to a sink, repeatable: " + sink_schemes())
+      .flag("--json", options->json, "Print the verdict as JSON")
+      .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--allow-remote", options->allow_remote,
+            "Let sinks send to, or be reached from, other machines")
+      .runs([options] { return replay(*options); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/scene/tactile_model.hpp"
+#include "drivers/sessions/session_reader.hpp"
+
+namespace merkel {
+
+/// Simulates a recorded session again from its tick inputs, and compares every spike with the one
+/// that was recorded: time, neuron, patch and flags.
+class SessionReplay {
+ public:
+  struct Verdict {
+    std::uint64_t ticks = 0;
+    std::uint64_t spikes = 0;      ///< made by the replay
+    std::uint64_t held_ticks = 0;  ///< ticks with a probe held
+    std::uint64_t late_samples = 0;
+    std::uint64_t gaps = 0;
+    std::uint64_t releases = 0;
+    std::uint64_t uncompared = 0;  ///< recorded beyond the last whole tick of a broken-off session
+    RunStatus::Losses losses;      ///< what the recorder has lost
+    /// Empty where every spike is the recorded one; else the first difference, as a sentence.
+    std::string difference;
+
+    [[nodiscard]] bool identical() const { return difference.empty(); }
+  };
+
+  explicit SessionReplay(TactileModel& model);
+
+  /// Takes the session's chunks in order. \param made  gets the spikes of every tick
+  void take(const SessionChunk& chunk,
+            const std::function<void(std::span<const SpikeEvent>)>& made = {});
+  [[nodiscard]] Verdict finish();
+
+ private:
+  bool take_tick(const TickRecord& record);
+  void compare(std::span<const SpikeEvent> spikes);
+  void differ(std::string sentence);
+
+  TactileModel& model_;
+  std::vector<ContactInput> contacts_;
+  std::size_t probe_ = 0;  ///< of which the next record must be
+  bool held_ = false;
+  bool broken_ = false;  ///< a record was lost
+  std::optional<TickRecord> last_;
+  std::deque<SpikeEvent> recorded_;
+  Verdict verdict_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,73 @@
+#include "tools/session_scene.hpp"
+
+#include <charconv>
+#include <string>
+#include <string_view>
+
+#include "tools/machine_facts.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kMostProbes = 64;
+
+std::optional<std::uint64_t> to_seed(std::string_view text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return seed;
+}
+
+}  // namespace
+
+RunDescription describe_run(const Scene& scene, const TactileModel& model,
+                            std::optional<std::uint64_t> seed) {
+  RunDescription run;
+  run.model = model.parameters();
+  const auto receptors = model.patches().front().drive().receptors();
+  run.receptors.assign(receptors.begin(), receptors.end());
+  // The name of the file without its folders, or the preset.
+  const std::string& file = scene.file;
+  run.scene = file.empty() ? "paper" : file.substr(file.find_last_of('/') + 1);
+  std::string controls;
+  for (const Indenter& indenter : run.model.indenters) {
+    controls += indenter.control == Indenter::Control::kDepth ? 'd' : 'f';
+  }
+  run.facts = {{"version", MERKEL_VERSION},
+               {"git_hash", kGitHash},
+               {"scene_text", scene.text},
+               {"controls", controls},
+               {"seed", seed ? std::to_string(*seed) : ""},
+               {"receptor_seed", std::to_string(run.model.patches.front().receptors.seed)},
+               {"network_seed", std::to_string(run.model.network.seed)},
+               {"tick_ns", std::to_string(run.model.tick.count())},
+               {"step_ns", std::to_string(run.model.step.count())},
+               {"neurons", std::to_string(model.neurons())}};
+  for (const Scene::OfProbe& probe : scene.probes) run.facts.emplace_back("probe", probe.uri);
+  for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
+  return run;
+}
+
+Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
+  const std::string name = session.fact("scene");
+  auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name);
+  if (!scene) return scene;
+  const std::string controls = session.fact("controls");
+  if (controls.empty() || controls.size() > kMostProbes ||
+      controls.find_first_not_of("df") != std::string::npos) {
+    return bad_input("the session does not say what its probes measured: it is damaged");
+  }
+  auto& indenters = scene->model.indenters;
+  indenters.resize(controls.size(), indenters.back());
+  scene->probes.resize(controls.size(), scene->probes.back());
+  for (std::size_t i = 0; i < controls.size(); ++i) {
+    indenters[i].control =
+        controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
+  }
+  if (const auto seed = to_seed(session.fact("seed"))) {
+    scene->set_seed(*seed);
+  }
+  return scene;
+}
+
+}  // namespace merkel
