@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
       merkel::add_doctor_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);
+      merkel::add_score_command(program);
+      merkel::add_fit_command(program);
       merkel::add_bench_command(program);
       merkel::add_chart_command(program);
       merkel::add_plan_command(program);

@@ -1,5 +1,6 @@
 #include "tools/scene_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -329,6 +330,15 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   return scene;
 }
 
+/// Whether some probes are to press by depth and others by force, as far as the scene says.
+bool mixes_control(const Scene& scene) {
+  const auto wants = [&](Indenter::Control control) {
+    return std::any_of(scene.probes.begin(), scene.probes.end(),
+                       [control](const auto& probe) { return probe.control == control; });
+  };
+  return wants(Indenter::Control::kDepth) && wants(Indenter::Control::kForce);
+}
+
 }  // namespace
 
 void Scene::set_probes(const std::vector<std::string>& uris) {
@@ -339,6 +349,9 @@ void Scene::set_probes(const std::vector<std::string>& uris) {
 
 void Scene::set_seed(std::uint64_t seed) {
   model.network.seed = seed;
+  model.adaptation.seed = seed;
+  model.integrate_and_fire.noise.seed = seed;
+  model.connor_stevens.noise.seed = seed;
   for (auto& patch : model.patches) patch.receptors.seed = seed++;
 }
 
@@ -366,6 +379,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
             .also(scene.loop.check())
             .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
                      "must be a positive number of milliseconds")
+            .require(!mixes_control(scene), "probe.control", kMixedControl)
             .result();
     if (!checked) return bad_input(scene.sentence(checked.error()));
     return scene;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <vector>
 
 #include "core/neuron/noise_keys.hpp"
 #include "core/neuron/spike_recorder.hpp"
@@ -19,7 +18,6 @@ ConnorStevensPopulation::ConnorStevensPopulation(const Parameters& parameters, s
       current_begin_(whole_blocks(neurons)),
       current_change_(whole_blocks(neurons)),
       noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)),
-      sigma_(0.0),
       shared_(neurons) {
   assert(parameters.neuron.check());
   for (AlignedArray<double>& gate : gates_) gate = AlignedArray<double>(whole_blocks(neurons));
@@ -27,15 +25,35 @@ ConnorStevensPopulation::ConnorStevensPopulation(const Parameters& parameters, s
   const double steady[] = {gates.m, gates.h, gates.n, gates.a, gates.b};
   std::copy(std::begin(steady), std::end(steady), resting_gates_);
   reset();
-  // The state of rest is the one that a second without noise leads to.
-  const std::vector<double> holding(neurons, parameters.holding_current_uA_per_cm2);
+  // The state of rest is the one that a second without noise leads to; one neuron's is all's.
+  current_begin_[0] = parameters.holding_current_uA_per_cm2;
   SpikeBuffer ignored(1);
-  advance(holding, holding, static_cast<int>(std::chrono::seconds{1} / parameters.step),
-          std::chrono::nanoseconds{0}, ignored);
+  SpikeRecorder recorder(ignored, std::chrono::nanoseconds{0}, parameters.step, 0);
+  ConnorStevensArguments settle =
+      arguments(static_cast<int>(std::chrono::seconds{1} / parameters.step));
+  settle.noise_per_step = 0.0;
+  settle.last = 1;
+  settle.observer = &recorder;
+  step_connor_stevens(settle);
   resting_V_mV_ = V_[0];
   for (std::size_t k = 0; k < GateTable::kGates; ++k) resting_gates_[k] = gates_[k][0];
-  sigma_ = parameters.neuron.noise.sigma;
   reset();
+}
+
+ConnorStevensArguments ConnorStevensPopulation::arguments(int steps) noexcept {
+  const double step_ms = units::ms_from(parameters_.step);
+  ConnorStevensArguments all{.V = V_.data(),
+                             .current_begin = current_begin_.data(),
+                             .current_change = current_change_.data(),
+                             .noise_key = noise_key_.data(),
+                             .steps = steps,
+                             .steps_before = steps_taken_,
+                             .step_ms = step_ms,
+                             .noise_per_step = parameters_.neuron.noise.sigma * std::sqrt(step_ms),
+                             .neuron = &parameters_.neuron,
+                             .gate_table = gate_table_.data()};
+  for (std::size_t k = 0; k < GateTable::kGates; ++k) all.gates[k] = gates_[k].data();
+  return all;
 }
 
 void ConnorStevensPopulation::reset() noexcept {
@@ -55,21 +73,10 @@ void ConnorStevensPopulation::advance(std::span<const double> current_begin,
     current_begin_[i] = current_begin[i];
     current_change_[i] = current_end[i] - current_begin[i];
   }
-  const double step_ms = units::ms_from(parameters_.step);
-  ConnorStevensArguments arguments{.V = V_.data(),
-                                   .current_begin = current_begin_.data(),
-                                   .current_change = current_change_.data(),
-                                   .noise_key = noise_key_.data(),
-                                   .steps = steps,
-                                   .steps_before = steps_taken_,
-                                   .step_ms = step_ms,
-                                   .noise_per_step = sigma_ * std::sqrt(step_ms),
-                                   .neuron = &parameters_.neuron,
-                                   .gate_table = gate_table_.data()};
-  for (std::size_t k = 0; k < GateTable::kGates; ++k) arguments.gates[k] = gates_[k].data();
+  const ConnorStevensArguments all = arguments(steps);
   shared_.run(team, spikes, [&](std::size_t first, std::size_t last, SpikeBuffer& own) noexcept {
     SpikeRecorder recorder(own, start, parameters_.step, parameters_.patch);
-    ConnorStevensArguments part = arguments;
+    ConnorStevensArguments part = all;
     part.first = first;
     part.last = last;
     part.observer = &recorder;

@@ -45,6 +45,9 @@ class ConnorStevensPopulation {
   [[nodiscard]] double potential_mV(std::size_t neuron) const noexcept { return V_[neuron]; }
 
  private:
+  /// Of a call of the kernel, but for which neurons it steps and who observes.
+  [[nodiscard]] ConnorStevensArguments arguments(int steps) noexcept;
+
   Parameters parameters_;
   std::size_t neurons_;
   GateTable gate_table_;
@@ -54,7 +57,6 @@ class ConnorStevensPopulation {
   double resting_V_mV_ = -68.0;
   double resting_gates_[GateTable::kGates] = {};
   std::uint64_t steps_taken_ = 0;
-  double sigma_;  ///< 0 while the resting state is looked for
   SharedSteps shared_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string_view>
 
 #include "core/parameter_error.hpp"
 #include "core/skin/bar_contact.hpp"
@@ -8,6 +9,11 @@
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {
+
+/// Why a scene's probes cannot be controlled each in its own way.
+inline constexpr std::string_view kMixedControl =
+    "must be the same for all probes, but mixes \"depth\" and \"force\": press by the one or the "
+    "other with each";
 
 /// The rigid tip of a probe.
 struct Indenter {

@@ -57,9 +57,7 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   for (const Indenter& indenter : p.indenters) {
     all.also(indenter.check(p.skin))
         .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene")
-        .require(indenter.control == p.indenters.front().control, "probe.control",
-                 "must be the same for all probes, but mixes \"depth\" and \"force\": press by "
-                 "the one or the other with each");
+        .require(indenter.control == p.indenters.front().control, "probe.control", kMixedControl);
   }
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()
@@ -127,29 +125,6 @@ Expected<std::vector<Receptor>, ParameterError> receptors_of(
                                : place_fields(patch.field, patch.centres, patch.patch);
 }
 
-EnergyDrivenNeurons::Parameters energy_driven_of(
-    const TactileModel::Parameters& p, std::size_t index,
-    const std::shared_ptr<const RateCurrentTable>& table) {
-  EnergyDrivenNeurons::Parameters energy_driven{.adaptation = p.adaptation, .neurons = {}};
-  energy_driven.adaptation.seed += index;
-  if (p.neuron_kind == NeuronKind::kConnorStevens) {
-    EnergyDrivenNeurons::ConnorStevensDrive drive{
-        .population = {.neuron = p.connor_stevens,
-                       .step = p.step,
-                       .patch = static_cast<std::uint16_t>(index)},
-        .table = table,
-        .compression_ms = p.compression_ms};
-    drive.population.neuron.noise.seed += index;
-    energy_driven.neurons = drive;
-  } else {
-    IntegrateAndFirePopulation::Parameters population{
-        .neuron = p.integrate_and_fire, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
-    population.neuron.noise.seed += index;
-    energy_driven.neurons = population;
-  }
-  return energy_driven;
-}
-
 Expected<TactilePatch, ParameterError> make_patch(
     const TactileModel::Parameters& p, std::size_t index,
     const std::shared_ptr<const RateCurrentTable>& table) {
@@ -165,7 +140,7 @@ Expected<TactilePatch, ParameterError> make_patch(
                                   .most_contacts = indenters_on(index, p)};
   if (p.energy_driven()) {
     drive.output = ReceptorDrive::Output::kMeanEnergy;
-    return TactilePatch(*receptors, neurons, drive, energy_driven_of(p, index, table),
+    return TactilePatch(*receptors, neurons, drive, TactileModel::energy_driven(p, index, table),
                         most_spikes(p, neurons));
   }
   std::optional<LatticeCoupling> network;
@@ -190,6 +165,28 @@ Expected<TactilePatch, ParameterError> make_patch(
 }
 
 }  // namespace
+
+EnergyDrivenNeurons::Parameters TactileModel::energy_driven(
+    const Parameters& p, std::size_t index, const std::shared_ptr<const RateCurrentTable>& table) {
+  EnergyDrivenNeurons::Parameters energy_driven{.adaptation = p.adaptation, .neurons = {}};
+  energy_driven.adaptation.seed += index;
+  if (p.neuron_kind == NeuronKind::kConnorStevens) {
+    EnergyDrivenNeurons::ConnorStevensDrive drive{
+        .population = {.neuron = p.connor_stevens,
+                       .step = p.step,
+                       .patch = static_cast<std::uint16_t>(index)},
+        .table = table,
+        .compression_ms = p.compression_ms};
+    drive.population.neuron.noise.seed += index;
+    energy_driven.neurons = drive;
+  } else {
+    IntegrateAndFirePopulation::Parameters population{
+        .neuron = p.integrate_and_fire, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
+    population.neuron.noise.seed += index;
+    energy_driven.neurons = population;
+  }
+  return energy_driven;
+}
 
 Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& parameters) {
   if (const auto checked = check(parameters); !checked) {

@@ -82,6 +82,12 @@ class TactileModel {
     }
   };
 
+  /// What drives the neurons of a patch, where energy density does.
+  /// \param table  of Connor-Stevens neurons; null of others.  Real-time: no.
+  [[nodiscard]] static EnergyDrivenNeurons::Parameters energy_driven(
+      const Parameters& parameters, std::size_t patch,
+      const std::shared_ptr<const RateCurrentTable>& table);
+
   /// Fails with the first parameter that cannot be. Real-time: no.
   [[nodiscard]] static Expected<TactileModel, ParameterError> create(const Parameters& parameters);
 

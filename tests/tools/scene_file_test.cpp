@@ -195,7 +195,8 @@ TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
             "s.toml:2: loop.stale_after_ms must be a positive number of milliseconds");
   EXPECT_EQ(fault_of("[[sink]]\n"), "s.toml:1: sink.uri is missing: name where spikes go");
   EXPECT_EQ(fault_of("preset = \"papr\"\n"),
-            "s.toml:1: preset must be one of \"paper\", \"paper-wide\"; did you mean \"paper\"?");
+            "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", "
+            "\"goodwin-hh\"; did you mean \"paper\"?");
   EXPECT_EQ(fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
             "s.toml:3: probe.bar_gaps_mm must be positive, or the bars overlap: join them, or part "
             "them");
@@ -204,6 +205,85 @@ TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
   EXPECT_EQ(fault_of("[skin]\nthickness_mm = 0\n"),
             "s.toml:2: skin.thickness_mm must be a positive number or inf, but is 0");
   EXPECT_EQ(fault_of("[skin\n").rfind("s.toml:1: this is not TOML: ", 0), 0U);
+}
+
+TEST(SceneFile, AfferentsOfFieldsAndTheirNeuronsReachTheirParameters) {
+  const auto scene = parse_scene(R"(
+preset = "goodwin"
+[skin]
+apex_mm = [14, 9]
+[receptors]
+field_receptors = 12
+field_radius_mm = 0.8
+centres_mm = [[15, 10], [16.5, 10]]
+[afferent]
+gain_Hz_per_kPa = 19.5
+fast_weight = 18.5
+slow_weight = 1.55
+gain_spread = 0.2
+seed = 7
+[neuron]
+noise = 0.5
+seed = 9
+refractory_ms = 3
+[probe]
+tip = "pin"
+diameter_mm = 0.5
+)",
+                                 "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  const TactileModel::Parameters& model = scene->model;
+  EXPECT_EQ(model.skin.apex->x_mm, 14.0);
+  EXPECT_EQ(model.patches[0].field.receptors, 12);
+  EXPECT_EQ(model.patches[0].field.radius_mm, 0.8);
+  ASSERT_EQ(model.patches[0].centres.size(), 2U);
+  EXPECT_EQ(model.patches[0].centres[1].x_mm, 16.5);
+  EXPECT_EQ(model.adaptation.fast_weight, 18.5);
+  EXPECT_EQ(model.adaptation.gain_spread, 0.2);
+  EXPECT_EQ(model.adaptation.seed, 7U);
+  EXPECT_EQ(model.integrate_and_fire.noise.sigma, 0.5);
+  EXPECT_EQ(model.integrate_and_fire.noise.seed, 9U);
+  EXPECT_EQ(model.integrate_and_fire.refractory_ms, 3.0);
+  EXPECT_EQ(model.indenters[0].tip, Indenter::Tip::kPin);
+  EXPECT_EQ(model.indenters[0].pin.diameter_mm, 0.5);
+  const auto made = TactileModel::create(model);
+  ASSERT_TRUE(made) << made.error().key << " " << made.error().reason;
+  EXPECT_EQ(made->neurons(), 2U);
+  EXPECT_EQ(made->receptors(), 24U);
+}
+
+TEST(SceneFile, AnotherNeuronTakesItsOwnStepAndNoNetwork) {
+  const auto scene = parse_scene("[neuron]\nkind = \"connor_stevens\"\n", "s");
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->model.step, std::chrono::microseconds{50});
+  EXPECT_EQ(scene->model.network.gain, 0.0);
+  EXPECT_TRUE(TactileModel::create(scene->model));
+}
+
+TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
+  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[neuron]\nnoise = 0.5\n"),
+            "s.toml:3: neuron.noise needs a seed, so that a run can be repeated: add seed = 1 "
+            "beside it, or any other whole number");
+  EXPECT_EQ(fault_of("[[probe]]\ncontrol = \"depth\"\n[[probe]]\ncontrol = \"force\"\n"),
+            "s.toml:2: probe.control must be the same for all probes, but mixes \"depth\" and "
+            "\"force\": press by the one or the other with each");
+  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[receptors]\ncentres_mm = [[15, 25]]\n"),
+            "s.toml:3: receptors.centres_mm holds a receptive field at (15, 25) mm, outside the "
+            "patch of 30 × 20 mm: move it, or set receptors.length_mm and width_mm");
+  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[receptors]\nfield_radius_mm = 11\n"),
+            "s.toml:3: receptors.field_radius_mm must be at most half of the patch's shorter side, "
+            "or the receptive fields lie outside the patch: make it smaller, or "
+            "receptors.length_mm and width_mm larger");
+  EXPECT_EQ(fault_of("[receptors]\ncentres_mm = [[15, 10]]\n"),
+            "s.toml:2: receptors.centres_mm is only of afferents with receptive fields: set layout "
+            "= \"fields\"");
+  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[network]\ngain = 0.1\n"),
+            "s.toml:3: network.gain must be 0 for this neuron.kind: only \"hodgkin_huxley\" "
+            "neurons are coupled");
+  EXPECT_EQ(fault_of("[skin]\napex_mm = [15, 10]\n"),
+            "s.toml:2: skin.apex_mm is only of a curved finger: set skin.radius_mm");
+  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[neuron]\ng_Na = 120\n").substr(0, 41),
+            "s.toml:3: the key neuron.g_Na is not know");
 }
 
 TEST(SceneFile, SurvivesRandomText) {

@@ -20,6 +20,8 @@ void add_export_command(CommandLine& program);
 void add_doctor_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
+void add_score_command(CommandLine& program);
+void add_fit_command(CommandLine& program);
 void add_bench_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);

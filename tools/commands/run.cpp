@@ -161,7 +161,8 @@ void add_run_command(CommandLine& program) {
                   "the sinks and prints a summary. Without a scene: the paper's fingertip (a "
                   "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
                   "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
-      .option("scene", options->scene, "Scene file (TOML), or a preset: paper, paper-wide")
+      .option("scene", options->scene,
+              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-hh")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
@@ -169,7 +170,8 @@ void add_run_command(CommandLine& program) {
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
               {1e-6, 1e9})
-      .option("--seed", options->seed, "Seed of the receptors and of the network's weights")
+      .option("--seed", options->seed,
+              "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,

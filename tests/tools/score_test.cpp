@@ -1,0 +1,178 @@
+#include "tools/score/score.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+#include "tools/scene_presets.hpp"
+#include "tools/score/fit.hpp"
+#include "tools/score/trials.hpp"
+
+namespace merkel {
+namespace {
+
+// The targets that the preset is held to, with so few trials that the test is quick.
+TEST(Score, GoodwinMatchesTheRecordings) {
+  const Recordings recordings = published_recordings();
+  const auto scores = score_sets(preset_scene("goodwin")->model, recordings.sets, 10, {});
+  ASSERT_TRUE(scores);
+  ASSERT_EQ(scores->size(), 5U);
+  EXPECT_LT((*scores)[0].rmse, 5.0);
+  EXPECT_LT((*scores)[1].rmse, 5.0);
+  EXPECT_LT((*scores)[2].rmse, 4.3);
+  EXPECT_LT((*scores)[3].rmse, 4.0);
+  EXPECT_NEAR((*scores)[4].predicted[0], 0.38, 0.04);
+  EXPECT_GT((*scores)[0].r2, 0.95);
+  for (const double sd : (*scores)[1].count_sd) EXPECT_LT(sd, 1.0);
+}
+
+TEST(Score, TrialsAreOneAfferentWithDifferentNoise) {
+  const Recordings recordings = published_recordings();
+  const Stimulus& stimulus = recordings.sets[0].points[3].stimulus;
+  auto trials = Trials::create(preset_scene("goodwin")->model, stimulus, 5);
+  ASSERT_TRUE(trials);
+  const auto first = trials->run(stimulus);
+  ASSERT_EQ(first.size(), 5U);
+  EXPECT_NE(first[0], first[1]);
+  EXPECT_EQ(trials->run(stimulus), first);
+  EXPECT_TRUE(trials->fits(stimulus));
+  EXPECT_FALSE(trials->fits(recordings.sets[0].points[4].stimulus));
+}
+
+TEST(Score, AnswersCountInTheirWindows) {
+  Stimulus rate;
+  rate.settle_s = 1.0;
+  rate.count_s = 2.0;
+  const std::vector<std::vector<double>> trains = {{0.5, 1.0, 2.5, 3.0}, {1.5, 1.6, 1.7, 2.9}};
+  EXPECT_EQ(answer_of(rate, trains).value, 1.5);
+  EXPECT_EQ(answer_of(rate, trains).count_sd, 1.0);
+  Stimulus decline;
+  decline.ramp_s = 1.0;
+  decline.count_s = 1.0;
+  decline.decline_over_s = 2.0;
+  EXPECT_EQ(answer_of(decline, {{1.1, 1.2, 1.3, 1.4, 2.2}}).value, 0.75);
+}
+
+TEST(Score, PeersArePublishedFiguresOrNone) {
+  EXPECT_EQ(peers_of("curvature × force, 0.196 N").touchsim, 57.0);
+  EXPECT_TRUE(std::isnan(peers_of("bar profile, 1 mm").ouyang));
+}
+
+TEST(Fit, RecoversTheParametersThatMadeTheData) {
+  TactileModel::Parameters truth = preset_scene("goodwin")->model;
+  truth.adaptation.gain_Hz_per_kPa = 24.0;
+  truth.adaptation.slow_weight = 1.0;
+  Recordings made = published_recordings();
+  made.sets.resize(2);
+  const auto scores = score_sets(truth, made.sets, 16, {});
+  ASSERT_TRUE(scores);
+  for (std::size_t s = 0; s < 2; ++s) {
+    for (std::size_t i = 0; i < made.sets[s].points.size(); ++i) {
+      made.sets[s].points[i].measured = (*scores)[s].predicted[i];
+    }
+  }
+  TactileModel::Parameters scene = preset_scene("goodwin")->model;
+  const auto result = fit(scene, made.sets, {"gain_Hz_per_kPa"}, 16, 60, {});
+  ASSERT_TRUE(result) << result.error().sentence;
+  EXPECT_LT(result->cost_after, result->cost_before);
+  EXPECT_EQ(scene.adaptation.gain_Hz_per_kPa, result->parameters[0].after);
+  scene.adaptation.slow_weight = 1.0;
+  const auto again = fit(scene, made.sets, {"gain_Hz_per_kPa"}, 16, 60, {});
+  ASSERT_TRUE(again);
+  EXPECT_NEAR(scene.adaptation.gain_Hz_per_kPa, 24.0, 0.5);
+  EXPECT_LT(again->cost_after, 0.3);
+  EXPECT_LT(again->parameters[0].relative_error, 0.05);
+}
+
+TEST(Fit, RefusesWhatItCannotFit) {
+  TactileModel::Parameters goodwin = preset_scene("goodwin")->model;
+  const auto sets = published_recordings().sets;
+  EXPECT_EQ(fit(goodwin, sets, {"fast_wieght"}, 1, 10, {}).error().sentence,
+            "no parameter \"fast_wieght\" can be fitted; did you mean fast_weight?");
+  TactileModel::Parameters paper = preset_scene("paper")->model;
+  EXPECT_EQ(fit(paper, sets, {"gain_Hz_per_kPa"}, 1, 10, {}).error().sentence,
+            "only neurons that energy density drives can be fitted: start from goodwin or "
+            "goodwin-hh");
+}
+
+TEST(ScoreCommand, WritesAReportTablesAndPictures) {
+  const TemporaryFolder folder;
+  const auto run = run_program({"score", "--trials", "3", "--out", folder.path("s")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("| curvature × force, 0.098 N | 7 | "), std::string::npos);
+  EXPECT_NE(run.out.find("| 32.0 | 35.0 |"), std::string::npos);
+  EXPECT_EQ(read_file(folder.path("s/score.md")), run.out);
+  for (const char* name :
+       {"curvature_force", "vibration", "adaptation", "rate_by_drive", "intervals"}) {
+    EXPECT_EQ(read_file(folder.path("s/" + std::string(name) + ".png")).substr(1, 3), "PNG");
+  }
+  EXPECT_GT(read_file(folder.path("s/conditions.csv")).size(), 1000U);
+}
+
+TEST(ScoreCommand, TakesOtherRecordings) {
+  const TemporaryFolder folder;
+  const std::string data = folder.file("d.json", R"({
+    "lateral_offset": {"cite": "a", "curvature_per_m": 340, "offset_mm": [0, 1, 3],
+                       "rate_hz": {"15gwt_0.147N": [74, 40, 5]}},
+    "bar_profile": {"cite": "b", "bar_widths_mm": [3], "position_mm": [0, 1.5, 4],
+                    "rate_hz": {"0.5mm": [20, 60, 0]}}})");
+  const auto run =
+      run_program({"score", "--data", data, "--trials", "3", "--out", folder.path("s")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("| lateral offset, 340 /m, 0.147 N | 3 |"), std::string::npos);
+  EXPECT_NE(run.out.find("| bar profile, 0.5 mm | 3 |"), std::string::npos);
+  EXPECT_EQ(read_file(folder.path("s/lateral_offset.png")).substr(1, 3), "PNG");
+  EXPECT_EQ(read_file(folder.path("s/bar_profile.png")).substr(1, 3), "PNG");
+  // An edge is felt more than the inside of a bar, and the far side least.
+  const std::string table = read_file(folder.path("s/conditions.csv"));
+  EXPECT_NE(table.find("bar_profile"), std::string::npos);
+}
+
+TEST(ScoreCommand, BadDataIsRefusedBeforeAnythingIsWritten) {
+  const TemporaryFolder folder;
+  const std::string data =
+      folder.file("d.json", R"({"curvature_force": {"cite": "a", "curvature_per_m": [1],
+                    "rate_hz": {"-0.1N": [1]}}})");
+  const auto run = run_program({"score", "--data", data, "--out", folder.path("s")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("must have a positive number before N"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("s")));
+}
+
+TEST(FitCommand, WritesASceneThatRuns) {
+  const TemporaryFolder folder;
+  const auto run =
+      run_program({"fit", "--trials", "2", "--evaluations", "12", "--parameter", "gain_Hz_per_kPa",
+                   "--parameter", "noise", "--out", folder.path("f.toml")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("Hz² before"), std::string::npos);
+  EXPECT_NE(run.out.find("condition of the cost's curvature"), std::string::npos);
+  const auto scene = read_scene(folder.path("f.toml"));
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_EQ(scene->model.neuron_kind, NeuronKind::kIntegrateAndFire);
+  const auto used = run_program({"run", folder.path("f.toml"), "--fast", "--duration-s", "0.1"});
+  EXPECT_EQ(used.exit_code, 0) << used.err;
+}
+
+TEST(GoodwinScene, RunsByNameAndReplaysToTheByte) {
+  const TemporaryFolder folder;
+  for (const char* preset : {"goodwin", "goodwin-hh"}) {
+    const auto run_to = [&](const char* name, const char* seed) {
+      const auto run = run_program({"run", preset, "--fast", "--duration-s", "0.5", "--seed", seed,
+                                    "--overwrite", "--sink", "csv:" + folder.path(name)});
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      return read_file(folder.path(name));
+    };
+    const std::string first = run_to("a.csv", "1");
+    EXPECT_GT(first.size(), 1000U);
+    EXPECT_EQ(run_to("b.csv", "1"), first);
+    EXPECT_NE(run_to("c.csv", "2"), first);
+  }
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,136 @@
+#include "tools/score/fit.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <unistd.h>
+
+#include "drivers/files/output_file.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/report.hpp"
+#include "tools/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+struct FitCommand {
+  std::string preset = "goodwin";
+  std::string data;
+  std::string out = "fitted.toml";
+  std::vector<std::string> parameters;
+  double trials = 16;
+  double evaluations = 200;
+  bool overwrite = false;
+};
+
+std::string report_of(const FitResult& result) {
+  std::string text = format("cost %.3f Hz² before, %.3f Hz² after; %d evaluations\n\n",
+                            result.cost_before, result.cost_after, result.evaluations);
+  text += "| parameter | before | after | standard error |";
+  for (const FittedParameter& parameter : result.parameters) {
+    text += " corr. with " + parameter.name + " |";
+  }
+  text += "\n|---|---|---|---|";
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) text += "---|";
+  text += "\n";
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    const FittedParameter& parameter = result.parameters[k];
+    text += format("| %s | %.5g | %.5g | %.1f %% |", parameter.name.c_str(), parameter.before,
+                   parameter.after, 100.0 * parameter.relative_error);
+    for (const double correlation : result.correlation[k]) text += format(" %.2f |", correlation);
+    text += "\n";
+  }
+  text += format("\ncondition of the cost's curvature: %.3g: %s\n", result.condition,
+                 result.condition < 1e4
+                     ? "the data fix all of these parameters"
+                     : "the data do not fix all of these parameters: fit fewer, or add data");
+  return text;
+}
+
+std::string scene_of(const FitCommand& command, const TactileModel::Parameters& model,
+                     const FitResult& result) {
+  std::string text =
+      "# Made by merkel fit " + command.preset +
+      (command.data.empty() ? "" : " --data " + command.data) +
+      format("; cost %.3f Hz², before %.3f Hz².\n", result.cost_after, result.cost_before) +
+      "preset = \"" + command.preset + "\"\n";
+  for (const char* const table : {"afferent", "neuron"}) {
+    std::string keys;
+    for (const FittedParameter& parameter : result.parameters) {
+      if (parameter.table != table) continue;
+      keys += parameter.name + " = " + format("%.6g", parameter.after) + "\n";
+      if (parameter.name != "noise") continue;
+      const NeuronNoise& noise = model.neuron_kind == NeuronKind::kIntegrateAndFire
+                                     ? model.integrate_and_fire.noise
+                                     : model.connor_stevens.noise;
+      keys += "seed = " + std::to_string(noise.seed) + "\n";
+    }
+    if (!keys.empty()) text += "\n[" + std::string(table) + "]\n" + keys;
+  }
+  return text;
+}
+
+int fit_command(const FitCommand& command) {
+  auto scene = preset_scene(command.preset);
+  if (!scene) {
+    return refuse("there is no preset \"" + command.preset +
+                  "\" to start from: a fit starts from goodwin or goodwin-hh");
+  }
+  Recordings recordings;
+  if (command.data.empty()) {
+    recordings = published_recordings();
+  } else {
+    auto read = read_recordings(command.data);
+    if (!read) return refuse(read.error());
+    recordings = std::move(*read);
+  }
+  auto out = OutputFile::create(command.out, command.overwrite);
+  if (!out) return refuse(out.error());
+  std::vector<std::string> names = command.parameters;
+  if (names.empty()) names = {"gain_Hz_per_kPa", "fast_weight", "slow_weight"};
+  std::function<void(double)> progress;
+  if (::isatty(STDERR_FILENO) == 1) {
+    progress = [](double fraction) { std::fprintf(stderr, "\r%3.0f %% ", 100.0 * fraction); };
+  }
+  const auto result =
+      fit(scene->model, recordings.sets, names, static_cast<std::size_t>(command.trials),
+          static_cast<int>(command.evaluations), progress);
+  if (progress) std::fprintf(stderr, "\r      \r");
+  if (!result) return refuse(result.error());
+  std::fputs(report_of(*result).c_str(), stdout);
+  if (!out->write(scene_of(command, scene->model, *result)) || !out->close()) {
+    return fail(out->error());
+  }
+  std::printf("\nwritten to %s: merkel score %s tells how well it does\n", command.out.c_str(),
+              command.out.c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_fit_command(CommandLine& program) {
+  auto command = std::make_shared<FitCommand>();
+  program
+      .subcommand("fit",
+                  "Fits the gain and the two weights of adaptation (or other parameters) to "
+                  "recordings, tells the cost before and after and how well the data fix each "
+                  "parameter, and writes a scene.",
+                  "fit goodwin --out fitted.toml")
+      .option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-hh")
+      .option("--data", command->data,
+              "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
+      .option("--out", command->out, "Scene to write (TOML)")
+      .list("--parameter", command->parameters,
+            "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (these three "
+            "if none), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise")
+      .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
+      .option("--evaluations", command->evaluations, "At most so many tries", {10, 100000})
+      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .runs([command] { return fit_command(*command); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,255 @@
+#include "tools/score/score.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include <unistd.h>
+
+#include "tools/commands/command.hpp"
+#include "tools/csv_table.hpp"
+#include "tools/report.hpp"
+#include "tools/plot_runner.hpp"
+#include "tools/scene_presets.hpp"
+#include "tools/score/trials.hpp"
+
+namespace merkel {
+namespace {
+
+struct ScoreCommand {
+  std::string scene = "goodwin";
+  std::string data;
+  std::string folder = "score";
+  double trials = 50;
+  bool overwrite = false;
+};
+
+std::string cell(double value, const char* pattern = "%.2f") {
+  return std::isfinite(value) ? format(pattern, value) : "–";
+}
+
+std::string in_unit(const DataSet& set, double value) {
+  return set.y_name == "decline" ? cell(100.0 * value, "%.1f %%") : cell(value, "%.2f Hz");
+}
+
+std::string table_of_sets(const std::vector<SetScore>& scores) {
+  std::string text =
+      "| data | points | RMSE | r² | TouchSim | Ouyang |\n|---|---|---|---|---|---|\n";
+  for (const SetScore& score : scores) {
+    const PeerScores peers = peers_of(score.set->name);
+    text += format("| %s | %zu | %s | %s | %s | %s |\n", score.set->name.c_str(),
+                   score.set->points.size(), in_unit(*score.set, score.rmse).c_str(),
+                   cell(score.r2, "%.3f").c_str(), cell(peers.touchsim, "%.1f").c_str(),
+                   cell(peers.ouyang, "%.1f").c_str());
+  }
+  return text + "\n";
+}
+
+std::string declines(const std::vector<SetScore>& scores) {
+  std::string text;
+  for (const SetScore& score : scores) {
+    if (score.set->y_name != "decline") continue;
+    for (std::size_t i = 0; i < score.predicted.size(); ++i) {
+      text += format("- %s, %g mm: %.1f %% (recorded %.0f %%)\n", score.set->name.c_str(),
+                     score.set->points[i].x, 100.0 * score.predicted[i],
+                     100.0 * score.set->points[i].measured);
+    }
+  }
+  return text;
+}
+
+class Scorecard {
+ public:
+  Scorecard(const ScoreCommand& command, const TactileModel::Parameters& scene,
+            const Recordings& recordings)
+      : command_(command), scene_(scene), recordings_(recordings) {}
+
+  Expected<std::string, SetupError> make(const Scene& named) {
+    const auto trials = static_cast<std::size_t>(command_.trials);
+    std::function<void(double)> progress;
+    if (::isatty(STDERR_FILENO) == 1) {
+      progress = [](double fraction) {
+        std::fprintf(stderr, "\r%3.0f %% %s", 100.0 * fraction, fraction < 1.0 ? "" : "\n");
+      };
+    }
+    const auto scores = score_sets(scene_, recordings_.sets, trials, progress);
+    if (!scores) return bad_input(named.sentence(scores.error()));
+    std::string text = table_of_sets(*scores) + declines(*scores);
+    if (auto written = write_conditions(*scores); !written) {
+      return Unexpected<SetupError>(written.error());
+    }
+    if (auto written = write_holds(*scores); !written) {
+      return Unexpected<SetupError>(written.error());
+    }
+    double largest_sd = 0.0;
+    for (const SetScore& score : *scores) {
+      if (score.set->section != "curvature_force") continue;
+      for (const double sd : score.count_sd) largest_sd = std::max(largest_sd, sd);
+    }
+    if (largest_sd > 0.0) {
+      text +=
+          format("- trial-to-trial SD of the count, curvature × force: at most %.2f impulses%s\n",
+                 largest_sd, recorded_sd().c_str());
+    }
+    for (const Recordings::FieldArea& area : recordings_.field_areas) {
+      const auto found = field_area_mm2(scene_, area.depth_mm, trials);
+      if (!found) return bad_input(named.sentence(found.error()));
+      text += format("- receptive field at %g mm: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
+                     *found, area.area_mm2);
+    }
+    if (!recordings_.time_constants_ms.empty() && scene_.energy_driven()) {
+      text += format("- time constants of adaptation: %g and %g ms (recorded",
+                     scene_.adaptation.fast_ms, scene_.adaptation.slow_ms);
+      for (const double tau : recordings_.time_constants_ms) text += format(" %g", tau);
+      text += " ms)\n";
+    }
+    if (scene_.energy_driven()) {
+      auto part = regularity();
+      if (!part) return part;
+      text += *part;
+    }
+    return text;
+  }
+
+ private:
+  [[nodiscard]] std::string path(const char* name) const { return command_.folder + "/" + name; }
+
+  std::string recorded_sd() const {
+    return recordings_.most_trial_sd ? format(" (recorded: below %g)", *recordings_.most_trial_sd)
+                                     : "";
+  }
+
+  Expected<void, SetupError> write_conditions(const std::vector<SetScore>& scores) {
+    auto sets = CsvTable::create(path("sets.csv"), "set,points,rmse,r2", command_.overwrite);
+    if (!sets) return Unexpected<SetupError>(sets.error());
+    auto table =
+        CsvTable::create(path("conditions.csv"), "set,section,x_name,x,measured,predicted,count_sd",
+                         command_.overwrite);
+    if (!table) return Unexpected<SetupError>(table.error());
+    for (const SetScore& score : scores) {
+      const DataSet& set = *score.set;
+      sets->row("\"" + set.name + "\"",
+                {static_cast<double>(set.points.size()), score.rmse, score.r2});
+      for (std::size_t i = 0; i < set.points.size(); ++i) {
+        table->row(
+            "\"" + set.name + "\"," + set.section + "," + set.x_name,
+            {set.points[i].x, set.points[i].measured, score.predicted[i], score.count_sd[i]});
+      }
+    }
+    if (auto closed = sets->close(); !closed) return closed;
+    return table->close();
+  }
+
+  /// The rate over time in each hold whose decline was recorded.
+  Expected<void, SetupError> write_holds(const std::vector<SetScore>& scores) {
+    auto table =
+        CsvTable::create(path("holds.csv"), "set,level,time_s,rate_hz", command_.overwrite);
+    if (!table) return Unexpected<SetupError>(table.error());
+    for (const SetScore& score : scores) {
+      if (score.set->y_name != "decline") continue;
+      for (const DataSet::Point& point : score.set->points) {
+        auto model =
+            Trials::create(scene_, point.stimulus, static_cast<std::size_t>(command_.trials));
+        if (!model) continue;  // score_sets would have refused it
+        const auto times = model->run(point.stimulus);
+        constexpr double kBin_s = 0.25;
+        std::vector<double> bins(static_cast<std::size_t>(point.stimulus.end_s() / kBin_s));
+        for (const auto& train : times) {
+          for (const double t : train) {
+            const auto bin = static_cast<std::size_t>(t / kBin_s);
+            if (bin < bins.size()) bins[bin] += 1.0;
+          }
+        }
+        for (std::size_t k = 0; k < bins.size(); ++k) {
+          table->row("\"" + score.set->name + "\"",
+                     {point.stimulus.level,
+                      (static_cast<double>(k) + 0.5) * kBin_s - point.stimulus.ramp_s,
+                      bins[k] / (kBin_s * static_cast<double>(times.size()))});
+        }
+      }
+    }
+    return table->close();
+  }
+
+  Expected<std::string, SetupError> regularity() {
+    auto intervals =
+        CsvTable::create(path("intervals.csv"), "rate_hz,interval_ms", command_.overwrite);
+    if (!intervals) return Unexpected<SetupError>(intervals.error());
+    auto curve =
+        CsvTable::create(path("rate_by_drive.csv"), "drive_hz,rate_hz", command_.overwrite);
+    if (!curve) return Unexpected<SetupError>(curve.error());
+    std::string text;
+    for (const double rate : {10.0, 20.0, 40.0}) {
+      const Regularity found = regularity_at(scene_, rate);
+      text += format("- intervals at %.1f Hz: CV %.3f; SD of the count in a second %.2f\n",
+                     found.rate_hz, found.cv, found.count_sd);
+      for (const double interval : found.intervals_ms) intervals->row({rate, interval});
+    }
+    for (const Recordings::Intervals& recorded : recordings_.intervals) {
+      const Regularity found = regularity_at(scene_, 1e3 / recorded.mean_ms);
+      text += format("- intervals at %.1f Hz: CV %.3f (recorded in mice %.3f)\n", found.rate_hz,
+                     found.cv, recorded.sd_ms / recorded.mean_ms);
+    }
+    for (const DriveRate& at : rates_by_drive(scene_)) curve->row({at.drive_hz, at.rate_hz});
+    if (auto closed = intervals->close(); !closed) return Unexpected<SetupError>(closed.error());
+    if (auto closed = curve->close(); !closed) return Unexpected<SetupError>(closed.error());
+    return text;
+  }
+
+  const ScoreCommand& command_;
+  const TactileModel::Parameters& scene_;
+  const Recordings& recordings_;
+};
+
+int score(const ScoreCommand& command) {
+  const auto scene = scene_named(command.scene);
+  if (!scene) return refuse(scene.error());
+  Recordings recordings;
+  if (command.data.empty()) {
+    recordings = published_recordings();
+  } else {
+    auto read = read_recordings(command.data);
+    if (!read) return refuse(read.error());
+    recordings = std::move(*read);
+  }
+  std::error_code error;
+  std::filesystem::create_directories(command.folder, error);
+  if (error) return refuse("cannot make the folder " + command.folder + ": " + error.message());
+  auto report = OutputFile::create(command.folder + "/score.md", command.overwrite);
+  if (!report) return refuse(report.error());
+  const auto made = Scorecard(command, scene->model, recordings).make(*scene);
+  if (!made) return refuse(made.error());
+  const std::string text = "# Score of " + command.scene + " against " +
+                           (command.data.empty() ? "published recordings" : command.data) + "\n\n" +
+                           *made;
+  if (!report->write(text) || !report->close()) return fail(report->error());
+  std::fputs(text.c_str(), stdout);
+  if (auto drawn = draw_plots("score", command.folder); !drawn) {
+    return fail(drawn.error().sentence);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_score_command(CommandLine& program) {
+  auto command = std::make_shared<ScoreCommand>();
+  program
+      .subcommand("score",
+                  "Presses the model's afferents as recorded ones were pressed and tells how far "
+                  "its rates are from theirs: RMSE and r² for each data set beside the published "
+                  "scores of other models, tables (CSV) and pictures (PNG).",
+                  "score goodwin --out score")
+      .option("scene", command->scene, "Scene file (TOML), or a preset; default goodwin")
+      .option("--data", command->data,
+              "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
+      .option("--out", command->folder, "Folder to write to")
+      .option("--trials", command->trials, "Repetitions of each press", {1, 10000})
+      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .runs([command] { return score(*command); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,105 @@
+"""Draws the tables of `merkel score`. usage: score.py DIR"""
+
+import pathlib
+import sys
+
+from tables import plt, read_table, select
+
+FOLDER = pathlib.Path(sys.argv[1])
+LABELS = {
+    "curvature_per_m": "curvature of the indenter (1/m)",
+    "amplitude_um": "amplitude, zero to peak (µm)",
+    "offset_mm": "offset from the receptive field's centre (mm)",
+    "position_mm": "position under the bars (mm)",
+    "depth_mm": "depth of the hold (mm)",
+}
+
+
+def section(table, name, title):
+    rows = select(table, section=name)
+    if len(rows["x"]) < 2:
+        return  # one point is a number, no picture
+    figure, axes = plt.subplots(figsize=(7.5, 4.8))
+    for index, label in enumerate(dict.fromkeys(rows["set"])):
+        of_set = select(rows, set=label)
+        order = sorted(range(len(of_set["x"])), key=lambda i: of_set["x"][i])
+        x, measured, predicted = ([of_set[c][i] for i in order] for c in ("x", "measured", "predicted"))
+        colour = f"C{index}"
+        axes.plot(x, predicted, "-", color=colour, label=f"model, {label.split(', ', 1)[-1]}")
+        axes.plot(x, measured, "o", color=colour, label=f"recorded, {label.split(', ', 1)[-1]}")
+    axes.set_xlabel(LABELS.get(rows["x_name"][0], rows["x_name"][0]))
+    if name == "hold_adaptation":
+        axes.set_ylabel("fall of the rate (fraction)")
+    else:
+        axes.set_ylabel("rate (impulses/s)")
+    if name == "vibration":
+        axes.set_xscale("log")
+        ticks = [t for t in (10, 20, 30, 50, 100, 200, 300, 500, 1000)
+                 if 0.7 * min(rows["x"]) < t < 1.4 * max(rows["x"])]
+        axes.set_xticks(ticks, [f"{t}" for t in ticks])
+        axes.minorticks_off()
+    axes.set_ylim(bottom=0)
+    axes.legend()
+    axes.set_title(title)
+    figure.savefig(FOLDER / f"{name}.png")
+
+
+def holds():
+    table = read_table(FOLDER / "holds.csv")
+    if not table:
+        return
+    figure, axes = plt.subplots(figsize=(7.5, 4.8))
+    for level in dict.fromkeys(table["level"]):
+        rows = select(table, level=level)
+        axes.plot(rows["time_s"], rows["rate_hz"], label=f"{level:g} mm")
+    axes.set_xlabel("time since the hold began (s)")
+    axes.set_ylabel("rate (impulses/s)")
+    axes.set_ylim(bottom=0)
+    axes.legend()
+    axes.set_title("Adaptation during a hold")
+    figure.savefig(FOLDER / "adaptation.png")
+
+
+def rate_by_drive():
+    path = FOLDER / "rate_by_drive.csv"
+    if not path.exists():
+        return
+    table = read_table(path)
+    figure, axes = plt.subplots(figsize=(7.5, 4.8))
+    axes.plot(table["drive_hz"], table["drive_hz"], "--", color="0.6", label="rate = drive")
+    axes.plot(table["drive_hz"], table["rate_hz"], ".-", label="model")
+    axes.set_xlabel("constant drive (Hz)")
+    axes.set_ylabel("rate (impulses/s)")
+    axes.set_ylim(0, 1.15 * max(table["rate_hz"]))
+    axes.legend()
+    axes.set_title("f–I curve of the neuron")
+    figure.savefig(FOLDER / "rate_by_drive.png")
+
+
+def intervals():
+    path = FOLDER / "intervals.csv"
+    if not path.exists():
+        return
+    table = read_table(path)
+    figure, axes = plt.subplots(figsize=(7.5, 4.8))
+    for rate in dict.fromkeys(table["rate_hz"]):
+        values = select(table, rate_hz=rate)["interval_ms"]
+        axes.hist(values, bins=80, range=(0, 200), density=True, histtype="step", linewidth=1.5,
+                  label=f"{rate:g} Hz")
+    axes.set_xlabel("interval between impulses (ms)")
+    axes.set_ylabel("density (1/ms)")
+    axes.legend()
+    axes.set_title("Intervals at steady rates")
+    figure.savefig(FOLDER / "intervals.png")
+
+
+conditions = read_table(FOLDER / "conditions.csv")
+if conditions:
+    section(conditions, "curvature_force", "Spheres pressed on the centre of the receptive field")
+    section(conditions, "lateral_offset", "Spheres pressed beside the centre of the receptive field")
+    section(conditions, "bar_profile", "Bars")
+    section(conditions, "vibration", "Vibration")
+    section(conditions, "hold_adaptation", "Fall of the rate during a hold")
+holds()
+rate_by_drive()
+intervals()
