@@ -24,11 +24,12 @@ namespace merkel {
 struct RunReport {
   struct OfProbe {
     std::string uri;
-    std::uint64_t samples_in = 0;  ///< delivered by the probe
-    std::uint64_t dropped = 0;     ///< of those: found the queue full
-    std::uint64_t unused = 0;      ///< of those: still waiting when the run ended
-    ProbeInput::Counts counts;     ///< of those: used and late; and ticks held or released
-    std::uint64_t releases = 0;    ///< outages during which the press was released
+    std::uint64_t samples_in = 0;        ///< delivered by the probe
+    std::uint64_t dropped = 0;           ///< of those: found the queue full
+    std::uint64_t unused = 0;            ///< of those: still waiting when the run ended
+    ProbeInput::Counts counts;           ///< of those: used and late; and ticks held or released
+    std::uint64_t releases = 0;          ///< outages during which the press was released
+    std::optional<DeviceCounts> device;  ///< what its driver counted; not of a recording
   };
   struct OfSink {
     std::string uri;
@@ -70,7 +71,8 @@ class Pipeline {
     /// How far behind the loop may fall before it leaves ticks out. Default: 20 ticks with devices,
     /// no limit with recordings, of which every tick counts and which nothing outside waits for.
     std::optional<std::int64_t> max_catch_up_ticks;
-    std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
+    std::function<void(const LoopEvent&)> on_event;     ///< called on the thread that runs
+    std::function<void(const std::string&)> on_notice;  ///< likewise: what a device's driver says
   };
 
   /// \param model  borrowed; its spikes and contacts can be read after run()

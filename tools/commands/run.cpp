@@ -11,6 +11,7 @@
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/probes/recording_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/commands/command.hpp"
@@ -27,6 +28,7 @@ struct RunOptions {
   bool fast = false;
   bool json = false;
   bool overwrite = false;
+  std::string record;
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
@@ -83,6 +85,15 @@ int run(const RunOptions& options) {
     }
     probes.push_back(std::move(*probe));
   }
+  if (!options.record.empty()) {
+    if (probes.size() != 1) return refuse("--record writes one probe: this scene has several");
+    const std::vector<std::string> comment = {"merkel run --probe '" + probes[0]->info().uri +
+                                              "' --record " + options.record};
+    auto trace =
+        TraceWriter::create(options.record, probes[0]->info().channels, comment, options.overwrite);
+    if (!trace) return refuse(trace.error());
+    probes[0] = std::make_unique<RecordingProbe>(std::move(probes[0]), std::move(*trace));
+  }
   auto model = TactileModel::create(scene->model);
   if (!model) {
     return refuse(scene->sentence(model.error()));
@@ -92,7 +103,10 @@ int run(const RunOptions& options) {
                                   .delay = delay,
                                   .duration = std::nullopt,
                                   .max_catch_up_ticks = scene->max_catch_up_ticks,
-                                  .on_event = {}};
+                                  .on_event = {},
+                                  .on_notice = [](const std::string& sentence) {
+                                    std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+                                  }};
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   Pipeline pipeline(*model, parameters);
   for (std::size_t i = 0; i < probes.size(); ++i) {
@@ -139,8 +153,12 @@ void add_run_command(CommandLine& program) {
                   "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
       .option("scene", options->scene, "Scene file (TOML), or a preset: paper, paper-wide")
       .list("--probe", options->probes,
-            "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
+            "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
+            "serial:DEVICE?protocol=NAME")
       .list("--sink", options->sinks, "Sink URI, repeatable: csv:FILE")
+      .option(
+          "--record", options->record,
+          "Trace file (CSV) to write the probe's samples to: replayed, it gives the same spikes")
       .flag("--fast", options->fast,
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
