@@ -11,6 +11,8 @@ int main(int argc, char** argv) {
     return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {
       merkel::add_run_command(program);
       merkel::add_record_command(program);
+      merkel::add_probes_command(program);
+      merkel::add_calibrate_command(program);
       merkel::add_simulate_probe_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);

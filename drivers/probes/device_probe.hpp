@@ -44,6 +44,8 @@ class DeviceProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
+  /// What its readings are turned into samples by.
+  [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
 

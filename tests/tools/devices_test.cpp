@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
@@ -170,6 +171,52 @@ TEST(Devices, SimulateProbePrintsTheUriAndRecordReadsIt) {
   ASSERT_TRUE(trace);
   std::vector<ProbeSample> samples(200);
   EXPECT_GE(*trace->read(samples), 20U);
+}
+
+TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
+  const TemporaryFolder folder;
+  std::vector<ProbeSample> trace = dyadic_press(20'000);
+  for (ProbeSample& sample : trace) sample.force_mN = 500.0;
+  RunningDevice device(DeviceSimulator::Settings{
+      .protocol = *find_protocol("hbf1"), .trace = trace, .baud = 460800});
+  const auto tare = run_program({"calibrate", device.uri(), folder.path("c.toml"), "--points",
+                                 "0.25", "--seconds", "0.1", "--saturation", "40"});
+  EXPECT_EQ(tare.exit_code, 0) << tare.err;
+  EXPECT_NE(tare.out.find("zero 0.25 N"), std::string::npos) << tare.out;
+  const std::string text = read_file(folder.path("c.toml"));
+  EXPECT_NE(text.find("serial_number = \"SIM1\""), std::string::npos);
+  EXPECT_NE(text.find("saturation = 40.0"), std::string::npos);
+
+  const auto record = run_program({"record", device.uri() + "&calibration=" + folder.path("c.toml"),
+                                   folder.path("t.csv"), "--duration-s", "0.05"});
+  EXPECT_EQ(record.exit_code, 0) << record.err;
+  auto reader = TraceReader::open(folder.path("t.csv"));
+  ASSERT_TRUE(reader);
+  std::vector<ProbeSample> samples(10);
+  ASSERT_EQ(*reader->read(samples), 10U);
+  for (const ProbeSample& sample : samples) EXPECT_EQ(sample.force_mN, 250.0);
+
+  const auto same = run_program(
+      {"calibrate", device.uri(), folder.path("d.toml"), "--points", "0,1", "--seconds", "0.1"});
+  EXPECT_EQ(same.exit_code, 1);
+  EXPECT_NE(same.err.find("do not differ"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("d.toml")));
+  const auto recording = run_program({"calibrate", "sim:ramp", folder.path("e.toml")});
+  EXPECT_EQ(recording.exit_code, 2);
+  EXPECT_NE(recording.err.find("only devices are calibrated"), std::string::npos);
+}
+
+TEST(Devices, ProbesListsTheProtocols) {
+  const auto text = run_program({"probes"});
+  EXPECT_EQ(text.exit_code, 0);
+  const auto json = run_program({"probes", "--json"});
+  EXPECT_EQ(json.exit_code, 0);
+  const auto list = nlohmann::json::parse(json.out);
+  EXPECT_TRUE(list["devices"].is_array());
+  for (const ProtocolEntry& entry : protocol_table()) {
+    EXPECT_NE(text.out.find(std::string(entry.name) + " "), std::string::npos);
+  }
+  EXPECT_EQ(list["protocols"].size(), protocol_table().size());
 }
 
 }  // namespace

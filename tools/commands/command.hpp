@@ -15,6 +15,8 @@ inline constexpr int kWrongInput = 2;
 /// Each adds one subcommand to the program.
 void add_run_command(CommandLine& program);
 void add_record_command(CommandLine& program);
+void add_probes_command(CommandLine& program);
+void add_calibrate_command(CommandLine& program);
 void add_simulate_probe_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
