@@ -10,7 +10,8 @@
 namespace merkel {
 
 /// Opens the probe that a URI names: replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME,
-/// fused:URI|URI.
+/// hid:VID:PID,
+/// usb:VID:PID, fused:URI|URI.
 /// Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri);
 
