@@ -58,7 +58,7 @@ void DeviceSimulator::boot(Time now) {
   booted_ = now;
   Bytes out;
   device_->boot(device_time(now), out);
-  send(std::move(out), false);
+  send(out, false);
 }
 
 void DeviceSimulator::run(const std::atomic<bool>& stop) {
@@ -124,7 +124,7 @@ void DeviceSimulator::play(Time now) {
     device_->measure(trace[next_], due, out);
     ++counts_.measured;
     if (!plugged_ || !device_->started()) ++counts_.unsent;
-    send(std::move(out), true);
+    send(out, true);
     ++next_;
   }
 }
@@ -141,11 +141,11 @@ void DeviceSimulator::listen(Time patience) {
   if (settings_.faults.echo) send(Bytes(heard.begin(), heard.end()), false);
   Bytes out;
   device_->take(heard, device_time(host_now()), out);
-  send(std::move(out), false);
+  send(out, false);
   flush(host_now());
 }
 
-void DeviceSimulator::send(Bytes bytes, bool whole_frame) {
+void DeviceSimulator::send(const Bytes& bytes, bool whole_frame) {
   const SimulatedFaults& faults = settings_.faults;
   if (!plugged_ || bytes.empty()) return;
   if (whole_frame && faults.drop_frame > 0.0 && random_.uniform() < faults.drop_frame) {

@@ -79,7 +79,7 @@ class DeviceSimulator {
   void boot(Time now);
   void pass_faults(Time now);
   void listen(Time patience);
-  void send(Bytes bytes, bool whole_frame);
+  void send(const Bytes& bytes, bool whole_frame);
   void flush(Time now);
   [[nodiscard]] Time device_time(Time now) const noexcept;
   [[nodiscard]] Time next_event(Time now) const noexcept;

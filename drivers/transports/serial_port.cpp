@@ -41,10 +41,10 @@ SerialPortInfo describe(const sp_port* port) {
 std::string lower_latency(int descriptor, const std::string& device) {
   serial_struct settings{};
   if (::ioctl(descriptor, TIOCGSERIAL, &settings) != 0) return "no low-latency flag";
-  settings.flags |= ASYNC_LOW_LATENCY;
+  settings.flags |= static_cast<int>(ASYNC_LOW_LATENCY);
   const bool set = ::ioctl(descriptor, TIOCSSERIAL, &settings) == 0 &&
                    ::ioctl(descriptor, TIOCGSERIAL, &settings) == 0 &&
-                   (settings.flags & ASYNC_LOW_LATENCY) != 0;
+                   (settings.flags & static_cast<int>(ASYNC_LOW_LATENCY)) != 0;
   std::string note = set ? "low-latency flag set" : "low-latency flag refused";
   const auto slash = device.rfind('/');
   std::ifstream timer("/sys/bus/usb-serial/devices/" + device.substr(slash + 1) + "/latency_timer");
