@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "core/probe_sample.hpp"
@@ -31,6 +32,27 @@ struct ProbeInfo {
   bool replayed = false;
 };
 
+/// What the driver of a device counted, beyond what the loop sees.
+struct DeviceCounts {
+  std::string port;  ///< how the device was opened
+  std::uint64_t readings = 0;
+  std::uint64_t lost = 0;                ///< by its sequence numbers, or asked for in vain
+  std::uint64_t damaged = 0;             ///< frames that failed their check
+  std::uint64_t refused = 0;             ///< values that no probe can measure
+  std::uint64_t duplicates = 0;          ///< frames that came twice, or that nobody had asked for
+  std::uint64_t saturated = 0;           ///< readings at the end of the sensor's range
+  std::uint64_t reboots = 0;             ///< times it started anew
+  std::uint64_t outages = 0;             ///< times it was unplugged
+  std::chrono::nanoseconds outage{0};    ///< how long all of them took
+  std::uint64_t largest_batch = 0;       ///< most readings that came at once
+  double rate_Hz = 0.0;                  ///< readings per second, achieved
+  bool device_clock = false;             ///< times are those of the device's own clock, mapped
+  double drift_ppm = 0.0;                ///< of that clock
+  double jitter_us = 0.0;                ///< of the mapped times
+  double latency_us = 0.0;               ///< mean of arrival after the mapped time
+  std::optional<double> uncertainty_us;  ///< of the sample times, where it can be known
+};
+
 /// A source of calibrated samples. Open by the factory of its kind; used by one thread.
 class Probe {
  public:
@@ -49,6 +71,11 @@ class Probe {
 
   /// A sentence about the last error other than the end of the stream. Thread: probe.
   [[nodiscard]] virtual std::string trouble() const { return {}; }
+
+  /// What was counted so far; nothing for a recording. Thread: any.
+  [[nodiscard]] virtual std::optional<DeviceCounts> device_counts() const { return std::nullopt; }
+  /// Sentences about what happened since the last call: unplugged, back, overloaded. Thread: any.
+  [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
 };
 
 }  // namespace merkel

@@ -188,6 +188,11 @@ void Pipeline::drain_events(RunReport& report) {
     if (event.kind == LoopEvent::Kind::kRelease) ++report.probes[event.subject].releases;
     if (parameters_.on_event) parameters_.on_event(event);
   }
+  for (const auto& line : probes_) {
+    for (const std::string& sentence : line->probe->take_notices()) {
+      if (parameters_.on_notice) parameters_.on_notice(sentence);
+    }
+  }
 }
 
 RunProgress Pipeline::progress(nanoseconds wall) const {
@@ -312,6 +317,7 @@ void Pipeline::finish(RunReport& report) {
     RunReport::OfProbe& of = report.probes[i];
     of.uri = line.probe->info().uri;
     of.counts = inputs_[i].counts();
+    of.device = line.probe->device_counts();
     of.dropped = line.channel.dropped.value();
     of.samples_in = line.channel.delivered.value() + of.dropped;
     of.unused = line.channel.delivered.value() - of.counts.used - of.counts.late;

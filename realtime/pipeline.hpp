@@ -44,11 +44,12 @@ struct HostTimeReport {
 struct RunReport {
   struct OfProbe {
     std::string uri;
-    std::uint64_t samples_in = 0;  ///< delivered by the probe
-    std::uint64_t dropped = 0;     ///< of those: found the queue full
-    std::uint64_t unused = 0;      ///< of those: still waiting when the run ended
-    ProbeInput::Counts counts;     ///< of those: used and late; and ticks held or released
-    std::uint64_t releases = 0;    ///< outages during which the press was released
+    std::uint64_t samples_in = 0;        ///< delivered by the probe
+    std::uint64_t dropped = 0;           ///< of those: found the queue full
+    std::uint64_t unused = 0;            ///< of those: still waiting when the run ended
+    ProbeInput::Counts counts;           ///< of those: used and late; and ticks held or released
+    std::uint64_t releases = 0;          ///< outages during which the press was released
+    std::optional<DeviceCounts> device;  ///< what its driver counted; not of a recording
   };
   struct OfSink {
     std::string uri;
@@ -121,6 +122,7 @@ class Pipeline {
     std::function<void(const std::string&)> on_missing_right;
     /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
     std::function<void(const std::string&, const std::string&)> on_sink_failure;
+    std::function<void(const std::string&)> on_notice;  ///< likewise: what a device's driver says
   };
 
   /// \param model  borrowed; its spikes and contacts can be read after run()

@@ -16,6 +16,9 @@ int main(int argc, char** argv) {
       merkel::add_replay_command(program);
       merkel::add_export_command(program);
       merkel::add_doctor_command(program);
+      merkel::add_probes_command(program);
+      merkel::add_calibrate_command(program);
+      merkel::add_simulate_probe_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);
       merkel::add_score_command(program);

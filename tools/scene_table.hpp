@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/toml.hpp"
+#include "drivers/files/toml.hpp"
 
 namespace merkel {
 

@@ -9,9 +9,10 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kSecond{1'000'000'000};
-constexpr nanoseconds kSlack{2'000'000'000};  ///< a device's clock may seem to be so much ahead
-constexpr std::size_t kEnough = 3;            ///< points that make a line
-constexpr std::uint64_t kMostBiases = 1000;   ///< over which their mean is taken
+constexpr nanoseconds kBehind{2'000'000'000};  ///< answers may overtake samples by so much
+constexpr nanoseconds kAhead{60'000'000'000};  ///< frames may have waited for us for so long
+constexpr std::size_t kEnough = 3;             ///< points that make a line
+constexpr std::uint64_t kMostBiases = 1000;    ///< over which their mean is taken
 constexpr double kLeastPace = 0.9;
 constexpr double kMostPace = 1.1;
 constexpr double kLatencyForgetting = 1e-3;
@@ -42,8 +43,8 @@ nanoseconds DeviceClock::unwrap(nanoseconds device_time, nanoseconds host) const
 /// Unwraps a time of the device, and notices when it has started anew.
 nanoseconds DeviceClock::follow(nanoseconds device_time, nanoseconds arrival) {
   nanoseconds device = unwrap(device_time, arrival);
-  if (running_ &&
-      (device < last_device_ - kSlack || device > last_device_ + (arrival - last_host_) + kSlack)) {
+  if (running_ && (device < last_device_ - kBehind ||
+                   device > last_device_ + (arrival - last_host_) + kAhead)) {
     restart();
   }
   if (!running_) {

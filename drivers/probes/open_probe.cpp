@@ -2,7 +2,9 @@
 
 #include <utility>
 
+#include "drivers/probes/fused_probe.hpp"
 #include "drivers/probes/live_probe.hpp"
+#include "drivers/probes/open_device.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/uri.hpp"
@@ -28,12 +30,18 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
+  if (text.starts_with("fused:")) return FusedProbe::open(text);
   const auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
   if (uri->scheme == "replay") return played(*uri, ReplayProbe::open);
   if (uri->scheme == "sim") return played(*uri, SimProbe::open);
-  return bad_input("\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
-                   "\"; known are replay:FILE and sim:SHAPE");
+  if (uri->scheme == "serial") return open_serial_device(*uri);
+  if (uri->scheme == "hid") return open_hid_device(*uri);
+  if (uri->scheme == "usb") return open_usb_device(*uri);
+  return bad_input(
+      "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
+      "\"; known are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
+      "usb:VID:PID and fused:URI|URI");
 }
 
 }  // namespace merkel

@@ -9,8 +9,9 @@
 
 namespace merkel {
 
-/// Opens the probe that a URI names: replay:FILE, sim:SHAPE. With the option live=1, either plays
-/// as a device would: in real time, and losing what nobody takes. Real-time: no.
+/// Opens the probe that a URI names: replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME,
+/// hid:VID:PID, usb:VID:PID, fused:URI|URI. With the option live=1, a recording plays as a device
+/// would: in real time, and losing what nobody takes. Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri);
 
 }  // namespace merkel

@@ -234,12 +234,10 @@ class CsvDevice final : public SimulatedDevice {
 
   void boot(nanoseconds /*now*/, Bytes& out) override {
     sequence_ = 0;
-    append("time_us,seq" + std::string(has(ProbeSample::kForce) ? ",force_N" : "") +
-               (has(ProbeSample::kDepth) ? ",depth_mm" : "") +
-               (has(ProbeSample::kX) ? ",x_mm" : "") + (has(ProbeSample::kY) ? ",y_mm" : "") +
-               "\r\n",
-           out);
+    append(header() + "\r\n", out);
   }
+
+  [[nodiscard]] std::string uri_options() const override { return "columns=" + header(); }
 
   void measure(const ProbeSample& sample, nanoseconds now, Bytes& out) override {
     const auto time_us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
@@ -253,6 +251,11 @@ class CsvDevice final : public SimulatedDevice {
   }
 
  private:
+  [[nodiscard]] std::string header() const {
+    return std::string("time_us,seq") + (has(ProbeSample::kForce) ? ",force_N" : "") +
+           (has(ProbeSample::kDepth) ? ",depth_mm" : "") + (has(ProbeSample::kX) ? ",x_mm" : "") +
+           (has(ProbeSample::kY) ? ",y_mm" : "");
+  }
   [[nodiscard]] bool has(std::uint32_t channel) const { return (channels_ & channel) != 0U; }
   static void append(std::string_view text, Bytes& out) {
     out.insert(out.end(), text.begin(), text.end());
@@ -281,6 +284,17 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& optio
                                              : ',';
   return std::make_unique<CsvLines>(std::move(columns), mark, static_cast<unsigned>(sequence_bits),
                                     static_cast<unsigned>(clock_bits));
+}
+
+std::size_t lines_of_numbers(std::span<const std::uint8_t> bytes) {
+  LineSplitter lines;
+  std::size_t count = 0;
+  for (const std::uint8_t byte : bytes) {
+    const auto line = lines.take(byte);
+    if (!line || line->find_first_of("0123456789") == std::string_view::npos) continue;
+    if (line->find_first_not_of("0123456789+-.eE,; \t") == std::string_view::npos) ++count;
+  }
+  return count;
 }
 
 std::unique_ptr<SimulatedDevice> make_csv_device(std::uint32_t channels) {

@@ -17,6 +17,9 @@ namespace merkel {
 /// or space; `seq_bits` and `clock_bits` say when those counters wrap (32).
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options);
 
+/// How many of the lines in a stream are numbers and nothing else, whatever their columns.
+[[nodiscard]] std::size_t lines_of_numbers(std::span<const std::uint8_t> bytes);
+
 /// \param channels  ProbeSample::Channel bits of the trace
 [[nodiscard]] std::unique_ptr<SimulatedDevice> make_csv_device(std::uint32_t channels);
 

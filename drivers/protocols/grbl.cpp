@@ -164,7 +164,9 @@ class GrblDevice final : public SimulatedDevice {
   }
 
   void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
-    position_ = {sample.x_mm, sample.y_mm, -sample.depth_mm};
+    if (sample.has(ProbeSample::kX)) position_[0] = sample.x_mm;
+    if (sample.has(ProbeSample::kY)) position_[1] = sample.y_mm;
+    position_[2] = -sample.depth_mm;
   }
 
   [[nodiscard]] bool started() const noexcept override { return asked_; }
@@ -195,7 +197,7 @@ class GrblDevice final : public SimulatedDevice {
 }  // namespace
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_grbl(UriOptions& options) {
-  const double rate_Hz = options.number("rate_hz", 20.0, 1.0, 100.0);
+  const double rate_Hz = options.number("rate_hz", 25.0, 1.0, 100.0);
   const std::string unit = options.word("unit", "ask", "mm|in|ask");
   std::optional<double> mm_per_unit;
   if (unit != "ask") mm_per_unit = unit == "in" ? units::kMm_per_inch : 1.0;

@@ -12,7 +12,7 @@ namespace merkel {
 /// GRBL 1.1 (115200 Bd): a small CNC machine that carries the indenter. It is asked `?` and reports
 /// its position; work coordinates are patch coordinates, so set the work zero (G10 L20) with the
 /// tip on the skin at the patch's corner: z = −depth. Moving it is up to you. Options: `rate_hz` (1
-/// to 100; default 20), `unit` = mm or in where `$13` cannot be asked.
+/// to 100; default 25), `unit` = mm or in where `$13` cannot be asked.
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_grbl(UriOptions& options);
 [[nodiscard]] std::unique_ptr<SimulatedDevice> make_grbl_device();
 

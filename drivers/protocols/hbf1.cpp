@@ -24,7 +24,8 @@ constexpr milliseconds kSyncEvery{1000};
 constexpr milliseconds kSyncSpacing{3};
 constexpr milliseconds kSyncPatience{150};
 constexpr int kSyncsARound = 8;
-constexpr nanoseconds kClockSlack = std::chrono::seconds{2};
+constexpr nanoseconds kBehind = std::chrono::seconds{2};
+constexpr nanoseconds kAhead = std::chrono::seconds{60};  ///< frames may have waited so long
 
 enum class Format : std::uint8_t { kInt16 = 0, kInt32 = 1, kFloat = 2 };
 
@@ -113,6 +114,7 @@ class Hbf1Protocol final : public Protocol {
     return channels_ != 0U && said_hello_ &&
            (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
   }
+  [[nodiscard]] bool describes_itself() const noexcept override { return true; }
   [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     if (rate_Hz_ == 0) return std::nullopt;
@@ -150,11 +152,11 @@ class Hbf1Protocol final : public Protocol {
   [[nodiscard]] bool continues(std::uint32_t time_us, nanoseconds arrival) const noexcept {
     const auto host = arrival - last_arrival_;
     const nanoseconds device = microseconds{time_us - last_time_us_};
-    if (reopened_) {
-      const nanoseconds ahead = (device - host % kClockWrap + kClockWrap) % kClockWrap;
-      return ahead < kClockSlack || kClockWrap - ahead < kClockSlack;
-    }
-    return device <= host + kClockSlack;
+    // A sample's time is that of its latch: it may be before that of an answer already sent.
+    if (kClockWrap - device < kBehind) return true;
+    if (!reopened_) return device <= host + kAhead;
+    const nanoseconds ahead = (device - host % kClockWrap + kClockWrap) % kClockWrap;
+    return ahead < kBehind || kClockWrap - ahead < kBehind;
   }
 
   /// Follows sequence numbers and restarts. False for a frame that came before.

@@ -248,7 +248,7 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_mark10(UriOptions& options)
 std::unique_ptr<SimulatedDevice> make_mark10_device() { return std::make_unique<Mark10Device>(); }
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_esm(UriOptions& options) {
-  return std::make_unique<EsmStand>(options.number("rate_hz", 20.0, 1.0, 50.0));
+  return std::make_unique<EsmStand>(options.number("rate_hz", 25.0, 1.0, 50.0));
 }
 
 std::unique_ptr<SimulatedDevice> make_esm_device(std::uint32_t channels) {

@@ -16,7 +16,7 @@ namespace merkel {
 [[nodiscard]] std::unique_ptr<SimulatedDevice> make_mark10_device();
 
 /// Mark-10 test stands ESM301 and ESM303 with their gauge: travel (zeroed where the probe touches,
-/// so that it is the depth) and force, asked for. Option: `rate_hz` (1 to 50; default 20).
+/// so that it is the depth) and force, asked for. Option: `rate_hz` (1 to 50; default 25).
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_esm(UriOptions& options);
 [[nodiscard]] std::unique_ptr<SimulatedDevice> make_esm_device(std::uint32_t channels);
 

@@ -182,6 +182,7 @@ class OptoForceDevice final : public SimulatedDevice {
   }
 
   [[nodiscard]] bool started() const noexcept override { return speed_ != 0; }
+  [[nodiscard]] std::string uri_options() const override { return "counts_per_N=1024"; }
 
  private:
   Bytes config_;

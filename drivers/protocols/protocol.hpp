@@ -92,6 +92,9 @@ class Protocol {
   [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
   /// Whether all is known that start() needs; then channels() is not 0.
   [[nodiscard]] virtual bool ready() const noexcept { return channels() != 0U; }
+  /// Whether the device tells its channels by itself; of the others, the first reading is the
+  /// first sign that it is what it is taken for.
+  [[nodiscard]] virtual bool describes_itself() const noexcept { return false; }
   /// What is wrong for good, such as a unit that is not known. Empty if nothing.
   [[nodiscard]] virtual const std::string& trouble() const noexcept { return kNone; }
   /// Nominal period of the readings, where known.

@@ -70,6 +70,8 @@ std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
       likely = entry.name;
     }
   }
+  // Columns that nobody has named are numbers all the same.
+  if (likely.empty() && lines_of_numbers(bytes) > 2 * kEnough) likely = "csv";
   return likely;
 }
 

@@ -21,7 +21,7 @@ struct ProtocolEntry {
   Expected<std::unique_ptr<Protocol>, SetupError> (*make)(UriOptions&) = nullptr;
   /// \param channels  ProbeSample::Channel bits of the trace to be played
   std::unique_ptr<SimulatedDevice> (*simulate)(std::uint32_t channels) = nullptr;
-  /// Options with which the simulated device is read, and an unknown stream is tried.
+  /// Options with which an unknown stream is tried.
   std::string_view options;
   /// ProbeSample::Channel bits of which a trace must have one to be played.
   std::uint32_t plays = 0;

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "core/probe_sample.hpp"
 #include "drivers/protocols/protocol.hpp"
@@ -27,6 +28,8 @@ class SimulatedDevice {
   virtual void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) = 0;
   /// Whether the press may begin: nothing is lost on a host that has not started to listen.
   [[nodiscard]] virtual bool started() const noexcept { return true; }
+  /// Options without which the protocol cannot read it, as in a URI.
+  [[nodiscard]] virtual std::string uri_options() const { return {}; }
 };
 
 }  // namespace merkel

@@ -169,6 +169,7 @@ class ZaberDevice final : public SimulatedDevice {
     steps_ = std::lround(sample.depth_mm * kSimulatedSteps_per_mm);
   }
   [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] std::string uri_options() const override { return "um_per_step=0.9765625"; }
 
  private:
   LineSplitter lines_;

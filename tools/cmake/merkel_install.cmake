@@ -16,4 +16,9 @@ install(FILES
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel)
 if(TARGET merkel)
   install(TARGETS merkel)
+  # udev and systemd look below /usr/lib, /usr/local/lib and /etc: a prefix of one's own is harmless.
+  configure_file(${PROJECT_SOURCE_DIR}/drivers/system/merkel@.service.in
+    ${PROJECT_BINARY_DIR}/merkel@.service @ONLY)
+  install(FILES ${PROJECT_SOURCE_DIR}/drivers/system/70-merkel.rules DESTINATION lib/udev/rules.d)
+  install(FILES ${PROJECT_BINARY_DIR}/merkel@.service DESTINATION lib/systemd/system)
 endif()

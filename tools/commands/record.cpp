@@ -43,6 +43,9 @@ int record(const RecordOptions& options) {
   std::uint64_t written = 0;
   while (!g_stop.load()) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
+    for (const std::string& sentence : (*probe)->take_notices()) {
+      std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+    }
     if (!count) {
       if (count.error() == ProbeError::kEndOfStream) break;
       return fail((*probe)->trouble());

@@ -11,6 +11,7 @@
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/probes/recording_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
 #include "realtime/spinning_team.hpp"
@@ -34,6 +35,7 @@ struct RunOptions {
   bool json = false;
   bool overwrite = false;
   bool allow_remote = false;
+  std::string record;
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
@@ -83,6 +85,15 @@ int run(const RunOptions& options) {
     }
     probes.push_back(std::move(*probe));
   }
+  if (!options.record.empty()) {
+    if (probes.size() != 1) return refuse("--record writes one probe: this scene has several");
+    const std::vector<std::string> comment = {"merkel run --probe '" + probes[0]->info().uri +
+                                              "' --record " + options.record};
+    auto trace =
+        TraceWriter::create(options.record, probes[0]->info().channels, comment, options.overwrite);
+    if (!trace) return refuse(trace.error());
+    probes[0] = std::make_unique<RecordingProbe>(std::move(probes[0]), std::move(*trace));
+  }
   auto model = TactileModel::create(scene->model);
   if (!model) {
     return refuse(scene->sentence(model.error()));
@@ -108,6 +119,9 @@ int run(const RunOptions& options) {
   parameters.on_sink_failure = [](const std::string& uri, const std::string& trouble) {
     std::fprintf(stderr, "merkel: the sink %s is closed, the run goes on: %s\n", uri.c_str(),
                  trouble.c_str());
+  };
+  parameters.on_notice = [](const std::string& sentence) {
+    std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
   };
   const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
   if (on_terminal) {
@@ -162,10 +176,14 @@ void add_run_command(CommandLine& program) {
                   "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
                   "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
       .option("scene", options->scene,
-              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-hh")
+              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-hh, hand")
       .list("--probe", options->probes,
-            "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE")
+            "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
+            "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, fused:URI|URI")
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
+      .option(
+          "--record", options->record,
+          "Trace file (CSV) to write the probe's samples to: replayed, it gives the same spikes")
       .flag("--fast", options->fast,
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",

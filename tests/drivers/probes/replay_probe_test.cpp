@@ -63,7 +63,7 @@ TEST(ReplayProbe, RefusesATraceWithoutSamples) {
 }
 
 TEST(OpenProbe, NamesTheSchemesItKnows) {
-  EXPECT_NE(open_probe("smell:rose").error().sentence.find("replay:FILE and sim:SHAPE"),
+  EXPECT_NE(open_probe("smell:rose").error().sentence.find("replay:FILE, sim:SHAPE"),
             std::string::npos);
   EXPECT_NE(open_probe("nothing").error().sentence.find("is not a URI"), std::string::npos);
 }

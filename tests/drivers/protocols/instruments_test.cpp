@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "core/random.hpp"
+#include "drivers/protocols/hid_fields.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 
 namespace merkel {
@@ -222,6 +224,68 @@ TEST(Zaber, ChecksumsAlertsAndRejections) {
   talk.take("@01 1 RJ IDLE -- BADCOMMAND\r\n");
   EXPECT_NE(talk.stream.notices.at(1).find("BADCOMMAND"), std::string::npos);
   EXPECT_NE(refusal("zaber", "").find("um_per_step"), std::string::npos);
+}
+
+/// A HID parser with its options; or the sentence with which they are refused.
+Expected<std::unique_ptr<Protocol>, SetupError> hid(const std::string& options) {
+  const auto uri = Uri::parse("hid:1:2?" + options);
+  UriOptions reader(*uri);
+  return make_hid_fields(reader);
+}
+
+TEST(HidFields, ReadsBitsWhereTheMapSays) {
+  const auto protocol =
+      hid("report_id=3&fields=force_N:0:16:s:0.5,depth_um:20:12:u:10,seq:32:8:u,time_us:40:24:u");
+  ASSERT_TRUE(protocol.has_value()) << protocol.error().sentence;
+  DeviceStream stream;
+  const auto report = [&](std::vector<std::uint8_t> bytes) {
+    (*protocol)->take(bytes, std::chrono::nanoseconds{5}, stream);
+  };
+  report({3, 0xFE, 0xFF, 0x0F, 0xAB, 7, 0x10, 0x27, 0x00});
+  ASSERT_EQ(stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(stream.readings[0][DeviceChannel::kForce], -1.0);
+  EXPECT_DOUBLE_EQ(stream.readings[0][DeviceChannel::kDepth], 0xAB0 * 0.01);
+  EXPECT_EQ(stream.readings[0].device_time, milliseconds{10});
+  EXPECT_EQ((*protocol)->clock_wrap(), std::chrono::microseconds{1 << 24});
+  report({3, 0, 0, 0, 0, 10, 0, 0, 0});
+  EXPECT_EQ(stream.counts.lost, 2U);
+  report({4, 0, 0, 0, 0, 11, 0, 0, 0});  // another report
+  report({3, 0, 0, 0});                  // too short
+  report({3, 0, 0, 0, 0, 10, 0, 0, 0});  // twice
+  EXPECT_EQ(stream.counts.readings, 2U);
+  EXPECT_EQ(stream.counts.damaged, 1U);
+  EXPECT_EQ(stream.counts.duplicates, 1U);
+}
+
+TEST(HidFields, BadMapsAreNamed) {
+  for (const auto& [fields, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"", "must name a force"},
+           {"seq:0:8:u", "must name a force"},
+           {"force_N:0:33:s:1", "1 to 32 bits"},
+           {"force_N:0:16:x:1", "must be CHANNEL_UNIT"},
+           {"force_N:0:16:s:nan", "must be CHANNEL_UNIT"},
+           {"force_stone:0:16:s:1", "unit of force_stone is not known"},
+           {"weight_N:0:16:s:1", "channel weight_N is not known"},
+           {"time_us:0:16:s", "must be unsigned"}}) {
+    const auto made = hid("fields=" + fields);
+    ASSERT_FALSE(made.has_value()) << fields;
+    EXPECT_NE(made.error().sentence.find(sentence), std::string::npos) << made.error().sentence;
+  }
+}
+
+TEST(HidFields, RandomReportsNeverGiveAnImpossibleReading) {
+  const auto protocol = hid("fields=force_kN:3:32:s:1000,depth_mm:40:9:u:1,seq:60:4:u");
+  ASSERT_TRUE(protocol.has_value());
+  Random random(9);
+  DeviceStream stream;
+  for (int round = 0; round < 20'000; ++round) {
+    Bytes report(random.next() % 12U);
+    for (auto& byte : report) byte = static_cast<std::uint8_t>(random.next());
+    (*protocol)->take(report, std::chrono::nanoseconds{round}, stream);
+  }
+  EXPECT_GT(stream.counts.refused, 0U);
+  EXPECT_GT(stream.counts.damaged, 0U);
+  for (const DeviceReading& reading : stream.readings) ASSERT_TRUE(plausible(reading));
 }
 
 }  // namespace

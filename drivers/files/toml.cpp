@@ -1,5 +1,5 @@
 #define TOML_IMPLEMENTATION
-#include "tools/toml.hpp"
+#include "drivers/files/toml.hpp"
 
 namespace merkel {
 

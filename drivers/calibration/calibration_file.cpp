@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "core/nearest_name.hpp"
+#include "core/parameter_error.hpp"
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/files/toml.hpp"
+
+namespace merkel {
+namespace {
+
+const std::array<std::string, 6> kKeys = {"source",     "gain",  "zero",
+                                          "saturation", "noise", "residual"};
+
+std::string at(const std::string& path, const toml::node& node) {
+  return path + ":" + std::to_string(node.source().begin.line) + ": ";
+}
+
+Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
+                                                      std::string_view name,
+                                                      const toml::table& table) {
+  ChannelCalibration channel;
+  bool has_source = false;
+  for (const auto& [key, node] : table) {
+    const std::string word(key.str());
+    const std::string full = std::string(name) + "." + word;
+    if (word == "source") {
+      const auto source = node.value<std::string>().value_or("");
+      const auto* const found =
+          std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), source);
+      if (found == kDeviceChannelNames.end()) {
+        return bad_input(at(path, node) + full +
+                         " must be one of force, force_x, force_y, force_z, depth, x, y, z");
+      }
+      channel.source = static_cast<DeviceChannel>(found - kDeviceChannelNames.begin());
+      has_source = true;
+      continue;
+    }
+    if (std::find(kKeys.begin(), kKeys.end(), word) == kKeys.end()) {
+      const std::string nearest = nearest_name(word, kKeys);
+      return bad_input(at(path, node) + "the key " + full + " is not known" +
+                       (nearest.empty() ? "" : ": did you mean " + nearest + "?"));
+    }
+    const auto number = node.value<double>();
+    if (!number || !std::isfinite(*number)) {
+      return bad_input(at(path, node) + full + " must be a finite number");
+    }
+    if (word == "gain" && *number == 0.0) {
+      return bad_input(at(path, node) + full + " must not be 0: the probe would measure nothing");
+    }
+    if (word == "gain") channel.gain = *number;
+    if (word == "zero") channel.zero = *number;
+    if (word == "saturation") channel.saturation = *number;
+    if (word == "noise") channel.noise = *number;
+    if (word == "residual") channel.residual = *number;
+  }
+  if (!has_source) {
+    return bad_input(at(path, table) + std::string(name) +
+                     ".source is missing: name the device's channel, for example \"force\"");
+  }
+  return channel;
+}
+
+}  // namespace
+
+Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path) {
+  ProbeCalibration calibration;
+  try {
+    const toml::table file = toml::parse_file(path);
+    for (const auto& [key, node] : file) {
+      const std::string word(key.str());
+      if (word == "serial_number" || word == "date") {
+        const auto text = node.value<std::string>();
+        if (!text) return bad_input(at(path, node) + word + " must be a text in quotes");
+        (word == "date" ? calibration.date : calibration.serial_number) = *text;
+        continue;
+      }
+      const auto* const found =
+          std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), word);
+      if (found == kSampleChannelNames.end() || !node.is_table()) {
+        return bad_input(at(path, node) + "\"" + word +
+                         "\" is not known: a calibration has serial_number, date and the tables "
+                         "depth, force, x and y");
+      }
+      auto channel = read_channel(path, word, *node.as_table());
+      if (!channel) return Unexpected<SetupError>(channel.error());
+      calibration.channels[static_cast<std::size_t>(found - kSampleChannelNames.begin())] =
+          *channel;
+    }
+  } catch (const toml::parse_error& error) {
+    if (error.source().begin.line == 0) {
+      return bad_input("cannot read the calibration " + path + ": check the name");
+    }
+    return bad_input(path + ":" + std::to_string(error.source().begin.line) + ": " +
+                     std::string(error.description()));
+  } catch (const MalformedToml&) {
+    return bad_input(path + " is no TOML file: merkel calibrate writes one");
+  }
+  return calibration;
+}
+
+std::string calibration_text(const ProbeCalibration& calibration, const std::string& comment) {
+  std::ostringstream text;
+  text << "# " << comment << "\n# sample = gain · (reading − zero); forces in N, lengths in mm\n"
+       << "serial_number = \"" << calibration.serial_number << "\"\ndate = \"" << calibration.date
+       << "\"\n";
+  for (std::size_t i = 0; i < calibration.channels.size(); ++i) {
+    const auto& channel = calibration.channels[i];
+    if (!channel) continue;
+    const auto number = [](double value) {
+      const std::string digits = shortest_decimal(value);
+      // TOML tells a float from a whole number by its point.
+      return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
+    };
+    text << "\n[" << kSampleChannelNames[i] << "]\nsource = \""
+         << kDeviceChannelNames[static_cast<std::size_t>(channel->source)]
+         << "\"\ngain = " << number(channel->gain) << "\nzero = " << number(channel->zero) << "\n";
+    if (channel->saturation) text << "saturation = " << number(*channel->saturation) << "\n";
+    text << "noise = " << number(channel->noise)
+         << "     # rms\nresidual = " << number(channel->residual)
+         << "  # rms about the known points\n";
+  }
+  return text.str();
+}
+
+}  // namespace merkel

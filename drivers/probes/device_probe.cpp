@@ -1,0 +1,371 @@
+#include "drivers/probes/device_probe.hpp"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "core/units.hpp"
+#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/sample_limits.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kFirstBackoff{50};
+constexpr milliseconds kLongestBackoff{2000};
+constexpr milliseconds kWidestBatch{50};  ///< readings that came together are spread over so much
+constexpr std::size_t kHeardBytes = 8192;
+constexpr std::size_t kMostNotices = 256;
+
+nanoseconds now() {
+  return std::chrono::duration_cast<nanoseconds>(
+      std::chrono::steady_clock::now().time_since_epoch());
+}
+
+}  // namespace
+
+DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri& uri) {
+  Settings settings{.uri = uri.text};
+  const std::string times = options.word("clock", "mapped", "mapped|device|arrival");
+  settings.times = times == "mapped"   ? Settings::Times::kMapped
+                   : times == "device" ? Settings::Times::kDevice
+                                       : Settings::Times::kArrival;
+  settings.calibration = options.text("calibration", "");
+  settings.silence = milliseconds{options.whole("timeout_ms", 2000, 100, 60'000)};
+  return settings;
+}
+
+DeviceProbe::DeviceProbe(std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol,
+                         Settings settings)
+    : settings_(std::move(settings)),
+      transport_(std::move(transport)),
+      protocol_(std::move(protocol)),
+      buffer_(4096) {}
+
+DeviceProbe::~DeviceProbe() {
+  if (!connected_) return;
+  stream_.outgoing.clear();
+  protocol_->end(stream_);
+  static_cast<void>(send());
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> DeviceProbe::open(std::unique_ptr<Transport> transport,
+                                                               std::unique_ptr<Protocol> protocol,
+                                                               Settings settings) {
+  std::unique_ptr<DeviceProbe> probe(
+      new DeviceProbe(std::move(transport), std::move(protocol), std::move(settings)));
+  if (auto heard = probe->listen(); !heard) return Unexpected<SetupError>(heard.error());
+  if (auto done = probe->calibrate(); !done) return Unexpected<SetupError>(done.error());
+  return probe;
+}
+
+Expected<void, SetupError> DeviceProbe::listen() {
+  const Time begun = now();
+  protocol_->begin(begun, stream_);
+  const auto heard = [&] {
+    return protocol_->ready() && (protocol_->describes_itself() || stream_.counts.readings > 0);
+  };
+  while (!heard()) {
+    if (now() - begun > settings_.silence || !protocol_->trouble().empty()) {
+      return Unexpected<SetupError>(nothing_sensible());
+    }
+    if (!exchange(std::min(begun + settings_.silence, now() + milliseconds{20}))) {
+      return unavailable(settings_.uri + " was unplugged while it was being opened");
+    }
+    stream_.readings.clear();
+    clock_.set_wrap(protocol_->clock_wrap());
+    for (const ClockExchange& answer : std::exchange(stream_.exchanges, {})) clock_.observe(answer);
+  }
+  info_ = {.uri = settings_.uri,
+           .name = settings_.protocol + " at " + transport_->info().name,
+           .serial_number = protocol_->serial_number().empty() ? transport_->info().serial_number
+                                                               : protocol_->serial_number(),
+           .channels = 0,
+           .period = protocol_->period(),
+           .replayed = false};
+  counts_.port = transport_->info().note;
+  return {};
+}
+
+SetupError DeviceProbe::nothing_sensible() const {
+  const auto& counts = stream_.counts;
+  const std::string name = transport_->info().name;
+  SetupError error{.kind = SetupError::Kind::kUnavailable, .sentence = {}};
+  const std::string seconds = std::to_string(settings_.silence.count() / 1000) + "." +
+                              std::to_string(settings_.silence.count() / 100 % 10) + " s";
+  if (!protocol_->trouble().empty()) {
+    error.sentence = "the device at " + name + " cannot be read: " + protocol_->trouble();
+    return error;
+  }
+  if (counts.bytes == 0) {
+    error.sentence = "the device at " + name + " has sent nothing for " + seconds +
+                     ": check that it is switched on, streaming, and " + settings_.hint;
+    return error;
+  }
+  const std::string_view likely = likely_protocol(heard_);
+  if (!likely.empty() && likely != settings_.protocol) {
+    error.sentence = "the device at " + name + " does not speak " + settings_.protocol +
+                     ": what it sends looks like " + std::string(likely) +
+                     ", so give protocol=" + std::string(likely);
+    return error;
+  }
+  if (counts.readings == 0 && counts.refused > 0) {
+    error.sentence = "the device at " + name + " sends values that no probe can measure (" +
+                     std::to_string(counts.refused) + " readings): check its units";
+    return error;
+  }
+  error.sentence = "the device at " + name + " sent " + std::to_string(counts.bytes) +
+                   " bytes in " + seconds + " that are no " + settings_.protocol +
+                   " readings: check " + settings_.hint;
+  return error;
+}
+
+Expected<void, SetupError> DeviceProbe::calibrate() {
+  if (!settings_.calibration.empty()) {
+    auto file = read_calibration(settings_.calibration);
+    if (!file) return Unexpected<SetupError>(file.error());
+    calibration_ = std::move(*file);
+    if (!calibration_.serial_number.empty() && calibration_.serial_number != info_.serial_number) {
+      return bad_input("the calibration " + settings_.calibration +
+                       " is of the device with serial number " + calibration_.serial_number +
+                       ", but this one has " +
+                       (info_.serial_number.empty() ? "none" : info_.serial_number) +
+                       ": calibrate it, or plug in the other");
+    }
+    for (std::size_t i = 0; i < calibration_.channels.size(); ++i) {
+      const auto& channel = calibration_.channels[i];
+      if (channel && (protocol_->channels() & bit_of(channel->source)) == 0U) {
+        return bad_input(
+            "the calibration " + settings_.calibration + " wants " +
+            std::string(kSampleChannelNames[i]) + " from the channel " +
+            std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]) +
+            ", which this device does not have");
+      }
+    }
+  }
+  calibration_.complete(protocol_->channels());
+  info_.channels = calibration_.sample_channels();
+  return {};
+}
+
+bool DeviceProbe::send() {
+  if (stream_.outgoing.empty()) return true;
+  const Bytes bytes = std::exchange(stream_.outgoing, {});
+  return transport_->write(bytes).has_value();
+}
+
+bool DeviceProbe::exchange(Time until) {
+  const Time begun = now();
+  const auto wake = protocol_->poll(begun, stream_);
+  if (!send()) return false;
+  const Time end = wake ? std::min(until, *wake) : until;
+  const auto count = transport_->read(buffer_, std::max(end - now(), Time{0}));
+  const Time arrival = now();
+  if (!count) return false;
+  if (*count > 0) {
+    const auto bytes = std::span<const std::uint8_t>(buffer_).first(*count);
+    if (heard_.size() < kHeardBytes && !started_)
+      heard_.insert(heard_.end(), bytes.begin(), bytes.end());
+    protocol_->take(bytes, arrival, stream_);
+  }
+  return send();
+}
+
+Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> samples,
+                                                    milliseconds patience) {
+  const Time until = now() + patience;
+  if (!started_) discard_old_input();
+  do {
+    if (!connected_ && !connect_again(until)) break;
+    if (!exchange(until)) {
+      disconnected(now());
+      continue;
+    }
+    take_readings();
+  } while (ready_.empty() && now() < until);
+  publish();
+  const std::size_t count = std::min(samples.size(), ready_.size());
+  std::copy_n(ready_.begin(), count, samples.begin());
+  ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(count));
+  return count;
+}
+
+/// What was sent while nobody read would be old by now.
+void DeviceProbe::discard_old_input() {
+  for (std::size_t reads = 0; reads < 64; ++reads) {
+    const auto bytes = stream_.counts.bytes;
+    if (!exchange(Time{0})) {
+      disconnected(now());
+      break;
+    }
+    if (stream_.counts.bytes == bytes) break;
+  }
+  stream_.readings.clear();
+  stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
+  protocol_->start(now(), stream_);
+  started_ = true;
+  last_sense_ = now();
+  frames_at_last_sense_ = stream_.counts.frames;
+  bytes_at_last_sense_ = stream_.counts.bytes;
+}
+
+void DeviceProbe::disconnected(Time time) {
+  connected_ = false;
+  lost_since_ = time;
+  backoff_ = kFirstBackoff;
+  try_again_ = time + backoff_;
+  ++counts_.outages;
+  notice(info_.name + " is gone: the press is released until it comes back");
+  // What had come before is still good.
+  take_readings();
+}
+
+bool DeviceProbe::connect_again(Time until) {
+  const Time next = std::min(until, try_again_);
+  if (now() < next) std::this_thread::sleep_for(next - now());
+  if (now() < try_again_) return false;
+  if (transport_->reopen()) {
+    const Time time = now();
+    counts_.outage += time - lost_since_;
+    connected_ = true;
+    stream_.outgoing.clear();
+    protocol_->begin(time, stream_);
+    last_sense_ = time;
+    notice(info_.name + " is back after " + std::to_string((time - lost_since_) / milliseconds{1}) +
+           " ms");
+    return true;
+  }
+  backoff_ = std::min<Time>(2 * backoff_, kLongestBackoff);
+  try_again_ = now() + backoff_;
+  return false;
+}
+
+void DeviceProbe::take_readings() {
+  for (std::string& sentence : std::exchange(stream_.notices, {})) {
+    notice(info_.name + ": " + sentence);
+  }
+  for (const ClockExchange& answer : std::exchange(stream_.exchanges, {})) clock_.observe(answer);
+
+  const std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
+  const bool by_device = !readings.empty() && readings[0].device_time.has_value() &&
+                         settings_.times != Settings::Times::kArrival;
+  counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
+  if (by_device) {
+    clock_.set_wrap(protocol_->clock_wrap());
+    // The last of a batch tells most about the clock: all of them first, then their times.
+    std::vector<std::pair<const DeviceReading*, Time>> observed;
+    const auto flush = [&] {
+      for (const auto& [reading, device] : observed) {
+        Time time = clock_.host_time(device);
+        if (settings_.times == Settings::Times::kDevice) {
+          if (!device_start_) device_start_ = {device, time};
+          time = device_start_->second + (device - device_start_->first);
+        }
+        deliver(*reading, time);
+      }
+      observed.clear();
+    };
+    for (const DeviceReading& reading : readings) {
+      if (reading.rebooted) {
+        flush();
+        clock_.restart();
+        device_start_.reset();
+      }
+      observed.emplace_back(&reading, clock_.observe(*reading.device_time, reading.arrival));
+    }
+    flush();
+  } else {
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      const DeviceReading& reading = readings[i];
+      if (reading.asked) {
+        const Time trip = reading.arrival - *reading.asked;
+        round_trip_us_ += (round_trip_us_ == 0.0 ? 1.0 : 0.05) *
+                          (static_cast<double>(trip.count()) * 1e-3 - round_trip_us_);
+        deliver(reading, *reading.asked + trip / 2);
+        continue;
+      }
+      // They were measured one after the other since the batch before.
+      const Time begin = std::max(last_batch_, reading.arrival - kWidestBatch);
+      const auto part = static_cast<std::int64_t>(i + 1);
+      deliver(reading, begin + (reading.arrival - begin) * part /
+                                   static_cast<std::int64_t>(readings.size()));
+    }
+    if (!readings.empty()) last_batch_ = readings.back().arrival;
+  }
+
+  const Time time = now();
+  if (stream_.counts.frames != frames_at_last_sense_) {
+    frames_at_last_sense_ = stream_.counts.frames;
+    bytes_at_last_sense_ = stream_.counts.bytes;
+    last_sense_ = time;
+    nonsense_noticed_ = false;
+  } else if (time - last_sense_ > settings_.silence && !nonsense_noticed_ &&
+             stream_.counts.bytes != bytes_at_last_sense_) {
+    notice(info_.name + " sends bytes that make no sense any more: check " + settings_.hint);
+    nonsense_noticed_ = true;
+  }
+}
+
+void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
+  ProbeSample sample = calibration_.apply(reading);
+  sequence_ += reading.lost;
+  sample.sequence = sequence_++;
+  if (!plausible(sample)) {
+    ++stream_.counts.refused;
+    return;
+  }
+  if (calibration_.saturated(reading) && counts_.saturated++ == 0) {
+    notice(info_.name + ": the sensor is at the end of its range");
+  }
+  if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
+  sample.time = last_time_ = time;
+  sample.arrival = reading.arrival;
+  if (first_reading_.count() == 0) first_reading_ = reading.arrival;
+  ++counts_.readings;
+  if (reading.arrival > first_reading_) {
+    counts_.rate_Hz =
+        static_cast<double>(counts_.readings - 1) / units::s_from(reading.arrival - first_reading_);
+  }
+  counts_.device_clock = reading.device_time && settings_.times != Settings::Times::kArrival;
+  ready_.push_back(sample);
+}
+
+void DeviceProbe::notice(std::string sentence) {
+  const std::scoped_lock lock(mutex_);
+  if (notices_.size() < kMostNotices) notices_.push_back(std::move(sentence));
+}
+
+void DeviceProbe::publish() {
+  const ProtocolCounts& protocol = stream_.counts;
+  counts_.lost = protocol.lost;
+  counts_.damaged = protocol.damaged;
+  counts_.refused = protocol.refused;
+  counts_.duplicates = protocol.duplicates;
+  counts_.reboots = protocol.reboots;
+  if (counts_.device_clock) {
+    const DeviceClock::Report report = clock_.report();
+    counts_.drift_ppm = report.drift_ppm;
+    counts_.jitter_us = report.jitter_us;
+    counts_.latency_us = report.latency_us;
+    counts_.uncertainty_us = report.uncertainty_us;
+  } else if (round_trip_us_ > 0.0) {
+    counts_.uncertainty_us = round_trip_us_ / 2.0;
+  }
+  const std::scoped_lock lock(mutex_);
+  published_ = counts_;
+}
+
+std::optional<DeviceCounts> DeviceProbe::device_counts() const {
+  const std::scoped_lock lock(mutex_);
+  return published_;
+}
+
+std::vector<std::string> DeviceProbe::take_notices() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(notices_, {});
+}
+
+}  // namespace merkel

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/clock/device_clock.hpp"
+#include "drivers/probe.hpp"
+#include "drivers/protocols/protocol.hpp"
+#include "drivers/transports/transport.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+/// A device: a protocol spoken over a transport, its clock mapped to the host's, its readings
+/// calibrated. Opens again by itself after it was unplugged.
+class DeviceProbe final : public Probe {
+ public:
+  struct Settings {
+    std::string uri;
+    std::string protocol;  ///< its name, for messages
+    /// Which times samples get: the device's clock mapped to the host's; that clock taken as right,
+    /// from the first sample on; or their arrival.
+    enum class Times : std::uint8_t { kMapped, kDevice, kArrival } times = Times::kMapped;
+    std::string calibration;  ///< file; empty for none
+    std::chrono::milliseconds silence{2000};
+    std::string hint;  ///< what else to check when nothing sensible comes ("the baud rate, …")
+  };
+  /// The options that every device takes: clock, calibration, timeout_ms.
+  [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
+
+  /// Listens until the device has said what it measures. Fails where it says nothing, nothing
+  /// sensible, or something of another protocol, and says which.
+  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(
+      std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol, Settings settings);
+  ~DeviceProbe() override;
+
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+                                                       std::chrono::milliseconds patience) override;
+  /// What its readings are turned into samples by.
+  [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
+  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
+  [[nodiscard]] std::vector<std::string> take_notices() override;
+
+ private:
+  using Time = std::chrono::nanoseconds;
+
+  DeviceProbe(std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol,
+              Settings settings);
+  Expected<void, SetupError> listen();
+  [[nodiscard]] SetupError nothing_sensible() const;
+  Expected<void, SetupError> calibrate();
+
+  /// Moves bytes both ways once, waiting until `until` at most. False if the device is gone.
+  bool exchange(Time until);
+  bool send();
+  void disconnected(Time now);
+  bool connect_again(Time until);
+  void discard_old_input();
+  void take_readings();
+  void deliver(const DeviceReading& reading, Time time);
+  void notice(std::string sentence);
+  void publish();
+
+  Settings settings_;
+  std::unique_ptr<Transport> transport_;
+  std::unique_ptr<Protocol> protocol_;
+  ProbeInfo info_;
+  ProbeCalibration calibration_;
+  DeviceClock clock_;
+  DeviceStream stream_;
+  Bytes heard_;  ///< the first bytes, to tell another protocol by
+  std::vector<std::uint8_t> buffer_;
+  std::deque<ProbeSample> ready_;
+
+  bool started_ = false;
+  bool connected_ = true;
+  Time lost_since_{0};
+  Time try_again_{0};
+  Time backoff_{0};
+  Time last_time_{0};
+  Time last_batch_{0};
+  std::uint32_t sequence_ = 0;
+  std::optional<std::pair<Time, Time>> device_start_;  ///< device and host time of the first sample
+  Time first_reading_{0};
+  Time last_sense_{0};  ///< when the last whole frame came
+  std::uint64_t frames_at_last_sense_ = 0;
+  std::uint64_t bytes_at_last_sense_ = 0;
+  bool nonsense_noticed_ = false;
+  double round_trip_us_ = 0.0;
+
+  DeviceCounts counts_;  ///< of the probe thread
+  mutable std::mutex mutex_;
+  DeviceCounts published_;            ///< guarded by mutex_
+  std::vector<std::string> notices_;  ///< guarded by mutex_
+};
+
+}  // namespace merkel

@@ -1,0 +1,203 @@
+#include "drivers/probes/fused_probe.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "drivers/probes/open_probe.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kMostWaiting = 100'000;
+constexpr std::string_view kScheme = "fused:";
+
+constexpr std::array<std::pair<std::uint32_t, double ProbeSample::*>, 4> kFields = {
+    {{ProbeSample::kDepth, &ProbeSample::depth_mm},
+     {ProbeSample::kForce, &ProbeSample::force_mN},
+     {ProbeSample::kX, &ProbeSample::x_mm},
+     {ProbeSample::kY, &ProbeSample::y_mm}}};
+
+}  // namespace
+
+Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view text) {
+  std::vector<std::unique_ptr<Probe>> members;
+  std::string_view rest = text.substr(kScheme.size());
+  while (!rest.empty()) {
+    const std::string_view uri = rest.substr(0, rest.find('|'));
+    rest.remove_prefix(std::min(uri.size() + 1, rest.size()));
+    if (uri.starts_with(kScheme)) return bad_input("a fused probe cannot be a part of another");
+    auto member = open_probe(uri);
+    if (!member) return member;
+    members.push_back(std::move(*member));
+  }
+  return fuse(text, std::move(members));
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
+    std::string_view uri, std::vector<std::unique_ptr<Probe>> members) {
+  const std::string name(uri);
+  if (members.size() < 2) {
+    return bad_input("\"" + name +
+                     "\" fuses nothing: write two probes with | between them, for example "
+                     "fused:serial:/dev/ttyUSB0?protocol=mark10|serial:/dev/ttyACM0?protocol=grbl");
+  }
+  ProbeInfo info{.uri = name,
+                 .name = "",
+                 .serial_number = {},
+                 .channels = 0,
+                 .period = members[0]->info().period};
+  std::vector<Member> parts(members.size());
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const ProbeInfo& of = members[i]->info();
+    if (of.replayed) {
+      return bad_input("\"" + of.uri +
+                       "\" is a recording: only devices share the host's clock and can be fused");
+    }
+    parts[i].fills = of.channels & ~info.channels;
+    if (parts[i].fills == 0U) {
+      return bad_input("\"" + of.uri +
+                       "\" measures nothing that those before it do not: leave it out");
+    }
+    info.channels |= parts[i].fills;
+    info.name += (i == 0 ? "" : " and ") + of.name;
+    info.serial_number += (i == 0 || of.serial_number.empty() ? "" : "+") + of.serial_number;
+    parts[i].probe = std::move(members[i]);
+  }
+  return std::unique_ptr<Probe>(new FusedProbe(std::move(info), std::move(parts)));
+}
+
+FusedProbe::FusedProbe(ProbeInfo info, std::vector<Member> members)
+    : info_(std::move(info)), members_(std::move(members)) {
+  for (Member& member : members_) {
+    threads_.emplace_back(
+        [this, &member](const std::stop_token& stop) { read_member(member, stop); });
+  }
+}
+
+FusedProbe::~FusedProbe() {
+  for (std::jthread& thread : threads_) thread.request_stop();
+  for (std::jthread& thread : threads_) thread.join();
+}
+
+void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
+  std::vector<ProbeSample> samples(256);
+  while (!stop.stop_requested()) {
+    const auto count = member.probe->read(samples, milliseconds{20});
+    const std::scoped_lock lock(mutex_);
+    if (!count) {
+      member.ended = true;
+      member.trouble = member.probe->trouble();
+      more_.notify_one();
+      return;
+    }
+    // Nobody may be reading yet: the oldest make room.
+    for (std::size_t i = 0; i < *count; ++i) member.samples.push_back(samples[i]);
+    while (member.samples.size() > kMostWaiting) member.samples.pop_front();
+    if (*count > 0) more_.notify_one();
+  }
+}
+
+/// Interpolates the other members to the time of a sample.
+FusedProbe::Fill FusedProbe::fill(ProbeSample& sample) {
+  const nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
+  const bool patient = now - sample.arrival < nanoseconds{kPatience};
+  for (std::size_t i = 1; i < members_.size(); ++i) {
+    Member& member = members_[i];
+    auto& waiting = member.samples;
+    while (waiting.size() > 1 && waiting[1].time <= sample.time) waiting.pop_front();
+    if (waiting.empty() || waiting.front().time > sample.time) {
+      // Nothing before it: it begins later, or it is silent.
+      if (!waiting.empty() || member.ended) return Fill::kNever;
+      return patient ? Fill::kWait : Fill::kNever;
+    }
+    const ProbeSample& before = waiting.front();
+    const bool exact = before.time == sample.time;
+    if (!exact && waiting.size() < 2) {
+      if (!member.ended && patient) return Fill::kWait;
+      if (sample.time - before.time > nanoseconds{kPatience}) return Fill::kNever;
+    }
+    const ProbeSample& after = waiting.size() > 1 ? waiting[1] : before;
+    const double fraction = exact || waiting.size() < 2
+                                ? 0.0
+                                : static_cast<double>((sample.time - before.time).count()) /
+                                      static_cast<double>((after.time - before.time).count());
+    for (const auto& [channel, field] : kFields) {
+      if ((member.fills & channel) == 0U) continue;
+      sample.*field = before.*field + (after.*field - before.*field) * fraction;
+      sample.channels |= channel;
+    }
+  }
+  return Fill::kFilled;
+}
+
+Expected<std::size_t, ProbeError> FusedProbe::read(std::span<ProbeSample> samples,
+                                                   milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  std::size_t count = 0;
+  while (true) {
+    auto& first = members_[0].samples;
+    while (count < samples.size() && !first.empty()) {
+      ProbeSample sample = first.front();
+      const Fill filled = fill(sample);
+      if (filled == Fill::kWait) break;
+      first.pop_front();
+      if (filled == Fill::kFilled) samples[count++] = sample;
+    }
+    if (count > 0) return count;
+    if (members_[0].ended && first.empty()) {
+      return Unexpected<ProbeError>(members_[0].trouble.empty() ? ProbeError::kEndOfStream
+                                                                : ProbeError::kDisconnected);
+    }
+    if (more_.wait_until(lock, deadline) == std::cv_status::timeout) return std::size_t{0};
+  }
+}
+
+std::string FusedProbe::trouble() const {
+  const std::scoped_lock lock(mutex_);
+  for (const Member& member : members_) {
+    if (!member.trouble.empty()) return member.trouble;
+  }
+  return {};
+}
+
+std::optional<DeviceCounts> FusedProbe::device_counts() const {
+  std::optional<DeviceCounts> sum;
+  for (const Member& member : members_) {
+    const auto counts = member.probe->device_counts();
+    if (!counts) continue;
+    if (!sum) {
+      sum = counts;
+      continue;
+    }
+    sum->port += (sum->port.empty() || counts->port.empty() ? "" : " and ") + counts->port;
+    sum->readings += counts->readings;
+    sum->lost += counts->lost;
+    sum->damaged += counts->damaged;
+    sum->refused += counts->refused;
+    sum->duplicates += counts->duplicates;
+    sum->saturated += counts->saturated;
+    sum->reboots += counts->reboots;
+    sum->outages += counts->outages;
+    sum->outage += counts->outage;
+    sum->largest_batch = std::max(sum->largest_batch, counts->largest_batch);
+    if (counts->uncertainty_us) {
+      sum->uncertainty_us = std::max(sum->uncertainty_us.value_or(0.0), *counts->uncertainty_us);
+    }
+  }
+  return sum;
+}
+
+std::vector<std::string> FusedProbe::take_notices() {
+  std::vector<std::string> all;
+  for (const Member& member : members_) {
+    for (std::string& notice : member.probe->take_notices()) all.push_back(std::move(notice));
+  }
+  return all;
+}
+
+}  // namespace merkel

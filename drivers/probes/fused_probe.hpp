@@ -1,0 +1,61 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "drivers/probe.hpp"
+
+namespace merkel {
+
+/// Several devices that are one probe, such as a force gauge on a stage: `fused:URI|URI|…`. Samples
+/// are those of the first; what the others measure is interpolated to their times, which are all of
+/// the host's clock, and fills the channels that the first does not have. A sample
+/// waits for the others for `kPatience` after its arrival; then their last values are held, if they
+/// are no older than that, and else the sample is left out, so that the press is released: half a
+/// probe is none. Each member is read in a thread of its own.
+class FusedProbe final : public Probe {
+ public:
+  static constexpr std::chrono::milliseconds kPatience{100};
+
+  /// \param text  the URI, "fused:" and its members
+  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(std::string_view text);
+  /// Of probes that are open already; the first gives the times.
+  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> fuse(
+      std::string_view uri, std::vector<std::unique_ptr<Probe>> members);
+  ~FusedProbe() override;
+
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+                                                       std::chrono::milliseconds patience) override;
+  [[nodiscard]] std::string trouble() const override;
+  /// Those of the members, added up; times are the worst of them.
+  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
+  [[nodiscard]] std::vector<std::string> take_notices() override;
+
+ private:
+  struct Member {
+    std::unique_ptr<Probe> probe;
+    std::uint32_t fills = 0;  ///< channels that it gives
+    std::deque<ProbeSample> samples;
+    bool ended = false;
+    std::string trouble;
+  };
+  FusedProbe(ProbeInfo info, std::vector<Member> members);
+  void read_member(Member& member, const std::stop_token& stop);
+  enum class Fill { kFilled, kWait, kNever };
+  Fill fill(ProbeSample& sample);
+
+  ProbeInfo info_;
+  std::vector<Member> members_;
+  mutable std::mutex mutex_;  ///< guards samples, ended and trouble of the members
+  std::condition_variable more_;
+  std::vector<std::jthread> threads_;
+};
+
+}  // namespace merkel

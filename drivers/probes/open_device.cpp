@@ -1,0 +1,85 @@
+#include "drivers/probes/open_device.hpp"
+
+#include <string>
+#include <utility>
+
+#include "drivers/probes/device_probe.hpp"
+#include "drivers/protocols/hid_fields.hpp"
+#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/transports/hid_port.hpp"
+#include "drivers/transports/serial_port.hpp"
+#include "drivers/transports/usb_port.hpp"
+
+namespace merkel {
+namespace {
+
+/// A sentence about an option, with the URI before it.
+Unexpected<SetupError> about(const Uri& uri, const SetupError& error) {
+  return Unexpected<SetupError>(
+      SetupError{.kind = error.kind, .sentence = "\"" + uri.text + "\": " + error.sentence});
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) {
+  UriOptions options(uri);
+  const auto entry = find_protocol(options.text("protocol", ""));
+  if (!entry) return about(uri, entry.error());
+  const auto baud = options.whole("baud", (*entry)->baud, 50, 12'000'000);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  auto protocol = (*entry)->make(options);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (!protocol) return about(uri, protocol.error());
+  if (uri.path.empty()) {
+    return bad_input("\"" + uri.text +
+                     "\" names no device: write for example serial:/dev/ttyUSB0?protocol=hbf1");
+  }
+  settings.protocol = (*entry)->name;
+  settings.hint = "the baud rate (it is read at " + std::to_string(baud) + " Bd; " +
+                  settings.protocol + " mostly runs at " + std::to_string((*entry)->baud) +
+                  ") and the cable";
+  auto port = open_serial({.device = uri.path, .baud = static_cast<int>(baud)});
+  if (!port) return Unexpected<SetupError>(port.error());
+  return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
+  UriOptions options(uri);
+  const std::string backend = options.word("backend", "hidraw", "hidraw|libusb");
+  const auto name = UsbName::parse(uri.path, options.text("serial", ""));
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  auto protocol = make_hid_fields(options);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (!name) return Unexpected<SetupError>(name.error());
+  if (!protocol) return about(uri, protocol.error());
+  settings.protocol = "hid";
+  settings.hint = "the field map (fields=…) and report_id";
+  auto port = open_hid_port(*name, backend == "hidraw" ? HidBackend::kHidraw : HidBackend::kLibusb);
+  if (!port) return Unexpected<SetupError>(port.error());
+  return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> open_usb_device(const Uri& uri) {
+  UriOptions options(uri);
+  const auto entry = find_protocol(options.text("protocol", ""));
+  if (!entry) return about(uri, entry.error());
+  const auto name = UsbName::parse(uri.path, options.text("serial", ""));
+  constexpr int kIn = 0x80;
+  const UsbEndpoints endpoints{
+      .interface = static_cast<int>(options.whole("interface", 0, 0, 255)),
+      .in = static_cast<std::uint8_t>(options.whole("in", 0x81, kIn + 1, kIn + 15)),
+      .out = static_cast<std::uint8_t>(options.whole("out", 0x01, 0, 15)),
+      .interrupt = options.word("transfer", "bulk", "bulk|interrupt") == "interrupt"};
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  auto protocol = (*entry)->make(options);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (!name) return Unexpected<SetupError>(name.error());
+  if (!protocol) return about(uri, protocol.error());
+  settings.protocol = (*entry)->name;
+  settings.hint = "its interface and endpoints";
+  auto port = open_usb_port(*name, endpoints);
+  if (!port) return Unexpected<SetupError>(port.error());
+  return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
+}
+
+}  // namespace merkel

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <memory>
+
+#include "core/expected.hpp"
+#include "drivers/probe.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+/// Opens serial:DEVICE?protocol=NAME&baud=RATE&… with the options of the protocol and those of
+/// every device (DeviceProbe::settings_from).
+[[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri);
+
+/// Opens hid:VID:PID?fields=…&serial=…&backend=hidraw|libusb (protocols/hid_fields.hpp).
+[[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri);
+
+/// Opens usb:VID:PID?protocol=NAME&serial=…&interface=0&in=129&out=1&transfer=bulk|interrupt.
+[[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_usb_device(const Uri& uri);
+
+}  // namespace merkel

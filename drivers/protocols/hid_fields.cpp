@@ -1,0 +1,191 @@
+#include "drivers/protocols/hid_fields.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/device_units.hpp"
+#include "drivers/protocols/sequence_counter.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kMostBits = 32;
+constexpr double kLastBit = 8.0 * 4096.0;  ///< of the longest report
+
+struct Field {
+  enum class Kind : std::uint8_t { kValue, kTime, kSequence };
+  Kind kind = Kind::kValue;
+  DeviceChannel channel = DeviceChannel::kForce;
+  std::size_t offset = 0;  ///< of the lowest bit; reports are little-endian
+  std::size_t bits = 16;
+  bool is_signed = false;
+  double scale = 1.0;  ///< to N or mm; to ns for a time
+
+  [[nodiscard]] std::optional<std::int64_t> read(std::span<const std::uint8_t> report) const {
+    if (offset + bits > 8 * report.size()) return std::nullopt;
+    std::uint64_t raw = 0;
+    for (std::size_t bit = 0; bit < bits; ++bit) {
+      const std::size_t at = offset + bit;
+      const std::uint64_t value = (report[at / 8] >> (at % 8)) & 1U;
+      raw |= value << bit;
+    }
+    const bool negative = is_signed && ((raw >> (bits - 1)) & 1U) != 0U;
+    return static_cast<std::int64_t>(raw) - (negative ? std::int64_t{1} << bits : 0);
+  }
+};
+
+std::string_view take_until(std::string_view& rest, char mark) noexcept {
+  const std::string_view part = rest.substr(0, rest.find(mark));
+  rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+  return part;
+}
+
+/// The field that a text means; or a sentence.
+Expected<Field, std::string> field_of(std::string_view text) {
+  std::string_view rest = text;
+  const std::string_view name = take_until(rest, ':');
+  const auto offset = parse_number(take_until(rest, ':'));
+  const auto bits = parse_number(take_until(rest, ':'));
+  const std::string_view sign = take_until(rest, ':');
+  const auto scale = parse_number(rest.empty() ? "1" : rest);
+  const auto whole = [](const std::optional<double>& number, double low, double high) {
+    return number && *number >= low && *number <= high && *number == std::floor(*number);
+  };
+  if (!whole(offset, 0.0, kLastBit) || !whole(bits, 1.0, static_cast<double>(kMostBits)) ||
+      (sign != "s" && sign != "u") || !scale || !std::isfinite(*scale)) {
+    return Unexpected<std::string>("\"" + std::string(text) +
+                                   "\" must be CHANNEL_UNIT:OFFSET:BITS:s|u:SCALE with 1 to 32 "
+                                   "bits, for example force_N:0:16:s:0.001");
+  }
+  Field field{.offset = static_cast<std::size_t>(*offset),
+              .bits = static_cast<std::size_t>(*bits),
+              .is_signed = sign == "s",
+              .scale = *scale};
+  if (name == "seq" || name == "time_us" || name == "time_ms") {
+    field.kind = name == "seq" ? Field::Kind::kSequence : Field::Kind::kTime;
+    field.scale *= name == "time_us" ? 1e3 : 1e6;
+    if (field.is_signed) {
+      return Unexpected<std::string>(std::string(name) + " must be unsigned: write u");
+    }
+    return field;
+  }
+  const auto mark = name.rfind('_');
+  const std::string_view stem = name.substr(0, mark);
+  const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
+  const auto* const found = std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), stem);
+  if (found == kDeviceChannelNames.end()) {
+    return Unexpected<std::string>("the channel " + std::string(name) +
+                                   " is not known: known are force_N, force_x_N, force_y_N, "
+                                   "force_z_N, depth_mm, x_mm, y_mm, z_mm, time_us, time_ms, seq");
+  }
+  field.channel = static_cast<DeviceChannel>(found - kDeviceChannelNames.begin());
+  const bool force = field.channel <= DeviceChannel::kForceZ;
+  const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
+  if (!factor) {
+    return Unexpected<std::string>("the unit of " + std::string(name) + " is not known: " +
+                                   std::string(force ? kForceUnits : kLengthUnits));
+  }
+  field.scale *= *factor;
+  return field;
+}
+
+class HidFields final : public Protocol {
+ public:
+  HidFields(std::vector<Field> fields, std::uint8_t report_id)
+      : fields_(std::move(fields)), report_id_(report_id) {
+    for (const Field& field : fields_) {
+      if (field.kind == Field::Kind::kValue) channels_ |= bit_of(field.channel);
+      if (field.kind == Field::Kind::kSequence) {
+        sequence_ = SequenceCounter(static_cast<unsigned>(field.bits));
+      }
+      if (field.kind == Field::Kind::kTime) {
+        wrap_ = nanoseconds{
+            std::llround(static_cast<double>(std::int64_t{1} << field.bits) * field.scale)};
+      }
+    }
+  }
+
+  void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {}
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    if (bytes.empty()) return;
+    stream.counts.bytes += bytes.size();
+    if (report_id_ != 0) {
+      if (bytes[0] != report_id_) {
+        ++stream.counts.frames;  // another report of the same device
+        return;
+      }
+      bytes = bytes.subspan(1);
+    }
+    DeviceReading reading;
+    reading.arrival = arrival;
+    for (const Field& field : fields_) {
+      const auto raw = field.read(bytes);
+      if (!raw) {
+        ++stream.counts.damaged;  // shorter than the map says
+        return;
+      }
+      const double value = static_cast<double>(*raw) * field.scale;
+      switch (field.kind) {
+        case Field::Kind::kValue:
+          reading.set(field.channel, value);
+          break;
+        case Field::Kind::kTime:
+          reading.device_time = nanoseconds{std::llround(value)};
+          break;
+        case Field::Kind::kSequence: {
+          const auto step = sequence_.next(static_cast<std::uint32_t>(*raw));
+          if (step.duplicate) {
+            ++stream.counts.duplicates;
+            return;
+          }
+          reading.lost = step.lost;
+          reading.rebooted = step.restarted;
+          break;
+        }
+      }
+    }
+    ++stream.counts.frames;
+    stream.accept(reading);
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
+
+ private:
+  std::vector<Field> fields_;
+  std::uint8_t report_id_;
+  std::uint32_t channels_ = 0;
+  SequenceCounter sequence_{32};
+  std::optional<nanoseconds> wrap_;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_hid_fields(UriOptions& options) {
+  const std::string text = options.text("fields", "");
+  const auto report_id = options.whole("report_id", 0, 0, 255);
+  std::vector<Field> fields;
+  bool measures = false;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const auto field = field_of(take_until(rest, ','));
+    if (!field) return bad_input("fields: " + field.error());
+    measures = measures || field->kind == Field::Kind::kValue;
+    fields.push_back(*field);
+  }
+  if (!measures) {
+    return bad_input(
+        "the option fields must name a force, a depth or a position in the reports, "
+        "for example fields=force_N:0:16:s:0.001");
+  }
+  return std::make_unique<HidFields>(std::move(fields), static_cast<std::uint8_t>(report_id));
+}
+
+}  // namespace merkel

@@ -1,0 +1,198 @@
+#include "drivers/simulation/device_simulator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kLongestWait{5};
+constexpr nanoseconds kUptime{std::chrono::seconds{3}};  ///< of a device that was on already
+
+nanoseconds host_now() {
+  return std::chrono::duration_cast<nanoseconds>(
+      std::chrono::steady_clock::now().time_since_epoch());
+}
+
+}  // namespace
+
+DeviceSimulator::DeviceSimulator(Settings settings)
+    : settings_(std::move(settings)), random_(settings_.faults.seed) {}
+
+Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(Settings settings) {
+  std::uint32_t channels = settings.trace.empty() ? 0 : settings.trace.front().channels;
+  if ((channels & settings.protocol->plays) == 0U) {
+    return bad_input(
+        "the trace has no " +
+        std::string((settings.protocol->plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
+        ", which is what a device of " + std::string(settings.protocol->name) + " measures");
+  }
+  std::unique_ptr<DeviceSimulator> simulator(new DeviceSimulator(std::move(settings)));
+  simulator->device_ = simulator->settings_.protocol->simulate(channels);
+  if (auto plugged = simulator->pty_.plug_in(simulator->settings_.link); !plugged) {
+    return Unexpected<SetupError>(plugged.error());
+  }
+  return simulator;
+}
+
+std::string DeviceSimulator::uri() const {
+  const ProtocolEntry& protocol = *settings_.protocol;
+  const std::string options = device_->uri_options();
+  return "serial:" + name() + "?protocol=" + std::string(protocol.name) +
+         (settings_.baud == protocol.baud ? "" : "&baud=" + std::to_string(settings_.baud)) +
+         (options.empty() ? "" : "&" + options);
+}
+
+nanoseconds DeviceSimulator::device_time(Time now) const noexcept {
+  const auto up = static_cast<double>((now - booted_).count());
+  return Time{std::llround(up * (1.0 + settings_.faults.drift_ppm * 1e-6))};
+}
+
+void DeviceSimulator::boot(Time now) {
+  booted_ = now;
+  Bytes out;
+  device_->boot(device_time(now), out);
+  send(out, false);
+}
+
+void DeviceSimulator::run(const std::atomic<bool>& stop) {
+  boot(host_now() - kUptime);
+  while (!stop.load(std::memory_order_relaxed)) {
+    const Time now = host_now();
+    step(now);
+    listen(std::clamp(next_event(now) - host_now(), Time{0}, Time{kLongestWait}));
+  }
+}
+
+void DeviceSimulator::step(Time now) {
+  if (begun_) pass_faults(now);
+  if (!begun_ && device_->started() && pty_.baud() != 0) {
+    begun_ = now;
+    trace_start_ = device_time(now);
+  }
+  if (begun_) play(now);
+  flush(now);
+}
+
+void DeviceSimulator::pass_faults(Time now) {
+  SimulatedFaults& faults = settings_.faults;
+  const Time played = now - *begun_;
+  if (faults.unplug_at && played >= *faults.unplug_at) {
+    faults.unplug_at.reset();
+    ++counts_.unplugs;
+    pty_.unplug();
+    plugged_ = false;
+    held_.clear();
+    unplugged_until_ = now + faults.unplug_for;
+  }
+  if (!plugged_ && now >= unplugged_until_) {
+    plugged_ = pty_.plug_in(settings_.link).has_value();
+  }
+  if (faults.stall_at && played >= *faults.stall_at) {
+    faults.stall_at.reset();
+    stalled_until_ = now + faults.stall_for;
+  }
+  stalled_ = now < stalled_until_;
+  if (faults.reboot_at && played >= *faults.reboot_at) {
+    faults.reboot_at.reset();
+    ++counts_.reboots;
+    boot(now);
+    // The press goes on meanwhile, as the world does; only the device's clock is another.
+    const Time gone = now - *begun_;
+    trace_start_ = device_time(now) - gone;
+  }
+}
+
+void DeviceSimulator::play(Time now) {
+  const auto& trace = settings_.trace;
+  while (true) {
+    if (next_ == trace.size()) {
+      if (!settings_.repeat || trace.size() < 2) return;
+      const Time span = trace.back().time - trace.front().time;
+      round_ += span + span / static_cast<std::int64_t>(trace.size() - 1);
+      next_ = 0;
+    }
+    const Time due = trace_start_ + round_ + (trace[next_].time - trace.front().time);
+    if (due > device_time(now)) return;
+    Bytes out;
+    device_->measure(trace[next_], due, out);
+    ++counts_.measured;
+    if (!plugged_ || !device_->started()) ++counts_.unsent;
+    send(out, true);
+    ++next_;
+  }
+}
+
+void DeviceSimulator::listen(Time patience) {
+  std::array<std::uint8_t, 1024> bytes{};
+  if (!plugged_) {
+    std::this_thread::sleep_for(patience);
+    return;
+  }
+  const std::size_t count = pty_.read(bytes, patience);
+  if (count == 0 || pty_.baud() != settings_.baud) return;
+  const auto heard = std::span<const std::uint8_t>(bytes).first(count);
+  if (settings_.faults.echo) send(Bytes(heard.begin(), heard.end()), false);
+  Bytes out;
+  device_->take(heard, device_time(host_now()), out);
+  send(out, false);
+  flush(host_now());
+}
+
+void DeviceSimulator::send(const Bytes& bytes, bool whole_frame) {
+  const SimulatedFaults& faults = settings_.faults;
+  if (!plugged_ || bytes.empty()) return;
+  if (whole_frame && faults.drop_frame > 0.0 && random_.uniform() < faults.drop_frame) {
+    ++counts_.frames_dropped;
+    return;
+  }
+  const bool garbage = pty_.baud() != 0 && pty_.baud() != settings_.baud;
+  for (std::uint8_t byte : bytes) {
+    if (whole_frame && faults.drop_byte > 0.0 && random_.uniform() < faults.drop_byte) {
+      ++counts_.bytes_dropped;
+      continue;
+    }
+    if (whole_frame && faults.flip_byte > 0.0 && random_.uniform() < faults.flip_byte) {
+      ++counts_.bytes_flipped;
+      byte = static_cast<std::uint8_t>(byte ^ (1U << (random_.next() % 8U)));
+    }
+    if (garbage) byte = static_cast<std::uint8_t>(random_.next());
+    held_.push_back(byte);
+  }
+}
+
+/// Hands over what is held back, all of it or the pieces that are due.
+void DeviceSimulator::flush(Time now) {
+  const SimulatedFaults& faults = settings_.faults;
+  if (held_.empty() || stalled_ || !plugged_) return;
+  if (faults.batch.count() > 0) {
+    if (now < next_batch_) return;
+    next_batch_ = now + faults.batch;
+  }
+  std::size_t count = held_.size();
+  if (faults.split && count > 1) {
+    // A piece now, the rest with the next call: frames are cut anywhere, and merged.
+    count = 1 + static_cast<std::size_t>(random_.next() % (count - 1));
+  }
+  const auto piece = std::span<const std::uint8_t>(held_).first(count);
+  const std::size_t written = pty_.write(piece);
+  counts_.bytes_sent += written;
+  counts_.bytes_overrun += count - written;
+  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+nanoseconds DeviceSimulator::next_event(Time now) const noexcept {
+  if (settings_.faults.split && !held_.empty()) return now + Time{200'000};
+  if (!begun_ || next_ == settings_.trace.size()) return now + kLongestWait;
+  const Time due =
+      trace_start_ + round_ + (settings_.trace[next_].time - settings_.trace.front().time);
+  return now + (due - device_time(now));
+}
+
+}  // namespace merkel

@@ -1,0 +1,79 @@
+#include "drivers/simulation/pty_master.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "drivers/transports/descriptor.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr unsigned kNobodysBaud = 50;  ///< set at first; no device is read at it
+
+}  // namespace
+
+Expected<void, SetupError> PtyMaster::plug_in(const std::string& link) {
+  unplug();
+  master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0) {
+    return unavailable(std::string("cannot make a pseudo-terminal: ") + std::strerror(errno));
+  }
+  char terminal[64];
+  if (::ptsname_r(master_, terminal, sizeof terminal) != 0) {
+    return unavailable(std::string("cannot name the pseudo-terminal: ") + std::strerror(errno));
+  }
+  slave_ = ::open(terminal, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  termios2 settings{};
+  if (slave_ < 0 || ::ioctl(slave_, TCGETS2, &settings) != 0) {
+    return unavailable(std::string("cannot open the pseudo-terminal: ") + std::strerror(errno));
+  }
+  settings.c_iflag = settings.c_oflag = settings.c_lflag = 0;
+  settings.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
+  settings.c_ispeed = settings.c_ospeed = kNobodysBaud;
+  static_cast<void>(::ioctl(slave_, TCSETS2, &settings));
+  name_ = terminal;
+  if (link.empty()) return {};
+  // Made beside its place and moved there: never missing while it changes.
+  const std::string fresh = link + ".new";
+  ::unlink(fresh.c_str());
+  if (::symlink(terminal, fresh.c_str()) != 0 || ::rename(fresh.c_str(), link.c_str()) != 0) {
+    return bad_input("cannot make the link " + link + ": " + std::strerror(errno));
+  }
+  name_ = link_ = link;
+  return {};
+}
+
+void PtyMaster::unplug() noexcept {
+  if (!link_.empty()) ::unlink(link_.c_str());
+  link_.clear();
+  if (slave_ >= 0) ::close(std::exchange(slave_, -1));
+  if (master_ >= 0) ::close(std::exchange(master_, -1));
+}
+
+int PtyMaster::baud() const noexcept {
+  termios2 settings{};
+  if (master_ < 0 || ::ioctl(master_, TCGETS2, &settings) != 0) return 0;
+  return settings.c_ospeed == kNobodysBaud ? 0 : static_cast<int>(settings.c_ospeed);
+}
+
+std::size_t PtyMaster::read(std::span<std::uint8_t> bytes,
+                            std::chrono::nanoseconds patience) noexcept {
+  if (master_ < 0 || wait_readable(master_, patience) != Readiness::kReady) return 0;
+  const auto count = ::read(master_, bytes.data(), bytes.size());
+  return count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+std::size_t PtyMaster::write(std::span<const std::uint8_t> bytes) noexcept {
+  if (master_ < 0) return 0;
+  const auto count = ::write(master_, bytes.data(), bytes.size());
+  return count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+}  // namespace merkel

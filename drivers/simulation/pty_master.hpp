@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/expected.hpp"
+
+namespace merkel {
+
+/// The device's end of a pseudo-terminal: what a program takes for a serial port is at `name()`.
+class PtyMaster {
+ public:
+  PtyMaster() = default;
+  PtyMaster(const PtyMaster&) = delete;
+  PtyMaster& operator=(const PtyMaster&) = delete;
+  ~PtyMaster() { unplug(); }
+
+  /// Makes one. \param link  a symbolic link to make to it; none, if empty
+  [[nodiscard]] Expected<void, SetupError> plug_in(const std::string& link);
+  /// Hangs up on whoever has it open, and removes the link.
+  void unplug() noexcept;
+
+  /// The link, or where there is none the terminal itself.
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  /// The rate that the other end has set; 0 until somebody has opened it.
+  [[nodiscard]] int baud() const noexcept;
+
+  /// What the other end has sent, waiting up to `patience` for it.
+  [[nodiscard]] std::size_t read(std::span<std::uint8_t> bytes,
+                                 std::chrono::nanoseconds patience) noexcept;
+  /// Returns how many bytes there was room for: a device does not wait for its host.
+  std::size_t write(std::span<const std::uint8_t> bytes) noexcept;
+
+ private:
+  std::string name_;
+  std::string link_;
+  int master_ = -1;
+  int slave_ = -1;  ///< held, so that the terminal lives while nobody has it open
+};
+
+}  // namespace merkel

@@ -1,0 +1,108 @@
+#include "drivers/transports/pty_port.hpp"
+
+#include <cerrno>
+#include <utility>
+
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include "drivers/transports/descriptor.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr unsigned kFirstPtyMajor = 136;
+constexpr unsigned kLastPtyMajor = 143;
+
+/// Raw bytes at any rate. False with errno.
+bool configure(int descriptor, int baud) {
+  termios2 settings{};
+  if (::ioctl(descriptor, TCGETS2, &settings) != 0) return false;
+  settings.c_iflag = 0;
+  settings.c_oflag = 0;
+  settings.c_lflag = 0;
+  settings.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
+  settings.c_ispeed = settings.c_ospeed = static_cast<speed_t>(baud);
+  settings.c_cc[VMIN] = 1;
+  settings.c_cc[VTIME] = 0;
+  if (::ioctl(descriptor, TCSETS2, &settings) != 0) return false;
+  return ::ioctl(descriptor, TCFLSH, TCIOFLUSH) == 0;
+}
+
+class PtyPort final : public Transport {
+ public:
+  explicit PtyPort(const SerialSettings& settings) : settings_(settings) {
+    info_.name = settings.device;
+    info_.note = "a pseudo-terminal, opened by termios";
+  }
+  ~PtyPort() override { close(); }
+
+  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
+
+  [[nodiscard]] Expected<std::size_t, Disconnected> read(
+      std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
+    switch (wait_readable(descriptor_, patience)) {
+      case Readiness::kTimeout:
+        return std::size_t{0};
+      case Readiness::kGone:
+        return Unexpected<Disconnected>(Disconnected{});
+      case Readiness::kReady:
+        break;
+    }
+    const auto count = ::read(descriptor_, bytes.data(), bytes.size());
+    if (count > 0) return static_cast<std::size_t>(count);
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
+    return Unexpected<Disconnected>(Disconnected{});
+  }
+
+  [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {
+    if (!write_all(descriptor_, bytes)) return Unexpected<Disconnected>(Disconnected{});
+    return {};
+  }
+
+  [[nodiscard]] Expected<void, SetupError> reopen() override {
+    close();
+    descriptor_ = ::open(settings_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor_ < 0) return Unexpected<SetupError>(port_trouble(settings_.device, errno));
+    if (!lock_port(descriptor_)) {
+      close();
+      return Unexpected<SetupError>(port_busy(settings_.device));
+    }
+    if (!configure(descriptor_, settings_.baud)) {
+      const int error_number = errno;
+      close();
+      return Unexpected<SetupError>(port_trouble(settings_.device, error_number));
+    }
+    return {};
+  }
+
+ private:
+  void close() noexcept {
+    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  }
+
+  SerialSettings settings_;
+  TransportInfo info_;
+  int descriptor_ = -1;
+};
+
+}  // namespace
+
+bool is_pty(const std::string& device) {
+  struct stat status {};
+  if (::stat(device.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return false;
+  const unsigned number = major(status.st_rdev);
+  return number >= kFirstPtyMajor && number <= kLastPtyMajor;
+}
+
+Expected<std::unique_ptr<Transport>, SetupError> open_pty_port(const SerialSettings& settings) {
+  auto port = std::make_unique<PtyPort>(settings);
+  if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
+  return port;
+}
+
+}  // namespace merkel

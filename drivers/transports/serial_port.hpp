@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "drivers/transports/transport.hpp"
+
+namespace merkel {
+
+/// How to open a serial port. 8 data bits, no parity, one stop bit.
+struct SerialSettings {
+  std::string device;  ///< as given; never made canonical
+  int baud = 115200;
+};
+
+/// Opens a serial port: by libserialport, or, where it is a pseudo-terminal, which has no modem
+/// lines and which libserialport refuses, by termios (pty_port.hpp).
+[[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_serial(
+    const SerialSettings& settings);
+
+/// Opens it by libserialport whatever it is.
+[[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_serial_port(
+    const SerialSettings& settings);
+
+/// A serial port of this machine.
+struct SerialPortInfo {
+  std::string device;
+  std::string description;
+  std::string serial_number;
+  int vendor = -1;  ///< USB; −1 where it is none
+  int product = -1;
+};
+
+[[nodiscard]] std::vector<SerialPortInfo> list_serial_ports();
+
+}  // namespace merkel

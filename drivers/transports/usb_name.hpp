@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/expected.hpp"
+
+namespace merkel {
+
+/// Which USB device is meant: VID:PID in hexadecimal, and its serial number where there are
+/// several.
+struct UsbName {
+  std::uint16_t vendor = 0;
+  std::uint16_t product = 0;
+  std::string serial_number;  ///< empty: any
+
+  [[nodiscard]] static Expected<UsbName, SetupError> parse(std::string_view text,
+                                                           std::string serial_number);
+  /// "16c0:0486"
+  [[nodiscard]] std::string text() const;
+};
+
+}  // namespace merkel

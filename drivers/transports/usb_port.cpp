@@ -1,0 +1,237 @@
+#include "drivers/transports/usb_port.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include <libusb-1.0/libusb.h>
+
+#include "drivers/transports/descriptor.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kTransfers = 8;
+constexpr int kTransferBytes = 512;
+constexpr unsigned kWritePatience_ms = 1000;
+constexpr int kMostStalls = 16;  ///< one after the other; then the device is as good as gone
+
+class UsbPort final : public Transport {
+ public:
+  UsbPort(libusb_context* context, UsbName name, const UsbEndpoints& endpoints)
+      : context_(context), name_(std::move(name)), endpoints_(endpoints) {
+    info_.name = "usb:" + name_.text();
+    info_.note = endpoints.interrupt ? "interrupt transfers" : "bulk transfers";
+  }
+  ~UsbPort() override {
+    close();
+    libusb_exit(context_);
+  }
+
+  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
+
+  [[nodiscard]] Expected<std::size_t, Disconnected> read(
+      std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
+    if (received_.empty()) handle_events(patience);
+    if (stalled_ && !clear_stall()) gone_ = true;
+    const std::size_t count = std::min(bytes.size(), received_.size());
+    std::copy_n(received_.begin(), count, bytes.begin());
+    received_.erase(received_.begin(), received_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (count == 0 && gone_) return Unexpected<Disconnected>(Disconnected{});
+    return count;
+  }
+
+  [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {
+    if (endpoints_.out == 0) return {};
+    Bytes copy(bytes.begin(), bytes.end());
+    int done = 0;
+    const auto transfer = endpoints_.interrupt ? libusb_interrupt_transfer : libusb_bulk_transfer;
+    int result = transfer(device_, endpoints_.out, copy.data(), static_cast<int>(copy.size()),
+                          &done, kWritePatience_ms);
+    if (result == LIBUSB_ERROR_PIPE && libusb_clear_halt(device_, endpoints_.out) == 0) {
+      result = transfer(device_, endpoints_.out, copy.data() + done,
+                        static_cast<int>(copy.size()) - done, &done, kWritePatience_ms);
+    }
+    if (result != 0) return Unexpected<Disconnected>(Disconnected{});
+    return {};
+  }
+
+  [[nodiscard]] Expected<void, SetupError> reopen() override {
+    close();
+    libusb_device** devices = nullptr;
+    const auto count = libusb_get_device_list(context_, &devices);
+    int trouble = LIBUSB_ERROR_NO_DEVICE;
+    for (std::ptrdiff_t i = 0; i < count && device_ == nullptr; ++i) {
+      trouble = try_device(devices[i], trouble);
+    }
+    if (count >= 0) libusb_free_device_list(devices, 1);
+    if (device_ == nullptr) return Unexpected<SetupError>(trouble_of(trouble));
+    static_cast<void>(libusb_set_auto_detach_kernel_driver(device_, 1));
+    if (const int claimed = libusb_claim_interface(device_, endpoints_.interface); claimed != 0) {
+      libusb_close(std::exchange(device_, nullptr));
+      return Unexpected<SetupError>(trouble_of(claimed));
+    }
+    claimed_ = true;
+    name_.serial_number = info_.serial_number;
+    for (Slot& slot : slots_) {
+      slot.port = this;
+      slot.transfer = libusb_alloc_transfer(0);
+      if (slot.transfer == nullptr) continue;
+      const auto fill =
+          endpoints_.interrupt ? libusb_fill_interrupt_transfer : libusb_fill_bulk_transfer;
+      fill(slot.transfer, device_, endpoints_.in, slot.bytes.data(), kTransferBytes, finished,
+           &slot, 0);
+      submit(slot);
+    }
+    return {};
+  }
+
+ private:
+  using Bytes = std::vector<std::uint8_t>;
+  struct Slot {
+    UsbPort* port = nullptr;
+    libusb_transfer* transfer = nullptr;
+    bool under_way = false;
+    std::array<std::uint8_t, kTransferBytes> bytes{};
+  };
+
+  /// Opens a device if it is the one that is meant. Returns why not.
+  int try_device(libusb_device* device, int trouble) {
+    libusb_device_descriptor descriptor{};
+    if (libusb_get_device_descriptor(device, &descriptor) != 0) return trouble;
+    if (descriptor.idVendor != name_.vendor || descriptor.idProduct != name_.product) {
+      return trouble;
+    }
+    libusb_device_handle* handle = nullptr;
+    if (const int opened = libusb_open(device, &handle); opened != 0) return opened;
+    std::array<unsigned char, 128> text{};
+    const int length =
+        descriptor.iSerialNumber == 0
+            ? 0
+            : libusb_get_string_descriptor_ascii(handle, descriptor.iSerialNumber, text.data(),
+                                                 static_cast<int>(text.size()));
+    const std::string serial_number(text.begin(), text.begin() + std::max(length, 0));
+    if (!name_.serial_number.empty() && serial_number != name_.serial_number) {
+      libusb_close(handle);
+      return trouble;
+    }
+    info_.serial_number = serial_number;
+    device_ = handle;
+    return 0;
+  }
+
+  [[nodiscard]] SetupError trouble_of(int error) const {
+    switch (error) {
+      case LIBUSB_ERROR_ACCESS:
+        return port_trouble(info_.name, EACCES);
+      case LIBUSB_ERROR_BUSY:
+        return port_trouble(info_.name, EBUSY);
+      case LIBUSB_ERROR_NO_DEVICE:
+      case LIBUSB_ERROR_NOT_FOUND:
+        return port_trouble(info_.name, ENODEV);
+      default:
+        return {.kind = SetupError::Kind::kUnavailable,
+                .sentence = "cannot open " + info_.name + ": " + libusb_strerror(error)};
+    }
+  }
+
+  void submit(Slot& slot) {
+    slot.under_way = libusb_submit_transfer(slot.transfer) == 0;
+    if (!slot.under_way) gone_ = true;
+  }
+
+  static void LIBUSB_CALL finished(libusb_transfer* transfer) {
+    Slot& slot = *static_cast<Slot*>(transfer->user_data);
+    UsbPort& port = *slot.port;
+    slot.under_way = false;
+    switch (transfer->status) {
+      case LIBUSB_TRANSFER_COMPLETED:
+        port.stalls_ = 0;
+        port.received_.insert(port.received_.end(), slot.bytes.begin(),
+                              slot.bytes.begin() + transfer->actual_length);
+        if (!port.closing_) port.submit(slot);
+        return;
+      case LIBUSB_TRANSFER_STALL:
+        port.stalled_ = true;  // cleared outside of the callback, which must not block
+        return;
+      case LIBUSB_TRANSFER_TIMED_OUT:
+      case LIBUSB_TRANSFER_OVERFLOW:
+        if (!port.closing_) port.submit(slot);
+        return;
+      default:
+        port.gone_ = true;
+    }
+  }
+
+  bool clear_stall() {
+    stalled_ = false;
+    if (++stalls_ > kMostStalls || libusb_clear_halt(device_, endpoints_.in) != 0) return false;
+    for (Slot& slot : slots_) {
+      if (!slot.under_way) submit(slot);
+    }
+    return true;
+  }
+
+  void handle_events(std::chrono::nanoseconds patience) {
+    const auto microseconds = std::max<std::int64_t>(patience / std::chrono::microseconds{1}, 0);
+    timeval timeout{};
+    timeout.tv_sec = static_cast<time_t>(microseconds / 1'000'000);
+    timeout.tv_usec = static_cast<suseconds_t>(microseconds % 1'000'000);
+    static_cast<void>(libusb_handle_events_timeout_completed(context_, &timeout, nullptr));
+  }
+
+  void close() noexcept {
+    if (device_ == nullptr) return;
+    closing_ = true;
+    for (Slot& slot : slots_) {
+      if (slot.under_way) static_cast<void>(libusb_cancel_transfer(slot.transfer));
+    }
+    for (int rounds = 0; rounds < 100; ++rounds) {
+      if (std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.under_way; })) {
+        break;
+      }
+      handle_events(std::chrono::milliseconds{10});
+    }
+    for (Slot& slot : slots_) {
+      // One that never came back is left to libusb, which may still write into it.
+      if (slot.transfer != nullptr && !slot.under_way) libusb_free_transfer(slot.transfer);
+      slot.transfer = nullptr;
+    }
+    if (claimed_) static_cast<void>(libusb_release_interface(device_, endpoints_.interface));
+    libusb_close(std::exchange(device_, nullptr));
+    claimed_ = closing_ = gone_ = stalled_ = false;
+    stalls_ = 0;
+    received_.clear();
+  }
+
+  libusb_context* context_;
+  UsbName name_;
+  UsbEndpoints endpoints_;
+  TransportInfo info_;
+  libusb_device_handle* device_ = nullptr;
+  bool claimed_ = false;
+  bool closing_ = false;
+  bool gone_ = false;
+  bool stalled_ = false;
+  int stalls_ = 0;
+  std::deque<std::uint8_t> received_;
+  std::array<Slot, kTransfers> slots_;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Transport>, SetupError> open_usb_port(const UsbName& name,
+                                                               const UsbEndpoints& endpoints) {
+  libusb_context* context = nullptr;
+  if (const int error = libusb_init(&context); error != 0) {
+    return unavailable(std::string("USB cannot be used here: ") + libusb_strerror(error));
+  }
+  auto port = std::make_unique<UsbPort>(context, name, endpoints);
+  if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
+  return port;
+}
+
+}  // namespace merkel

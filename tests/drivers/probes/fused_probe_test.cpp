@@ -1,0 +1,141 @@
+#include "drivers/probes/fused_probe.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drivers/probes/open_probe.hpp"
+#include "tests/drivers/simulation/running_device.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// A device whose samples are scripted, handed over in turn.
+class ScriptedProbe final : public Probe {
+ public:
+  ScriptedProbe(std::uint32_t channels, std::vector<ProbeSample> samples)
+      : samples_(std::move(samples)) {
+    info_.uri = "scripted:" + std::to_string(channels);
+    info_.channels = channels;
+  }
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+                                                       milliseconds patience) override {
+    if (next_ == samples_.size()) {
+      std::this_thread::sleep_for(patience);
+      return std::size_t{0};
+    }
+    samples[0] = samples_[next_++];
+    samples[0].arrival = std::chrono::steady_clock::now().time_since_epoch();
+    return std::size_t{1};
+  }
+
+ private:
+  ProbeInfo info_;
+  std::vector<ProbeSample> samples_;
+  std::size_t next_ = 0;
+};
+
+std::vector<ProbeSample> script(std::uint32_t channel, nanoseconds from, nanoseconds step,
+                                int count) {
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k < count; ++k) {
+    ProbeSample sample{.time = from + k * step, .channels = channel};
+    const double t_ms = static_cast<double>(sample.time.count()) * 1e-6;
+    (channel == ProbeSample::kForce ? sample.force_mN : sample.depth_mm) = t_ms;
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> fuse(std::vector<ProbeSample> force,
+                                                  std::vector<ProbeSample> depth) {
+  std::vector<std::unique_ptr<Probe>> members;
+  members.push_back(std::make_unique<ScriptedProbe>(ProbeSample::kForce, std::move(force)));
+  members.push_back(std::make_unique<ScriptedProbe>(ProbeSample::kDepth, std::move(depth)));
+  return FusedProbe::fuse("fused:test", std::move(members));
+}
+
+/// Reads until so many have come, or nothing has for a while.
+std::vector<ProbeSample> read(Probe& probe, std::size_t count, int patience = 300) {
+  std::vector<ProbeSample> all;
+  std::vector<ProbeSample> samples(64);
+  for (int empty = 0; empty < patience && all.size() < count;) {
+    const auto got = probe.read(samples, milliseconds{10});
+    EXPECT_TRUE(got.has_value());
+    empty = *got == 0 ? empty + 1 : 0;
+    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*got));
+  }
+  return all;
+}
+
+TEST(FusedProbe, TheSecondIsInterpolatedToTheTimesOfTheFirst) {
+  auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 200),
+                    script(ProbeSample::kDepth, milliseconds{993}, milliseconds{17}, 20));
+  ASSERT_TRUE(probe.has_value());
+  EXPECT_EQ((*probe)->info().channels, ProbeSample::kForce | ProbeSample::kDepth);
+  const auto samples = read(**probe, 200);
+  ASSERT_EQ(samples.size(), 200U);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    EXPECT_EQ(samples[k].time, milliseconds{1000 + k});
+    EXPECT_NEAR(samples[k].force_mN, 1000.0 + static_cast<double>(k), 1e-9);
+    EXPECT_NEAR(samples[k].depth_mm, 1000.0 + static_cast<double>(k), 1e-9);
+    EXPECT_EQ(samples[k].channels, ProbeSample::kForce | ProbeSample::kDepth);
+  }
+}
+
+TEST(FusedProbe, HalfAProbeIsNone) {
+  // The stage falls silent at 1050 ms: held for 100 ms, then nothing more comes.
+  auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 600),
+                    script(ProbeSample::kDepth, milliseconds{1000}, milliseconds{10}, 6));
+  ASSERT_TRUE(probe.has_value());
+  const auto samples = read(**probe, 151);
+  ASSERT_EQ(samples.size(), 151U);
+  EXPECT_EQ(samples.back().time, milliseconds{1150});
+  EXPECT_NEAR(samples.back().depth_mm, 1050.0, 1e-9);
+  EXPECT_TRUE(read(**probe, 1, 20).empty());
+}
+
+TEST(FusedProbe, SamplesBeforeTheSecondBeginsAreLeftOut) {
+  auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 100),
+                    script(ProbeSample::kDepth, milliseconds{1030}, milliseconds{10}, 20));
+  ASSERT_TRUE(probe.has_value());
+  EXPECT_EQ(read(**probe, 70).front().time, milliseconds{1030});
+}
+
+TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
+  RunningDevice gauge("mark10", {});
+  RunningDevice stage("zaber", {});
+  auto probe = open_probe("fused:" + gauge.uri() + "|" + stage.uri());
+  ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
+  const auto samples = read(**probe, 200);
+  ASSERT_GE(samples.size(), 200U);
+  double depth_mm = 0.0;
+  double force_mN = 0.0;
+  for (const ProbeSample& sample : samples) {
+    depth_mm = std::max(depth_mm, sample.depth_mm);
+    force_mN = std::max(force_mN, sample.force_mN);
+  }
+  EXPECT_GT(depth_mm, 0.5);
+  EXPECT_GT(force_mN, 250.0);
+  ASSERT_TRUE((*probe)->device_counts());
+  EXPECT_GT((*probe)->device_counts()->readings, 200U);
+}
+
+TEST(FusedProbe, WhatCannotBeFusedIsNamed) {
+  const auto sentence = [](const std::string& uri) { return open_probe(uri).error().sentence; };
+  EXPECT_NE(sentence("fused:").find("fuses nothing"), std::string::npos);
+  EXPECT_NE(sentence("fused:sim:ramp|sim:ramp").find("is a recording"), std::string::npos);
+  EXPECT_NE(sentence("fused:fused:x").find("cannot be a part"), std::string::npos);
+  std::vector<std::unique_ptr<Probe>> same;
+  for (int i = 0; i < 2; ++i) {
+    same.push_back(
+        std::make_unique<ScriptedProbe>(ProbeSample::kForce, std::vector<ProbeSample>{}));
+  }
+  EXPECT_NE(FusedProbe::fuse("fused:x", std::move(same)).error().sentence.find("leave it out"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

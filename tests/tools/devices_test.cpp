@@ -1,0 +1,225 @@
+#include <cmath>
+#include <sstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "drivers/files/csv_text.hpp"
+#include "drivers/files/trace_file.hpp"
+#include "tests/drivers/simulation/running_device.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+// Long enough a jitter buffer that no tick is late, whatever else this machine does.
+constexpr const char* kScene =
+    "[probe]\ndelay_ms = 400\n[loop]\nstale_after_ms = 200\n"
+    "max_catch_up_ticks = 1000000\n";
+constexpr const char* kDuration = "0.8";
+
+struct DeviceRun {
+  std::string spikes;
+  std::string replayed;
+  nlohmann::json summary;
+  std::string err;
+};
+
+/// Runs the program with a device, and again with the trace that the run has recorded.
+DeviceRun run_and_replay(const std::string& uri) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.file("s.toml", kScene);
+  DeviceRun result;
+  const auto live =
+      run_program({"run", scene, "--probe", uri, "--record", folder.path("t.csv"), "--sink",
+                   "csv:" + folder.path("live.csv"), "--duration-s", kDuration, "--json"});
+  EXPECT_EQ(live.exit_code, 0) << live.err;
+  if (live.exit_code != 0) return result;
+  result.err = live.err;
+  result.summary = nlohmann::json::parse(live.out);
+  result.spikes = read_file(folder.path("live.csv"));
+  const auto replay =
+      run_program({"run", scene, "--fast", "--probe", "replay:" + folder.path("t.csv"), "--sink",
+                   "csv:" + folder.path("replay.csv"), "--duration-s", kDuration});
+  EXPECT_EQ(replay.exit_code, 0) << replay.err;
+  result.replayed = read_file(folder.path("replay.csv"));
+  return result;
+}
+
+class EveryDevice : public testing::TestWithParam<std::string_view> {};
+
+TEST_P(EveryDevice, SpikesAreThoseOfTheReplayOfWhatWasRead) {
+  RunningDevice device(GetParam(), {});
+  const DeviceRun run = run_and_replay(device.uri());
+  ASSERT_FALSE(run.summary.is_null());
+  const auto& probe = run.summary["probes"][0];
+  EXPECT_EQ(probe["late"], 0);
+  // A busy machine may answer a question too late; what streams loses nothing.
+  const bool asked = GetParam() == "esm" || GetParam() == "grbl" || GetParam() == "zaber";
+  EXPECT_TRUE(asked || probe["device"]["lost"] == 0);
+  EXPECT_EQ(probe["device"]["damaged"], 0);
+  EXPECT_EQ(probe["device"]["refused"], 0);
+  EXPECT_EQ(run.summary["gaps"], 0);
+  EXPECT_GT(run.spikes.size(), 40U);
+  EXPECT_EQ(run.spikes, run.replayed);
+}
+
+std::vector<std::string_view> names() {
+  std::vector<std::string_view> names;
+  for (const ProtocolEntry& entry : protocol_table()) names.push_back(entry.name);
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, EveryDevice, testing::ValuesIn(names()),
+                         [](const auto& entry) { return std::string(entry.param); });
+
+/// Spikes with their times since a start, in ns.
+std::vector<std::pair<std::int64_t, std::string>> since(const std::string& spikes,
+                                                        nanoseconds start) {
+  std::vector<std::pair<std::int64_t, std::string>> rows;
+  std::istringstream lines(spikes);
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    const auto comma = line.find(',');
+    const auto time = parse_seconds(std::string_view(line).substr(0, comma));
+    rows.emplace_back((*time - start).count(), line.substr(comma));
+  }
+  return rows;
+}
+
+TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
+  const TemporaryFolder folder;
+  auto press = dyadic_press(2000);
+  for (ProbeSample& sample : press) sample.channels = ProbeSample::kDepth;
+  auto writer = TraceWriter::create(folder.path("press.csv"), ProbeSample::kDepth, {}, false);
+  ASSERT_TRUE(writer && writer->write(press) && writer->close());
+  RunningDevice device(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
+                                                 .trace = press,
+                                                 .baud = 460800,
+                                                 .faults = {.split = true}});
+  const DeviceRun live = run_and_replay(device.uri() + "&clock=device");
+  ASSERT_FALSE(live.summary.is_null());
+  const auto replay = run_program({"run", folder.file("s.toml", kScene), "--fast", "--probe",
+                                   "replay:" + folder.path("press.csv"), "--sink",
+                                   "csv:" + folder.path("s.csv"), "--duration-s", kDuration});
+  ASSERT_EQ(replay.exit_code, 0) << replay.err;
+  const nanoseconds start{std::llround(live.summary["start_s"].get<double>() * 1e9)};
+  const auto expected = since(read_file(folder.path("s.csv")), nanoseconds{0});
+  EXPECT_GT(expected.size(), 5U);
+  EXPECT_EQ(since(live.spikes, start), expected);
+}
+
+TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1", {.unplug_at = milliseconds{300}, .unplug_for = milliseconds{250}},
+                       folder.path("tty"));
+  const DeviceRun run = run_and_replay(device.uri());
+  ASSERT_FALSE(run.summary.is_null());
+  const auto& probe = run.summary["probes"][0];
+  EXPECT_EQ(probe["device"]["outages"], 1);
+  EXPECT_EQ(probe["releases"], 1);
+  EXPECT_GT(probe["device"]["lost"], 100);
+  EXPECT_NE(run.err.find("is gone"), std::string::npos);
+  EXPECT_NE(run.err.find("is back"), std::string::npos);
+  EXPECT_EQ(run.spikes, run.replayed);
+}
+
+TEST(Devices, TroubleAtTheStartIsOneSentenceAndExit2) {
+  RunningDevice device("csv", {});
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {device.uri() + "&baud=9600&timeout_ms=500", "no csv readings"},
+      {"serial:/dev/ttyNONE?protocol=hbf1", "there is no device"},
+      {"serial:/dev/ttyNONE?protocol=hbf2", "did you mean hbf1"},
+      {"serial:/dev/ttyNONE?protocol=csv&columns=force_stone", "forces are in N"},
+  };
+  for (const auto& [uri, sentence] : cases) {
+    const auto run = run_program({"run", "--probe", uri, "--duration-s", "0.1"});
+    EXPECT_EQ(run.exit_code, 2) << uri;
+    EXPECT_NE(run.err.find(sentence), std::string::npos) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+}
+
+TEST(Devices, SimulateProbePrintsTheUriAndRecordReadsIt) {
+  const TemporaryFolder folder;
+  std::jthread device([&] {
+    const auto run = run_program({"simulate-probe", "mark10", "--trace", "tests/traces/taps.csv"});
+    EXPECT_EQ(run.exit_code, 2);  // a gauge measures force, and the trace has depth
+    EXPECT_NE(run.err.find("the trace has no force"), std::string::npos);
+  });
+  std::jthread stage([&] {
+    const auto run = run_program({"simulate-probe", "zaber", "--trace", "tests/traces/taps.csv",
+                                  "--link", folder.path("tty"), "--duration-s", "2.5"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.out.find("serial:" + folder.path("tty") + "?protocol=zaber&um_per_step="),
+              std::string::npos);
+    EXPECT_NE(run.err.find("samples measured"), std::string::npos);
+  });
+  for (int k = 0; k < 300 && !std::filesystem::exists(folder.path("tty")); ++k) {
+    std::this_thread::sleep_for(milliseconds{10});
+  }
+  const auto run = run_program(
+      {"record",
+       "serial:" + folder.path("tty") + "?protocol=zaber&um_per_step=0.9765625&rate_hz=100",
+       folder.path("t.csv"), "--duration-s", "0.5"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  auto trace = TraceReader::open(folder.path("t.csv"));
+  ASSERT_TRUE(trace);
+  std::vector<ProbeSample> samples(200);
+  EXPECT_GE(*trace->read(samples), 20U);
+}
+
+TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
+  const TemporaryFolder folder;
+  std::vector<ProbeSample> trace = dyadic_press(20'000);
+  for (ProbeSample& sample : trace) sample.force_mN = 500.0;
+  RunningDevice device(DeviceSimulator::Settings{
+      .protocol = *find_protocol("hbf1"), .trace = trace, .baud = 460800});
+  const auto tare = run_program({"calibrate", device.uri(), folder.path("c.toml"), "--points",
+                                 "0.25", "--seconds", "0.1", "--saturation", "40"});
+  EXPECT_EQ(tare.exit_code, 0) << tare.err;
+  EXPECT_NE(tare.out.find("zero 0.25 N"), std::string::npos) << tare.out;
+  const std::string text = read_file(folder.path("c.toml"));
+  EXPECT_NE(text.find("serial_number = \"SIM1\""), std::string::npos);
+  EXPECT_NE(text.find("saturation = 40.0"), std::string::npos);
+
+  const auto record = run_program({"record", device.uri() + "&calibration=" + folder.path("c.toml"),
+                                   folder.path("t.csv"), "--duration-s", "0.05"});
+  EXPECT_EQ(record.exit_code, 0) << record.err;
+  auto reader = TraceReader::open(folder.path("t.csv"));
+  ASSERT_TRUE(reader);
+  std::vector<ProbeSample> samples(10);
+  ASSERT_EQ(*reader->read(samples), 10U);
+  for (const ProbeSample& sample : samples) EXPECT_EQ(sample.force_mN, 250.0);
+
+  const auto same = run_program(
+      {"calibrate", device.uri(), folder.path("d.toml"), "--points", "0,1", "--seconds", "0.1"});
+  EXPECT_EQ(same.exit_code, 1);
+  EXPECT_NE(same.err.find("do not differ"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("d.toml")));
+  const auto recording = run_program({"calibrate", "sim:ramp", folder.path("e.toml")});
+  EXPECT_EQ(recording.exit_code, 2);
+  EXPECT_NE(recording.err.find("only devices are calibrated"), std::string::npos);
+}
+
+TEST(Devices, ProbesListsTheProtocols) {
+  const auto text = run_program({"probes"});
+  EXPECT_EQ(text.exit_code, 0);
+  const auto json = run_program({"probes", "--json"});
+  EXPECT_EQ(json.exit_code, 0);
+  const auto list = nlohmann::json::parse(json.out);
+  EXPECT_TRUE(list["devices"].is_array());
+  for (const ProtocolEntry& entry : protocol_table()) {
+    EXPECT_NE(text.out.find(std::string(entry.name) + " "), std::string::npos);
+  }
+  EXPECT_EQ(list["protocols"].size(), protocol_table().size());
+}
+
+}  // namespace
+}  // namespace merkel

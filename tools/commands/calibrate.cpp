@@ -1,0 +1,140 @@
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include "core/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/calibration/calibration_fit.hpp"
+#include "drivers/files/output_file.hpp"
+#include "drivers/probes/device_probe.hpp"
+#include "drivers/probes/open_probe.hpp"
+#include "tools/commands/command.hpp"
+
+namespace merkel {
+namespace {
+
+struct CalibrateOptions {
+  std::string uri;
+  std::string file;
+  std::string channel;
+  std::vector<double> points = {0.0};
+  double seconds = 2.0;
+  std::optional<double> saturation;
+  bool overwrite = false;
+};
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+/// Readings of `seconds`, undone from what the probe made of them.
+Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_t channel,
+                                                  double seconds) {
+  const ChannelCalibration& natural = *probe.calibration().channels[channel];
+  std::vector<double> readings;
+  std::vector<ProbeSample> samples(1024);
+  // What had come before the load was applied is old.
+  const auto begin = std::chrono::steady_clock::now();
+  const auto end = begin + units::nanoseconds_from_s(seconds);
+  while (std::chrono::steady_clock::now() < end) {
+    const auto count = probe.read(samples, std::chrono::milliseconds{50});
+    if (!count) return unavailable(probe.trouble());
+    for (std::size_t i = 0; i < *count; ++i) {
+      if (samples[i].arrival < begin.time_since_epoch()) continue;
+      const double value =
+          channel == 0 ? samples[i].depth_mm : units::N_from_mN(samples[i].force_mN);
+      readings.push_back(value / natural.gain + natural.zero);
+    }
+  }
+  return readings;
+}
+
+int calibrate(const CalibrateOptions& options) {
+  auto opened = open_probe(options.uri);
+  if (!opened) return refuse(opened.error());
+  auto* const probe = dynamic_cast<DeviceProbe*>(opened->get());
+  if (probe == nullptr) {
+    return refuse("\"" + options.uri + "\" is no single device: only devices are calibrated");
+  }
+  if (options.uri.find("calibration=") != std::string::npos) {
+    return refuse("leave calibration=… out of the URI: a new calibration starts from the readings");
+  }
+  const bool force = options.channel == "force";
+  if (!force && options.channel != "depth") {
+    return refuse("--channel must be force or depth, but is \"" + options.channel + "\"");
+  }
+  const std::size_t channel = force ? 1 : 0;
+  const char* const unit = force ? "N" : "mm";
+  ProbeCalibration calibration = probe->calibration();
+  if (!calibration.channels[channel]) {
+    return refuse("the device at " + options.uri + " does not measure " + options.channel);
+  }
+  auto file = OutputFile::create(options.file, options.overwrite);
+  if (!file) return refuse(file.error());
+
+  const bool asks = ::isatty(STDIN_FILENO) != 0;
+  std::vector<CalibrationPoint> points;
+  for (const double known : options.points) {
+    if (asks) {
+      std::fprintf(stderr, "apply %g %s and press Enter: ", known, unit);
+      for (int c = std::getchar(); c != '\n' && c != EOF; c = std::getchar()) {
+      }
+    }
+    auto readings = measure(*probe, channel, options.seconds);
+    if (!readings) return fail(readings.error().sentence);
+    std::fprintf(stderr, "%g %s: %zu readings\n", known, unit, readings->size());
+    points.push_back({known, std::move(*readings)});
+  }
+  auto fitted = fit_calibration(*calibration.channels[channel], points);
+  if (!fitted) return fail(fitted.error().sentence);
+  fitted->saturation = options.saturation;
+  ProbeCalibration result;
+  result.serial_number = probe->info().serial_number;
+  result.date = today();
+  result.channels[channel] = *fitted;
+  const std::string text = calibration_text(result, "merkel calibrate '" + options.uri + "'");
+  if (!file->write(text) || !file->close()) return fail(file->error());
+  std::printf(
+      "zero %g %s, gain %g, residual %g %s, noise %g %s (rms); use it with calibration=%s\n",
+      fitted->zero, unit, fitted->gain, fitted->residual, unit, fitted->noise, unit,
+      options.file.c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_calibrate_command(CommandLine& program) {
+  auto options = std::make_shared<CalibrateOptions>();
+  options->channel = "force";
+  program
+      .subcommand("calibrate",
+                  "Measures zero, gain, sign and noise of a device at known loads or depths, and "
+                  "writes them to a file that its URI can name (calibration=FILE). With one point "
+                  "it is a tare. At a terminal each point waits for Enter; else they follow each "
+                  "other.",
+                  "calibrate 'serial:/dev/ttyUSB0?protocol=hbf1' force.toml --points 0,0.5,1,2")
+      .option("uri", options->uri, "Probe URI")
+      .required()
+      .option("file", options->file, "Calibration file to write (TOML)")
+      .required()
+      .option("--channel", options->channel, "What is calibrated: force (N) or depth (mm)")
+      .list("--points", options->points, "Known values, in N or mm", {-1e4, 1e4})
+      .option("--seconds", options->seconds, "How long each point is measured", {0.05, 600})
+      .option("--saturation", options->saturation,
+              "Readings of this magnitude and more are counted as saturated", {1e-9, 1e6})
+      .flag("--overwrite", options->overwrite, "Replace a file that exists")
+      .runs([options] { return calibrate(*options); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,68 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/transports/device_list.hpp"
+#include "tools/commands/command.hpp"
+
+namespace merkel {
+namespace {
+
+int list_probes(bool json) {
+  const auto devices = list_devices();
+  if (json) {
+    auto list = nlohmann::ordered_json::array();
+    for (const DeviceEntry& device : devices) {
+      list.push_back({{"uri", device.uri},
+                      {"name", device.name},
+                      {"serial_number", device.serial_number},
+                      {"latency_timer", device.latency},
+                      {"usable", device.usable},
+                      {"mend", device.mend}});
+    }
+    auto protocols = nlohmann::ordered_json::array();
+    for (const ProtocolEntry& entry : protocol_table()) {
+      protocols.push_back({{"name", entry.name}, {"what", entry.what}, {"baud", entry.baud}});
+    }
+    const nlohmann::ordered_json all = {{"devices", list}, {"protocols", protocols}};
+    std::printf("%s\n", all.dump(2).c_str());
+    return kDone;
+  }
+  for (const DeviceEntry& device : devices) {
+    std::printf("%s  %s%s%s%s%s\n", device.uri.c_str(),
+                device.name.empty() ? "(no name)" : device.name.c_str(),
+                device.serial_number.empty() ? "" : ", serial number ",
+                device.serial_number.c_str(), device.latency.empty() ? "" : ", latency timer ",
+                device.latency.c_str());
+    if (!device.usable) std::printf("  %s\n", device.mend.c_str());
+  }
+  if (devices.empty()) {
+    std::printf(
+        "no serial port and no HID device is plugged in; without one, try\n"
+        "  merkel simulate-probe hbf1 --trace tests/traces/taps.csv\n");
+  }
+  std::printf("protocols of serial devices (protocol=NAME):\n");
+  for (const ProtocolEntry& entry : protocol_table()) {
+    std::printf("  %-10s %s, %d Bd\n", std::string(entry.name).c_str(),
+                std::string(entry.what).c_str(), entry.baud);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_probes_command(CommandLine& program) {
+  auto json = std::make_shared<bool>(false);
+  program
+      .subcommand("probes",
+                  "Lists the devices that could be opened now, why one cannot be and what to do, "
+                  "and the protocols there are. Opens none of them.",
+                  "probes")
+      .flag("--json", *json, "Print the list as JSON")
+      .runs([json] { return list_probes(*json); });
+}
+
+}  // namespace merkel

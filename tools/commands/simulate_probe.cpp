@@ -1,0 +1,160 @@
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/units.hpp"
+#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/simulation/device_simulator.hpp"
+#include "tools/commands/command.hpp"
+
+namespace merkel {
+namespace {
+
+struct SimulateOptions {
+  std::string protocol;
+  std::string trace;
+  std::string link;
+  std::optional<double> baud;
+  std::optional<double> duration_s;
+  bool repeat = false;
+  bool split = false;
+  bool echo = false;
+  double drop_byte = 0.0;
+  double flip_byte = 0.0;
+  double drop_frame = 0.0;
+  double batch_ms = 0.0;
+  std::optional<double> stall_s;
+  double stall_for_s = 0.5;
+  std::optional<double> unplug_s;
+  double unplug_for_s = 0.5;
+  std::optional<double> reboot_s;
+  double drift_ppm = 0.0;
+  std::optional<std::uint64_t> seed;
+};
+
+std::atomic<bool> g_stop{false};
+
+void stop_playing(int /*signal*/) { g_stop.store(true); }
+
+Expected<std::vector<ProbeSample>, SetupError> read_trace(const std::string& path) {
+  auto reader = TraceReader::open(path);
+  if (!reader) return Unexpected<SetupError>(reader.error());
+  std::vector<ProbeSample> samples;
+  std::vector<ProbeSample> chunk(4096);
+  while (true) {
+    const auto count = reader->read(chunk);
+    if (!count) return Unexpected<SetupError>(count.error());
+    if (*count == 0) break;
+    samples.insert(samples.end(), chunk.begin(),
+                   chunk.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
+  if (samples.empty()) return bad_input(path + " holds no samples: there is nothing to play");
+  return samples;
+}
+
+int simulate(const SimulateOptions& options) {
+  const auto protocol = find_protocol(options.protocol);
+  if (!protocol) return refuse(protocol.error());
+  auto trace = read_trace(options.trace);
+  if (!trace) return refuse(trace.error());
+  const auto time = [](std::optional<double> seconds) {
+    return seconds ? std::optional(units::nanoseconds_from_s(*seconds)) : std::nullopt;
+  };
+  DeviceSimulator::Settings settings{
+      .protocol = *protocol,
+      .trace = std::move(*trace),
+      .baud = options.baud ? static_cast<int>(*options.baud) : (*protocol)->baud,
+      .link = options.link,
+      .repeat = options.repeat,
+      .faults = {.drop_byte = options.drop_byte,
+                 .flip_byte = options.flip_byte,
+                 .drop_frame = options.drop_frame,
+                 .split = options.split,
+                 .batch = units::nanoseconds_from_ms(options.batch_ms),
+                 .stall_at = time(options.stall_s),
+                 .stall_for = units::nanoseconds_from_s(options.stall_for_s),
+                 .unplug_at = time(options.unplug_s),
+                 .unplug_for = units::nanoseconds_from_s(options.unplug_for_s),
+                 .reboot_at = time(options.reboot_s),
+                 .echo = options.echo,
+                 .drift_ppm = options.drift_ppm,
+                 .seed = options.seed.value_or(1)}};
+  if (options.unplug_s && options.link.empty()) {
+    return refuse("--unplug-s needs --link: a terminal that comes back has another name");
+  }
+  auto simulator = DeviceSimulator::create(std::move(settings));
+  if (!simulator) return refuse(simulator.error());
+
+  std::signal(SIGINT, stop_playing);
+  std::signal(SIGTERM, stop_playing);
+  std::printf("%s\n", (*simulator)->uri().c_str());
+  std::fflush(stdout);
+  std::jthread alarm;
+  if (options.duration_s) {
+    alarm = std::jthread([seconds = *options.duration_s](const std::stop_token& stop) {
+      const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(seconds);
+      while (!stop.stop_requested() && std::chrono::steady_clock::now() < end) {
+        std::this_thread::sleep_for(std::chrono::milliseconds{10});
+      }
+      g_stop.store(true);
+    });
+  }
+  (*simulator)->run(g_stop);
+  const DeviceSimulator::Counts& counts = (*simulator)->counts();
+  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+  std::fprintf(stderr,
+               "%llu samples measured, %llu of them not sent, %llu frames dropped; %llu bytes "
+               "sent, %llu dropped, %llu flipped, %llu not read in time\n",
+               number(counts.measured), number(counts.unsent), number(counts.frames_dropped),
+               number(counts.bytes_sent), number(counts.bytes_dropped),
+               number(counts.bytes_flipped), number(counts.bytes_overrun));
+  return kDone;
+}
+
+}  // namespace
+
+void add_simulate_probe_command(CommandLine& program) {
+  auto options = std::make_shared<SimulateOptions>();
+  std::string names;
+  for (const ProtocolEntry& entry : protocol_table()) {
+    names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  program
+      .subcommand("simulate-probe",
+                  "Plays a trace as a device would, on a pseudo-terminal, and prints the probe URI "
+                  "under which it can be read. The press begins when somebody listens.",
+                  "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
+      .option("protocol", options->protocol, "What the device speaks: " + names)
+      .required()
+      .option("--trace", options->trace, "Trace file to play (CSV)")
+      .required()
+      .option("--link", options->link, "Symbolic link to make to the terminal")
+      .option("--baud", options->baud, "Its rate; a host with another reads garbage", {50, 12e6})
+      .flag("--repeat", options->repeat, "Begin again at the end of the trace")
+      .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-3, 1e9})
+      .option("--drop-byte", options->drop_byte, "Probability that a byte gets lost", {0, 1})
+      .option("--flip-byte", options->flip_byte, "Probability that a byte has a wrong bit", {0, 1})
+      .option("--drop-frame", options->drop_frame, "Probability that a frame gets lost", {0, 1})
+      .flag("--split", options->split, "Send frames in pieces, and pieces merged")
+      .option("--batch-ms", options->batch_ms, "Hold bytes back and send them so often", {0, 1000})
+      .option("--stall-s", options->stall_s, "Send nothing from that time of the press on",
+              {0, 1e9})
+      .option("--stall-for-s", options->stall_for_s, "for so long, then all at once", {0, 1e9})
+      .option("--unplug-s", options->unplug_s, "Be unplugged at that time", {0, 1e9})
+      .option("--unplug-for-s", options->unplug_for_s, "and back after so long", {0, 1e9})
+      .option("--reboot-s", options->reboot_s, "Start anew at that time", {0, 1e9})
+      .flag("--echo", options->echo, "Send back what the host sends")
+      .option("--drift-ppm", options->drift_ppm, "Of the device's clock; positive is fast",
+              {-10000, 10000})
+      .option("--seed", options->seed, "Seed of the faults")
+      .runs([options] { return simulate(*options); });
+}
+
+}  // namespace merkel
