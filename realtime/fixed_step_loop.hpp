@@ -109,10 +109,10 @@ class FixedStepLoop {
     const auto end = begin + tick;
     bool held = false;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const std::uint64_t late_before = inputs_[i].counts().late;
       while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
       }
       const auto last_sample = inputs_[i].last_time();
-      const std::uint64_t late_before = inputs_[i].counts().late;
       const ProbeInput::Reading reading = inputs_[i].at(end);
       contacts_[i] = reading.contact;
       records_[i] = {.time = end,

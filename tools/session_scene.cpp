@@ -1,6 +1,8 @@
 #include "tools/session_scene.hpp"
 
 #include <charconv>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,8 +22,7 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
 
 }  // namespace
 
-RunDescription describe_run(const Scene& scene, const TactileModel& model,
-                            std::optional<std::uint64_t> seed) {
+RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   RunDescription run;
   run.model = model.parameters();
   run.receptors.assign(model.receptors().begin(), model.receptors().end());
@@ -36,7 +37,6 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model,
                {"git_hash", kGitHash},
                {"scene_text", scene.text},
                {"controls", controls},
-               {"seed", seed ? std::to_string(*seed) : ""},
                {"receptor_seed", std::to_string(run.model.receptors.seed)},
                {"network_seed", std::to_string(run.model.network.seed)},
                {"tick_ns", std::to_string(run.model.tick.count())},
@@ -63,9 +63,14 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
     indenters[i].control =
         controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
   }
-  if (const auto seed = to_seed(session.fact("seed"))) {
-    scene->model.receptors.seed = scene->model.network.seed = *seed;
+  // The command line may have set other seeds than the scene.
+  const auto receptor_seed = to_seed(session.fact("receptor_seed"));
+  const auto network_seed = to_seed(session.fact("network_seed"));
+  if (!receptor_seed || !network_seed) {
+    return bad_input("the session does not say its seeds: it is damaged");
   }
+  scene->model.receptors.seed = *receptor_seed;
+  scene->model.network.seed = *network_seed;
   return scene;
 }
 

@@ -131,6 +131,8 @@ TEST(RealtimeSafety, TheSimulationThreadDoesNotAllocate) {
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=2")), {.x_mm = 21.0, .y_mm = 12.5});
   const std::size_t neurons = model->neurons();
   pipeline.add_sink(std::move(*open_sink("csv:/dev/null", NeuronNumbering({&neurons, 1}), false)));
+  // One that asks for all there is.
+  pipeline.add_sink(std::move(*open_sink("xdf:/dev/null", NeuronNumbering({&neurons, 1}), false)));
   g_calls = 0;
   g_sleeps = 0;
   const auto report = pipeline.run();

@@ -51,7 +51,7 @@ int export_session(const ExportOptions& options) {
     auto sink = open_sink(uri, {.numbering = numbering,
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
-                                .run = describe_run(*scene, *model, std::nullopt)});
+                                .run = describe_run(*scene, *model)});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }

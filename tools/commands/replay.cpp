@@ -87,7 +87,7 @@ int replay(const ReplayOptions& options) {
   const SinkSetup setup{.numbering = NeuronNumbering({&neurons, 1}),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = describe_run(*scene, *model, std::nullopt)};
+                        .run = describe_run(*scene, *model)};
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);

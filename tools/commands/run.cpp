@@ -111,7 +111,7 @@ int run(const RunOptions& options) {
   const SinkSetup setup{.numbering = NeuronNumbering({&neurons, 1}),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = describe_run(*scene, *model, options.seed)};
+                        .run = describe_run(*scene, *model)};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
     auto sink = open_sink(uri, setup);

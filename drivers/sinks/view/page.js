@@ -14,6 +14,7 @@ let points = [];           // {t, values: depth and force of each probe}
 let spikes = [];           // {t, n}, in order
 let paused = false;
 let pausedAt = 0;
+let pausedProbes = [];
 let dirty = true;
 let ended = false;
 let trace = null;
@@ -46,11 +47,11 @@ function takeFrame(frame) {
   ended = (frame.flags & 1) !== 0;
   points.push(...frame.points);
   spikes.push(...frame.spikes);
-  const old = frame.t - kKept_s;
-  if (!paused) {
-    points.splice(0, firstAfter(points, old));
-    spikes.splice(0, firstAfter(spikes, old));
-  }
+  // While the picture stands still, so does what it shows.
+  const old = (paused ? pausedAt : frame.t) - kKept_s;
+  points.splice(0, firstAfter(points, old));
+  spikes.splice(0, firstAfter(spikes, old));
+  if (paused && frame.t > pausedAt + kKept_s) togglePause();
   if (ended) connection('ended', 'run over');
   dirty = true;
 }
@@ -141,8 +142,8 @@ function makeTrace() {
 
 function span() {
   const seconds = Number(byId('window').value);
-  const end = paused ? pausedAt : (last ? last.t : 0);
-  return { from: end - seconds, to: end, seconds };
+  const end = Math.max(seconds, paused ? pausedAt : (last ? last.t : 0));
+  return { from: end - seconds, to: end, now: paused ? pausedAt : (last ? last.t : 0), seconds };
 }
 
 /// A canvas made as sharp as the screen, cleared.
@@ -161,9 +162,9 @@ function context(canvas) {
 
 function visible(items, { from, to }) { return items.slice(firstAfter(items, from), firstAfter(items, to + 1e-9)); }
 
-function rates({ to }) {
+function rates({ now }) {
   const all = new Array(scene.neurons).fill(0);
-  for (const spike of visible(spikes, { from: to - kRateWindow_s, to })) if (spike.n <= scene.neurons) ++all[spike.n - 1];
+  for (const spike of visible(spikes, { from: now - kRateWindow_s, to: now })) if (spike.n <= scene.neurons) ++all[spike.n - 1];
   return all.map((n) => n / kRateWindow_s);
 }
 
@@ -174,29 +175,34 @@ function drawTrace(time) {
   trace.batch(() => { trace.setData(data, false); trace.setScale('x', { min: time.from, max: time.to }); });
 }
 
-const raster = { left: 34, bottom: 18 };
+/// Margins of the raster: its time axis lies under that of the trace.
+function rasterFrame(width, height) {
+  const { left, width: plot } = trace.bbox;
+  const scale = window.devicePixelRatio || 1;
+  return { left: left / scale, w: Math.min(plot, (width * scale) - left) / scale, h: height - 18 };
+}
 
 function drawRaster(time) {
   const { c, width, height } = context(byId('raster'));
-  const h = height - raster.bottom, w = width - raster.left;
+  const { left, w, h } = rasterFrame(width, height);
   const row = h / scene.neurons;
   c.fillStyle = css('--soft'); c.strokeStyle = css('--line');
   c.textAlign = 'right'; c.textBaseline = 'middle';
   const every = Math.max(1, Math.ceil(scene.neurons / Math.max(2, Math.floor(h / 18))));
   for (let n = 1; n <= scene.neurons; n += every) {
     const y = h - (n - 0.5) * row;
-    c.fillText(n, raster.left - 6, y);
-    c.beginPath(); c.moveTo(raster.left, y); c.lineTo(width, y); c.stroke();
+    c.fillText(n, left - 6, y);
+    c.beginPath(); c.moveTo(left, y); c.lineTo(left + w, y); c.stroke();
   }
   c.textAlign = 'center'; c.textBaseline = 'bottom';
   const step = time.seconds / 5;
   for (let t = Math.ceil(time.from / step) * step; t <= time.to; t += step) {
-    if (t >= 0) c.fillText(`${+t.toFixed(2)} s`, Math.min(raster.left + (t - time.from) / time.seconds * w, width - 18), height);
+    c.fillText(`${+t.toFixed(2)} s`, left + (t - time.from) / time.seconds * w, height);
   }
   c.fillStyle = css('--spike');
   const tall = Math.max(2, row * 0.7);
   for (const spike of visible(spikes, time)) {
-    c.fillRect(raster.left + (spike.t - time.from) / time.seconds * w - 0.75, h - (spike.n - 0.5) * row - tall / 2, 1.5, tall);
+    c.fillRect(left + (spike.t - time.from) / time.seconds * w - 0.75, h - (spike.n - 0.5) * row - tall / 2, 1.5, tall);
   }
 }
 
@@ -230,8 +236,7 @@ function drawSkin(time) {
   c.fillText(`${length_mm} mm from the fingertip`, f.x(length_mm) - 60, f.y(0) + 5);
   c.strokeStyle = c.fillStyle = css('--press');
   c.lineWidth = 2;
-  const shown = paused ? null : last;
-  (shown ? shown.probes : []).forEach((probe, i) => {
+  (paused ? pausedProbes : last.probes).forEach((probe, i) => {
     if (!(probe.depth > 0)) return;
     const x = f.x(probe.x), y = f.y(probe.y), tip = scene.probes[i];
     c.beginPath(); c.arc(x, y, Math.max(2, probe.radius * f.scale), 0, 7); c.stroke();
@@ -314,7 +319,13 @@ function showPause() {
   byId('pause').textContent = paused ? 'Go on' : 'Pause';
 }
 
-function togglePause() { paused = !paused; pausedAt = last ? last.t : 0; showPause(); dirty = true; }
+function togglePause() {
+  paused = !paused;
+  pausedAt = last ? last.t : 0;
+  pausedProbes = last ? last.probes : [];
+  showPause();
+  dirty = true;
+}
 
 function stepWindow(by) {
   const at = kSteps.indexOf(Number(byId('window').value)) + by;
@@ -346,9 +357,10 @@ function hover(canvas, output, describe) {
 
 hover(byId('raster'), 'raster-value', (x, y, width, height) => {
   const time = span();
-  const n = Math.ceil((1 - y / (height - raster.bottom)) * scene.neurons);
-  const t = time.from + (x - raster.left) / (width - raster.left) * time.seconds;
-  return n >= 1 && n <= scene.neurons ? `afferent ${n}, ${t.toFixed(3)} s` : '';
+  const { left, w, h } = rasterFrame(width, height);
+  const n = Math.ceil((1 - y / h) * scene.neurons);
+  const t = time.from + (x - left) / w * time.seconds;
+  return n >= 1 && n <= scene.neurons && t >= time.from && t <= time.to ? `afferent ${n}, ${t.toFixed(3)} s` : '';
 });
 hover(byId('skin'), 'skin-value', (x, y, width, height) => {
   const f = skinFrame(width, height);
