@@ -48,6 +48,10 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
 }
 
 Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
+  if (session.fact("scene_text").empty()) {
+    return bad_input(
+        "the session was recorded without a simulation: only those of merkel run know a scene");
+  }
   const std::string name = session.fact("scene");
   auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name);
   if (!scene) return scene;

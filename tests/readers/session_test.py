@@ -39,6 +39,18 @@ class Session(merkel_program.TestCase):
         for stream in xdf.streams.values():
             self.assertEqual(int(stream.footer.findtext("sample_count")), len(stream.samples))
 
+    def test_record_writes_a_session_of_samples_alone(self):
+        session = self.path("r.xdf")
+        self.merkel("record", "sim:taps?force_N=0.5&count=2", session)
+        xdf = Xdf(session)
+        self.assertIn("merkel record", xdf.header.find("merkel").findtext("command"))
+        samples = xdf.streams["merkel.samples"]
+        self.assertGreater(len(samples.samples), 500)
+        self.assertAlmostEqual(max(samples.column("force_mN")), 500, places=0)
+        self.assertEqual(xdf.streams["merkel.ticks"].samples, [])
+        done = self.merkel("replay", session, exit_code=2)
+        self.assertIn("without a simulation", done.stderr)
+
     def test_a_killed_run_is_readable_and_replays(self):
         session = self.path("s.xdf")
         program = merkel_program.start("run", "--probe", "sim:taps?interval_s=0.2&tap_s=0.1&count=500",

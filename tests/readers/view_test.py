@@ -127,7 +127,7 @@ class InBrowser(Page):
         painted = ("(() => { const c = document.getElementById('%s'); const d = c.getContext('2d')"
                    ".getImageData(0, 0, c.width, c.height).data; let n = 0; "
                    "for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; })()")
-        with browser.Browser(1280, 1320) as page:
+        with browser.Browser(1280, 1560) as page:
             program = self.serve(probe="replay:tests/traces/taps.csv")
             page.open(f"http://127.0.0.1:{self.port}/")
             summary = self.summary(program)
@@ -145,6 +145,8 @@ class InBrowser(Page):
             self.assertTrue(merkel_program.wait_for(lambda: page.text("connection") == "live"))
             self.assertTrue(merkel_program.wait_for(lambda: float(page.text("clock")) > 2.5))
             self.assertGreater(int(page.text("spikes")), 50)
+            page.press("-")
+            self.assertEqual(page.ask("document.getElementById('window').value"), "5")
             self.screenshot(page, "live_page.png")
 
             page.press(" ")
@@ -152,7 +154,7 @@ class InBrowser(Page):
             page.press(" ")
             self.assertEqual(page.text("pause"), "Pause")
             page.press("+")
-            self.assertEqual(page.ask("document.getElementById('window').value"), "30")
+            self.assertEqual(page.ask("document.getElementById('window').value"), "10")
             page.press("t")
             page.press("t")
             self.assertEqual(page.ask("document.documentElement.dataset.theme"), "dark")

@@ -118,6 +118,11 @@ int run(const RunOptions& options) {
     if (!sink) return refuse(sink.error());
     summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
     pipeline.add_sink(std::move(*sink));
+    if (uri.starts_with("view:")) {
+      const std::string address = uri.substr(5, uri.find('?') - 5);
+      std::fprintf(stderr, "live page: http://%s%s/\n",
+                   address.find(':') == std::string::npos ? "127.0.0.1:" : "", address.c_str());
+    }
   }
 
   g_running.store(&pipeline);

@@ -128,10 +128,11 @@ function makeTrace() {
     series.push({ label: `force${which} (N)`, scale: 'N', stroke: () => css('--force'), width: 1.5, dash: dashes[i % 3], value });
   });
   const axis = (more) => ({ stroke: () => css('--soft'), grid: { stroke: () => css('--line'), width: 1 }, ticks: { stroke: () => css('--line') }, ...more });
-  const upward = (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * 1.08];
+  // Two ranges, so that two curves of the same shape do not lie on each other.
+  const upward = (room) => (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * room];
   trace = new uPlot({
     width: byId('trace').clientWidth, height: 230, series,
-    scales: { x: { time: false }, mm: { range: upward }, N: { range: upward } },
+    scales: { x: { time: false }, mm: { range: upward(1.08) }, N: { range: upward(1.4) } },
     axes: [axis({}), axis({ scale: 'mm', label: 'depth, mm', labelSize: 22, size: 44 }),
       axis({ scale: 'N', label: 'force, N', side: 1, labelSize: 22, size: 48, grid: { show: false } })],
     cursor: { drag: { x: false, y: false } },
@@ -223,7 +224,7 @@ function drawSkin(time) {
   c.strokeStyle = css('--line');
   for (let n = 0; n < columns * rows; ++n) {
     const x = f.x((n % columns) * length_mm / columns), y = f.y(Math.floor(n / columns) * width_mm / rows) - cell.h;
-    c.fillStyle = `rgba(${css('--map')}, ${rate[n] / most})`;
+    c.fillStyle = `rgba(${css('--map')}, ${0.75 * rate[n] / most})`;
     c.fillRect(x, y, cell.w, cell.h);
     c.strokeRect(x, y, cell.w, cell.h);
   }
@@ -277,7 +278,8 @@ function drawLatency() {
   ['1 µs', '10 µs', '100 µs', '1 ms', '10 ms'].forEach((text, i) => c.fillText(text, i * 8 * w, height));
   const all = bins.reduce((a, b) => a + b, 0);
   const quantile = (q) => { let sum = 0; const i = bins.findIndex((n) => (sum += n) >= q * all); return latencyEdge_us(i + 1); };
-  const text = (us) => (us < 1000 ? `${us.toPrecision(2)} µs` : `${(us / 1000).toPrecision(2)} ms`);
+  const short = (v) => (v < 10 ? v.toFixed(1) : v.toFixed(0));
+  const text = (us) => (us < 1000 ? `${short(us)} µs` : `${short(us / 1000)} ms`);
   byId('latency-value').textContent = all ? `half below ${text(quantile(0.5))}, 99 % below ${text(quantile(0.99))}` : '';
 }
 
