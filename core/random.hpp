@@ -12,8 +12,11 @@ class Random {
  public:
   explicit constexpr Random(std::uint64_t seed) noexcept : state_(seed) {}
 
+  /// From one word's state to the next's: word k of a seed is mix(seed + (k+1)·increment).
+  static constexpr std::uint64_t kIncrement = 0x9e3779b97f4a7c15U;
+
   constexpr std::uint64_t next() noexcept {
-    state_ += 0x9e3779b97f4a7c15U;
+    state_ += kIncrement;
     return mix(state_);
   }
 

@@ -17,9 +17,19 @@ using Nanoseconds = std::chrono::nanoseconds;
 [[nodiscard]] constexpr double ms_from(Nanoseconds time) {
   return static_cast<double>(time.count()) / 1e6;
 }
+[[nodiscard]] constexpr double us_from(Nanoseconds time) {
+  return static_cast<double>(time.count()) / 1e3;
+}
 [[nodiscard]] constexpr double s_from(Nanoseconds time) {
   return static_cast<double>(time.count()) / 1e9;
 }
+
+/// Exact by definition of the pound (1959), the kilogram-force and the inch.
+inline constexpr double kN_per_kgf = 9.80665;
+inline constexpr double kN_per_lbf = 4.4482216152605;
+inline constexpr double kN_per_ozf = kN_per_lbf / 16.0;
+inline constexpr double kMm_per_inch = 25.4;
+
 /// Nearest whole nanosecond; the argument must be within ±9.2e9 s.
 [[nodiscard]] constexpr Nanoseconds nanoseconds_from_s(double time_s) {
   const double time_ns = time_s * 1e9;

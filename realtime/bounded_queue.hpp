@@ -19,7 +19,13 @@ template <PlainData T>
 class BoundedQueue {
  public:
   /// \param capacity  what fits at least; the queue may hold somewhat more
-  explicit BoundedQueue(std::size_t capacity) : queue_(capacity) {}
+  explicit BoundedQueue(std::size_t capacity) : queue_(capacity) {
+    // Every page is touched once, so that none is missing when the simulation thread comes to it.
+    while (queue_.try_enqueue(T{})) {
+    }
+    while (queue_.pop()) {
+    }
+  }
 
   /// False when full. Thread: the one that writes.
   [[nodiscard]] bool try_push(const T& item) noexcept MERKEL_REALTIME {

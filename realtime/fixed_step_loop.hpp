@@ -18,6 +18,7 @@
 #include "realtime/loop_statistics.hpp"
 #include "realtime/probe_input.hpp"
 #include "realtime/spike_fanout.hpp"
+#include "realtime/tick_timing.hpp"
 
 namespace merkel {
 
@@ -40,6 +41,7 @@ class FixedStepLoop {
     std::chrono::nanoseconds delay{0};        ///< jitter buffer
     std::optional<std::chrono::nanoseconds> duration;  ///< how much to simulate; all, if not set
     std::int64_t max_catch_up_ticks = 20;
+    BoundedQueue<TickTiming>* timings = nullptr;  ///< gets one for every tick with spikes
   };
 
   /// \param inputs  one an indenter of the model
@@ -56,30 +58,35 @@ class FixedStepLoop {
         contacts_(inputs.size()),
         records_(inputs.size()),
         released_since_(inputs.size()),
-        spikes_of_neuron_(model.neurons()) {}
+        spikes_of_neuron_(model.neurons()) {
+    std::size_t before = 0;
+    for (const std::size_t neurons : model.neurons_of_patch()) {
+      first_of_patch_.push_back(before);
+      before += neurons;
+    }
+  }
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
   /// Real-time: yes. Thread: simulation.
   void run(const std::atomic<bool>& stop) noexcept MERKEL_REALTIME {
     const auto tick = model_.parameters().tick;
     const std::int64_t last_tick = parameters_.duration ? *parameters_.duration / tick : INT64_MAX;
+    now_ = clock_.now();
     for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
       if (exhausted()) break;
       const auto due = parameters_.start + k * tick + parameters_.wall_offset + parameters_.delay;
-      clock_.wait_until(due);
-      const std::int64_t behind = std::max<std::int64_t>(0, (clock_.now() - due) / tick);
+      const auto begun = wait_for(due, tick, stop);
+      if (begun < due) break;  // stopped
+      const std::int64_t behind = std::max<std::int64_t>(0, (begun - due) / tick);
       if (behind > parameters_.max_catch_up_ticks) {
-        leave_out(k, behind, tick);
-        k += behind - 1;
+        const std::int64_t ticks = std::min(behind, last_tick - k + 1);
+        leave_out(k, ticks, tick);
+        k += ticks - 1;
         continue;
       }
       if (behind > 0) statistics_.catch_up_ticks.add();
-      simulate(parameters_.start + (k - 1) * tick, tick, due);
-      const auto overrun = clock_.now() - (due + tick);
-      if (overrun.count() > 0) {
-        statistics_.overruns.add();
-        statistics_.longest_overrun_ns.raise_to(static_cast<std::uint64_t>(overrun.count()));
-      }
+      simulate(k, due, begun, tick);
+      judge(due, begun, tick);
     }
     fanout_.end();
   }
@@ -95,6 +102,42 @@ class FixedStepLoop {
                        [](const ProbeInput& input) { return input.exhausted(); });
   }
 
+  /// Waits until a tick is due, in parts that `stop` can end. \return when it begins,
+  /// or a time before it is due
+  std::chrono::nanoseconds wait_for(std::chrono::nanoseconds due, std::chrono::nanoseconds tick,
+                                    const std::atomic<bool>& stop) noexcept {
+    while (due - now_ > 2 * tick && !stop.load(std::memory_order_relaxed)) {
+      clock_.wait_until(now_ + tick);
+      now_ = clock_.now();
+    }
+    if (due - now_ > 2 * tick) return now_;
+    const bool waits = now_ < due;
+    clock_.wait_until(due);
+    now_ = clock_.now();
+    if (waits) statistics_.wake_up.record(now_ - due);
+    return now_;
+  }
+
+  /// Counts an overrun and its cause. One that follows another has its cause, unless it would have
+  /// been one by itself.
+  void judge(std::chrono::nanoseconds due, std::chrono::nanoseconds begun,
+             std::chrono::nanoseconds tick) noexcept {
+    const auto overrun = now_ - (due + tick);
+    if (overrun.count() <= 0) {
+      overran_ = false;
+      return;
+    }
+    if (now_ - begun > tick) {
+      late_wake_up_ = false;
+    } else if (!overran_) {
+      late_wake_up_ = begun - due > now_ - begun;
+    }
+    overran_ = true;
+    statistics_.overruns.add();
+    (late_wake_up_ ? statistics_.late_wake_ups : statistics_.long_computes).add();
+    statistics_.longest_overrun_ns.raise_to(static_cast<std::uint64_t>(overrun.count()));
+  }
+
   void leave_out(std::int64_t k, std::int64_t ticks, std::chrono::nanoseconds tick) noexcept {
     statistics_.gaps.add();
     statistics_.skipped_ticks.add(static_cast<std::uint64_t>(ticks));
@@ -104,8 +147,9 @@ class FixedStepLoop {
            .kind = LoopEvent::Kind::kGap});
   }
 
-  void simulate(std::chrono::nanoseconds begin, std::chrono::nanoseconds tick,
-                std::chrono::nanoseconds due) noexcept {
+  void simulate(std::int64_t k, std::chrono::nanoseconds due, std::chrono::nanoseconds begun,
+                std::chrono::nanoseconds tick) noexcept {
+    const auto begin = parameters_.start + (k - 1) * tick;
     const auto end = begin + tick;
     bool held = false;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
@@ -122,20 +166,41 @@ class FixedStepLoop {
                      .late = static_cast<std::uint16_t>(
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
                      .state = reading.state};
+      if (const auto arrival = inputs_[i].last_arrival())
+        statistics_.queue.record(begun - *arrival);
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
-    const std::uint64_t resets_before = model_.resets();
     const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
-      ++spikes_of_neuron_[spike.neuron - 1];
+      ++spikes_of_neuron_[first_of_patch_[spike.patch] + spike.neuron - 1];
     }
+    const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
-    for (TickRecord& record : records_) record.latency = clock_.now() - due;
+    const auto published = now_ = clock_.now();
+    for (TickRecord& record : records_) record.latency = published - due;
     fanout_.publish(std::span<const TickRecord>(records_), clock_);
+    fanout_.published(published - due);
+    statistics_.tick.record(computed - begun);
+    statistics_.publish.record(published - computed);
+    if (parameters_.timings != nullptr && !spikes.empty()) {
+      const TickTiming timing{.end = end,
+                              .arrival = inputs_.front().last_arrival().value_or(begun),
+                              .due = due,
+                              .begun = begun,
+                              .computed = computed,
+                              .published = published};
+      if (!parameters_.timings->try_push(timing)) statistics_.timings_dropped.add();
+    }
     statistics_.spikes.add(spikes.size());
-    statistics_.neuron_resets.add(model_.resets() - resets_before);
+    statistics_.neuron_resets.add(model_.resets().size());
+    for (const SpikeEvent& reset : model_.resets()) {
+      raise({.time = reset.time,
+             .length = std::chrono::nanoseconds{0},
+             .subject = static_cast<std::uint32_t>(first_of_patch_[reset.patch]) + reset.neuron,
+             .kind = LoopEvent::Kind::kNeuronReset});
+    }
     statistics_.ticks.add();
   }
 
@@ -178,6 +243,10 @@ class FixedStepLoop {
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
+  std::chrono::nanoseconds now_{0};          ///< when the clock was last looked at
+  bool overran_ = false;                     ///< the tick before
+  bool late_wake_up_ = false;                ///< the cause of its overrun
+  std::vector<std::size_t> first_of_patch_;  ///< offsets into spikes_of_neuron_
 };
 
 }  // namespace merkel

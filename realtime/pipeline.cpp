@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 #include "core/units.hpp"
@@ -27,6 +28,7 @@ constexpr std::size_t kTickQueue = 16384;
 constexpr std::size_t kEventQueue = 1024;
 constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for so long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
+constexpr nanoseconds kProgressEvery{1'000'000'000};
 
 std::size_t queue_capacity(const ProbeInfo& info) {
   const auto period = std::max(info.period.value_or(kUnknownPeriod), nanoseconds{1});
@@ -143,7 +145,7 @@ Expected<void, SetupError> Pipeline::start_probes() {
   for (const auto& line : probes_) {
     // Among devices, a recording plays as if it were taken now.
     const nanoseconds shift =
-        line->probe->info().replayed && !all_replayed ? PeriodicClock().now() : nanoseconds{0};
+        line->probe->info().replayed && !all_replayed ? PeriodicClock::now() : nanoseconds{0};
     inputs_.emplace_back(line->channel, line->parameters);
     line->reader = std::make_unique<ProbeReader>(
         *line->probe, line->channel,
@@ -154,15 +156,14 @@ Expected<void, SetupError> Pipeline::start_probes() {
 }
 
 Expected<void, SetupError> Pipeline::wait_for_first_samples() {
-  PeriodicClock clock;
-  const nanoseconds deadline = clock.now() + kSilence;
+  const nanoseconds deadline = PeriodicClock::now() + kSilence;
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     const ProbeChannel& channel = probes_[i]->channel;
     // A recording starts with its queue well filled, so that none of its samples will be late.
     const std::uint64_t wanted = probes_[i]->probe->info().replayed ? kSampleQueue / 2 : 1;
     while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
            !stop_.load(std::memory_order_relaxed)) {
-      if (clock.now() > deadline) {
+      if (PeriodicClock::now() > deadline) {
         return bad_input("the probe " + probes_[i]->probe->info().uri + " has sent nothing for " +
                          std::to_string(kSilence.count() / 1000) +
                          " s: check that it is switched on and streaming");
@@ -189,8 +190,26 @@ void Pipeline::drain_events(RunReport& report) {
   }
 }
 
+RunProgress Pipeline::progress(nanoseconds wall) const {
+  RunProgress progress{.wall = wall,
+                       .ticks = statistics_.ticks.value(),
+                       .overruns = statistics_.overruns.value(),
+                       .skipped_ticks = statistics_.skipped_ticks.value(),
+                       .spikes = statistics_.spikes.value(),
+                       .wake_up = statistics_.wake_up.snapshot(),
+                       .tick = statistics_.tick.snapshot()};
+  for (const auto& line : probes_) {
+    progress.samples += line->channel.delivered.value() + line->channel.dropped.value();
+    progress.samples_dropped += line->channel.dropped.value();
+    progress.samples_late += line->channel.late.value();
+  }
+  for (const auto& line : sinks_) progress.spikes_dropped += line->channel.dropped.value();
+  return progress;
+}
+
 template <class C>
 void Pipeline::run_loop(C& clock, RunReport& report) {
+  constexpr bool kHostTime = std::is_same_v<C, PeriodicClock>;
   nanoseconds delay = parameters_.delay.value_or(nanoseconds{0});
   std::vector<nanoseconds> first_times;
   bool all_replayed = true;
@@ -203,30 +222,61 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   // Recordings are played from their first sample, at whatever time they were made; with devices,
   // the run starts when the last of them speaks.
   const auto [earliest, latest] = std::minmax_element(first_times.begin(), first_times.end());
-  report.start = all_replayed ? *earliest : *latest;
-  const nanoseconds wall_start = clock.now();
-  FixedStepLoop<C> loop({.start = report.start,
-                         .wall_offset = all_replayed ? wall_start - report.start : nanoseconds{0},
-                         .delay = delay,
-                         .duration = parameters_.duration,
-                         .max_catch_up_ticks = parameters_.max_catch_up_ticks.value_or(
-                             all_replayed ? INT64_MAX : kLiveCatchUp)},
-                        clock, model_, inputs_, fanout_, statistics_, events_);
+  RunReport::OfHostTime host{.wait = parameters_.wait};
+  std::optional<ProcessSetup> process;
+  if constexpr (kHostTime) process.emplace(parameters_.realtime, host.rights);
+  std::atomic<bool> begun{false};
   std::atomic<bool> done{false};
-  const auto begun = std::chrono::steady_clock::now();
-  std::jthread simulation([&] {
+  std::jthread simulation([&, earliest = *earliest, latest = *latest] {
+    if constexpr (kHostTime) {
+      set_up_simulation_thread(parameters_.realtime, host.rights);
+      clock.calibrate();
+    }
+    const nanoseconds now = clock.now();
+    report.start = all_replayed ? earliest : std::max(latest, now - delay);
+    FixedStepLoop<C> loop({.start = report.start,
+                           .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
+                           .delay = delay,
+                           .duration = parameters_.duration,
+                           .max_catch_up_ticks = parameters_.max_catch_up_ticks.value_or(
+                               all_replayed ? INT64_MAX : kLiveCatchUp),
+                           .timings = parameters_.timings},
+                          clock, model_, inputs_, fanout_, statistics_, events_);
+    const ThreadUsage before = ThreadUsage::of_this_thread();
+    begun.store(true, std::memory_order_release);
     loop.run(stop_);
+    host.usage = ThreadUsage::of_this_thread().since(before);
+    report.spikes_of_neuron.assign(loop.spikes_of_neuron().begin(), loop.spikes_of_neuron().end());
     done.store(true, std::memory_order_release);
   });
+  while (!begun.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});
+  const nanoseconds wall_begun = PeriodicClock::now();
+  for (const std::string& sentence : host.rights.missing) {
+    if (parameters_.on_missing_right) parameters_.on_missing_right(sentence);
+  }
+  nanoseconds told = wall_begun;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
     tell_failures();
     std::this_thread::sleep_for(milliseconds{parameters_.fast ? 1 : 20});
+    const nanoseconds now = PeriodicClock::now();
+    if (parameters_.on_progress && now - told >= kProgressEvery) {
+      told = now;
+      parameters_.on_progress(progress(now - wall_begun));
+    }
   }
   simulation.join();
-  report.wall = std::chrono::steady_clock::now() - begun;
+  report.wall = PeriodicClock::now() - wall_begun;
   drain_events(report);
-  report.spikes_of_neuron.assign(loop.spikes_of_neuron().begin(), loop.spikes_of_neuron().end());
+  if constexpr (kHostTime) {
+    host.margin = clock.margin();
+    host.demoted = simulation_was_demoted();
+    host.wake_up = LatencySummary::of(statistics_.wake_up.snapshot());
+    if (!all_replayed) host.queue = LatencySummary::of(statistics_.queue.snapshot());
+    host.tick = LatencySummary::of(statistics_.tick.snapshot());
+    host.publish = LatencySummary::of(statistics_.publish.snapshot());
+    report.host_time = std::move(host);
+  }
 }
 
 Expected<RunReport, SetupError> Pipeline::run() {
@@ -243,7 +293,10 @@ Expected<RunReport, SetupError> Pipeline::run() {
     VirtualClock clock;
     run_loop(clock, report);
   } else {
-    PeriodicClock clock;
+    PeriodicClock clock({.wait = parameters_.wait,
+                         .period = model_.parameters().tick,
+                         .team = parameters_.team,
+                         .beat = &fanout_.beat()});
     run_loop(clock, report);
   }
   finish(report);
@@ -267,6 +320,9 @@ void Pipeline::finish(RunReport& report) {
   report.overruns = statistics_.overruns.value();
   report.longest_overrun =
       nanoseconds{static_cast<std::int64_t>(statistics_.longest_overrun_ns.value())};
+  report.late_wake_ups = statistics_.late_wake_ups.value();
+  report.long_computes = statistics_.long_computes.value();
+  report.events_dropped = statistics_.events_dropped.value();
   report.catch_up_ticks = statistics_.catch_up_ticks.value();
   report.gaps = statistics_.gaps.value();
   report.skipped_ticks = statistics_.skipped_ticks.value();

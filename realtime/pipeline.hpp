@@ -14,13 +14,18 @@
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"
+#include "realtime/latency_histogram.hpp"
 #include "realtime/loop_statistics.hpp"
+#include "realtime/periodic_clock.hpp"
 #include "realtime/probe_input.hpp"
 #include "realtime/spike_fanout.hpp"
+#include "realtime/thread_setup.hpp"
+#include "realtime/tick_timing.hpp"
 
 namespace merkel {
 
 struct SampleTap;
+class SpinningTeam;
 
 /// What a run did, counted at every hand-over.
 struct RunReport {
@@ -47,16 +52,48 @@ struct RunReport {
   std::uint64_t ticks = 0;
   std::uint64_t overruns = 0;
   std::chrono::nanoseconds longest_overrun{0};
+  std::uint64_t late_wake_ups = 0;  ///< overruns caused by a late wake-up
+  std::uint64_t long_computes = 0;  ///< overruns caused by a long computation
   std::uint64_t catch_up_ticks = 0;
   std::uint64_t gaps = 0;
   std::uint64_t skipped_ticks = 0;
   std::uint64_t neuron_resets = 0;
   std::uint64_t spikes = 0;
   std::vector<std::uint64_t> spikes_of_neuron;
+  std::uint64_t events_dropped = 0;
+
+  /// How the simulation met the host's time; of runs on the host's clock alone.
+  struct OfHostTime {
+    LoopWait wait = LoopWait::kHybrid;
+    std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end
+    RealtimeRights rights;
+    ThreadUsage usage;     ///< of the simulation thread, while it ran
+    bool demoted = false;  ///< put back into the normal class: it had not slept for too long
+    LatencySummary wake_up;
+    LatencySummary queue;
+    LatencySummary tick;
+    LatencySummary publish;
+  };
+  std::optional<OfHostTime> host_time;
   std::string trouble;       ///< empty, or why a probe's stream broke off
   bool interrupted = false;  ///< stopped before the streams' end
 
   [[nodiscard]] bool complete() const;
+};
+
+/// How far a run has come. Thread: any.
+struct RunProgress {
+  std::chrono::nanoseconds wall{0};  ///< since the simulation began
+  std::uint64_t samples = 0;         ///< delivered by all probes
+  std::uint64_t samples_late = 0;
+  std::uint64_t samples_dropped = 0;
+  std::uint64_t ticks = 0;
+  std::uint64_t overruns = 0;
+  std::uint64_t skipped_ticks = 0;
+  std::uint64_t spikes = 0;
+  std::uint64_t spikes_dropped = 0;  ///< by all consumers
+  LatencyHistogram::Snapshot wake_up;
+  LatencyHistogram::Snapshot tick;
 };
 
 /// The whole path: probes → queues → loop → model → fan-out → sinks, with a thread for each probe,
@@ -72,9 +109,17 @@ class Pipeline {
     /// How far behind the loop may fall before it leaves ticks out. Default: 20 ticks with devices,
     /// no limit with recordings, of which every tick counts and which nothing outside waits for.
     std::optional<std::int64_t> max_catch_up_ticks;
+    LoopWait wait = LoopWait::kHybrid;
+    RealtimeSettings realtime;
+    SpinningTeam* team = nullptr;  ///< that the model works with, to rest between ticks; borrowed
+    BoundedQueue<TickTiming>* timings = nullptr;     ///< gets one for every tick with spikes
     std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
     /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
     std::function<void(const std::string&, const std::string&)> on_sink_failure;
+    /// Called on the thread that runs, once a second.
+    std::function<void(const RunProgress&)> on_progress;
+    /// Called on the thread that runs with each right that the host refused.
+    std::function<void(const std::string&)> on_missing_right;
   };
 
   /// \param model  borrowed; its spikes and contacts can be read after run()
@@ -106,6 +151,7 @@ class Pipeline {
   Expected<void, SetupError> wait_for_first_samples();
   template <class C>
   void run_loop(C& clock, RunReport& report);
+  [[nodiscard]] RunProgress progress(std::chrono::nanoseconds wall) const;
   void drain_events(RunReport& report);
   std::vector<SampleTap*> add_taps(const ProbeLine& probe);
   void tell_failures();

@@ -17,6 +17,12 @@ struct ProbeChannel {
   Counter delivered;                  ///< samples put into the queue
   Counter dropped;                    ///< samples that found it full
   std::atomic<bool> ended{false};     ///< set after the last sample; none will follow
+
+  /// Raised by the simulation thread.
+  Counter used;            ///< samples that were there when their time came
+  Counter late;            ///< samples whose time had already been simulated
+  Counter held_ticks;      ///< readings for which the last sample was held
+  Counter released_ticks;  ///< readings without contact, the probe having been silent for too long
 };
 
 }  // namespace merkel

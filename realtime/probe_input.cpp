@@ -5,7 +5,7 @@ namespace merkel {
 void ProbeInput::take_until(std::chrono::nanoseconds time) noexcept {
   for (const ProbeSample* next = channel_.samples.front(); next != nullptr && next->time <= time;
        next = channel_.samples.front()) {
-    ++(next->time <= simulated_ ? counts_.late : counts_.used);
+    (next->time <= simulated_ ? channel_.late : channel_.used).add();
     last_ = *next;
     channel_.samples.pop();
   }
@@ -49,7 +49,7 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
 
   if (!last_) {
     if (next != nullptr) return {contact_of(*next), State::kFollowing};
-    ++counts_.released_ticks;
+    channel_.released_ticks.add();
     return {{.x_mm = parameters_.x_mm, .y_mm = parameters_.y_mm}, State::kReleased};
   }
   const ContactInput before = contact_of(*last_);
@@ -67,10 +67,10 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
   }
   const bool over = ended && next == nullptr;
   if (time - last_->time > parameters_.stale_after) {
-    if (!over) ++counts_.released_ticks;
+    if (!over) channel_.released_ticks.add();
     return {released(before), over ? State::kEnded : State::kReleased};
   }
-  if (!over) ++counts_.held_ticks;
+  if (!over) channel_.held_ticks.add();
   return {before, over ? State::kEnded : State::kHeld};
 }
 

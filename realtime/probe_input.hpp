@@ -58,7 +58,17 @@ class ProbeInput {
   [[nodiscard]] std::optional<std::chrono::nanoseconds> last_time() const noexcept {
     return last_ ? std::optional(last_->time) : std::nullopt;
   }
-  [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
+  /// When it arrived, if any: host-monotonic for a device.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> last_arrival() const noexcept {
+    return last_ ? std::optional(last_->arrival) : std::nullopt;
+  }
+  /// Thread: any.
+  [[nodiscard]] Counts counts() const noexcept {
+    return {.used = channel_.used.value(),
+            .late = channel_.late.value(),
+            .held_ticks = channel_.held_ticks.value(),
+            .released_ticks = channel_.released_ticks.value()};
+  }
 
  private:
   void take_until(std::chrono::nanoseconds time) noexcept;
@@ -69,7 +79,6 @@ class ProbeInput {
   Parameters parameters_;
   std::optional<ProbeSample> last_;  ///< the latest sample at or before the time read last
   std::chrono::nanoseconds simulated_ = std::chrono::nanoseconds::min();
-  Counts counts_;
 };
 
 }  // namespace merkel

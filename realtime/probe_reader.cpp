@@ -3,6 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include "realtime/thread_setup.hpp"
+
 namespace merkel {
 
 ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, Parameters parameters)
@@ -46,6 +48,7 @@ void ProbeReader::tell(SampleTap& tap, const ProbeSample& sample, const std::sto
 }
 
 void ProbeReader::read_all(const std::stop_token& stop) {
+  set_up_helper_thread("merkel-probe");
   std::vector<ProbeSample> samples(1024);
   while (!stop.stop_requested()) {
     const auto count = probe_.read(samples, std::chrono::milliseconds{50});

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <utility>
+
+#include "realtime/thread_setup.hpp"
 
 namespace merkel {
 namespace {
 
-constexpr std::chrono::milliseconds kPoll{1};
 constexpr std::chrono::milliseconds kFlushEvery{200};
 constexpr std::size_t kBatch = 1024;
 
@@ -78,7 +80,9 @@ void SinkWriter::write_status() {
 }
 
 void SinkWriter::write_all() {
+  set_up_helper_thread("merkel-sink");
   spikes_.reserve(kBatch);
+  std::uint64_t seen = 0;
   auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
   for (;;) {
     // Read the flags before the queues: they are set after the last item.
@@ -97,7 +101,7 @@ void SinkWriter::write_all() {
     }
     if (taken > 0) continue;
     if (ended) break;
-    std::this_thread::sleep_for(kPoll);
+    sources_.channel.beat.wait(seen);
   }
   if (healthy()) write_status();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -13,6 +14,7 @@
 #include "realtime/bounded_queue.hpp"
 #include "realtime/clock.hpp"
 #include "realtime/counter.hpp"
+#include "realtime/publish_beat.hpp"
 
 namespace merkel {
 
@@ -27,7 +29,8 @@ struct CountedQueue {
 
 /// The queues of one consumer. A slow or dead consumer costs its own items and nobody else's.
 struct SpikeChannel {
-  explicit SpikeChannel(std::size_t capacity) : spikes(capacity) {}
+  SpikeChannel(std::size_t capacity, const PublishBeat& the_beat)
+      : spikes(capacity), beat(the_beat) {}
 
   BoundedQueue<SpikeEvent> spikes;  ///< simulation thread → consumer
   Counter dropped;                  ///< spikes that found the queue full
@@ -35,6 +38,7 @@ struct SpikeChannel {
   /// The same for what only some consumers want; null where it was not asked for.
   std::unique_ptr<CountedQueue<TickRecord>> ticks;
   std::unique_ptr<CountedQueue<LoopEvent>> events;
+  const PublishBeat& beat;  ///< for waiting until there may be more
 };
 
 /// Gives every spike to every consumer.
@@ -42,7 +46,7 @@ class SpikeFanout {
  public:
   /// Adds a consumer; before the loop starts. The channel lives as long as the fan-out.
   SpikeChannel& add_consumer(std::size_t capacity) {
-    return *channels_.emplace_back(std::make_unique<SpikeChannel>(capacity));
+    return *channels_.emplace_back(std::make_unique<SpikeChannel>(capacity, beat_));
   }
 
   /// Real-time: yes. Thread: simulation.
@@ -80,6 +84,12 @@ class SpikeFanout {
     for (const auto& channel : channels_) sum += channel->dropped.value();
     return sum;
   }
+  /// Tells every consumer, without waking it, that a tick's spikes are there: so long after the
+  /// tick was due. Real-time: yes. Thread: simulation.
+  void published(std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
+    beat_.published(after_due);
+  }
+  [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
 
   /// Tells every consumer that no spike will follow. Thread: simulation.
   void end() noexcept {
@@ -94,6 +104,7 @@ class SpikeFanout {
     if (!taken) dropped.add();
   }
 
+  PublishBeat beat_;
   std::vector<std::unique_ptr<SpikeChannel>> channels_;
 };
 

@@ -38,19 +38,27 @@ class ScriptedClock {
   /// \param script  called with the time waited for; may deliver samples, and returns the time at
   ///                which the wait ends (later than asked for: a late wake-up)
   using Script = std::function<std::chrono::nanoseconds(std::chrono::nanoseconds)>;
-  explicit ScriptedClock(Script script) : script_(std::move(script)) {}
+  /// How long what begins at a time takes to compute.
+  using Work = std::function<std::chrono::nanoseconds(std::chrono::nanoseconds)>;
+  explicit ScriptedClock(Script script, Work work = {})
+      : script_(std::move(script)), work_(std::move(work)) {}
 
-  [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return now_; }
+  /// The first look after a wait tells when it ended; before the second, the work was done.
+  [[nodiscard]] std::chrono::nanoseconds now() noexcept {
+    if (++looks_ == 2 && work_) now_ += work_(now_);
+    return now_;
+  }
   void wait_until(std::chrono::nanoseconds time) noexcept {
     now_ = std::max(now_, script_(std::max(now_, time)));
+    looks_ = 0;
   }
   bool wait_for_others() noexcept { return false; }
-  /// The computation of a tick takes time.
-  void pass(std::chrono::nanoseconds duration) noexcept { now_ += duration; }
 
  private:
   Script script_;
+  Work work_;
   std::chrono::nanoseconds now_{0};
+  int looks_ = 2;
 };
 
 }  // namespace merkel

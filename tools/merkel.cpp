@@ -3,10 +3,12 @@
 
 #include "tools/command_line.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/crash_report.hpp"
 
 int main(int argc, char** argv) {
   // A reader that goes away is an error of one sink, not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
+  merkel::install_crash_report();
   try {
     return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {
       merkel::add_run_command(program);
@@ -15,6 +17,8 @@ int main(int argc, char** argv) {
       merkel::add_export_command(program);
       merkel::add_inspect_command(program);
       merkel::add_figures_command(program);
+      merkel::add_bench_command(program);
+      merkel::add_chart_command(program);
     });
   } catch (const std::exception& error) {
     return merkel::fail(error.what());

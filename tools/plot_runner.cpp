@@ -1,10 +1,10 @@
 #include "tools/plot_runner.hpp"
 
-#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -28,14 +28,11 @@ const char* python() {
   return ::access(kDebian, X_OK) == 0 ? kDebian : "python3";
 }
 
-/// Exits 0 where matplotlib is there, quietly.
-constexpr const char* kProbe =
-    "import importlib.util, sys; sys.exit(importlib.util.find_spec('matplotlib') is None)";
-
 /// Runs a program; its exit code, or -1 where it could not be started or was killed.
-int run_and_wait(std::array<const char*, 4> arguments) {
-  std::array<char*, 5> argv{};
-  for (std::size_t i = 0; i < arguments.size(); ++i) argv[i] = const_cast<char*>(arguments[i]);
+int run_and_wait(std::vector<std::string> arguments) {
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
   pid_t child = 0;
   if (::posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return -1;
   int status = 0;
@@ -46,25 +43,38 @@ int run_and_wait(std::array<const char*, 4> arguments) {
 
 }  // namespace
 
-Expected<void, SetupError> draw_plots(const std::string& script, const std::string& folder) {
+bool python_has(const std::string& module) {
+  return run_and_wait({python(), "-c",
+                       "import importlib.util, sys; "
+                       "sys.exit(importlib.util.find_spec(sys.argv[1]) is None)",
+                       module}) == 0;
+}
+
+Expected<void, SetupError> run_script(const std::string& script,
+                                      const std::vector<std::string>& arguments) {
   namespace fs = std::filesystem;
-  if (run_and_wait({python(), "-c", kProbe, nullptr}) != 0) {
-    return unavailable("the tables are written to " + folder +
-                       ", but not drawn: install python3-matplotlib and run again");
-  }
-  std::string pattern = (fs::temp_directory_path() / "merkel-plots-XXXXXX").string();
-  if (::mkdtemp(pattern.data()) == nullptr) {
+  std::string folder = (fs::temp_directory_path() / "merkel-plots-XXXXXX").string();
+  if (::mkdtemp(folder.data()) == nullptr) {
     return unavailable("cannot make a temporary folder for the plot scripts");
   }
   for (std::size_t i = 0; i < kPlotScriptCount; ++i) {
-    std::ofstream(fs::path(pattern) / kPlotScripts[i].name) << kPlotScripts[i].text;
+    std::ofstream(fs::path(folder) / kPlotScripts[i].name) << kPlotScripts[i].text;
   }
-  const std::string path = (fs::path(pattern) / (script + ".py")).string();
-  const int code = run_and_wait({python(), path.c_str(), folder.c_str(), nullptr});
+  std::vector<std::string> command = {python(), (fs::path(folder) / (script + ".py")).string()};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  const int code = run_and_wait(std::move(command));
   std::error_code ignored;
-  fs::remove_all(pattern, ignored);
-  if (code != 0) return unavailable("the tables in " + folder + " could not be drawn: see above");
+  fs::remove_all(folder, ignored);
+  if (code != 0) return unavailable("the script " + script + ".py failed: see above");
   return {};
+}
+
+Expected<void, SetupError> draw_plots(const std::string& script, const std::string& folder) {
+  if (!python_has("matplotlib")) {
+    return unavailable("the tables are written to " + folder +
+                       ", but not drawn: install python3-matplotlib and run again");
+  }
+  return run_script(script, {folder});
 }
 
 }  // namespace merkel

@@ -1,15 +1,18 @@
 #include "tools/run_summary.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <optional>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "core/skin/contact_validity.hpp"
 #include "core/units.hpp"
+#include "tools/loop_summary.hpp"
 
 namespace merkel {
 namespace {
@@ -17,18 +20,33 @@ namespace {
 /// What the summary says of one afferent.
 struct NeuronRow {
   std::size_t receptors = 0;
-  double mean_distance_mm = 0.0;  ///< of its receptors from the axis of the first probe's press
+  double mean_distance_mm = 0.0;  ///< of its receptors from the axis of the patch's first probe
   std::uint64_t spikes = 0;
   double rate_hz = 0.0;
 };
 
+std::optional<std::size_t> first_probe_on(std::size_t patch, const TactileModel& model) {
+  const auto& indenters = model.parameters().indenters;
+  const auto found =
+      std::find_if(indenters.begin(), indenters.end(),
+                   [patch](const Indenter& indenter) { return indenter.patch == patch; });
+  if (found == indenters.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - indenters.begin());
+}
+
 std::vector<NeuronRow> neuron_rows(const RunReport& report, const TactileModel& model) {
   std::vector<NeuronRow> rows(model.neurons());
-  const Press& press = model.deepest().front();
-  for (const Receptor& receptor : model.receptors()) {
-    NeuronRow& row = rows[receptor.neuron - 1];
-    ++row.receptors;
-    row.mean_distance_mm += std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
+  std::size_t first = 0;
+  for (std::size_t patch = 0; patch < model.patches().size(); ++patch) {
+    const auto probe = first_probe_on(patch, model);
+    for (const Receptor& receptor : model.patches()[patch].drive().receptors()) {
+      NeuronRow& row = rows[first + receptor.neuron - 1];
+      ++row.receptors;
+      if (!probe) continue;
+      const Press& press = model.deepest()[*probe];
+      row.mean_distance_mm += std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
+    }
+    first += model.patches()[patch].neurons();
   }
   const double simulated_s = units::s_from(report.simulated);
   for (std::size_t n = 0; n < rows.size(); ++n) {
@@ -56,6 +74,9 @@ std::string validity_sentence(const Press& press, const TactileModel& model, std
   if (indenter.tip == Indenter::Tip::kBars) {
     return "flat bars, linear at any depth; strains are of the order of depth over bar width";
   }
+  if (indenter.tip == Indenter::Tip::kPin) {
+    return "flat pin, linear at any depth; strains are of the order of depth over diameter";
+  }
   return validity_of(press.contact, model.parameters().skin, indenter.radius_mm).sentence();
 }
 
@@ -70,11 +91,14 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
   append(text, "ticks: %llu of %g ms; %llu overruns", static_cast<Count>(report.ticks),
          units::ms_from(model.parameters().tick), static_cast<Count>(report.overruns));
   if (report.overruns > 0) {
-    append(text, " (longest %.3f ms)", units::ms_from(report.longest_overrun));
+    append(text, " (longest %.3f ms; %llu by a late wake-up, %llu by a long computation)",
+           units::ms_from(report.longest_overrun), static_cast<Count>(report.late_wake_ups),
+           static_cast<Count>(report.long_computes));
   }
   append(text, ", %llu ticks caught up, %llu gaps of %llu ticks\n",
          static_cast<Count>(report.catch_up_ticks), static_cast<Count>(report.gaps),
          static_cast<Count>(report.skipped_ticks));
+  text += loop_text(report);
   if (report.neuron_resets > 0) {
     append(text, "neurons reset after a non-finite state: %llu\n",
            static_cast<Count>(report.neuron_resets));
@@ -118,7 +142,10 @@ std::string summary_text(const RunReport& report, const TactileModel& model) {
   }
   append(text, "neuron receptors mean_distance_mm spikes rate_hz\n");
   const std::vector<NeuronRow> rows = neuron_rows(report, model);
+  // Of many, those that fired.
+  const bool all = rows.size() <= 100;
   for (std::size_t n = 0; n < rows.size(); ++n) {
+    if (!all && rows[n].spikes == 0) continue;
     append(text, "%6zu %9zu %16.2f %6llu %7.1f\n", n + 1, rows[n].receptors,
            rows[n].mean_distance_mm, static_cast<Count>(rows[n].spikes), rows[n].rate_hz);
   }
@@ -182,10 +209,14 @@ std::string summary_json(const RunReport& report, const TactileModel& model) {
       {"ticks", report.ticks},
       {"overruns", report.overruns},
       {"longest_overrun_ms", units::ms_from(report.longest_overrun)},
+      {"overruns_by_late_wake_up", report.late_wake_ups},
+      {"overruns_by_long_compute", report.long_computes},
       {"catch_up_ticks", report.catch_up_ticks},
       {"gaps", report.gaps},
       {"skipped_ticks", report.skipped_ticks},
       {"neuron_resets", report.neuron_resets},
+      {"events_dropped", report.events_dropped},
+      {"loop", loop_json(report)},
       {"closest_rims", std::isfinite(model.closest_rims()) ? Json(model.closest_rims()) : Json()},
       {"spikes", report.spikes},
       {"probes", std::move(probes)},

@@ -1,5 +1,6 @@
 #include "tools/scene_file.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -43,16 +44,41 @@ void read_skin(SceneTable table, SkinParameters& skin) {
       .number("radius_mm", skin.radius_mm)
       .number("receptor_depth_mm", skin.receptor_depth_mm)
       .number("thickness_mm", skin.thickness_mm);
+  if (table.has("apex_mm")) {
+    std::vector<double> apex;
+    table.numbers("apex_mm", apex);
+    if (apex.size() != 2) table.refuse("apex_mm", "must be two numbers: [x, y]");
+    if (apex.size() == 2) skin.apex = {.x_mm = apex[0], .y_mm = apex[1]};
+  }
+  table.known("apex_mm");
   read_word(table, "contact_law", {"hertz", "sneddon"}, skin.contact_law);
   read_word(table, "layer_law", {"dimitriadis", "exact"}, skin.layer_law);
   read_word(table, "energy_density", {"distortional", "full"}, skin.energy_density);
   table.finish();
 }
 
-void read_receptors(SceneTable table, ReceptorParameters& receptors, Patch& patch) {
+/// Pairs of coordinates, [[x, y], …].
+void read_centres(SceneTable& table, TactileModel::PatchParameters& parameters) {
+  std::vector<std::array<double, 2>> pairs;
+  table.pairs("centres_mm", pairs);
+  for (const auto& [x, y] : pairs) parameters.centres.push_back({.x_mm = x, .y_mm = y});
+  if (!pairs.empty() && parameters.layout == ReceptorLayout::kSubregions) {
+    table.refuse("centres_mm",
+                 "is only of afferents with receptive fields: set layout = \"fields\"");
+  }
+}
+
+void read_receptors(SceneTable table, TactileModel::PatchParameters& parameters) {
+  ReceptorParameters& receptors = parameters.receptors;
+  Patch& patch = parameters.patch;
   read_word(table, "placement", {"random", "lattice"}, receptors.placement);
-  table.seed("seed", receptors.seed)
+  read_word(table, "layout", {"subregions", "fields"}, parameters.layout);
+  read_centres(table, parameters);
+  table.text("name", parameters.name)
+      .seed("seed", receptors.seed)
       .whole("count", receptors.count)
+      .whole("field_receptors", parameters.field.receptors)
+      .number("field_radius_mm", parameters.field.radius_mm)
       .number("density_per_mm2", receptors.density_per_mm2)
       .number("density_max_per_mm2", receptors.density_max_per_mm2)
       .number("density_min_per_mm2", receptors.density_min_per_mm2)
@@ -71,7 +97,65 @@ void read_transduction(SceneTable table, SigmoidTransduction& transduction) {
       .finish();
 }
 
+void read_afferent(SceneTable table, AdaptationParameters& afferent) {
+  table.number("gain_Hz_per_kPa", afferent.gain_Hz_per_kPa)
+      .number("fast_weight", afferent.fast_weight)
+      .number("slow_weight", afferent.slow_weight)
+      .number("fast_ms", afferent.fast_ms)
+      .number("slow_ms", afferent.slow_ms)
+      .number("gain_spread", afferent.gain_spread)
+      .seed("seed", afferent.seed)
+      .finish();
+}
+
+/// Noise that a scene asks for must be one that can be had again.
+void read_noise(SceneTable& table, NeuronNoise& noise) {
+  const bool seeded = table.has("seed");
+  table.number("noise", noise.sigma).seed("seed", noise.seed);
+  if (table.has("noise") && noise.sigma != 0.0 && !seeded) {
+    table.refuse(
+        "noise",
+        "needs a seed, so that a run can be repeated: add seed = 1 beside it, or any other "
+        "whole number");
+  }
+}
+
+const Words kNeuronKinds = {"hodgkin_huxley", "integrate_and_fire", "connor_stevens"};
+
 void read_neuron(SceneTable table, TactileModel::Parameters& model) {
+  const NeuronKind preset_kind = model.neuron_kind;
+  read_word(table, "kind", kNeuronKinds, model.neuron_kind);
+  if (model.neuron_kind != preset_kind) model.step = usual_step(model.neuron_kind);
+  if (model.neuron_kind == NeuronKind::kIntegrateAndFire) {
+    IntegrateAndFire& neuron = model.integrate_and_fire;
+    read_time(table, "step_us", 1e3, model.step);
+    read_noise(table, neuron.noise);
+    table.number("tau_ms", neuron.tau_ms)
+        .number("threshold", neuron.threshold)
+        .number("reset", neuron.reset)
+        .number("floor", neuron.floor)
+        .number("refractory_ms", neuron.refractory_ms)
+        .finish();
+    return;
+  }
+  if (model.neuron_kind == NeuronKind::kConnorStevens) {
+    ConnorStevens& neuron = model.connor_stevens;
+    read_time(table, "step_us", 1e3, model.step);
+    read_noise(table, neuron.noise);
+    table.number("compression_ms", model.compression_ms)
+        .number("capacitance_uF_per_cm2", neuron.capacitance_uF_per_cm2)
+        .number("g_Na", neuron.g_Na)
+        .number("g_K", neuron.g_K)
+        .number("g_A", neuron.g_A)
+        .number("g_L", neuron.g_L)
+        .number("E_Na", neuron.E_Na)
+        .number("E_K", neuron.E_K)
+        .number("E_A", neuron.E_A)
+        .number("E_L", neuron.E_L)
+        .number("spike_threshold_mV", neuron.spike_threshold_mV)
+        .finish();
+    return;
+  }
   HodgkinHuxley& neuron = model.neuron;
   read_word(table, "method", integration_method_names(), model.method);
   read_word(table, "precision", precision_names(), model.precision);
@@ -97,10 +181,26 @@ void read_network(SceneTable table, NetworkParameters& network) {
       .finish();
 }
 
-void read_probe(SceneTable table, Scene::OfProbe& probe, Indenter& indenter) {
-  read_word(table, "tip", {"sphere", "bars"}, indenter.tip);
+void read_accuracy(SceneTable table, TactileModel::Accuracy& accuracy) {
+  table.number("cull_tolerance", accuracy.cull_tolerance)
+      .truth("freeze_resting", accuracy.freeze_resting)
+      .finish();
+}
+
+/// The patch that a probe presses on, by the name of its [[receptors]].
+void read_patch_of_probe(SceneTable& table,
+                         const std::vector<TactileModel::PatchParameters>& patches,
+                         std::size_t& patch) {
+  std::vector<std::string> names;
+  for (const auto& each : patches) names.push_back(each.name);
+  table.word("patch", names, patch);
+}
+
+void read_probe(SceneTable& table, Scene::OfProbe& probe, Indenter& indenter) {
+  read_word(table, "tip", {"sphere", "bars", "pin"}, indenter.tip);
   table.text("uri", probe.uri)
       .number("radius_mm", indenter.radius_mm)
+      .number("diameter_mm", indenter.pin.diameter_mm)
       .numbers("bar_widths_mm", indenter.bars.widths_mm)
       .numbers("bar_gaps_mm", indenter.bars.gaps_mm)
       .number("bar_length_mm", indenter.bars.length_mm)
@@ -152,13 +252,25 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     }
   };
   one("skin", [&](SceneTable table) { read_skin(std::move(table), scene.model.skin); });
-  one("receptors", [&](SceneTable table) {
-    read_receptors(std::move(table), scene.model.receptors, scene.model.patch);
+  std::vector<TactileModel::PatchParameters> patches;
+  for_each_table(top, "receptors", findings, [&](const toml::table& table) {
+    TactileModel::PatchParameters patch = scene.model.patches.front();
+    // Patches that say nothing of it are drawn each in its own way.
+    patch.receptors.seed += patches.size();
+    read_receptors(SceneTable(table, "receptors", findings), patch);
+    patches.push_back(std::move(patch));
   });
+  if (!patches.empty()) scene.model.patches = std::move(patches);
+  one("accuracy", [&](SceneTable table) { read_accuracy(std::move(table), scene.model.accuracy); });
   one("transduction",
       [&](SceneTable table) { read_transduction(std::move(table), scene.model.transduction); });
+  one("afferent",
+      [&](SceneTable table) { read_afferent(std::move(table), scene.model.adaptation); });
   one("neuron", [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
   one("network", [&](SceneTable table) { read_network(std::move(table), scene.model.network); });
+
+  // The default network is one of the default neurons.
+  if (scene.model.energy_driven() && top.find("network") == nullptr) scene.model.network.gain = 0.0;
 
   std::chrono::nanoseconds stale_after = ProbeInput::Parameters{}.stale_after;
   one("loop", [&](SceneTable table) {
@@ -169,19 +281,24 @@ Scene scene_of(const toml::table& root, Findings& findings) {
       table.whole("max_catch_up_ticks", ticks);
       scene.max_catch_up_ticks = ticks;
     }
+    read_loop_settings(table, scene.loop);
     table.known("max_catch_up_ticks").finish();
   });
 
   std::vector<Scene::OfProbe> probes;
   std::vector<Indenter> indenters;
-  const ProbeInput::Parameters centre{.stale_after = stale_after,
-                                      .x_mm = 0.5 * scene.model.patch.length_mm,
-                                      .y_mm = 0.5 * scene.model.patch.width_mm};
+  const auto centre_of = [&](std::size_t patch) {
+    const Patch& skin = scene.model.patches[patch].patch;
+    return ProbeInput::Parameters{
+        .stale_after = stale_after, .x_mm = 0.5 * skin.length_mm, .y_mm = 0.5 * skin.width_mm};
+  };
   for_each_table(top, "probe", findings, [&](const toml::table& table) {
     Scene::OfProbe probe = scene.probes.front();
     Indenter indenter = scene.model.indenters.front();
-    probe.input = centre;
-    read_probe(SceneTable(table, "probe", findings), probe, indenter);
+    SceneTable keys(table, "probe", findings);
+    read_patch_of_probe(keys, scene.model.patches, indenter.patch);
+    probe.input = centre_of(indenter.patch);
+    read_probe(keys, probe, indenter);
     probes.push_back(std::move(probe));
     indenters.push_back(indenter);
   });
@@ -189,7 +306,9 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     scene.probes = std::move(probes);
     scene.model.indenters = std::move(indenters);
   } else {
-    scene.probes.front().input = centre;
+    for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+      scene.probes[i].input = centre_of(scene.model.indenters[i].patch);
+    }
   }
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
@@ -223,6 +342,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
         ParameterCheck()
             .whole_in_range("loop.max_catch_up_ticks", scene.max_catch_up_ticks.value_or(0), 0,
                             1'000'000)
+            .also(scene.loop.check())
             .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
                      "must be a positive number of milliseconds")
             .result();

@@ -11,6 +11,7 @@
 #include "core/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/probe_input.hpp"
+#include "tools/loop_settings.hpp"
 
 namespace merkel {
 
@@ -26,6 +27,7 @@ struct Scene {
   TactileModel::Parameters model;
   std::vector<OfProbe> probes;
   std::vector<std::string> sinks;
+  LoopSettings loop;
   std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
   std::string file;                                ///< empty for the built-in scene
   std::string text;                                ///< from which parse_scene makes it again

@@ -20,14 +20,48 @@ Scene paper_wide() {
   return scene;
 }
 
+/// The fingertip of afferents that match recordings: a curved finger, receptive fields of their
+/// own, adaptation, and noisy integrate-and-fire neurons. `merkel score` tells how well.
+Scene goodwin() {
+  Scene scene = paper();
+  TactileModel::Parameters& model = scene.model;
+  model.skin.radius_mm = 7.0;
+  model.patches.front().layout = ReceptorLayout::kFields;
+  model.neuron_kind = NeuronKind::kIntegrateAndFire;
+  model.network.gain = 0.0;
+  model.step = usual_step(model.neuron_kind);
+  return scene;
+}
+
+/// The same with Connor-Stevens neurons.
+Scene goodwin_hh() {
+  Scene scene = goodwin();
+  scene.model.neuron_kind = NeuronKind::kConnorStevens;
+  scene.model.step = usual_step(scene.model.neuron_kind);
+  return scene;
+}
+
 struct Preset {
   const char* name;
   Scene (*make)();
 };
 
-constexpr Preset kPresets[] = {{"paper", paper}, {"paper-wide", paper_wide}};
+constexpr Preset kPresets[] = {
+    {"paper", paper}, {"paper-wide", paper_wide}, {"goodwin", goodwin}, {"goodwin-hh", goodwin_hh}};
 
 }  // namespace
+
+std::chrono::nanoseconds usual_step(NeuronKind kind) noexcept {
+  switch (kind) {
+    case NeuronKind::kIntegrateAndFire:
+      return std::chrono::microseconds{500};
+    case NeuronKind::kConnorStevens:
+      return std::chrono::microseconds{50};
+    case NeuronKind::kHodgkinHuxley:
+      break;
+  }
+  return TactileModel::Parameters{}.step;
+}
 
 std::optional<Scene> preset_scene(std::string_view name) {
   const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),

@@ -62,6 +62,21 @@ SceneTable& SceneTable::numbers(std::string_view key, std::vector<double>& value
   return *this;
 }
 
+SceneTable& SceneTable::pairs(std::string_view key, std::vector<std::array<double, 2>>& values) {
+  const toml::node* const node = find(key);
+  if (node == nullptr) return *this;
+  const toml::array* const list = node->as_array();
+  bool all = list != nullptr;
+  for (std::size_t i = 0; all && i < list->size(); ++i) {
+    const toml::array* const pair = list->get(i)->as_array();
+    all = pair != nullptr && pair->size() == 2 && pair->get(0)->is_number() &&
+          pair->get(1)->is_number();
+    if (all) values.push_back({*pair->get(0)->value<double>(), *pair->get(1)->value<double>()});
+  }
+  if (!all) fail(key, *node, "a list of pairs of numbers, as in [[15, 10], [16, 10]]");
+  return *this;
+}
+
 SceneTable& SceneTable::whole(std::string_view key, std::int64_t& value) {
   if (const toml::node* const node = find(key)) {
     if (const auto number = node->value_exact<std::int64_t>()) {
@@ -96,6 +111,17 @@ SceneTable& SceneTable::seed(std::string_view key, std::uint64_t& value) {
   return *this;
 }
 
+SceneTable& SceneTable::truth(std::string_view key, bool& value) {
+  if (const toml::node* const node = find(key)) {
+    if (const auto truth = node->value_exact<bool>()) {
+      value = *truth;
+    } else {
+      fail(key, *node, "true or false");
+    }
+  }
+  return *this;
+}
+
 SceneTable& SceneTable::text(std::string_view key, std::string& value) {
   if (const toml::node* const node = find(key)) {
     if (const auto text = node->value_exact<std::string>()) {
@@ -125,6 +151,13 @@ SceneTable& SceneTable::word(std::string_view key, const std::vector<std::string
     }
   }
   return *this;
+}
+
+void SceneTable::refuse(std::string_view key, const std::string& reason) {
+  if (const toml::node* const node = find(key)) {
+    findings_.fail(node->source(),
+                   (name_.empty() ? "" : name_ + ".") + std::string(key) + " " + reason);
+  }
 }
 
 void SceneTable::finish() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -29,9 +30,12 @@ class SceneTable {
   /// Each leaves `value` alone where the key is absent.
   SceneTable& number(std::string_view key, double& value);
   SceneTable& numbers(std::string_view key, std::vector<double>& values);
+  /// A list of lists of two numbers.
+  SceneTable& pairs(std::string_view key, std::vector<std::array<double, 2>>& values);
   SceneTable& whole(std::string_view key, std::int64_t& value);
   SceneTable& whole(std::string_view key, int& value);
   SceneTable& seed(std::string_view key, std::uint64_t& value);
+  SceneTable& truth(std::string_view key, bool& value);
   SceneTable& text(std::string_view key, std::string& value);
   /// One of `words`; `value` becomes its index.
   SceneTable& word(std::string_view key, const std::vector<std::string>& words, std::size_t& value);
@@ -40,6 +44,8 @@ class SceneTable {
   [[nodiscard]] bool has(std::string_view key) const { return table_.contains(key); }
   /// The key's value, noted as known; null where absent.
   const toml::node* find(std::string_view key);
+  /// Refuses a key's value: "table.key <reason>".
+  void refuse(std::string_view key, const std::string& reason);
   /// Names a key that is not known.
   void finish();
 

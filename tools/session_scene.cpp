@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tools/machine_facts.hpp"
 
@@ -25,7 +26,10 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
 RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   RunDescription run;
   run.model = model.parameters();
-  run.receptors.assign(model.receptors().begin(), model.receptors().end());
+  for (const TactilePatch& patch : model.patches()) {
+    const auto receptors = patch.drive().receptors();
+    run.receptors.emplace_back(receptors.begin(), receptors.end());
+  }
   // The name of the file without its folders, or the preset.
   const std::string& file = scene.file;
   run.scene = file.empty() ? "paper" : file.substr(file.find_last_of('/') + 1);
@@ -37,11 +41,13 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
                {"git_hash", kGitHash},
                {"scene_text", scene.text},
                {"controls", controls},
-               {"receptor_seed", std::to_string(run.model.receptors.seed)},
                {"network_seed", std::to_string(run.model.network.seed)},
                {"tick_ns", std::to_string(run.model.tick.count())},
                {"step_ns", std::to_string(run.model.step.count())},
                {"neurons", std::to_string(model.neurons())}};
+  for (const TactileModel::PatchParameters& patch : run.model.patches) {
+    run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
+  }
   for (const Scene::OfProbe& probe : scene.probes) run.facts.emplace_back("probe", probe.uri);
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
   return run;
@@ -68,13 +74,17 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
         controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
   }
   // The command line may have set other seeds than the scene.
-  const auto receptor_seed = to_seed(session.fact("receptor_seed"));
   const auto network_seed = to_seed(session.fact("network_seed"));
-  if (!receptor_seed || !network_seed) {
+  const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
+  if (!network_seed || receptor_seeds.size() != scene->model.patches.size()) {
     return bad_input("the session does not say its seeds: it is damaged");
   }
-  scene->model.receptors.seed = *receptor_seed;
   scene->model.network.seed = *network_seed;
+  for (std::size_t i = 0; i < receptor_seeds.size(); ++i) {
+    const auto seed = to_seed(receptor_seeds[i]);
+    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    scene->model.patches[i].receptors.seed = *seed;
+  }
   return scene;
 }
 

@@ -32,9 +32,11 @@ HodgkinHuxleyPopulation::HodgkinHuxleyPopulation(const Parameters& parameters, s
                                                  const std::optional<LatticeCoupling>& network)
     : parameters_(parameters),
       membranes_(make_membranes(parameters, neurons, active(network))),
-      quiescence_(parameters.neuron, neurons, active(network) ? network->columns() : 0),
       resets_(neurons) {
   assert(!network || network->neurons() == neurons);
+  if (parameters.freeze_resting) {
+    quiescence_.emplace(parameters.neuron, neurons, active(network) ? network->columns() : 0);
+  }
   if (neurons < 2 * kLeastPart) return;
   for (int part = 1; part < kMostParts; ++part) {
     parts_.push_back({SpikeBuffer(neurons), SpikeBuffer(neurons / 2 + kNeuronBlock)});
@@ -58,7 +60,8 @@ void HodgkinHuxleyPopulation::set_state(std::size_t neuron, double V_mV,
                                         const Gates& gates) noexcept {
   std::visit([&](auto& membranes) { membranes.set_state(neuron, {.V = V_mV, .gates = gates}); },
              membranes_);
-  quiescence_.wake();
+  if (quiescence_) quiescence_->wake();
+  resting_blocks_ = 0;
 }
 
 void HodgkinHuxleyPopulation::reset() noexcept {
@@ -84,13 +87,13 @@ void HodgkinHuxleyPopulation::advance(std::span<const double> current_begin,
   std::visit(
       [&](auto& membranes) {
         membranes.set_currents(current_begin, current_end);
-        if (!parameters_.freeze_resting) return;
-        resting_blocks_ = quiescence_.find(
+        if (!quiescence_) return;
+        resting_blocks_ = quiescence_->find(
             current_begin, current_end, [&](std::size_t i) { return membranes.state(i); },
             [&](std::size_t i) { return membranes.exchange(i); });
       },
       membranes_);
-  if (resting_blocks_ > 0) frozen = quiescence_.frozen();
+  if (resting_blocks_ > 0) frozen = quiescence_->frozen();
   resets_.clear();
   run(parts_for(team), steps, frozen, start, spikes, team);
   std::visit([steps](auto& membranes) { membranes.finish_steps(steps); }, membranes_);

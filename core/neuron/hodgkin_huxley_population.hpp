@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -63,6 +64,14 @@ class HodgkinHuxleyPopulation {
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
   /// Blocks of 16 neurons that the last advance() skipped because they were at rest.
   [[nodiscard]] std::size_t resting_blocks() const noexcept { return resting_blocks_; }
+  /// Neurons in the blocks that the last advance() stepped.
+  [[nodiscard]] std::size_t active_neurons() const noexcept {
+    return size() - std::min(size(), resting_blocks_ * kNeuronBlock);
+  }
+  /// Whether it skipped all: under the same currents, the next one will do nothing.
+  [[nodiscard]] bool all_resting() const noexcept {
+    return resting_blocks_ == (size() + kNeuronBlock - 1) / kNeuronBlock;
+  }
 
  private:
   struct Part {
@@ -76,7 +85,7 @@ class HodgkinHuxleyPopulation {
 
   Parameters parameters_;
   std::variant<Membranes<double>, Membranes<float>> membranes_;
-  Quiescence quiescence_;
+  std::optional<Quiescence> quiescence_;  ///< none where blocks at rest are stepped too
   std::vector<Part> parts_;  ///< what the parts of a team find; the first part's goes out directly
   SpikeBuffer resets_;
   std::size_t resting_blocks_ = 0;

@@ -52,22 +52,28 @@ std::optional<IntegrationMethod> integration_method_named(std::string_view name)
   return static_cast<IntegrationMethod>(found - names.begin());
 }
 
-MethodTraits traits_of(IntegrationMethod method) noexcept {
+double largest_step_ms(IntegrationMethod method, double exchange_per_ms) noexcept {
+  const auto of_explicit = [=](double alone_ms, double interval) {
+    return 1.0 / (1.0 / alone_ms + 2.0 * exchange_per_ms / interval);
+  };
+  const auto of_implicit = [=](double alone_ms) {
+    return exchange_per_ms > 0.0 ? std::min(alone_ms, kLargestExchange / exchange_per_ms)
+                                 : alone_ms;
+  };
   switch (method) {
     case IntegrationMethod::kForwardEuler:
-      return {.explicit_scheme = true, .largest_step_us = 65.0};
     case IntegrationMethod::kHeun:
-      return {.explicit_scheme = true, .largest_step_us = 60.0};
+      return of_explicit(0.055, 2.0);
     case IntegrationMethod::kRk4:
-      return {.explicit_scheme = true, .largest_step_us = 80.0};
+      return of_explicit(0.08, 2.785);
     case IntegrationMethod::kExponentialEuler:
+      return of_implicit(0.055);
     case IntegrationMethod::kBackwardEuler:
-      return {.explicit_scheme = false, .largest_step_us = 100.0};
     case IntegrationMethod::kRushLarsen:
     case IntegrationMethod::kCrankNicolson:
-      return {.explicit_scheme = false, .largest_step_us = 200.0};
+      return of_implicit(0.125);
   }
-  return {};
+  return 0.0;
 }
 
 }  // namespace merkel

@@ -5,11 +5,6 @@
 namespace merkel {
 namespace {
 
-/// While the part of a membrane's charge that neighbours exchange in a step is below this, the
-/// neighbours are extrapolated to the step's middle, which is second order. Beyond, they are taken
-/// as at its beginning against the own potential at its end: first order, but stable at any gain.
-constexpr double kLargestExchange = 0.5;
-
 /// From here on (α+β)·dt can exceed 2, where Crank–Nicolson gates would swing beyond [0, 1].
 constexpr double kLargestCrankNicolsonGateStep_ms = 0.04;
 

@@ -3,27 +3,190 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <optional>
+#include <string>
 #include <utility>
+
+#include "core/units.hpp"
 
 namespace merkel {
 namespace {
 
+Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
+  ParameterCheck all;
+  const bool fields = std::any_of(p.patches.begin(), p.patches.end(), [](const auto& patch) {
+    return patch.layout == ReceptorLayout::kFields;
+  });
+  switch (p.neuron_kind) {
+    case NeuronKind::kHodgkinHuxley:
+      return all.also(p.neuron.check())
+          .require(!fields || p.network.gain == 0.0, "network.gain",
+                   "must be 0 where afferents have receptive fields of their own: the network "
+                   "couples the neurons of neighbouring subregions")
+          .result();
+    case NeuronKind::kIntegrateAndFire:
+      all.also(p.integrate_and_fire.check(p.step));
+      break;
+    case NeuronKind::kConnorStevens:
+      all.also(p.connor_stevens.check())
+          .not_negative("neuron.compression_ms", p.compression_ms)
+          .require(p.step <= std::chrono::microseconds{100}, "neuron.step_us",
+                   "must be at most 100 for neuron.kind \"connor_stevens\"");
+      break;
+  }
+  return all.also(p.adaptation.check())
+      .require(p.network.gain == 0.0, "network.gain",
+               "must be 0 for this neuron.kind: only \"hodgkin_huxley\" neurons are coupled")
+      .require(p.precision == Precision::kDouble, "neuron.precision",
+               "must be \"double\" for this neuron.kind")
+      .result();
+}
+
 Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   ParameterCheck all;
   all.also(p.skin.check())
-      .also(p.patch.check())
       .also(p.transduction.check())
-      .also(p.neuron.check())
       .also(p.network.check())
+      .in_range("accuracy.cull_tolerance", p.accuracy.cull_tolerance, 0.0, 1.0)
+      .require(!p.patches.empty(), "patch", "is missing: a scene needs at least one patch of skin")
       .require(!p.indenters.empty(), "probe", "is missing: a scene needs at least one probe")
       .require(p.tick.count() > 0, "loop.tick_us", "must be a positive number of microseconds")
       .require(p.step.count() > 0, "neuron.step_us", "must be a positive number of microseconds");
-  for (const Indenter& indenter : p.indenters) all.also(indenter.check(p.skin));
+  for (const auto& patch : p.patches) all.also(patch.patch.check());
+  for (const Indenter& indenter : p.indenters) {
+    all.also(indenter.check(p.skin))
+        .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene")
+        .require(indenter.control == p.indenters.front().control, "probe.control",
+                 "must be the same for all probes, but mixes \"depth\" and \"force\": press by "
+                 "the one or the other with each");
+  }
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()
+      .also(check_neuron(p))
       .require(p.tick.count() % p.step.count() == 0, "neuron.step_us",
                "must divide loop.tick_us without remainder")
       .result();
+}
+
+/// What a tick can make: a membrane is refractory for more than a millisecond after a spike.
+std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
+  const double refractory_ms = p.neuron_kind == NeuronKind::kIntegrateAndFire
+                                   ? std::min(1.0, p.integrate_and_fire.refractory_ms)
+                                   : 1.0;
+  return neurons * (2 + static_cast<std::size_t>(units::ms_from(p.tick) / refractory_ms));
+}
+
+constexpr double kSmallestStep_ms = 1e-4;
+
+/// A step that divides the tick and is no longer than a bound, as the shortest decimal of µs.
+std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
+  std::int64_t parts = 1;
+  while (tick.count() % parts != 0 ||
+         units::ms_from(tick) > bound_ms * static_cast<double>(parts)) {
+    ++parts;
+  }
+  return shortest_decimal(units::us_from(tick / parts));
+}
+
+/// Refuses a step at which the method would diverge or give wrong spike counts.
+Expected<void, ParameterError> check_step(const TactileModel::Parameters& p,
+                                          const std::optional<LatticeCoupling>& network) {
+  const double exchange_per_ms =
+      network ? network->largest_conductance() / p.neuron.capacitance_uF_per_cm2 : 0.0;
+  const double bound_ms = largest_step_ms(p.method, exchange_per_ms);
+  if (units::ms_from(p.step) <= bound_ms) return {};
+  const std::string given = shortest_decimal(units::us_from(p.step));
+  const std::string bound = shortest_decimal(std::floor(1e4 * bound_ms + 1e-6) / 10.0);
+  const std::string method(name_of(p.method));
+  if (bound_ms < kSmallestStep_ms) {
+    return Unexpected<ParameterError>(
+        {.key = "network.gain",
+         .reason =
+             "couples the neurons so strongly that no step is small enough: make it smaller"});
+  }
+  return Unexpected<ParameterError>({.key = "neuron.step_us",
+                                     .reason = "must be at most " + bound + " for " + method +
+                                               (network ? " in this network" : "") + ", but is " +
+                                               given + ": " + step_below(bound_ms, p.tick) +
+                                               " would do"});
+}
+
+std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
+  return static_cast<std::size_t>(
+      std::count_if(p.indenters.begin(), p.indenters.end(),
+                    [patch](const Indenter& indenter) { return indenter.patch == patch; }));
+}
+
+Expected<std::vector<Receptor>, ParameterError> receptors_of(
+    const TactileModel::PatchParameters& patch) {
+  if (patch.layout == ReceptorLayout::kSubregions) {
+    return place_receptors(patch.receptors, patch.patch);
+  }
+  return patch.centres.empty() ? place_fields(patch.field, patch.receptors, patch.patch)
+                               : place_fields(patch.field, patch.centres, patch.patch);
+}
+
+EnergyDrivenNeurons::Parameters energy_driven_of(
+    const TactileModel::Parameters& p, std::size_t index,
+    const std::shared_ptr<const RateCurrentTable>& table) {
+  EnergyDrivenNeurons::Parameters energy_driven{.adaptation = p.adaptation, .neurons = {}};
+  energy_driven.adaptation.seed += index;
+  if (p.neuron_kind == NeuronKind::kConnorStevens) {
+    EnergyDrivenNeurons::ConnorStevensDrive drive{
+        .population = {.neuron = p.connor_stevens,
+                       .step = p.step,
+                       .patch = static_cast<std::uint16_t>(index)},
+        .table = table,
+        .compression_ms = p.compression_ms};
+    drive.population.neuron.noise.seed += index;
+    energy_driven.neurons = drive;
+  } else {
+    IntegrateAndFirePopulation::Parameters population{
+        .neuron = p.integrate_and_fire, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
+    population.neuron.noise.seed += index;
+    energy_driven.neurons = population;
+  }
+  return energy_driven;
+}
+
+Expected<TactilePatch, ParameterError> make_patch(
+    const TactileModel::Parameters& p, std::size_t index,
+    const std::shared_ptr<const RateCurrentTable>& table) {
+  const TactileModel::PatchParameters& patch = p.patches[index];
+  const auto receptors = receptors_of(patch);
+  if (!receptors) return Unexpected<ParameterError>(receptors.error());
+  const auto neurons = patch.layout == ReceptorLayout::kSubregions
+                           ? static_cast<std::size_t>(patch.patch.subregions())
+                           : static_cast<std::size_t>(receptors->back().neuron);
+  ReceptorDrive::Parameters drive{.skin = p.skin,
+                                  .transduction = p.transduction,
+                                  .precision = p.precision,
+                                  .most_contacts = indenters_on(index, p)};
+  if (p.energy_driven()) {
+    drive.output = ReceptorDrive::Output::kMeanEnergy;
+    return TactilePatch(*receptors, neurons, drive, energy_driven_of(p, index, table),
+                        most_spikes(p, neurons));
+  }
+  std::optional<LatticeCoupling> network;
+  if (p.network.gain > 0.0) {
+    NetworkParameters own = p.network;
+    own.seed += index;
+    auto coupling = LatticeCoupling::create(own, patch.patch.columns, patch.patch.rows);
+    if (!coupling) return Unexpected<ParameterError>(coupling.error());
+    network = std::move(*coupling);
+  }
+  if (const auto checked = check_step(p, network); !checked) {
+    return Unexpected<ParameterError>(checked.error());
+  }
+  return TactilePatch(*receptors, neurons, drive,
+                      {.neuron = p.neuron,
+                       .method = p.method,
+                       .precision = p.precision,
+                       .step = p.step,
+                       .patch = static_cast<std::uint16_t>(index),
+                       .freeze_resting = p.accuracy.freeze_resting},
+                      network, most_spikes(p, neurons));
 }
 
 }  // namespace
@@ -32,80 +195,142 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   if (const auto checked = check(parameters); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
-  auto receptors = place_receptors(parameters.receptors, parameters.patch);
-  if (!receptors) return Unexpected<ParameterError>(receptors.error());
-  std::optional<LatticeCoupling> network;
-  if (parameters.network.gain > 0.0) {
-    auto coupling = LatticeCoupling::create(parameters.network, parameters.patch.columns,
-                                            parameters.patch.rows);
-    if (!coupling) return Unexpected<ParameterError>(coupling.error());
-    network = std::move(*coupling);
+  std::shared_ptr<const RateCurrentTable> table;
+  if (parameters.neuron_kind == NeuronKind::kConnorStevens) {
+    table = std::make_shared<RateCurrentTable>(parameters.connor_stevens, parameters.step);
+    if (!table->valid()) {
+      return Unexpected<ParameterError>(
+          {.key = "neuron.kind",
+           .reason = "is \"connor_stevens\" with conductances under which it never fires steadily: "
+                     "change g_Na, g_K, g_A or g_L"});
+    }
   }
-  return TactileModel(parameters, std::move(*receptors), std::move(network));
+  std::vector<TactilePatch> patches;
+  for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
+    auto patch = make_patch(parameters, i, table);
+    if (!patch) return Unexpected<ParameterError>(patch.error());
+    patches.push_back(std::move(*patch));
+  }
+  return TactileModel(parameters, std::move(patches));
 }
 
-TactileModel::TactileModel(const Parameters& parameters, std::vector<Receptor> receptors,
-                           std::optional<LatticeCoupling> network)
+TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatch> patches)
     : parameters_(parameters),
       steps_(static_cast<int>(parameters.tick / parameters.step)),
-      drive_(receptors, static_cast<std::size_t>(parameters.patch.subregions()), parameters.skin,
-             parameters.transduction),
-      population_({.neuron = parameters.neuron,
-                   .method = parameters.method,
-                   .precision = parameters.precision,
-                   .step = parameters.step,
-                   .patch = 0},
-                  static_cast<std::size_t>(parameters.patch.subregions()), std::move(network)),
-      current_begin_(population_.size()),
-      current_end_(population_.size()),
-      // A membrane is refractory for more than a millisecond after a spike.
-      spikes_(population_.size() *
-              (2 + static_cast<std::size_t>(parameters.tick / std::chrono::milliseconds{1}))) {
-  for (const Indenter& indenter : parameters.indenters)
+      patches_(std::move(patches)),
+      touching_(patches_.size()),
+      next_patch_(std::make_unique<std::atomic<std::size_t>>(0)),
+      spikes_(most_spikes(parameters, neurons())),
+      resets_(neurons()) {
+  for (const Indenter& indenter : parameters.indenters) {
     tips_.emplace_back(indenter, parameters.skin);
-  touching_.reserve(tips_.size());
+    if (parameters.energy_driven()) {
+      reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.accuracy.cull_tolerance,
+                                 indenters_on(indenter.patch, parameters));
+      continue;
+    }
+    reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.transduction,
+                               parameters.accuracy.cull_tolerance,
+                               indenters_on(indenter.patch, parameters));
+  }
+  for (auto& touching : touching_) touching.reserve(tips_.size());
   deepest_.resize(tips_.size());
 }
 
 void TactileModel::reset() noexcept {
-  population_.reset();
-  std::fill(current_begin_.begin(), current_begin_.end(), 0.0);
-  std::fill(current_end_.begin(), current_end_.end(), 0.0);
+  for (TactilePatch& patch : patches_) patch.reset();
   std::fill(deepest_.begin(), deepest_.end(), Press{});
   closest_rims_ = std::numeric_limits<double>::infinity();
 }
 
-void TactileModel::note_distances() noexcept {
-  for (std::size_t i = 0; i < touching_.size(); ++i) {
-    for (std::size_t j = i + 1; j < touching_.size(); ++j) {
-      const double a = touching_[i].contact.contact_radius_mm;
-      const double b = touching_[j].contact.contact_radius_mm;
+std::size_t TactileModel::neurons() const noexcept {
+  return std::accumulate(
+      patches_.begin(), patches_.end(), std::size_t{0},
+      [](std::size_t sum, const TactilePatch& patch) { return sum + patch.neurons(); });
+}
+
+std::vector<std::size_t> TactileModel::neurons_of_patch() const {
+  std::vector<std::size_t> neurons;
+  for (const TactilePatch& patch : patches_) neurons.push_back(patch.neurons());
+  return neurons;
+}
+
+std::size_t TactileModel::receptors() const noexcept {
+  return std::accumulate(patches_.begin(), patches_.end(), std::size_t{0},
+                         [](std::size_t sum, const TactilePatch& patch) {
+                           return sum + patch.drive().receptors().size();
+                         });
+}
+
+std::uint64_t TactileModel::spikes_refused() const noexcept {
+  return std::accumulate(
+      patches_.begin(), patches_.end(), spikes_.refused(),
+      [](std::uint64_t sum, const TactilePatch& patch) { return sum + patch.spikes_refused(); });
+}
+
+void TactileModel::note_distances(std::span<const PlacedContact> touching) noexcept {
+  for (std::size_t i = 0; i < touching.size(); ++i) {
+    for (std::size_t j = i + 1; j < touching.size(); ++j) {
+      const double a = touching[i].contact.contact_radius_mm;
+      const double b = touching[j].contact.contact_radius_mm;
       if (!(a > 0.0 && b > 0.0)) continue;
       const double apart =
-          std::hypot(touching_[i].x_mm - touching_[j].x_mm, touching_[i].y_mm - touching_[j].y_mm);
+          std::hypot(touching[i].x_mm - touching[j].x_mm, touching[i].y_mm - touching[j].y_mm);
       closest_rims_ = std::min(closest_rims_, (apart - a - b) / std::max(a, b));
     }
   }
 }
 
+void TactileModel::step_patch(std::size_t patch, WorkerTeam* team) noexcept {
+  patches_[patch].step(touching_[patch], steps_, start_, team);
+}
+
+void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
+  start_ = start;
+  if (team_ == nullptr || patches_.size() == 1) {
+    for (std::size_t i = 0; i < patches_.size(); ++i) step_patch(i, team_);
+    return;
+  }
+  // Whoever is free takes the next patch; what a patch does depends on nobody else.
+  next_patch_->store(0, std::memory_order_relaxed);
+  const int parts = std::min(team_->size(), static_cast<int>(patches_.size()));
+  team_->run(
+      parts,
+      [](void* context, int /*part*/) noexcept {
+        auto* const self = static_cast<TactileModel*>(context);
+        for (;;) {
+          const std::size_t i = self->next_patch_->fetch_add(1, std::memory_order_relaxed);
+          if (i >= self->patches_.size()) return;
+          self->step_patch(i, nullptr);
+        }
+      },
+      this);
+}
+
 std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_at_end,
                                          std::chrono::nanoseconds start) noexcept {
   assert(contacts_at_end.size() == tips_.size());
-  touching_.clear();
+  for (auto& touching : touching_) touching.clear();
   for (std::size_t i = 0; i < tips_.size(); ++i) {
     const Press made = tips_[i].press(contacts_at_end[i]);
     if (!made.touching()) continue;
-    touching_.push_back(
-        {.contact = made.contact, .bars = tips_[i].bars(), .x_mm = made.x_mm, .y_mm = made.y_mm});
+    touching_[parameters_.indenters[i].patch].push_back(
+        {.contact = made.contact,
+         .bars = tips_[i].bars(),
+         .x_mm = made.x_mm,
+         .y_mm = made.y_mm,
+         .reach_mm = reach_of_tip_[i].radius_mm(made.contact.depth_mm)});
     if (made.contact.depth_mm > deepest_[i].contact.depth_mm) deepest_[i] = made;
   }
-  note_distances();
-  current_begin_.swap(current_end_);
-  drive_.compute(touching_, current_end_);
+  for (const auto& touching : touching_) note_distances(touching);
+  step_patches(start);
   spikes_.clear();
-  population_.advance(current_begin_, current_end_, steps_, start, spikes_);
-  resets_ += population_.resets().size();
-  spikes_.sort();
+  resets_.clear();
+  for (const TactilePatch& patch : patches_) {
+    for (const SpikeEvent& spike : patch.spikes()) spikes_.push(spike);
+    for (const SpikeEvent& reset : patch.resets()) resets_.push(reset);
+  }
+  if (patches_.size() > 1) spikes_.sort();
   return spikes_.events();
 }
 

@@ -1,52 +1,93 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "core/afferent/adaptation.hpp"
 #include "core/afferent/patch.hpp"
-#include "core/afferent/receptor_drive.hpp"
+#include "core/afferent/receptive_field.hpp"
 #include "core/afferent/receptor_placement.hpp"
 #include "core/afferent/sigmoid_transduction.hpp"
-#include "core/neuron/hodgkin_huxley_population.hpp"
+#include "core/neuron/connor_stevens.hpp"
+#include "core/neuron/hodgkin_huxley.hpp"
+#include "core/neuron/integrate_and_fire.hpp"
+#include "core/neuron/integration_method.hpp"
 #include "core/neuron/lattice_coupling.hpp"
+#include "core/neuron/neuron_kind.hpp"
 #include "core/neuron/spike_buffer.hpp"
 #include "core/parameter_error.hpp"
+#include "core/precision.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/scene/contact_input.hpp"
+#include "core/scene/drive_reach.hpp"
 #include "core/scene/indenter.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "core/scene/tip_contact.hpp"
 #include "core/skin/skin_material.hpp"
 #include "core/spike_event.hpp"
+#include "core/worker_team.hpp"
 
 namespace merkel {
 
-/// One patch of skin, its afferents and the probes that press on it: contact → stress → energy
+/// Patches of skin, their afferents and the probes that press on them: contact → stress → energy
 /// density → current → membrane → spikes, a tick at a time.
 ///
 /// Construct, reset, step: all memory is allocated by create(). The defaults are the paper's
 /// fingertip under a sphere of 2 mm radius.
 class TactileModel {
  public:
+  /// A patch of skin: its afferents and its receptors.
+  struct PatchParameters {
+    std::string name;
+    Patch patch;
+    ReceptorParameters receptors;  ///< or, where afferents have receptive fields, their centres
+    ReceptorLayout layout = ReceptorLayout::kSubregions;
+    ReceptiveField field;              ///< where the layout is one of fields
+    std::vector<FieldCentre> centres;  ///< of fields; empty: by the density law
+  };
+  /// What may be left out, and how much that may change.
+  struct Accuracy {
+    /// Receptors are left out where the press can move their current by no more than this fraction
+    /// of α, or the energy density by no more than so many kPa where that is the drive; 0 looks at
+    /// all.
+    double cull_tolerance = 1e-4;
+    bool freeze_resting = true;  ///< do not step neurons that are at rest
+  };
   struct Parameters {
     SkinParameters skin;
-    Patch patch;
-    ReceptorParameters receptors;
+    std::vector<PatchParameters> patches{PatchParameters{}};
     SigmoidTransduction transduction;
+    NeuronKind neuron_kind = NeuronKind::kHodgkinHuxley;
     HodgkinHuxley neuron;
+    IntegrateAndFire integrate_and_fire;
+    ConnorStevens connor_stevens;
+    double compression_ms = 4.0;      ///< of the drive of Connor-Stevens neurons
+    AdaptationParameters adaptation;  ///< of afferents that energy density drives
     IntegrationMethod method = IntegrationMethod::kCrankNicolson;
     Precision precision = Precision::kDouble;
-    NetworkParameters network;
+    NetworkParameters network;  ///< of each patch; seeds count up from patch to patch
+    Accuracy accuracy;
     std::vector<Indenter> indenters{Indenter{}};  ///< one a probe
     std::chrono::nanoseconds tick{1'000'000};
     std::chrono::nanoseconds step{25'000};  ///< divides the tick
+
+    [[nodiscard]] bool energy_driven() const noexcept {
+      return neuron_kind != NeuronKind::kHodgkinHuxley;
+    }
   };
 
   /// Fails with the first parameter that cannot be. Real-time: no.
   [[nodiscard]] static Expected<TactileModel, ParameterError> create(const Parameters& parameters);
+
+  /// Shares the work of step() among threads from now on; null: none. The spikes stay the same to
+  /// the bit. \param team  borrowed. Real-time: no.
+  void share_work(WorkerTeam* team) noexcept { team_ = team; }
 
   /// Back to rest, without contact. Real-time: yes.
   void reset() noexcept MERKEL_REALTIME;
@@ -63,44 +104,45 @@ class TactileModel {
     return tips_[indenter].press(input);
   }
 
-  [[nodiscard]] std::size_t neurons() const noexcept { return population_.size(); }
-  [[nodiscard]] std::size_t indenters() const noexcept { return tips_.size(); }
   [[nodiscard]] const Parameters& parameters() const noexcept { return parameters_; }
-  [[nodiscard]] std::span<const Receptor> receptors() const noexcept { return drive_.receptors(); }
-  /// Current of every afferent at the end of the last tick, µA/cm².
-  [[nodiscard]] std::span<const double> current_uA_per_cm2() const noexcept { return current_end_; }
-  /// Strain energy density at every receptor at the end of the last tick, kPa.
-  [[nodiscard]] std::span<const double> energy_density_kPa() const noexcept {
-    return drive_.energy_density_kPa();
-  }
+  [[nodiscard]] std::size_t indenters() const noexcept { return tips_.size(); }
+  [[nodiscard]] std::span<const TactilePatch> patches() const noexcept { return patches_; }
+  /// Neurons of all patches.
+  [[nodiscard]] std::size_t neurons() const noexcept;
+  [[nodiscard]] std::vector<std::size_t> neurons_of_patch() const;
+  /// Receptors of all patches.
+  [[nodiscard]] std::size_t receptors() const noexcept;
   /// The deepest press of each indenter since reset.
   [[nodiscard]] std::span<const Press> deepest() const noexcept { return deepest_; }
-  /// The least distance so far between the rims of two spheres' contacts that touch at once, in
-  /// units of the larger radius; infinite where that never happened. Below 1, either contact lies
-  /// where the other has bent the skin, which the sum of both does not know.
+  /// The least distance so far between the rims of two spheres' contacts that touch one patch at
+  /// once, in units of the larger radius; infinite where that never happened. Below 1, either
+  /// contact lies where the other has bent the skin, which the sum of both does not know.
   [[nodiscard]] double closest_rims() const noexcept { return closest_rims_; }
-  /// Neurons reset because their state had turned non-finite, since construction.
-  [[nodiscard]] std::uint64_t resets() const noexcept { return resets_; }
+  /// Neurons reset in the last step because their state had turned non-finite, with the time at
+  /// which that was found.
+  [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
   /// Spikes for which a tick's buffer had no room, since construction.
-  [[nodiscard]] std::uint64_t spikes_refused() const noexcept { return spikes_.refused(); }
+  [[nodiscard]] std::uint64_t spikes_refused() const noexcept;
 
  private:
-  TactileModel(const Parameters& parameters, std::vector<Receptor> receptors,
-               std::optional<LatticeCoupling> network);
-  void note_distances() noexcept;
+  TactileModel(const Parameters& parameters, std::vector<TactilePatch> patches);
+  void note_distances(std::span<const PlacedContact> touching) noexcept;
+  void step_patches(std::chrono::nanoseconds start) noexcept;
+  void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
 
   Parameters parameters_;
   int steps_;  ///< membrane steps a tick
   std::vector<TipContact> tips_;
-  ReceptorDrive drive_;
-  HodgkinHuxleyPopulation population_;
-  std::vector<double> current_begin_;
-  std::vector<double> current_end_;
-  std::vector<PlacedContact> touching_;
+  std::vector<DriveReach> reach_of_tip_;
+  std::vector<TactilePatch> patches_;
+  std::vector<std::vector<PlacedContact>> touching_;  ///< by patch
   std::vector<Press> deepest_;
-  std::uint64_t resets_ = 0;
   double closest_rims_ = std::numeric_limits<double>::infinity();
+  WorkerTeam* team_ = nullptr;
+  std::chrono::nanoseconds start_{0};                     ///< of the step in progress
+  std::unique_ptr<std::atomic<std::size_t>> next_patch_;  ///< that nobody has taken in this step
   SpikeBuffer spikes_;
+  SpikeBuffer resets_;
 };
 
 }  // namespace merkel

@@ -6,10 +6,20 @@ namespace merkel {
 
 TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin)
     : by_force_(indenter.control == Indenter::Control::kForce) {
-  if (indenter.tip == Indenter::Tip::kSphere) {
-    sphere_.emplace(skin, indenter.radius_mm);
-  } else {
-    bars_ = std::make_shared<BarStressField>(indenter.bars, skin);
+  switch (indenter.tip) {
+    case Indenter::Tip::kSphere:
+      sphere_.emplace(skin, indenter.radius_mm);
+      if (skin.apex) {
+        apex_ = *skin.apex;
+        offset_kept_ = sphere_->effective_radius_mm() / indenter.radius_mm;
+      }
+      break;
+    case Indenter::Tip::kBars:
+      bars_ = std::make_shared<BarStressField>(indenter.bars, skin);
+      break;
+    case Indenter::Tip::kPin:
+      bars_ = std::make_shared<BarStressField>(indenter.pin, skin);
+      break;
   }
 }
 
@@ -18,6 +28,10 @@ Press TipContact::press(const ContactInput& input) const noexcept {
   if (sphere_) {
     press.contact =
         by_force_ ? sphere_->at_force(input.force_mN) : sphere_->at_depth(input.depth_mm);
+    if (apex_) {
+      press.x_mm = apex_->x_mm + offset_kept_ * (input.x_mm - apex_->x_mm);
+      press.y_mm = apex_->y_mm + offset_kept_ * (input.y_mm - apex_->y_mm);
+    }
     return press;
   }
   const double stiffness = bars_->force_mN_per_mm();

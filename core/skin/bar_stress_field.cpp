@@ -11,6 +11,10 @@ namespace {
 
 constexpr double kMargin_mm = 10.0;
 
+double grid_spacing_mm(const SkinParameters& skin) {
+  return std::clamp(skin.receptor_depth_mm / 8.0, 0.02, 0.2);
+}
+
 std::array<double, 7> pack(const BarStressField::Unit& unit) {
   const CartesianStress& s = unit.stress;
   return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, unit.displacement};
@@ -27,10 +31,34 @@ std::array<double, 4> cubic_weights(double t) {
 BarStressField::BarStressField(const BarTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
+      half_diagonal_mm_(0.5 * std::hypot(tip.total_width_mm(), tip.length_mm)),
       contact_(BarContact::solve(tip, skin_.reduced_modulus_kPa(), skin.receptor_depth_mm)),
-      spacing_mm_(std::clamp(skin.receptor_depth_mm / 8.0, 0.02, 0.2)) {
-  const double half_x = 0.5 * tip.total_width_mm() + kMargin_mm;
-  const double half_y = 0.5 * tip.length_mm + kMargin_mm;
+      force_mN_per_mm_(contact_.force_mN_per_mm),
+      spacing_mm_(grid_spacing_mm(skin)) {
+  fill_grid(0.5 * tip.total_width_mm(), 0.5 * tip.length_mm,
+            [this](double x, double y) { return superposed(x, y); });
+}
+
+BarStressField::BarStressField(const PinTip& tip, const SkinParameters& skin)
+    : skin_(skin),
+      receptor_depth_mm_(skin.receptor_depth_mm),
+      half_diagonal_mm_(0.5 * tip.diameter_mm),
+      force_mN_per_mm_(pin_force_mN_per_mm(tip, skin_.reduced_modulus_kPa())),
+      spacing_mm_(grid_spacing_mm(skin)) {
+  const double radius = 0.5 * tip.diameter_mm;
+  fill_grid(radius, radius, [this, radius](double x, double y) {
+    const double r = std::hypot(x, y);
+    const AxisymmetricStress stress =
+        pin_stress(force_mN_per_mm_, radius, skin_.poisson_ratio(), r, receptor_depth_mm_);
+    return Unit{.stress = cartesian(stress, x, y),
+                .displacement = pin_displacement_mm(1.0, radius, r)};
+  });
+}
+
+template <class Field>
+void BarStressField::fill_grid(double half_width_mm, double half_length_mm, Field field) {
+  const double half_x = half_width_mm + kMargin_mm;
+  const double half_y = half_length_mm + kMargin_mm;
   const auto half_columns = static_cast<std::size_t>(std::ceil(half_x / spacing_mm_)) + 2;
   columns_ = 2 * half_columns + 1;
   rows_ = static_cast<std::size_t>(std::ceil(half_y / spacing_mm_)) + 4;
@@ -40,7 +68,7 @@ BarStressField::BarStressField(const BarTip& tip, const SkinParameters& skin)
     const double y = (static_cast<double>(row) - 1.0) * spacing_mm_;
     for (std::size_t column = 0; column < columns_; ++column) {
       const double x = first_x_mm_ + static_cast<double>(column) * spacing_mm_;
-      nodes_.push_back(pack(superposed(x, y)));
+      nodes_.push_back(pack(field(x, y)));
     }
   }
 }
@@ -57,12 +85,16 @@ BarStressField::Unit BarStressField::superposed(double x_mm, double y_mm) const 
   return unit;
 }
 
+double BarStressField::far_displacement_mm() const noexcept {
+  return force_mN_per_mm_ / (std::numbers::pi * skin_.reduced_modulus_kPa());
+}
+
 BarStressField::Unit BarStressField::far_away(double x_mm, double y_mm) const noexcept {
   const double r = std::hypot(x_mm, y_mm);
-  const double force = contact_.force_mN_per_mm;
   return {.stress = cartesian(
-              point_load_stress(force, skin_.poisson_ratio(), r, receptor_depth_mm_), x_mm, y_mm),
-          .displacement = force / (std::numbers::pi * skin_.reduced_modulus_kPa() * r)};
+              point_load_stress(force_mN_per_mm_, skin_.poisson_ratio(), r, receptor_depth_mm_),
+              x_mm, y_mm),
+          .displacement = far_displacement_mm() / r};
 }
 
 BarStressField::Unit BarStressField::at(double x_mm, double y_mm) const noexcept {

@@ -10,6 +10,10 @@ Expected<void, ParameterError> SkinParameters::check() const {
       .positive_or_infinite("skin.radius_mm", radius_mm)
       .not_negative("skin.receptor_depth_mm", receptor_depth_mm)
       .positive_or_infinite("skin.thickness_mm", thickness_mm)
+      .require(!apex || std::isfinite(radius_mm), "skin.apex_mm",
+               "is only of a curved finger: set skin.radius_mm")
+      .require(!apex || (std::isfinite(apex->x_mm) && std::isfinite(apex->y_mm)), "skin.apex_mm",
+               "must be two finite numbers")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
                "must be less than skin.thickness_mm: the receptors lie in the skin, not the bone")
       .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",

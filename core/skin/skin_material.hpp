@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/parameter_error.hpp"
 
@@ -31,6 +32,14 @@ struct SkinParameters {
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
   double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
+  /// Where a curved finger is highest, in patch coordinates. A sphere whose axis is X beside it
+  /// touches the finger at X·k/(k + 1/R_skin), k = 1/R: a plate always touches the apex. Without an
+  /// apex, the skin curves away from the axis of the sphere wherever that is.
+  struct Apex {
+    double x_mm = 0.0;
+    double y_mm = 0.0;
+  };
+  std::optional<Apex> apex;
   double receptor_depth_mm = 0.65;  ///< z0, the epidermal-dermal junction
   double thickness_mm = std::numeric_limits<double>::infinity();  ///< h, down to bone; inf: none
   ContactLaw contact_law = ContactLaw::kHertz;

@@ -11,6 +11,8 @@ struct SphereContact {
   double peak_pressure_kPa = 0.0;  ///< p0
 
   [[nodiscard]] bool touching() const noexcept { return contact_radius_mm > 0.0; }
+
+  friend bool operator==(const SphereContact&, const SphereContact&) = default;
 };
 
 }  // namespace merkel

@@ -1,16 +1,37 @@
 #include "drivers/probes/open_probe.hpp"
 
+#include <utility>
+
+#include "drivers/probes/live_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
+namespace {
+
+/// A recording, or what plays it as a device would, if its URI says live=1.
+Expected<std::unique_ptr<Probe>, SetupError> played(
+    const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
+  Uri recording = uri;
+  Uri pace = uri;
+  pace.options.clear();
+  if (auto option = recording.options.extract("live")) pace.options.insert(std::move(option));
+  UriOptions options(pace);
+  const bool live = options.whole("live", 0, 0, 1) == 1;
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  auto probe = open(recording);
+  if (!probe || !live) return probe;
+  return std::make_unique<LiveProbe>(std::move(*probe));
+}
+
+}  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
   const auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
-  if (uri->scheme == "replay") return ReplayProbe::open(*uri);
-  if (uri->scheme == "sim") return SimProbe::open(*uri);
+  if (uri->scheme == "replay") return played(*uri, ReplayProbe::open);
+  if (uri->scheme == "sim") return played(*uri, SimProbe::open);
   return bad_input("\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
                    "\"; known are replay:FILE and sim:SHAPE");
 }

@@ -9,7 +9,8 @@
 
 namespace merkel {
 
-/// Opens the probe that a URI names: replay:FILE, sim:SHAPE. Real-time: no.
+/// Opens the probe that a URI names: replay:FILE, sim:SHAPE. With the option live=1, either plays
+/// as a device would: in real time, and losing what nobody takes. Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri);
 
 }  // namespace merkel

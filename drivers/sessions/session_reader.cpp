@@ -204,6 +204,14 @@ std::string SessionReader::fact(std::string_view name) const {
   return {};
 }
 
+std::vector<std::string> SessionReader::facts(std::string_view name) const {
+  std::vector<std::string> all;
+  for (const auto& [key, value] : facts_) {
+    if (key == name) all.push_back(value);
+  }
+  return all;
+}
+
 bool SessionReader::read_bytes(void* bytes, std::size_t count) {
   if (std::fread(bytes, 1, count, file_.get()) != count) return false;
   place_ += count;

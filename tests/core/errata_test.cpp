@@ -14,7 +14,7 @@
 #include "core/skin/huber_stress.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
-#include "tests/reference/superposition.hpp"
+#include "tools/reference/superposition.hpp"
 
 namespace merkel {
 namespace {

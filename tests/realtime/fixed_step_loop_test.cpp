@@ -29,8 +29,10 @@ class FixedStepLoopTest : public testing::Test {
   }
 
   /// Runs until everything is used. \param wake  what the clock does to a wake-up
+  /// \param work  how long what begins at a time computes
   template <class Wake>
-  void run(Wake wake, nanoseconds delay, std::int64_t max_catch_up = 20) {
+  void run(Wake wake, nanoseconds delay, std::int64_t max_catch_up = 20,
+           ScriptedClock::Work work = {}) {
     std::size_t next = 0;
     const auto deliver = [&](nanoseconds now) {
       while (next < scheduled_.size() && scheduled_[next].arrival <= now) {
@@ -39,17 +41,20 @@ class FixedStepLoopTest : public testing::Test {
       channel_.ended = next == scheduled_.size();
     };
     deliver(nanoseconds{0});
-    ScriptedClock clock([&](nanoseconds until) {
-      const nanoseconds woken = wake(until);
-      deliver(woken);
-      return woken;
-    });
+    ScriptedClock clock(
+        [&](nanoseconds until) {
+          const nanoseconds woken = wake(until);
+          deliver(woken);
+          return woken;
+        },
+        std::move(work));
     std::vector<ProbeInput> inputs{ProbeInput(channel_, {})};
     FixedStepLoop<ScriptedClock> loop({.start = nanoseconds{0},
                                        .wall_offset = nanoseconds{0},
                                        .delay = delay,
                                        .duration = {},
-                                       .max_catch_up_ticks = max_catch_up},
+                                       .max_catch_up_ticks = max_catch_up,
+                                       .timings = timings_},
                                       clock, model_, inputs, fanout_, statistics_, events_);
     loop.run(stop_);
     counts_ = inputs[0].counts();
@@ -67,6 +72,7 @@ class FixedStepLoopTest : public testing::Test {
   std::atomic<bool> stop_{false};
   ProbeInput::Counts counts_;
   std::vector<LoopEvent> raised_;
+  BoundedQueue<TickTiming>* timings_ = nullptr;
 };
 
 TEST_F(FixedStepLoopTest, PunctualSamplesAreAllUsedOnce) {
@@ -126,8 +132,49 @@ TEST_F(FixedStepLoopTest, AShortStallIsCaughtUp) {
   EXPECT_EQ(statistics_.catch_up_ticks.value(), 7U);
   EXPECT_EQ(statistics_.overruns.value(), 6U);  // the seventh ends exactly at its deadline
   EXPECT_EQ(statistics_.longest_overrun_ns.value(), 6'000'000U);
+  EXPECT_EQ(statistics_.late_wake_ups.value(), 6U);
   EXPECT_EQ(statistics_.gaps.value(), 0U);
   EXPECT_EQ(counts_.late, 0U);
+  const auto wake_ups = statistics_.wake_up.snapshot();
+  EXPECT_EQ(wake_ups.count(), 200U - 7U);  // ticks that were caught up did not wait
+  EXPECT_EQ(wake_ups.longest(), milliseconds{7});
+  EXPECT_EQ(wake_ups.quantile(0.99), nanoseconds{0});
+}
+
+TEST_F(FixedStepLoopTest, ALongComputationIsToldFromALateWakeUp) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  // The tick due at 52 computes for 3.5 ms, so that it and the two after it overrun; all others
+  // compute for 0.1 ms, with which the third is in time again. The one due at 102 wakes 1.5 ms
+  // late, and is the only one that overruns.
+  run(
+      [](nanoseconds until) {
+        return until == milliseconds{102} ? until + units::nanoseconds_from_ms(1.5) : until;
+      },
+      milliseconds{2}, 20,
+      [](nanoseconds begun) {
+        return units::nanoseconds_from_ms(begun == milliseconds{52} ? 3.5 : 0.1);
+      });
+  EXPECT_EQ(statistics_.ticks.value(), 200U);
+  EXPECT_EQ(statistics_.overruns.value(), 4U);
+  EXPECT_EQ(statistics_.long_computes.value(), 3U);  // over by 2.5, 1.6 and 0.7 ms
+  EXPECT_EQ(statistics_.late_wake_ups.value(), 1U);  // by 0.6 ms
+  EXPECT_EQ(statistics_.longest_overrun_ns.value(), 2'500'000U);
+  EXPECT_EQ(statistics_.tick.snapshot().longest(), units::nanoseconds_from_ms(3.5));
+  EXPECT_EQ(statistics_.tick.snapshot().count(), 200U);
+}
+
+TEST_F(FixedStepLoopTest, AModelThatNeverKeepsUpLeavesGapsAndGoesOn) {
+  // Each tick computes for 2 ms of every 1 ms: after 20 ticks it is 20 behind, and at 21 it leaves
+  // these out.
+  samples(1000, 1.5, [](int k) { return milliseconds{k}; });
+  run(on_time, milliseconds{2}, 20, [](nanoseconds) { return milliseconds{2}; });
+  const std::uint64_t ticks = statistics_.ticks.value();
+  EXPECT_EQ(statistics_.gaps.value(), 24U);  // one every 42 ms: 21 ticks made, 21 left out
+  EXPECT_EQ(statistics_.skipped_ticks.value(), 24U * 21U);
+  EXPECT_EQ(ticks, 24U * 21U + 1U);  // the last gap reaches beyond the last sample
+  EXPECT_EQ(statistics_.overruns.value(), ticks);
+  EXPECT_EQ(statistics_.long_computes.value(), ticks);
+  EXPECT_EQ(raised_.size(), 24U);
 }
 
 TEST_F(FixedStepLoopTest, ALongStallLeavesAGapAndKeepsThePhase) {
@@ -170,6 +217,76 @@ TEST_F(FixedStepLoopTest, ADriftingDeviceClockLosesNothing) {
   EXPECT_EQ(counts_.used + counts_.late, 1001U);
   EXPECT_GT(counts_.late, 700U);
   EXPECT_EQ(statistics_.gaps.value(), 0U);
+}
+
+TEST_F(FixedStepLoopTest, ASlowDeviceClockIsHeldForWhatItLacks) {
+  // The mapped times run 1 % slow against the host: sample k is of 1.01·k ms and comes at 1.01·k
+  // ms, but the host counts milliseconds. No sample is late, and none is missing for longer than
+  // the delay covers.
+  for (int k = 0; k <= 1000; ++k) {
+    scheduled_.push_back({.time = nanoseconds{k * 1'010'000LL},
+                          .arrival = nanoseconds{k * 1'010'000LL},
+                          .depth_mm = 1.5,
+                          .channels = ProbeSample::kDepth});
+  }
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 1010U);
+  EXPECT_EQ(counts_.used, 1001U);
+  EXPECT_EQ(counts_.late, 0U);
+  EXPECT_EQ(counts_.held_ticks, 0U);
+  EXPECT_EQ(counts_.released_ticks, 0U);
+  EXPECT_EQ(statistics_.gaps.value(), 0U);
+}
+
+TEST_F(FixedStepLoopTest, AFastDeviceThatIsMappedWellLosesNothing) {
+  // 1 % more samples than milliseconds, each mapped to the host's time: two fall into one tick now
+  // and then.
+  for (int k = 0; k <= 1010; ++k) {
+    scheduled_.push_back({.time = nanoseconds{k * 990'000LL},
+                          .arrival = nanoseconds{k * 990'000LL},
+                          .depth_mm = 1.5,
+                          .channels = ProbeSample::kDepth});
+  }
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 1000U);
+  EXPECT_EQ(counts_.used, 1011U);
+  EXPECT_EQ(counts_.late, 0U);
+  EXPECT_EQ(counts_.held_ticks, 0U);
+}
+
+TEST_F(FixedStepLoopTest, ADelayOfSecondsIsWaitedForInPartsThatStopEnds) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  nanoseconds latest{0};
+  run(
+      [&](nanoseconds until) {
+        latest = until;
+        if (until >= milliseconds{20}) stop_ = true;
+        return until;
+      },
+      std::chrono::seconds{10});
+  EXPECT_EQ(statistics_.ticks.value(), 0U);
+  EXPECT_EQ(latest, milliseconds{20});
+}
+
+TEST_F(FixedStepLoopTest, EveryTickWithSpikesIsTimed) {
+  BoundedQueue<TickTiming> timings(1000);
+  timings_ = &timings;
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  run([](nanoseconds until) { return until + std::chrono::microseconds{30}; }, milliseconds{2}, 20,
+      [](nanoseconds) { return std::chrono::microseconds{50}; });
+  TickTiming timing;
+  int count = 0;
+  for (; timings.try_pop(timing); ++count) {
+    EXPECT_EQ(timing.due, timing.end + milliseconds{2});
+    EXPECT_EQ(timing.arrival, timing.end);
+    EXPECT_EQ(timing.begun, timing.due + std::chrono::microseconds{30});
+    EXPECT_EQ(timing.computed, timing.begun + std::chrono::microseconds{50});
+    EXPECT_EQ(timing.published, timing.computed);
+  }
+  EXPECT_GT(count, 5);
+  EXPECT_EQ(statistics_.timings_dropped.value(), 0U);
+  EXPECT_EQ(statistics_.queue.snapshot().longest(),
+            milliseconds{2} + std::chrono::microseconds{30});
 }
 
 TEST_F(FixedStepLoopTest, AFullQueueCostsItsOwnConsumerOnly) {

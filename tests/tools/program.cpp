@@ -1,17 +1,16 @@
 #include "tests/tools/program.hpp"
 
+#include <csignal>
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/temporary_folder.hpp"
-
 namespace merkel {
 
-ProgramRun run_program(const std::vector<std::string>& arguments) {
-  const TemporaryFolder folder;
+StartedProgram::StartedProgram(const std::vector<std::string>& arguments) {
   std::vector<std::string> words = {MERKEL_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -22,23 +21,34 @@ ProgramRun run_program(const std::vector<std::string>& arguments) {
   ::posix_spawn_file_actions_init(&actions);
   const int flags = O_WRONLY | O_CREAT;
   ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, folder.path("out").c_str(), flags,
+  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, folder_.path("out").c_str(), flags,
                                      0600);
-  ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, folder.path("err").c_str(), flags,
+  ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, folder_.path("err").c_str(), flags,
                                      0600);
   pid_t child = 0;
   const int spawned = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
   ::posix_spawn_file_actions_destroy(&actions);
+  if (spawned == 0) process_ = child;
+}
+
+void StartedProgram::send(int signal) const { ::kill(process_, signal); }
+
+ProgramRun StartedProgram::finish() {
   ProgramRun run;
-  if (spawned != 0) return run;
+  if (process_ == 0) return run;
   int status = 0;
   rusage usage{};
-  ::wait4(child, &status, 0, &usage);
+  ::wait4(process_, &status, 0, &usage);
   run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  run.out = read_file(folder.path("out"));
-  run.err = read_file(folder.path("err"));
+  run.ended_by = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  run.out = read_file(folder_.path("out"));
+  run.err = read_file(folder_.path("err"));
   run.peak_memory_MiB = static_cast<double>(usage.ru_maxrss) / 1024.0;
   return run;
+}
+
+ProgramRun run_program(const std::vector<std::string>& arguments) {
+  return StartedProgram(arguments).finish();
 }
 
 }  // namespace merkel

@@ -3,14 +3,30 @@
 #include <string>
 #include <vector>
 
+#include "tests/temporary_folder.hpp"
+
 namespace merkel {
 
 /// What a run of the program left behind.
 struct ProgramRun {
   int exit_code = -1;  ///< −1 when it was ended by a signal
+  int ended_by = 0;    ///< that signal
   std::string out;
   std::string err;
   double peak_memory_MiB = 0.0;
+};
+
+/// The built program merkel, running with arguments in the source folder.
+class StartedProgram {
+ public:
+  explicit StartedProgram(const std::vector<std::string>& arguments);
+  void send(int signal) const;
+  /// Waits for its end.
+  ProgramRun finish();
+
+ private:
+  TemporaryFolder folder_;
+  int process_ = 0;
 };
 
 /// Runs the built program merkel with arguments, in the source folder, and waits for its end.

@@ -29,12 +29,12 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
                                     ProbeInput::Counts& counts) {
   const Scene scene = *preset_scene("paper");
   auto model = TactileModel::create(scene.model);
-  const std::size_t neurons = model->neurons();
   const std::string path = folder.path("troubled.xdf");
-  auto sink = open_sink("xdf:" + path, SinkSetup{.numbering = NeuronNumbering({&neurons, 1}),
-                                                 .overwrite = false,
-                                                 .allow_remote = false,
-                                                 .run = describe_run(scene, *model)});
+  auto sink =
+      open_sink("xdf:" + path, SinkSetup{.numbering = NeuronNumbering(model->neurons_of_patch()),
+                                         .overwrite = false,
+                                         .allow_remote = false,
+                                         .run = describe_run(scene, *model)});
   EXPECT_TRUE(sink);
   SpikeFanout fanout;
   SpikeChannel& channel = fanout.add_consumer(65536);

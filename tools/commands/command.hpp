@@ -19,6 +19,8 @@ void add_replay_command(CommandLine& program);
 void add_export_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
+void add_bench_command(CommandLine& program);
+void add_chart_command(CommandLine& program);
 
 /// Prints "merkel: sentence" to stderr. Returns the exit code for it: 2 before anything ran.
 int refuse(const std::string& sentence);

@@ -12,6 +12,7 @@
 #include "core/skin/hertz_contact.hpp"
 #include "core/skin/huber_stress.hpp"
 #include "core/skin/line_load.hpp"
+#include "core/skin/pin_contact.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
@@ -84,7 +85,7 @@ int inspect_contact(const InspectOptions& options) {
   const auto inspected = press_of(options);
   if (!inspected) return refuse(inspected.error());
   const SphereContact& contact = inspected->press.contact;
-  if (inspected->indenter.tip == Indenter::Tip::kBars) {
+  if (inspected->indenter.tip != Indenter::Tip::kSphere) {
     std::printf("force_N,depth_mm\n%.12g,%.12g\n", units::N_from_mN(contact.force_mN),
                 contact.depth_mm);
     return kDone;
@@ -119,12 +120,13 @@ int inspect_field(const InspectOptions& options) {
   const auto inspected = press_of(options);
   if (!inspected) return refuse(inspected.error());
   const bool bars = inspected->indenter.tip == Indenter::Tip::kBars;
+  const bool pin = inspected->indenter.tip == Indenter::Tip::kPin;
   if (options.printed == !options.z_mm.empty()) {
     return refuse("give --z-mm, or --printed for the depth z = U(r)");
   }
-  if (bars &&
+  if ((bars || pin) &&
       (options.printed || *std::min_element(options.z_mm.begin(), options.z_mm.end()) <= 0.0)) {
-    return refuse("under bars, give --z-mm above 0: their edges press infinitely hard");
+    return refuse("under a flat tip, give --z-mm above 0: its edges press infinitely hard");
   }
   const SkinMaterial skin(inspected->skin);
   const double nu = skin.poisson_ratio();
@@ -150,7 +152,9 @@ int inspect_field(const InspectOptions& options) {
     for (const double z : options.z_mm) {
       print(r, z,
             bars ? bar_stress(bar_contact, contact.depth_mm, nu, r, z)
-                 : huber_stress(contact, nu, r, z));
+            : pin
+                ? pin_stress(contact.force_mN, 0.5 * inspected->indenter.pin.diameter_mm, nu, r, z)
+                : huber_stress(contact, nu, r, z));
     }
   }
   return kDone;
@@ -263,14 +267,17 @@ int inspect_neuron(const InspectOptions& options) {
 int inspect_receptors(const InspectOptions& options) {
   const auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
-  const auto receptors = place_receptors(scene->model.receptors, scene->model.patch);
-  if (!receptors) {
-    return refuse(scene->sentence(receptors.error()));
-  }
-  std::printf("receptor,x_mm,y_mm,neuron\n");
-  std::size_t number = 0;
-  for (const Receptor& receptor : *receptors) {
-    std::printf("%zu,%.12g,%.12g,%u\n", ++number, receptor.x_mm, receptor.y_mm, receptor.neuron);
+  const auto& patches = scene->model.patches;
+  const bool several = patches.size() > 1;
+  std::printf("receptor,x_mm,y_mm,neuron%s\n", several ? ",patch" : "");
+  for (const TactileModel::PatchParameters& patch : patches) {
+    const auto receptors = place_receptors(patch.receptors, patch.patch);
+    if (!receptors) return refuse(scene->sentence(receptors.error()));
+    std::size_t number = 0;
+    for (const Receptor& receptor : *receptors) {
+      std::printf("%zu,%.12g,%.12g,%u", ++number, receptor.x_mm, receptor.y_mm, receptor.neuron);
+      std::printf(several ? ",%s\n" : "\n", patch.name.c_str());
+    }
   }
   return kDone;
 }

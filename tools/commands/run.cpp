@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -8,15 +6,21 @@
 #include <utility>
 #include <vector>
 
+#include <unistd.h>
+
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
+#include "realtime/spinning_team.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/crash_report.hpp"
 #include "tools/run_summary.hpp"
 #include "tools/scene_presets.hpp"
 #include "tools/session_scene.hpp"
+#include "tools/status_line.hpp"
+#include "tools/stop_signal.hpp"
 
 namespace merkel {
 namespace {
@@ -32,12 +36,6 @@ struct RunOptions {
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
-
-std::atomic<Pipeline*> g_running{nullptr};
-
-void stop_running(int /*signal*/) {
-  if (Pipeline* const pipeline = g_running.load()) pipeline->request_stop();
-}
 
 /// The reading that drives a contact: what the scene says, else the depth where the probe has it.
 Expected<Indenter::Control, SetupError> control_of(const Scene::OfProbe& setup,
@@ -64,7 +62,12 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
     }
   }
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
-  if (options.seed) scene->model.receptors.seed = scene->model.network.seed = *options.seed;
+  if (options.seed) {
+    scene->model.network.seed = *options.seed;
+    for (std::size_t i = 0; i < scene->model.patches.size(); ++i) {
+      scene->model.patches[i].receptors.seed = *options.seed + i;
+    }
+  }
   return scene;
 }
 
@@ -90,25 +93,40 @@ int run(const RunOptions& options) {
     return refuse(scene->sentence(model.error()));
   }
 
-  Pipeline::Parameters parameters{
-      .fast = options.fast,
-      .delay = delay,
-      .duration = std::nullopt,
-      .max_catch_up_ticks = scene->max_catch_up_ticks,
-      .on_event = {},
-      .on_sink_failure = [](const std::string& uri, const std::string& trouble) {
-        std::fprintf(stderr,
-                     "merkel: the sink %s is closed, the run goes on: "
-                     "%s\n",
-                     uri.c_str(), trouble.c_str());
-      }};
+  auto team = SpinningTeam::create(
+      scene->loop.threads, [settings = scene->loop.realtime, fast = options.fast](int worker) {
+        set_up_worker_thread(fast ? RealtimeSettings{.fifo = false} : settings, worker);
+      });
+  if (!team) return refuse(team.error());
+  if (scene->loop.threads > 1) model->share_work(team->get());
+
+  Pipeline::Parameters parameters{.fast = options.fast,
+                                  .delay = delay,
+                                  .duration = std::nullopt,
+                                  .max_catch_up_ticks = scene->max_catch_up_ticks,
+                                  .wait = scene->loop.wait,
+                                  .realtime = scene->loop.realtime,
+                                  .team = team->get()};
+  parameters.on_sink_failure = [](const std::string& uri, const std::string& trouble) {
+    std::fprintf(stderr, "merkel: the sink %s is closed, the run goes on: %s\n", uri.c_str(),
+                 trouble.c_str());
+  };
+  parameters.on_missing_right = [](const std::string& sentence) {
+    std::fprintf(stderr, "merkel: note: %s\n", sentence.c_str());
+  };
+  const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
+  if (on_terminal) {
+    parameters.on_progress = [line = StatusLine()](const RunProgress& progress) mutable {
+      std::fprintf(stderr, "\r\033[K%s", line.text(progress).c_str());
+      std::fflush(stderr);
+    };
+  }
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   Pipeline pipeline(*model, parameters);
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
-  const std::size_t neurons = model->neurons();
-  const SinkSetup setup{.numbering = NeuronNumbering({&neurons, 1}),
+  const SinkSetup setup{.numbering = NeuronNumbering(model->neurons_of_patch()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = describe_run(*scene, *model)};
@@ -125,11 +143,10 @@ int run(const RunOptions& options) {
     }
   }
 
-  g_running.store(&pipeline);
-  std::signal(SIGINT, stop_running);
-  std::signal(SIGTERM, stop_running);
+  const StopSignal stop(pipeline);
+  const CrashWatch watch(pipeline.statistics(), model->parameters().tick);
   const auto report = pipeline.run();
-  g_running.store(nullptr);
+  if (on_terminal) std::fputs("\r\033[K", stderr);
   if (!report) return refuse(report.error());
 
   const std::string summary =

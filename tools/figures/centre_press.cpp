@@ -55,7 +55,7 @@ struct Statistics {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_centre_press(const FigureOptions& options) {
+Expected<std::string, SetupError> make_centre_press(const ReportFolder& options, int seeds) {
   auto rates = CsvTable::create(options.path("fig6_centre_press.csv"),
                                 "set,neuron,receptors,mean_distance_mm,rate_hz", options.overwrite);
   if (!rates) return Unexpected<SetupError>(rates.error());
@@ -73,15 +73,16 @@ Expected<std::string, SetupError> make_centre_press(const FigureOptions& options
       "| "
       "rate with count, given the distance | both at once | 13 alone on top | 18 above 8, where it "
       "has more receptors |\n|---|---|---|---|---|---|\n",
-      options.seeds, options.seeds);
+      seeds, seeds);
   const std::vector<std::string> sets = {"paper", "paper-wide"};
   for (std::size_t set = 0; set < sets.size(); ++set) {
     TactileModel::Parameters parameters = preset_scene(sets[set])->model;
     Statistics statistics;
-    for (int seed = 1; seed <= options.seeds; ++seed) {
-      options.report((static_cast<double>(set) + static_cast<double>(seed) / options.seeds) /
+    for (int seed = 1; seed <= seeds; ++seed) {
+      options.report((static_cast<double>(set) + static_cast<double>(seed) / seeds) /
                      static_cast<double>(sets.size()));
-      parameters.receptors.seed = parameters.network.seed = static_cast<std::uint64_t>(seed);
+      parameters.patches[0].receptors.seed = parameters.network.seed =
+          static_cast<std::uint64_t>(seed);
       const PressedPatch patch = press_patch(parameters, kPress, kDuration_s);
       statistics.add(patch);
       for (std::size_t n = 0; n < patch.rate_hz.size(); ++n) {
@@ -97,7 +98,7 @@ Expected<std::string, SetupError> make_centre_press(const FigureOptions& options
     report +=
         format("| %s | %s | %s | %s | %d of %d | %d of %d |\n", sets[set].c_str(),
                spread(statistics.with_distance).c_str(), spread(statistics.with_count).c_str(),
-               statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, options.seeds,
+               statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, seeds,
                statistics.far_above_near, statistics.far_has_more);
   }
   for (auto* const table : {&*rates, &*draws}) {

@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-Expected<std::string, SetupError> make_contact_laws(const FigureOptions& options) {
+Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options) {
   constexpr double kThickness_mm = 4.0;
   auto table = CsvTable::create(
       options.path("contact_laws.csv"),

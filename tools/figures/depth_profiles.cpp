@@ -19,7 +19,7 @@ struct Peak {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_depth_profiles(const FigureOptions& options) {
+Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& options) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
   auto table = CsvTable::create(options.path("fig5_depth.csv"), "radius_mm,depth_mm,r_mm,sed_kPa",

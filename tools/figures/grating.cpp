@@ -32,7 +32,7 @@ std::vector<double> steady_rates(const std::vector<double>& currents) {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_grating(const FigureOptions& options) {
+Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
   const BarTip tip;  // bars of 5 mm, gaps of 3 and 5 mm
   const SkinParameters skin;
   const SkinMaterial material(skin);

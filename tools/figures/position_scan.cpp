@@ -11,15 +11,16 @@
 
 namespace merkel {
 
-Expected<std::string, SetupError> make_position_scan(const FigureOptions& options) {
+Expected<std::string, SetupError> make_position_scan(const ReportFolder& options, int seeds) {
   auto table = CsvTable::create(options.path("fig8_positions.csv"),
                                 "seed,position,receptors,network_rate_hz", options.overwrite);
   if (!table) return Unexpected<SetupError>(table.error());
   TactileModel::Parameters parameters = preset_scene("paper")->model;
-  const Patch& patch = parameters.patch;
+  const Patch& patch = parameters.patches[0].patch;
   std::vector<double> correlations;
-  for (int seed = 1; seed <= options.scan_seeds; ++seed) {
-    parameters.receptors.seed = parameters.network.seed = static_cast<std::uint64_t>(seed);
+  for (int seed = 1; seed <= seeds; ++seed) {
+    parameters.patches[0].receptors.seed = parameters.network.seed =
+        static_cast<std::uint64_t>(seed);
     std::vector<double> receptors;
     std::vector<double> rates;
     for (std::uint32_t position = 1; position <= 20; ++position) {
@@ -33,7 +34,7 @@ Expected<std::string, SetupError> make_position_scan(const FigureOptions& option
                   rates.back()});
     }
     correlations.push_back(spearman(receptors, rates));
-    options.report(static_cast<double>(seed) / options.scan_seeds);
+    options.report(static_cast<double>(seed) / seeds);
   }
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   const double mean = std::accumulate(correlations.begin(), correlations.end(), 0.0) /
@@ -44,7 +45,7 @@ Expected<std::string, SetupError> make_position_scan(const FigureOptions& option
       "each of the 20 subregions, over %d receptor draws (`fig8_positions.csv`). Rank correlation "
       "of the whole network's rate with the pressed subregion's receptors: mean %.3f, least %.3f. "
       "More receptors, higher rate: **%s**.\n\n",
-      options.scan_seeds, mean, least, mean >= 0.95 ? "reproduced" : "not reproduced");
+      seeds, mean, least, mean >= 0.95 ? "reproduced" : "not reproduced");
 }
 
 }  // namespace merkel

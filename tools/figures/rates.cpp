@@ -1,9 +1,6 @@
 #include "tools/figures/rates.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "core/units.hpp"
 
@@ -16,7 +13,7 @@ PressedPatch press_patch(const TactileModel::Parameters& parameters, const Conta
   patch.rate_hz.resize(model.neurons());
   patch.receptors.resize(model.neurons());
   patch.mean_distance_mm.resize(model.neurons());
-  for (const Receptor& receptor : model.receptors()) {
+  for (const Receptor& receptor : model.patches()[0].drive().receptors()) {
     ++patch.receptors[receptor.neuron - 1];
     patch.mean_distance_mm[receptor.neuron - 1] +=
         std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
@@ -33,15 +30,6 @@ PressedPatch press_patch(const TactileModel::Parameters& parameters, const Conta
     if (patch.receptors[n] > 0) patch.mean_distance_mm[n] /= patch.receptors[n];
   }
   return patch;
-}
-
-std::string format(const char* pattern, ...) {
-  std::array<char, 2000> text{};
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
 }
 
 }  // namespace merkel

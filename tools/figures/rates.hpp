@@ -19,7 +19,4 @@ struct PressedPatch {
 [[nodiscard]] PressedPatch press_patch(const TactileModel::Parameters& parameters,
                                        const ContactInput& press, double duration_s);
 
-/// printf into a string.
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
-
 }  // namespace merkel

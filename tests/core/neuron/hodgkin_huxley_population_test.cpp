@@ -1,13 +1,12 @@
 #include "core/neuron/hodgkin_huxley_population.hpp"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "tests/reference/cvode_membrane.hpp"
+#include "tools/reference/cvode_membrane.hpp"
 
 namespace merkel {
 namespace {
@@ -152,31 +151,6 @@ TEST(HodgkinHuxleyPopulation, StaysAtRestWithoutCurrent) {
   }
 }
 
-TEST(HodgkinHuxleyPopulation, CrankNicolsonStaysFiniteAtAnyStep) {
-  for (const int step_us : {100, 500, 1000, 5000}) {
-    auto neuron = population(IntegrationMethod::kCrankNicolson, std::chrono::microseconds{step_us});
-    SpikeBuffer spikes(1000);
-    const double strong = 160.0;
-    neuron.advance({&strong, 1}, {&strong, 1}, 1000, nanoseconds{0}, spikes);
-    EXPECT_EQ(neuron.resets().size(), 0U) << step_us;
-    EXPECT_TRUE(std::isfinite(neuron.potential_mV(0))) << step_us;
-  }
-}
-
-TEST(HodgkinHuxleyPopulation, WithoutGainItIsBitForBitUncoupled) {
-  auto alone = population(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}, 20);
-  auto network = population(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}, 20,
-                            *LatticeCoupling::create({.gain = 0.0}, 5, 4));
-  std::vector<double> current(20);
-  for (std::size_t n = 0; n < 20; ++n) current[n] = static_cast<double>(n);
-  SpikeBuffer spikes(10'000);
-  alone.advance(current, current, 4000, nanoseconds{0}, spikes);
-  network.advance(current, current, 4000, nanoseconds{0}, spikes);
-  for (std::size_t n = 0; n < 20; ++n) {
-    EXPECT_EQ(alone.potential_mV(n), network.potential_mV(n));
-  }
-}
-
 TEST(HodgkinHuxleyPopulation, CoupledRk4AgreesWithCvode) {
   const auto network = LatticeCoupling::create({.gain = 0.1, .seed = 3}, 5, 4);
   ASSERT_TRUE(network);
@@ -204,19 +178,6 @@ TEST(HodgkinHuxleyPopulation, CoupledRk4AgreesWithCvode) {
     EXPECT_EQ(spikes.events()[i].neuron, static_cast<std::uint32_t>(expected[i].neuron + 1));
     EXPECT_NEAR(units::ms_from(spikes.events()[i].time), expected[i].time_ms, 1e-4);
   }
-}
-
-TEST(HodgkinHuxleyPopulation, ANonFiniteStateIsResetCountedAndNotPassedOn) {
-  auto neurons = population(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}, 20,
-                            *LatticeCoupling::create({}, 5, 4));
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  neurons.set_state(7, -65.0, {.n = nan, .m = 0.05, .h = 0.6});
-  const std::vector<double> none(20, 0.0);
-  SpikeBuffer spikes(100);
-  neurons.advance(none, none, 40, nanoseconds{0}, spikes);
-  EXPECT_EQ(neurons.resets().size(), 1U);
-  for (std::size_t n = 0; n < 20; ++n) EXPECT_NEAR(neurons.potential_mV(n), -65.0, 1e-6);
-  EXPECT_TRUE(spikes.events().empty());
 }
 
 TEST(SpikeBuffer, RefusesAndCountsWhatFindsNoRoom) {

@@ -33,11 +33,20 @@ std::vector<int> counts(const std::vector<SpikeEvent>& spikes) {
   return of_neuron;
 }
 
+std::vector<double> energies(const TactileModel& model) {
+  const ReceptorDrive& drive = model.patches()[0].drive();
+  std::vector<double> all;
+  for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
+    all.push_back(drive.energy_density_kPa(i));
+  }
+  return all;
+}
+
 TEST(TactileModel, AConstantCentrePressDrivesNeurons8And13Alone) {
   for (const auto placement :
        {ReceptorParameters::Placement::kRandom, ReceptorParameters::Placement::kLattice}) {
     TactileModel::Parameters parameters;
-    parameters.receptors.placement = placement;
+    parameters.patches[0].receptors.placement = placement;
     TactileModel model = model_of(parameters);
     const ContactInput input{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
     const auto of_neuron = counts(press(model, {&input, 1}, 1000));
@@ -57,8 +66,9 @@ TEST(TactileModel, NoContactGivesNoSpike) {
     const ContactInput input{.depth_mm = depth, .x_mm = 15.0, .y_mm = 10.0};
     EXPECT_TRUE(press(model, {&input, 1}, 1000).empty());
   }
-  EXPECT_TRUE(std::all_of(model.current_uA_per_cm2().begin(), model.current_uA_per_cm2().end(),
-                          [](double current) { return current == 0.0; }));
+  const auto currents = model.patches()[0].current_uA_per_cm2();
+  EXPECT_TRUE(
+      std::all_of(currents.begin(), currents.end(), [](double current) { return current == 0.0; }));
 }
 
 TEST(TactileModel, SpikesComeInOrderWithinTheirTick) {
@@ -142,8 +152,7 @@ TEST(TactileModel, TheEnergyUnderBarsGrowsWithTheSquareOfTheDepth) {
   const auto energy = [&](double depth, double x) {
     const ContactInput input{.depth_mm = depth, .x_mm = x, .y_mm = 10.0};
     model.step({&input, 1}, nanoseconds{0});
-    return std::vector<double>(model.energy_density_kPa().begin(),
-                               model.energy_density_kPa().end());
+    return energies(model);
   };
   const auto shallow = energy(0.5, 15.0);
   const auto deep = energy(1.0, 15.0);
@@ -153,15 +162,16 @@ TEST(TactileModel, TheEnergyUnderBarsGrowsWithTheSquareOfTheDepth) {
 
 TEST(TactileModel, TwoProbesAtOnePlaceAreTheSumOfTheirStresses) {
   TactileModel::Parameters parameters;
+  parameters.accuracy.cull_tolerance = 0.0;
+  TactileModel one = model_of(parameters);
   parameters.indenters = {Indenter{}, Indenter{}};
   TactileModel both = model_of(parameters);
-  TactileModel one = model_of();
   const ContactInput input{.depth_mm = 0.5, .x_mm = 15.0, .y_mm = 10.0};
   both.step(std::vector<ContactInput>{input, input}, nanoseconds{0});
   one.step({&input, 1}, nanoseconds{0});
   for (std::size_t i = 0; i < 450; ++i) {
-    const double expected = 4.0 * one.energy_density_kPa()[i];
-    EXPECT_NEAR(both.energy_density_kPa()[i], expected, 1e-12 * (1.0 + expected));
+    const double expected = 4.0 * energies(one)[i];
+    EXPECT_NEAR(energies(both)[i], expected, 1e-12 * (1.0 + expected));
   }
 }
 
@@ -178,10 +188,110 @@ TEST(TactileModel, RefusesWhatCannotBe) {
   EXPECT_EQ(key_of([](P& p) { p.step = nanoseconds{0}; }), "neuron.step_us");
   EXPECT_EQ(key_of([](P& p) { p.step = nanoseconds{30'000}; }), "neuron.step_us");
   EXPECT_EQ(key_of([](P& p) { p.tick = milliseconds{-1}; }), "loop.tick_us");
+  EXPECT_EQ(key_of([](P& p) { p.patches.clear(); }), "patch");
+  EXPECT_EQ(key_of([](P& p) { p.indenters[0].patch = 1; }), "probe.patch");
+  EXPECT_EQ(key_of([](P& p) { p.accuracy.cull_tolerance = 1.0; }), "accuracy.cull_tolerance");
   EXPECT_EQ(key_of([](P& p) { p.skin.poisson_ratio = 0.5; }), "skin.poisson_ratio");
   EXPECT_EQ(
       key_of([](P& p) { p.indenters[0].radius_mm = std::numeric_limits<double>::infinity(); }),
       "probe.radius_mm");
+}
+
+std::string step_fault(IntegrationMethod method, nanoseconds step, double gain = 0.1) {
+  TactileModel::Parameters parameters;
+  parameters.method = method;
+  parameters.step = step;
+  parameters.network.gain = gain;
+  const auto model = TactileModel::create(parameters);
+  return model ? "" : model.error().key + " " + model.error().reason;
+}
+
+TEST(TactileModel, RefusesAStepAtWhichItsMethodFails) {
+  EXPECT_EQ(step_fault(IntegrationMethod::kForwardEuler, nanoseconds{50'000}), "");
+  EXPECT_EQ(step_fault(IntegrationMethod::kForwardEuler, nanoseconds{100'000}, 0.0),
+            "neuron.step_us must be at most 55 for forward_euler, but is 100: 50 would do");
+  EXPECT_EQ(step_fault(IntegrationMethod::kRk4, nanoseconds{100'000}, 0.0),
+            "neuron.step_us must be at most 80 for rk4, but is 100: 62.5 would do");
+  EXPECT_EQ(step_fault(IntegrationMethod::kCrankNicolson, nanoseconds{100'000}), "");
+  EXPECT_NE(step_fault(IntegrationMethod::kRk4, nanoseconds{25'000}, 100.0)
+                .find("for rk4 in this network"),
+            std::string::npos);
+  EXPECT_NE(step_fault(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}, 100.0)
+                .find("for crank_nicolson in this network"),
+            std::string::npos);
+  EXPECT_NE(step_fault(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}, 1e5).find("gain"),
+            std::string::npos);
+  // The step that is named works.
+  EXPECT_EQ(step_fault(IntegrationMethod::kRk4, nanoseconds{62'500}, 0.0), "");
+}
+
+/// Two patches that are pressed apart and one that is not.
+TactileModel::Parameters three_patches() {
+  TactileModel::Parameters parameters;
+  parameters.patches = {{.name = "thumb"}, {.name = "index"}, {.name = "middle"}};
+  parameters.patches[1].receptors.seed = 2;
+  parameters.indenters = {{.patch = 0}, {.patch = 1}};
+  return parameters;
+}
+
+TEST(TactileModel, PatchesFeelTheirOwnProbesOnly) {
+  TactileModel hand = model_of(three_patches());
+  TactileModel finger = model_of();
+  EXPECT_EQ(hand.neurons(), 60U);
+  EXPECT_EQ(hand.receptors(), 1350U);
+  const ContactInput deep{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
+  const ContactInput none{};
+  const auto on_hand = press(hand, std::vector<ContactInput>{deep, none}, 300);
+  EXPECT_EQ(on_hand, press(finger, {&deep, 1}, 300));  // patch 0 is the paper's
+  EXPECT_FALSE(hand.patches()[0].asleep());
+  EXPECT_TRUE(hand.patches()[1].asleep());
+  EXPECT_TRUE(hand.patches()[2].asleep());
+
+  hand.reset();
+  const auto on_both = press(hand, std::vector<ContactInput>{deep, deep}, 300);
+  EXPECT_TRUE(std::is_sorted(on_both.begin(), on_both.end()));
+  EXPECT_GT(std::count_if(on_both.begin(), on_both.end(),
+                          [](const SpikeEvent& spike) { return spike.patch == 1; }),
+            10);
+}
+
+TEST(TactileModel, APatchThatSleptWakesAsIfItHadNot) {
+  TactileModel::Parameters parameters;
+  TactileModel frozen = model_of(parameters);
+  parameters.accuracy.freeze_resting = false;
+  TactileModel stepped = model_of(parameters);
+  std::vector<SpikeEvent> spikes[2];
+  for (int k = 0; k < 1200; ++k) {
+    const bool pressed = k % 400 > 200;
+    const ContactInput input{.depth_mm = pressed ? 1.5 : 0.0, .x_mm = 15.0, .y_mm = 10.0};
+    const auto begin = k * milliseconds{1};
+    for (const SpikeEvent& spike : frozen.step({&input, 1}, begin)) spikes[0].push_back(spike);
+    for (const SpikeEvent& spike : stepped.step({&input, 1}, begin)) spikes[1].push_back(spike);
+    if (k == 190) {
+      EXPECT_TRUE(frozen.patches()[0].asleep());
+    }
+  }
+  ASSERT_EQ(spikes[0].size(), spikes[1].size());
+  ASSERT_GT(spikes[0].size(), 20U);
+  for (std::size_t i = 0; i < spikes[0].size(); ++i) {
+    EXPECT_LE(std::abs((spikes[0][i].time - spikes[1][i].time).count()), 1000);
+  }
+}
+
+TEST(TactileModel, CullingMovesNoSpikeByMuch) {
+  TactileModel::Parameters parameters;
+  TactileModel culled = model_of(parameters);
+  parameters.accuracy.cull_tolerance = 0.0;
+  TactileModel whole = model_of(parameters);
+  const ContactInput input{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
+  const auto a = press(culled, {&input, 1}, 500);
+  const auto b = press(whole, {&input, 1}, 500);
+  EXPECT_LT(culled.patches()[0].drive().afferents_reached(), 20U);
+  EXPECT_EQ(whole.patches()[0].drive().afferents_reached(), 20U);
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_LE(std::abs((a[i].time - b[i].time).count()), 20'000);
+  }
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/skin/skin_material.hpp"
-#include "tests/reference/superposition.hpp"
+#include "tools/reference/superposition.hpp"
 
 namespace merkel {
 namespace {

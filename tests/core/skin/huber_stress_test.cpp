@@ -7,7 +7,7 @@
 
 #include "core/random.hpp"
 #include "core/skin/point_load.hpp"
-#include "tests/reference/superposition.hpp"
+#include "tools/reference/superposition.hpp"
 
 namespace merkel {
 namespace {

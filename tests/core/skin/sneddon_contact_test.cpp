@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/skin/hertz_contact.hpp"
-#include "tests/reference/superposition.hpp"
+#include "tools/reference/superposition.hpp"
 
 namespace merkel {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/reference/cvode_membrane.hpp"
+#include "tools/reference/cvode_membrane.hpp"
 
 #include <algorithm>
 #include <cmath>

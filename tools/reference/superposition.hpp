@@ -19,8 +19,9 @@ struct Stress {
 
 /// The stress under the pressure p0·√(1−r²/a²) on a disc, by brute force: the sum of Boussinesq
 /// point loads over the disc, in polar coordinates about the point above which it is asked for.
-Stress superposed_stress(double p0_kPa, double a_mm, double poisson_ratio, double r_mm,
-                         double z_mm);
+/// \param tolerance  at which the sums stop, relative
+Stress superposed_stress(double p0_kPa, double a_mm, double poisson_ratio, double r_mm, double z_mm,
+                         double tolerance = 1e-13);
 
 /// Downward displacement of the surface at r under the same pressure, likewise:
 /// u = ∬ p/(πE*·distance) dA.

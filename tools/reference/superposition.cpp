@@ -1,4 +1,4 @@
-#include "tests/reference/superposition.hpp"
+#include "tools/reference/superposition.hpp"
 
 #include <algorithm>
 #include <array>
@@ -56,7 +56,8 @@ Values<kCount> tanh_sinh(Function f, double a, double b, double tolerance) {
 /// Integrates p·kernel over the disc. The kernel gets the distance ρ from the point (r, 0) and the
 /// direction ψ seen from it, and is smooth in asinh(ρ/scale).
 template <std::size_t kCount, class Kernel>
-Values<kCount> over_disc(double p0, double a, double r, double scale, Kernel kernel) {
+Values<kCount> over_disc(double p0, double a, double r, double scale, double tolerance,
+                         Kernel kernel) {
   // Along the ray ψ, the disc lies between the distances c − e and c + e.
   const auto along_ray = [&](double cos_psi, double sin2_psi) -> Values<kCount> {
     const double centre = -r * cos_psi;
@@ -86,7 +87,7 @@ Values<kCount> over_disc(double p0, double a, double r, double scale, Kernel ker
           for (double& value : values) value *= p * area;
           return values;
         },
-        t_near, t_far, 1e-14);
+        t_near, t_far, 0.1 * tolerance);
   };
   // ψ from 0 to π stands for both halves. Outside, only directions towards the disc count.
   const double widest = r > a ? std::asin(a / r) : pi;
@@ -96,7 +97,7 @@ Values<kCount> over_disc(double p0, double a, double r, double scale, Kernel ker
         const double theta = near_start ? from_end : widest - from_end;
         return along_ray(-std::cos(theta), std::sin(theta) * std::sin(theta));
       },
-      0.0, widest, 1e-13);
+      0.0, widest, tolerance);
   for (double& value : total) value *= 2.0;
   return total;
 }
@@ -107,9 +108,9 @@ double integrate(const std::function<double(double)>& f, double a, double b, dou
   return tanh_sinh<1>([&](double x, double, bool) { return Values<1>{f(x)}; }, a, b, tolerance)[0];
 }
 
-Stress superposed_stress(double p0, double a, double nu, double r, double z) {
-  const auto total =
-      over_disc<4>(p0, a, r, z, [nu, z](double rho, double cos_psi, double sin2_psi) -> Values<4> {
+Stress superposed_stress(double p0, double a, double nu, double r, double z, double tolerance) {
+  const auto total = over_disc<4>(
+      p0, a, r, z, tolerance, [nu, z](double rho, double cos_psi, double sin2_psi) -> Values<4> {
         const double R = std::hypot(rho, z);
         const double R5 = R * R * R * R * R;
         const double radial =
@@ -128,7 +129,7 @@ Stress superposed_stress(double p0, double a, double nu, double r, double z) {
 
 double superposed_displacement_mm(double p0, double a, double E, double r) {
   // The kernel 1/ρ cancels the area's ρ; any length of the problem will do as the scale.
-  return over_disc<1>(p0, a, r, a, [E](double rho, double, double) -> Values<1> {
+  return over_disc<1>(p0, a, r, a, 1e-13, [E](double rho, double, double) -> Values<1> {
     return {1.0 / (pi * E * rho)};
   })[0];
 }

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+
+namespace merkel {
+
+/// The number of a pair of normal streams that share one word a step, and which of both it is.
+/// Neighbours eight apart are a pair, so that a vector of neurons finds its partners in another.
+struct NormalStream {
+  static constexpr std::uint64_t kDistance = 8;
+  std::uint64_t pair;
+  bool second;
+
+  [[nodiscard]] static constexpr NormalStream of(std::uint64_t number) noexcept {
+    return {.pair = number / (2 * kDistance) * kDistance + number % kDistance,
+            .second = number % (2 * kDistance) >= kDistance};
+  }
+};
+
+/// Where a pair's SplitMix64 sequence begins.
+[[nodiscard]] std::uint64_t normal_key(std::uint64_t seed, std::uint64_t pair) noexcept;
+
+/// A standard normal number that depends on nothing but a seed, the number of a stream (an
+/// afferent, from 0) and the number of a step: no order of evaluation, chunk or vector width can
+/// change it. By Box and Muller from word `step` of the pair's SplitMix64 sequence; from +, −, ×, ÷
+/// and √ alone, so that every machine gives the same bits. Real-time: yes.
+///
+/// The kernels compute the same (kernel/normal_noise-inl.hpp), to the last bit.
+[[nodiscard]] double normal_random(std::uint64_t seed, std::uint64_t stream,
+                                   std::uint64_t step) noexcept;
+
+}  // namespace merkel

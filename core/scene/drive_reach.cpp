@@ -1,0 +1,102 @@
+#include "core/scene/drive_reach.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "core/skin/huber_stress.hpp"
+#include "core/skin/strain_energy_density.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kDeepest_mm = 10.0;
+constexpr int kDepths = 200;
+constexpr double kFarthest_mm = 200.0;
+constexpr double kSpacing_mm = 0.05;  ///< of the distances looked at
+constexpr int kDirections = 360;      ///< of those around bars
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// The first distance beyond which an energy density stays below a limit, looked for from outside.
+/// \param rim_mm  beyond it, the energy density falls without end
+double last_above(double limit_kPa, double rim_mm,
+                  const std::function<double(double)>& energy_kPa) {
+  double r = std::max(rim_mm, kSpacing_mm);
+  while (r < kFarthest_mm && energy_kPa(r) > limit_kPa) r *= 2.0;
+  if (r >= kFarthest_mm) return kInfinite;
+  r = std::min(kFarthest_mm, 2.0 * r);
+  while (r > 0.0 && energy_kPa(r) <= limit_kPa) r -= kSpacing_mm;
+  return std::max(r, 0.0) + kSpacing_mm;
+}
+
+}  // namespace
+
+double DriveReach::energy_of_tolerance_kPa(const SigmoidTransduction& transduction,
+                                           double tolerance) noexcept {
+  // σ(SED) = σ(0) + tolerance, solved for the SED.
+  const double moved = logistic(-transduction.gamma_per_kPa * transduction.lambda_kPa) + tolerance;
+  if (!(moved < 1.0)) return kInfinite;
+  return transduction.lambda_kPa + std::log(moved / (1.0 - moved)) / transduction.gamma_per_kPa;
+}
+
+DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin,
+                       const SigmoidTransduction& transduction, double tolerance, std::size_t tips)
+    : DriveReach(tip, skin,
+                 tolerance > 0.0 ? energy_of_tolerance_kPa(transduction, tolerance) : 0.0, tips) {}
+
+DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double limit_of_all_kPa,
+                       std::size_t tips)
+    : spacing_mm_(kDeepest_mm / kDepths) {
+  if (!(limit_of_all_kPa > 0.0)) return;
+  const double share = static_cast<double>(tips);
+  const double limit_kPa = limit_of_all_kPa / (share * share);
+  const SkinMaterial material(skin);
+  radius_mm_.reserve(kDepths + 1);
+  if (tip.sphere() != nullptr) {
+    for (int k = 0; k <= kDepths; ++k) {
+      const SphereContact contact = tip.sphere()->at_depth(k * spacing_mm_);
+      radius_mm_.push_back(last_above(limit_kPa, contact.contact_radius_mm, [&](double r) {
+        return energy_density_kPa(
+            huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm), material,
+            skin.energy_density);
+      }));
+    }
+  } else {
+    // The energy density under bars at 1 mm, the largest in any direction; it grows with depth².
+    std::vector<double> largest_kPa;
+    for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
+      double largest = 0.0;
+      for (int k = 0; k < kDirections; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / kDirections;
+        const auto unit = tip.bars()->at(r * std::cos(angle), r * std::sin(angle));
+        largest = std::max(largest, energy_density_kPa(unit.stress, material, skin.energy_density));
+      }
+      largest_kPa.push_back(largest);
+    }
+    for (std::size_t k = largest_kPa.size() - 1; k-- > 0;) {
+      largest_kPa[k] = std::max(largest_kPa[k], largest_kPa[k + 1]);
+    }
+    for (int k = 0; k <= kDepths; ++k) {
+      const double depth = k * spacing_mm_;
+      const auto beyond = std::find_if(largest_kPa.begin(), largest_kPa.end(), [&](double energy) {
+        return energy * depth * depth <= limit_kPa;
+      });
+      radius_mm_.push_back(beyond == largest_kPa.end()
+                               ? kInfinite
+                               : kSpacing_mm * static_cast<double>(beyond - largest_kPa.begin()));
+    }
+  }
+  for (std::size_t k = 1; k < radius_mm_.size(); ++k) {
+    radius_mm_[k] = std::max(radius_mm_[k], radius_mm_[k - 1]);
+  }
+}
+
+double DriveReach::radius_mm(double depth_mm) const noexcept {
+  const double place = std::ceil(depth_mm / spacing_mm_);
+  if (!(place < static_cast<double>(radius_mm_.size()))) return kInfinite;
+  return radius_mm_[static_cast<std::size_t>(place)];
+}
+
+}  // namespace merkel

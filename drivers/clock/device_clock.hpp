@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/protocols/protocol.hpp"
+
+namespace merkel {
+
+/// Maps the times of a device's own clock to host time.
+///
+/// A frame is late by whatever the transport makes of it, never early: the least of (arrival −
+/// device time) over a second is a point of the lower envelope, and a line through the last 30 of
+/// them gives offset and rate of the clock, free of jitter and of batches. What even the fastest
+/// frame takes is no part of that; question and answer (SYNC) tell it: the exchanges with
+/// the shortest round trips, their midpoints taken for the host times of the device's answers, move
+/// the line. Mapped times never go back, and their distances differ from the device's by a tenth at
+/// most, also while the estimate settles.
+///
+/// A counter that wraps is unwrapped; a device that starts anew, which is one whose clock goes back
+/// or ahead of the host's, is mapped from scratch. Real-time: no. Thread: probe.
+class DeviceClock {
+ public:
+  struct Report {
+    bool settled = false;     ///< the line has points enough
+    double drift_ppm = 0.0;   ///< of the device's clock: positive where it is fast
+    double jitter_us = 0.0;   ///< rms distance of the envelope's points from their line
+    double latency_us = 0.0;  ///< mean of how late frames arrive after the mapped time
+    /// Half of the shortest round trip, the jitter added: the mapped time is that certain. Not set
+    /// without SYNC, where the transport's least latency stays unknown.
+    std::optional<double> uncertainty_us;
+    std::uint64_t restarts = 0;  ///< of the device's clock
+  };
+
+  /// \param wrap  after how long the device's counter starts again from 0, where it does
+  explicit DeviceClock(std::optional<std::chrono::nanoseconds> wrap = std::nullopt) noexcept
+      : wrap_(wrap) {}
+
+  void set_wrap(std::optional<std::chrono::nanoseconds> wrap) noexcept { wrap_ = wrap; }
+
+  /// Takes note of a frame. Returns its device time, unwrapped.
+  /// \param device_time  as on the wire
+  std::chrono::nanoseconds observe(std::chrono::nanoseconds device_time,
+                                   std::chrono::nanoseconds arrival);
+  /// Takes note of a question and its answer.
+  void observe(const ClockExchange& exchange);
+
+  /// The host time of an unwrapped device time; later with every call whose argument is later.
+  [[nodiscard]] std::chrono::nanoseconds host_time(std::chrono::nanoseconds device_time);
+
+  /// Forgets the device's time: it starts anew, or another device is there.
+  void restart() noexcept;
+
+  [[nodiscard]] Report report() const noexcept;
+
+ private:
+  struct Point {
+    std::chrono::nanoseconds device{0};
+    std::chrono::nanoseconds offset{0};  ///< host − device
+  };
+  static constexpr std::size_t kPoints = 30;
+
+  [[nodiscard]] std::chrono::nanoseconds unwrap(std::chrono::nanoseconds device_time,
+                                                std::chrono::nanoseconds host) const noexcept;
+  [[nodiscard]] double offset_ns(std::chrono::nanoseconds device_time) const noexcept;
+  std::chrono::nanoseconds follow(std::chrono::nanoseconds device_time,
+                                  std::chrono::nanoseconds arrival);
+  void close_second();
+  void fit_line();
+
+  std::optional<std::chrono::nanoseconds> wrap_;
+  std::uint64_t restarts_ = 0;
+
+  bool running_ = false;
+  std::chrono::nanoseconds last_device_{0};
+  std::chrono::nanoseconds last_host_{0};
+
+  std::array<Point, kPoints> points_{};  ///< a ring
+  std::size_t count_ = 0;
+  std::size_t next_ = 0;
+  std::optional<Point> least_;  ///< of the second that is under way
+  std::chrono::nanoseconds second_{0};
+
+  // host − device = origin_.offset + intercept + slope · (device − origin_.device), less the bias
+  Point origin_;
+  double intercept_ns_ = 0.0;
+  double slope_ = 0.0;
+  double rms_ns_ = 0.0;
+
+  double latency_ns_ = 0.0;
+  std::uint64_t frames_ = 0;
+
+  std::optional<std::chrono::nanoseconds> round_trip_;  ///< the shortest so far
+  double bias_ns_ = 0.0;  ///< mean of the line against the exchanges about that short
+  std::uint64_t biases_ = 0;
+
+  bool mapped_ = false;
+  std::chrono::nanoseconds mapped_device_{0};
+  std::chrono::nanoseconds mapped_host_{0};
+};
+
+}  // namespace merkel

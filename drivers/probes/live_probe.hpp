@@ -1,0 +1,32 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/probe.hpp"
+
+namespace merkel {
+
+/// Plays a recording or a simulated press as a device would: every sample comes when the host's
+/// clock says that it was taken, and nobody's being slow holds it back. Its first sample is taken
+/// at the first read.
+class LiveProbe final : public Probe {
+ public:
+  explicit LiveProbe(std::unique_ptr<Probe> recording);
+
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+                                                       std::chrono::milliseconds patience) override;
+  [[nodiscard]] std::string trouble() const override { return recording_->trouble(); }
+
+ private:
+  std::unique_ptr<Probe> recording_;
+  ProbeInfo info_;
+  std::vector<ProbeSample> ahead_;                 ///< read, but not taken yet
+  std::size_t next_ = 0;                           ///< of those
+  std::optional<std::chrono::nanoseconds> shift_;  ///< host time − the recording's time
+};
+
+}  // namespace merkel

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+
+#include "core/expected.hpp"
+#include "drivers/protocols/protocol.hpp"
+#include "drivers/protocols/simulated_device.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+/// Lines of numbers, as most sketches for HX711 and the like print them.
+/// Options: `columns` names what stands in each column, separated by commas: `time_s`, `time_ms` or
+/// `time_us` (the device's clock), `seq` (a counter), a channel with its unit (`force_N`,
+/// `force_gF`, `force_z_mN`, `depth_mm`, `depth_um`, `x_mm`, `y_mm`, `z_mm`), or `-` for one to be
+/// left out; without it, the device's own header line tells. `separator` is comma, semicolon, tab
+/// or space; `seq_bits` and `clock_bits` say when those counters wrap (32).
+[[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options);
+
+/// \param channels  ProbeSample::Channel bits of the trace
+[[nodiscard]] std::unique_ptr<SimulatedDevice> make_csv_device(std::uint32_t channels);
+
+}  // namespace merkel

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "core/units.hpp"
+#include "drivers/sample_limits.hpp"
+
+namespace merkel {
+
+/// What a device may measure: forces in N (compression is positive), lengths in mm.
+enum class DeviceChannel : std::uint8_t {
+  kForce,   ///< along the probe's axis
+  kForceX,  ///< of a multi-axis sensor
+  kForceY,
+  kForceZ,
+  kDepth,  ///< indentation depth
+  kX,      ///< of a stage, in its work coordinates
+  kY,
+  kZ,
+};
+inline constexpr std::size_t kDeviceChannels = 8;
+inline constexpr std::array<std::string_view, kDeviceChannels> kDeviceChannelNames = {
+    "force", "force_x", "force_y", "force_z", "depth", "x", "y", "z"};
+
+[[nodiscard]] constexpr std::uint32_t bit_of(DeviceChannel channel) noexcept {
+  return 1U << static_cast<std::uint32_t>(channel);
+}
+
+/// What one frame of a device says, in N and mm, before any calibration.
+struct DeviceReading {
+  std::array<double, kDeviceChannels> values{};
+  std::uint32_t channels = 0;  ///< which values are set: bit_of(channel)
+  std::uint32_t lost = 0;      ///< frames that the sequence numbers say were lost before this one
+  bool rebooted = false;       ///< the device has started anew since its last reading
+  /// By the device's own clock, as it stands on the wire: it may wrap (Protocol::clock_wrap).
+  std::optional<std::chrono::nanoseconds> device_time;
+  /// When its last byte was read, host-monotonic.
+  std::chrono::nanoseconds arrival{0};
+  /// When it was asked for, host-monotonic; not set for a device that streams.
+  std::optional<std::chrono::nanoseconds> asked;
+
+  void set(DeviceChannel channel, double value) noexcept {
+    values[static_cast<std::size_t>(channel)] = value;
+    channels |= bit_of(channel);
+  }
+  [[nodiscard]] bool has(DeviceChannel channel) const noexcept {
+    return (channels & bit_of(channel)) != 0U;
+  }
+  [[nodiscard]] double operator[](DeviceChannel channel) const noexcept {
+    return values[static_cast<std::size_t>(channel)];
+  }
+};
+
+/// Whether every value is finite and of possible magnitude.
+[[nodiscard]] inline bool plausible(const DeviceReading& reading) noexcept {
+  for (std::size_t i = 0; i < kDeviceChannels; ++i) {
+    const double limit =
+        i <= static_cast<std::size_t>(DeviceChannel::kForceZ)
+            ? units::N_from_mN(SampleLimits::kForce_mN)
+            : (i == static_cast<std::size_t>(DeviceChannel::kDepth) ? SampleLimits::kDepth_mm
+                                                                    : SampleLimits::kPosition_mm);
+    if (!plausible(reading.values[i], limit)) return false;
+  }
+  return true;
+}
+
+}  // namespace merkel

@@ -1,0 +1,207 @@
+#include "drivers/protocols/grbl.hpp"
+
+#include <array>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/request_timer.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+using Vector = std::array<double, 3>;
+
+constexpr milliseconds kPatience{300};
+constexpr std::uint32_t kChannels =
+    bit_of(DeviceChannel::kX) | bit_of(DeviceChannel::kY) | bit_of(DeviceChannel::kZ);
+
+/// "1.000,-2.000,3.000", and further axes that we leave alone.
+std::optional<Vector> read_vector(std::string_view text) noexcept {
+  Vector vector{};
+  for (double& number : vector) {
+    const auto value = parse_number(take_field(text));
+    if (!value) return std::nullopt;
+    number = *value;
+  }
+  return vector;
+}
+
+class Grbl final : public Protocol {
+ public:
+  Grbl(double rate_Hz, std::optional<double> mm_per_unit)
+      : period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
+        timer_(period_, kPatience),
+        asks_unit_(!mm_per_unit),
+        mm_per_unit_(mm_per_unit.value_or(1.0)) {}
+
+  void begin(nanoseconds now, DeviceStream& stream) override {
+    lines_.reset(true);
+    timer_.reset(now);
+    offset_.reset();
+    // The first report after an empty line and the settings says the offset soon.
+    stream.send(asks_unit_ ? "\n$$\n" : "\n");
+  }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      if (const auto line = lines_.take(byte)) read_line(*line, arrival, stream);
+    }
+    stream.counts.damaged += lines_.take_too_long();
+  }
+
+  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
+    const auto turn = timer_.turn(now);
+    if (turn != RequestTimer::Turn::kWait) stream.send("?");
+    if (turn == RequestTimer::Turn::kAskAgain) ++stream.counts.lost;
+    return timer_.next();
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return kChannels; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
+
+ private:
+  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
+    if (line.starts_with('<') && line.ends_with('>')) {
+      read_report(line.substr(1, line.size() - 2), arrival, stream);
+      return;
+    }
+    const bool known = line == "ok" || line.starts_with('[') || line.starts_with('$') ||
+                       line.starts_with("error:") || line.starts_with("ALARM:") ||
+                       line.starts_with("Grbl ");
+    ++(known ? stream.counts.frames : stream.counts.damaged);
+    if (line.starts_with("Grbl ")) {
+      offset_.reset();
+      rebooted_ = greeted_ || stream.counts.readings > 0;
+      greeted_ = true;
+    } else if (asks_unit_ && line.starts_with("$13=")) {
+      mm_per_unit_ = line.substr(4, 1) == "1" ? units::kMm_per_inch : 1.0;
+    } else if (line.starts_with("ALARM:")) {
+      stream.notice("the machine reports " + std::string(line));
+    }
+  }
+
+  void read_report(std::string_view report, nanoseconds arrival, DeviceStream& stream) {
+    std::optional<Vector> machine;
+    std::optional<Vector> work;
+    std::string_view rest = report;
+    while (!rest.empty()) {
+      const std::string_view part = rest.substr(0, rest.find('|'));
+      rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+      const auto value = part.substr(std::min(part.find(':') + 1, part.size()));
+      const auto read = [&](std::string_view name, std::optional<Vector>& vector) {
+        if (!part.starts_with(name)) return true;
+        vector = read_vector(value);
+        return vector.has_value();
+      };
+      if (!read("MPos:", machine) || !read("WPos:", work) || !read("WCO:", offset_)) {
+        ++stream.counts.damaged;
+        return;
+      }
+    }
+    if (!machine && !work) {
+      ++stream.counts.damaged;
+      return;
+    }
+    ++stream.counts.frames;
+    const auto asked = timer_.answered();
+    if (!asked) {
+      ++stream.counts.duplicates;
+      return;
+    }
+    if (!work) {
+      if (!offset_) return;  // it comes with one of the next reports
+      work = machine;
+      for (std::size_t i = 0; i < 3; ++i) (*work)[i] -= (*offset_)[i];
+    }
+    DeviceReading reading;
+    reading.arrival = arrival;
+    reading.asked = asked;
+    reading.rebooted = std::exchange(rebooted_, false);
+    reading.set(DeviceChannel::kX, (*work)[0] * mm_per_unit_);
+    reading.set(DeviceChannel::kY, (*work)[1] * mm_per_unit_);
+    reading.set(DeviceChannel::kZ, (*work)[2] * mm_per_unit_);
+    stream.accept(reading);
+  }
+
+  nanoseconds period_;
+  RequestTimer timer_;
+  bool asks_unit_;
+  double mm_per_unit_;
+  LineSplitter lines_;
+  std::optional<Vector> offset_;  ///< WCO: machine − work position
+  bool greeted_ = false;
+  bool rebooted_ = false;
+};
+
+class GrblDevice final : public SimulatedDevice {
+ public:
+  void boot(nanoseconds /*now*/, Bytes& out) override {
+    lines_.reset(true);
+    reports_ = 0;
+    append("\r\nGrbl 1.1h ['$' for help]\r\n", out);
+  }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
+    for (const std::uint8_t byte : bytes) {
+      if (byte == '?') {
+        asked_ = true;
+        report(out);
+        continue;
+      }
+      if (byte == '\n') append("ok\r\n", out);
+      const auto line = lines_.take(byte);
+      if (line && *line == "$$") append("$10=1\r\n$13=0\r\n", out);
+    }
+  }
+
+  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
+    position_ = {sample.x_mm, sample.y_mm, -sample.depth_mm};
+  }
+
+  [[nodiscard]] bool started() const noexcept override { return asked_; }
+
+ private:
+  static constexpr Vector kOffset = {-100.0, -50.0, -8.0};
+  static constexpr int kReportsPerOffset = 10;
+
+  static void append(std::string_view text, Bytes& out) {
+    out.insert(out.end(), text.begin(), text.end());
+  }
+
+  void report(Bytes& out) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(), "<Run|MPos:%.3f,%.3f,%.3f|FS:500,8000",
+                  position_[0] + kOffset[0], position_[1] + kOffset[1], position_[2] + kOffset[2]);
+    append(text.data(), out);
+    if (reports_++ % kReportsPerOffset == 0) append("|WCO:-100.000,-50.000,-8.000", out);
+    append(">\r\n", out);
+  }
+
+  LineSplitter lines_;
+  Vector position_{15.0, 10.0, 0.0};
+  int reports_ = 0;
+  bool asked_ = false;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_grbl(UriOptions& options) {
+  const double rate_Hz = options.number("rate_hz", 20.0, 1.0, 100.0);
+  const std::string unit = options.word("unit", "ask", "mm|in|ask");
+  std::optional<double> mm_per_unit;
+  if (unit != "ask") mm_per_unit = unit == "in" ? units::kMm_per_inch : 1.0;
+  return std::make_unique<Grbl>(rate_Hz, mm_per_unit);
+}
+
+std::unique_ptr<SimulatedDevice> make_grbl_device() { return std::make_unique<GrblDevice>(); }
+
+}  // namespace merkel

@@ -1,0 +1,477 @@
+#include "drivers/protocols/hbf1.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <string>
+
+#include "core/units.hpp"
+#include "drivers/protocols/hbf1_frame.hpp"
+#include "drivers/protocols/sequence_counter.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr nanoseconds kClockWrap = microseconds{std::int64_t{1} << 32U};
+constexpr milliseconds kAskAgain{250};
+constexpr milliseconds kQuiet{500};  ///< a started device that says nothing is started again
+constexpr milliseconds kSyncEvery{1000};
+constexpr milliseconds kSyncSpacing{3};
+constexpr milliseconds kSyncPatience{150};
+constexpr int kSyncsARound = 8;
+constexpr nanoseconds kClockSlack = std::chrono::seconds{2};
+
+enum class Format : std::uint8_t { kInt16 = 0, kInt32 = 1, kFloat = 2 };
+
+/// One channel of a HELLO.
+struct Channel {
+  std::optional<DeviceChannel> channel;  ///< not set: nothing we use
+  Format format = Format::kFloat;
+  double scale = 1.0;
+  double offset = 0.0;
+  [[nodiscard]] std::size_t bytes() const noexcept { return format == Format::kInt16 ? 2 : 4; }
+};
+
+constexpr std::size_t kChannelBytes = 11;
+constexpr std::uint8_t kLastKind = 9;
+constexpr std::array<DeviceChannel, 8> kKinds = {
+    DeviceChannel::kForce, DeviceChannel::kForceX, DeviceChannel::kForceY, DeviceChannel::kForceZ,
+    DeviceChannel::kDepth, DeviceChannel::kX,      DeviceChannel::kY,      DeviceChannel::kZ};
+constexpr std::uint8_t kUnitMicrometre = 3;
+constexpr std::uint8_t kLastUnit = 4;
+
+constexpr std::array<std::string_view, 4> kStatusWords = {
+    "overload", "a saturated channel", "that it is not calibrated", "that its own buffer ran over"};
+
+float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {
+  return std::bit_cast<float>(read_u32(bytes));
+}
+
+void append_f32(double value, Bytes& bytes) {
+  append_u32(std::bit_cast<std::uint32_t>(static_cast<float>(value)), bytes);
+}
+
+class Hbf1Protocol final : public Protocol {
+ public:
+  explicit Hbf1Protocol(std::uint16_t rate_Hz) : asked_rate_Hz_(rate_Hz) {}
+
+  void begin(nanoseconds now, DeviceStream& stream) override {
+    decoder_.reset(true);
+    said_hello_ = false;
+    reopened_ = true;
+    syncs_sent_ = 0;
+    ask_at_ = sync_at_ = now;
+    stream.outgoing.push_back(0);  // ends whatever the device has read so far
+    static_cast<void>(poll(now, stream));
+  }
+
+  void start(nanoseconds now, DeviceStream& stream) override {
+    wanted_ = true;
+    send_start(now, stream);
+  }
+
+  void end(DeviceStream& stream) override { command(Hbf1Command::kStop, {}, stream); }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      if (const auto frame = decoder_.take(byte)) read_frame(*frame, arrival, stream);
+    }
+    stream.counts.frames = decoder_.counts().frames;
+    stream.counts.damaged = decoder_.counts().damaged + malformed_;
+  }
+
+  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
+    if (!said_hello_) {
+      if (now >= ask_at_) {
+        command(Hbf1Command::kHello, {}, stream);
+        ask_at_ = now + kAskAgain;
+      }
+      return ask_at_;
+    }
+    if (now >= sync_at_) {
+      Bytes token;
+      append_u32(next_token_, token);
+      sent_[next_token_ % sent_.size()] = {next_token_, now};
+      ++next_token_;
+      send(Hbf1Type::kSyncRequest, token, stream);
+      sync_at_ = now + (++syncs_sent_ % kSyncsARound == 0 ? nanoseconds{kSyncEvery} : kSyncSpacing);
+    }
+    if (wanted_ && now - heard_ > kQuiet && now - started_ > kQuiet) send_start(now, stream);
+    return sync_at_;
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] bool ready() const noexcept override {
+    // A round of SYNC tells the time before the first sample comes; old firmware may lack it.
+    return channels_ != 0U && said_hello_ &&
+           (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
+  }
+  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    if (rate_Hz_ == 0) return std::nullopt;
+    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+  }
+  [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override {
+    return kClockWrap;
+  }
+  [[nodiscard]] std::string serial_number() const override { return serial_number_; }
+
+ private:
+  void send(Hbf1Type type, std::span<const std::uint8_t> body, DeviceStream& stream) {
+    append_hbf1_frame({.type = type, .sequence = next_sequence_++}, body, stream.outgoing);
+  }
+
+  void command(Hbf1Command operation, std::span<const std::uint8_t> arguments,
+               DeviceStream& stream) {
+    Bytes body = {static_cast<std::uint8_t>(operation)};
+    body.insert(body.end(), arguments.begin(), arguments.end());
+    send(Hbf1Type::kCommand, body, stream);
+  }
+
+  void send_start(nanoseconds now, DeviceStream& stream) {
+    started_ = now;
+    if (asked_rate_Hz_ != 0) {
+      Bytes rate;
+      append_u16(asked_rate_Hz_, rate);
+      command(Hbf1Command::kRate, rate, stream);
+    }
+    command(Hbf1Command::kStart, {}, stream);
+  }
+
+  /// Whether a frame is of the same run of the device as the one before it: a device's clock does
+  /// not get ahead of ours, and while the port was closed it went on at our pace.
+  [[nodiscard]] bool continues(std::uint32_t time_us, nanoseconds arrival) const noexcept {
+    const auto host = arrival - last_arrival_;
+    const nanoseconds device = microseconds{time_us - last_time_us_};
+    if (reopened_) {
+      const nanoseconds ahead = (device - host % kClockWrap + kClockWrap) % kClockWrap;
+      return ahead < kClockSlack || kClockWrap - ahead < kClockSlack;
+    }
+    return device <= host + kClockSlack;
+  }
+
+  /// Follows sequence numbers and restarts. False for a frame that came before.
+  bool follow(const Hbf1Header& header, nanoseconds arrival, DeviceStream& stream) {
+    if (last_arrival_ != nanoseconds{0} && !continues(header.time_us, arrival)) {
+      sequence_.forget();
+      if (!reopened_) pending_reboot_ = true;
+    }
+    reopened_ = false;
+    last_time_us_ = header.time_us;
+    last_arrival_ = heard_ = arrival;
+    const auto step = sequence_.next(header.sequence);
+    if (step.duplicate) ++stream.counts.duplicates;
+    pending_lost_ += step.lost;
+    if (step.restarted) pending_reboot_ = true;
+    return !step.duplicate;
+  }
+
+  void read_frame(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
+    if (frame.header.type >= Hbf1Type::kCommand) {
+      // Our own words: the line echoes. Not a frame of the device.
+      if (!echo_noticed_) stream.notice("the device sends back what it is sent: its echo is on");
+      echo_noticed_ = true;
+      return;
+    }
+    if (!follow(frame.header, arrival, stream)) return;
+    switch (frame.header.type) {
+      case Hbf1Type::kHello:
+        if (!read_hello(frame.body, arrival, stream)) ++malformed_;
+        break;
+      case Hbf1Type::kSample:
+        read_sample(frame, arrival, stream);
+        break;
+      case Hbf1Type::kEvent:
+        if (frame.body.size() != 6) {
+          ++malformed_;
+          break;
+        }
+        stream.notice("the device reports event " +
+                      std::to_string(read_u16(frame.body.first<2>())) + " with " +
+                      std::to_string(read_u32(frame.body.subspan<2, 4>())));
+        break;
+      case Hbf1Type::kText:
+        stream.notice("the device says: " + printable(frame.body));
+        break;
+      case Hbf1Type::kSyncResponse:
+        if (!read_sync(frame, arrival, stream)) ++malformed_;
+        break;
+      case Hbf1Type::kAcknowledge:
+        if (frame.body.size() != 2) {
+          ++malformed_;
+        } else if (frame.body[1] != 0) {
+          stream.notice("the device refused command " + std::to_string(frame.body[0]) +
+                        " with status " + std::to_string(frame.body[1]));
+        }
+        break;
+      default:
+        ++malformed_;
+    }
+  }
+
+  static std::string printable(std::span<const std::uint8_t> bytes) {
+    std::string text;
+    for (const std::uint8_t byte : bytes) {
+      text += byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '?';
+    }
+    return text;
+  }
+
+  bool read_hello(std::span<const std::uint8_t> body, nanoseconds arrival, DeviceStream& stream) {
+    const auto take = [&body](std::size_t count) {
+      const auto head = body.first(std::min(count, body.size()));
+      body = body.subspan(head.size());
+      return head;
+    };
+    const auto head = take(4);
+    if (head.size() < 4 || head[0] != 1) return false;
+    const std::size_t count = head[1];
+    const std::uint16_t rate_Hz = read_u16(head.subspan<2, 2>());
+    std::array<std::string, 2> names;  // serial number, firmware
+    for (std::string& name : names) {
+      const auto size = take(1);
+      if (size.empty()) return false;
+      const auto text = take(size[0]);
+      if (text.size() != size[0]) return false;
+      name = printable(text);
+    }
+    if (count == 0 || body.size() != count * kChannelBytes) return false;
+    std::vector<Channel> layout;
+    std::uint32_t channels = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto entry = take(kChannelBytes);
+      const std::uint8_t kind = entry[0];
+      const std::uint8_t unit = entry[2];
+      Channel channel{.channel = std::nullopt,
+                      .format = static_cast<Format>(entry[1]),
+                      .scale = static_cast<double>(read_f32(entry.subspan<3, 4>())),
+                      .offset = static_cast<double>(read_f32(entry.subspan<7, 4>()))};
+      if (kind > kLastKind || channel.format > Format::kFloat || !std::isfinite(channel.scale) ||
+          !std::isfinite(channel.offset)) {
+        return false;
+      }
+      if (unit > kLastUnit) {
+        trouble_ = "its HELLO gives channel " + std::to_string(i + 1) + " in the unknown unit " +
+                   std::to_string(unit) + ": known are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
+        return false;
+      }
+      if (unit == kUnitMicrometre) {
+        channel.scale = units::mm_from_um(channel.scale);
+        channel.offset = units::mm_from_um(channel.offset);
+      }
+      if (kind < kKinds.size()) {
+        channel.channel = kKinds[kind];
+        channels |= bit_of(kKinds[kind]);
+      }
+      layout.push_back(channel);
+    }
+    if (channels == 0U) {
+      trouble_ = "its HELLO names no channel of force, depth or position";
+      return false;
+    }
+    layout_ = std::move(layout);
+    channels_ = channels;
+    rate_Hz_ = asked_rate_Hz_ != 0 ? asked_rate_Hz_ : rate_Hz;
+    serial_number_ = names[0];
+    if (!said_hello_) hello_ = arrival;
+    said_hello_ = true;
+    if (wanted_) send_start(arrival, stream);  // it speaks again after a restart
+    return true;
+  }
+
+  void read_sample(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
+    if (layout_.empty()) return;
+    std::size_t wanted = 2;
+    for (const Channel& channel : layout_) wanted += channel.bytes();
+    if (frame.body.size() != wanted) {
+      ++malformed_;
+      return;
+    }
+    const std::uint16_t status = read_u16(frame.body.first<2>());
+    for (std::size_t bit = 0; bit < kStatusWords.size(); ++bit) {
+      const unsigned mask = 1U << bit;
+      if ((status & mask) != 0U && (status_ & mask) == 0U) {
+        stream.notice("the device reports " + std::string(kStatusWords[bit]));
+      }
+    }
+    status_ = status;
+    DeviceReading reading;
+    reading.arrival = arrival;
+    reading.device_time = microseconds{frame.header.time_us};
+    reading.lost = std::exchange(pending_lost_, 0U);
+    reading.rebooted = std::exchange(pending_reboot_, false);
+    auto rest = frame.body.subspan(2);
+    for (const Channel& channel : layout_) {
+      double raw = 0.0;
+      switch (channel.format) {
+        case Format::kInt16:
+          raw = static_cast<std::int16_t>(read_u16(rest.first<2>()));
+          break;
+        case Format::kInt32:
+          raw = static_cast<std::int32_t>(read_u32(rest.first<4>()));
+          break;
+        case Format::kFloat:
+          raw = static_cast<double>(read_f32(rest.first<4>()));
+          break;
+      }
+      rest = rest.subspan(channel.bytes());
+      if (channel.channel) reading.set(*channel.channel, raw * channel.scale + channel.offset);
+    }
+    stream.accept(reading);
+  }
+
+  bool read_sync(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
+    if (frame.body.size() != 8) return false;
+    const std::uint32_t token = read_u32(frame.body.first<4>());
+    Sent& sent = sent_[token % sent_.size()];
+    if (sent.token != token || sent.time == nanoseconds{0}) return true;  // of an earlier session
+    ++answers_;
+    stream.exchanges.push_back(
+        {.sent = std::exchange(sent.time, nanoseconds{0}),
+         .received = arrival,
+         .device_received = microseconds{read_u32(frame.body.subspan<4, 4>())},
+         .device_sent = microseconds{frame.header.time_us}});
+    return true;
+  }
+
+  struct Sent {
+    std::uint32_t token = 0;
+    nanoseconds time{0};
+  };
+
+  std::uint16_t asked_rate_Hz_;
+  Hbf1Decoder decoder_;
+  SequenceCounter sequence_{16};
+  std::vector<Channel> layout_;
+  std::uint32_t channels_ = 0;
+  std::uint16_t rate_Hz_ = 0;
+  std::uint16_t status_ = 0;
+  std::string serial_number_;
+  std::string trouble_;
+  std::uint64_t malformed_ = 0;  ///< frames that pass their CRC and make no sense
+  bool said_hello_ = false;
+  bool wanted_ = false;
+  bool reopened_ = true;
+  bool echo_noticed_ = false;
+  bool pending_reboot_ = false;
+  std::uint32_t pending_lost_ = 0;
+  std::uint32_t last_time_us_ = 0;
+  nanoseconds last_arrival_{0};
+  nanoseconds heard_{0};
+  nanoseconds hello_{0};
+  nanoseconds started_{0};
+  nanoseconds ask_at_{0};
+  nanoseconds sync_at_{0};
+  int syncs_sent_ = 0;
+  int answers_ = 0;
+  std::uint16_t next_sequence_ = 0;
+  std::uint32_t next_token_ = 1;
+  std::array<Sent, 32> sent_{};
+};
+
+class Hbf1Device final : public SimulatedDevice {
+ public:
+  explicit Hbf1Device(std::uint32_t channels) : channels_(channels) {}
+
+  void boot(nanoseconds now, Bytes& out) override {
+    decoder_.reset(false);
+    sequence_ = 0;
+    started_ = false;
+    out.push_back(0);
+    hello(now, out);
+  }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds now, Bytes& out) override {
+    for (const std::uint8_t byte : bytes) {
+      const auto frame = decoder_.take(byte);
+      if (!frame) continue;
+      if (frame->header.type == Hbf1Type::kSyncRequest && frame->body.size() == 4) {
+        Bytes body(frame->body.begin(), frame->body.end());
+        append_u32(clock_us(now), body);
+        send(Hbf1Type::kSyncResponse, now, body, out);
+      }
+      if (frame->header.type != Hbf1Type::kCommand || frame->body.empty()) continue;
+      const auto command = static_cast<Hbf1Command>(frame->body[0]);
+      if (command == Hbf1Command::kHello) hello(now, out);
+      if (command == Hbf1Command::kStart) started_ = true;
+      if (command == Hbf1Command::kStop) started_ = false;
+      const Bytes body = {frame->body[0], 0};
+      send(Hbf1Type::kAcknowledge, now, body, out);
+    }
+  }
+
+  void measure(const ProbeSample& sample, nanoseconds now, Bytes& out) override {
+    if (!started_) return;
+    Bytes body;
+    append_u16(0, body);
+    if (sample.has(ProbeSample::kForce)) append_f32(units::N_from_mN(sample.force_mN), body);
+    if (sample.has(ProbeSample::kDepth)) append_f32(sample.depth_mm, body);
+    if (sample.has(ProbeSample::kX)) append_f32(sample.x_mm, body);
+    if (sample.has(ProbeSample::kY)) append_f32(sample.y_mm, body);
+    send(Hbf1Type::kSample, now, body, out);
+  }
+
+  [[nodiscard]] bool started() const noexcept override { return started_; }
+
+ private:
+  static std::uint32_t clock_us(nanoseconds now) {
+    return static_cast<std::uint32_t>(std::chrono::duration_cast<microseconds>(now).count());
+  }
+
+  void send(Hbf1Type type, nanoseconds now, std::span<const std::uint8_t> body, Bytes& out) {
+    append_hbf1_frame({.type = type, .sequence = sequence_++, .time_us = clock_us(now)}, body, out);
+  }
+
+  void hello(nanoseconds now, Bytes& out) {
+    constexpr std::uint8_t kNewton = 1;
+    constexpr std::uint8_t kMillimetre = 2;
+    Bytes list;
+    std::uint8_t count = 0;
+    const auto add = [&](std::uint32_t bit, DeviceChannel channel, std::uint8_t unit) {
+      if ((channels_ & bit) == 0U) return;
+      const auto kind = std::find(kKinds.begin(), kKinds.end(), channel) - kKinds.begin();
+      list.insert(list.end(), {static_cast<std::uint8_t>(kind),
+                               static_cast<std::uint8_t>(Format::kFloat), unit});
+      append_f32(1.0, list);
+      append_f32(0.0, list);
+      ++count;
+    };
+    add(ProbeSample::kForce, DeviceChannel::kForce, kNewton);
+    add(ProbeSample::kDepth, DeviceChannel::kDepth, kMillimetre);
+    add(ProbeSample::kX, DeviceChannel::kX, kMillimetre);
+    add(ProbeSample::kY, DeviceChannel::kY, kMillimetre);
+    Bytes body = {1, count};
+    append_u16(1000, body);
+    for (const std::string_view name : {"SIM1", "simulated"}) {
+      body.push_back(static_cast<std::uint8_t>(name.size()));
+      body.insert(body.end(), name.begin(), name.end());
+    }
+    body.insert(body.end(), list.begin(), list.end());
+    send(Hbf1Type::kHello, now, body, out);
+  }
+
+  std::uint32_t channels_;
+  Hbf1Decoder decoder_;
+  std::uint16_t sequence_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_hbf1(UriOptions& options) {
+  const auto rate_Hz = options.whole("rate_hz", 0, 1, 20'000);
+  return std::make_unique<Hbf1Protocol>(static_cast<std::uint16_t>(rate_Hz));
+}
+
+std::unique_ptr<SimulatedDevice> make_hbf1_device(std::uint32_t channels) {
+  return std::make_unique<Hbf1Device>(channels);
+}
+
+}  // namespace merkel

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace merkel {
+
+/// Cuts a stream of bytes into lines that end with CR, LF or both, in bounded memory. The first
+/// line after a reset is dropped unless told to be whole: its beginning may be missing, and "5.2"
+/// of "15.2" is a number too.
+class LineSplitter {
+ public:
+  static constexpr std::size_t kLongestLine = 256;
+
+  void reset(bool first_is_whole) noexcept {
+    length_ = 0;
+    dropping_ = !first_is_whole;
+  }
+
+  /// The line that a byte completes, valid until the next call; empty lines are left out.
+  [[nodiscard]] std::optional<std::string_view> take(std::uint8_t byte) noexcept {
+    if (byte != '\n' && byte != '\r') {
+      if (length_ < line_.size()) {
+        line_[length_++] = static_cast<char>(byte);
+      } else {
+        if (!dropping_) ++too_long_;
+        dropping_ = true;
+      }
+      return std::nullopt;
+    }
+    const std::size_t length = length_;
+    const bool dropped = dropping_;
+    length_ = 0;
+    dropping_ = false;
+    if (dropped || length == 0) return std::nullopt;
+    return std::string_view(line_.data(), length);
+  }
+
+  /// How many lines were longer than any should be, since the last call.
+  [[nodiscard]] std::size_t take_too_long() noexcept {
+    const std::size_t count = too_long_;
+    too_long_ = 0;
+    return count;
+  }
+
+ private:
+  std::array<char, kLongestLine> line_{};
+  std::size_t length_ = 0;
+  std::size_t too_long_ = 0;
+  bool dropping_ = true;
+};
+
+}  // namespace merkel

@@ -1,0 +1,258 @@
+#include "drivers/protocols/mark10.hpp"
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "core/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/device_units.hpp"
+#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/number_with_unit.hpp"
+#include "drivers/protocols/request_timer.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kQuiet{1000};  ///< a gauge silent for so long is told to stream again
+constexpr milliseconds kPatience{200};
+
+/// Reads "travel and force" in any order, told apart by their units.
+bool read_line(std::string_view line, double plain_factor, DeviceReading& reading,
+               std::string& trouble) {
+  std::string_view rest = line;
+  while (!rest.empty()) {
+    const auto number = take_number_with_unit(rest);
+    if (!number) return false;
+    if (number->unit.empty()) {
+      if (plain_factor == 0.0) return false;
+      reading.set(DeviceChannel::kForce, number->value * plain_factor);
+    } else if (const auto force = newtons_per(number->unit)) {
+      reading.set(DeviceChannel::kForce, number->value * *force);
+    } else if (const auto length = millimetres_per(number->unit)) {
+      reading.set(DeviceChannel::kDepth, number->value * *length);
+    } else {
+      trouble = "it measures in the unknown unit \"" + std::string(number->unit) +
+                "\": set it to one of " + std::string(kForceUnits);
+      return false;
+    }
+  }
+  return reading.channels != 0U;
+}
+
+std::string_view meaning_of_error(std::string_view code) {
+  if (code == "*10") return "it does not know the command";
+  if (code == "*11") return "the command is not valid in its present state";
+  if (code == "*12") return "a parameter of the command is missing or wrong";
+  if (code == "*22") return "the command does not fit this model";
+  return "an error that is not documented";
+}
+
+class Mark10 final : public Protocol {
+ public:
+  Mark10(int rate_Hz, double plain_factor) : rate_Hz_(rate_Hz), plain_factor_(plain_factor) {}
+
+  void begin(nanoseconds now, DeviceStream& stream) override {
+    lines_.reset(false);
+    stream.send("\r");  // ends whatever the gauge has read so far
+    ask(now, stream);
+  }
+  void end(DeviceStream& stream) override { stream.send("AOUT0\r"); }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      const auto line = lines_.take(byte);
+      if (!line) continue;
+      if (line->front() == '*') {
+        ++stream.counts.frames;
+        stream.notice("the gauge answers " + std::string(*line) + ": " +
+                      std::string(meaning_of_error(*line)));
+        continue;
+      }
+      DeviceReading reading;
+      reading.arrival = heard_ = arrival;
+      if (!read_line(*line, plain_factor_, reading, trouble_) ||
+          reading.channels != bit_of(DeviceChannel::kForce)) {
+        ++stream.counts.damaged;
+        continue;
+      }
+      trouble_.clear();
+      ++stream.counts.frames;
+      stream.accept(reading);
+    }
+    stream.counts.damaged += lines_.take_too_long();
+  }
+
+  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
+    if (now - heard_ > kQuiet && now - asked_ > kQuiet) ask(now, stream);
+    return std::max(heard_, asked_) + kQuiet + milliseconds{1};
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override {
+    return bit_of(DeviceChannel::kForce);
+  }
+  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+  }
+
+ private:
+  void ask(nanoseconds now, DeviceStream& stream) {
+    asked_ = now;
+    if (plain_factor_ == 0.0) stream.send("FULL\r");
+    stream.send("AOUT" + std::to_string(rate_Hz_) + "\r");
+  }
+
+  int rate_Hz_;
+  double plain_factor_;  ///< N of a number without unit; 0: not allowed
+  LineSplitter lines_;
+  std::string trouble_;
+  nanoseconds heard_{0};
+  nanoseconds asked_{0};
+};
+
+class EsmStand final : public Protocol {
+ public:
+  explicit EsmStand(double rate_Hz)
+      : period_(units::nanoseconds_from_s(1.0 / rate_Hz)), timer_(period_, kPatience) {}
+
+  void begin(nanoseconds now, DeviceStream& stream) override {
+    lines_.reset(true);
+    timer_.reset(now);
+    stream.send("i");  // millimetres
+  }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      const auto line = lines_.take(byte);
+      if (!line) continue;
+      DeviceReading reading;
+      reading.arrival = arrival;
+      if (!read_line(*line, 0.0, reading, trouble_) || !reading.has(DeviceChannel::kDepth)) {
+        ++stream.counts.damaged;
+        continue;
+      }
+      trouble_.clear();
+      ++stream.counts.frames;
+      reading.asked = timer_.answered();
+      if (!reading.asked) {
+        ++stream.counts.duplicates;
+        continue;
+      }
+      if (channels_ == 0U) channels_ = reading.channels;
+      if (reading.channels != channels_) {
+        ++stream.counts.damaged;
+        continue;
+      }
+      stream.accept(reading);
+    }
+    stream.counts.damaged += lines_.take_too_long();
+  }
+
+  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
+    const auto turn = timer_.turn(now);
+    if (turn != RequestTimer::Turn::kWait) stream.send("n");
+    if (turn == RequestTimer::Turn::kAskAgain) ++stream.counts.lost;
+    return timer_.next();
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
+
+ private:
+  nanoseconds period_;
+  RequestTimer timer_;
+  LineSplitter lines_;
+  std::uint32_t channels_ = 0;
+  std::string trouble_;
+};
+
+void append(std::string_view text, Bytes& out) { out.insert(out.end(), text.begin(), text.end()); }
+
+class Mark10Device final : public SimulatedDevice {
+ public:
+  void boot(nanoseconds /*now*/, Bytes& /*out*/) override {
+    lines_.reset(true);
+    streaming_ = false;
+  }
+  void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
+    for (const std::uint8_t byte : bytes) {
+      const auto line = lines_.take(byte);
+      if (!line) continue;
+      if (line->starts_with("AOUT")) {
+        streaming_ = *line != "AOUT0";
+      } else if (*line == "?" || *line == "?C") {
+        append(reading_, out);
+      } else if (*line != "FULL") {
+        append("*10\r\n", out);
+      }
+    }
+  }
+  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
+    reading_ = shifted_decimal(sample.force_mN, -3) + " N\r\n";
+    if (streaming_) append(reading_, out);
+  }
+  [[nodiscard]] bool started() const noexcept override { return streaming_; }
+
+ private:
+  LineSplitter lines_;
+  std::string reading_ = "0.000 N\r\n";
+  bool streaming_ = false;
+};
+
+class EsmDevice final : public SimulatedDevice {
+ public:
+  explicit EsmDevice(std::uint32_t channels) : force_((channels & ProbeSample::kForce) != 0U) {}
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
+    for (const std::uint8_t byte : bytes) {
+      if (byte != 'n' && byte != 'x') continue;
+      asked_ = true;
+      append(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
+    }
+  }
+  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
+    travel_ = shortest_decimal(sample.depth_mm) + " mm";
+    load_ = shifted_decimal(sample.force_mN, -3) + " N";
+  }
+  [[nodiscard]] bool started() const noexcept override { return asked_; }
+
+ private:
+  bool force_;
+  std::string travel_ = "0.000 mm";
+  std::string load_ = "0.000 N";
+  bool asked_ = false;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_mark10(UriOptions& options) {
+  const std::string rate = options.word("rate_hz", "250", "2|5|10|25|50|125|250");
+  const std::string unit = options.text("unit", "");
+  const auto factor = newtons_per(unit);
+  if (!unit.empty() && !factor) {
+    return bad_input("unit=" + unit + " is not known: forces are in " + std::string(kForceUnits));
+  }
+  return std::make_unique<Mark10>(std::stoi(rate), factor.value_or(0.0));
+}
+
+std::unique_ptr<SimulatedDevice> make_mark10_device() { return std::make_unique<Mark10Device>(); }
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_esm(UriOptions& options) {
+  return std::make_unique<EsmStand>(options.number("rate_hz", 20.0, 1.0, 50.0));
+}
+
+std::unique_ptr<SimulatedDevice> make_esm_device(std::uint32_t channels) {
+  return std::make_unique<EsmDevice>(channels);
+}
+
+}  // namespace merkel

@@ -1,0 +1,219 @@
+#include "drivers/protocols/optoforce.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "core/units.hpp"
+#include "drivers/protocols/sequence_counter.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::array<std::uint8_t, 4> kHeader = {0xAA, 0x07, 0x08, 0x0A};
+constexpr std::size_t kFrameBytes = 16;
+constexpr std::size_t kConfigBytes = 9;
+constexpr milliseconds kQuiet{500};
+constexpr double kSimulatedCounts_per_N = 1024.0;
+
+std::uint16_t sum_of(std::span<const std::uint8_t> bytes) noexcept {
+  return static_cast<std::uint16_t>(std::accumulate(bytes.begin(), bytes.end(), 0U));
+}
+
+/// Big-endian.
+std::uint16_t read_u16(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
+  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
+}
+
+void append_u16(std::uint16_t number, Bytes& out) {
+  out.push_back(static_cast<std::uint8_t>(number >> 8U));
+  out.push_back(static_cast<std::uint8_t>(number & 0xFFU));
+}
+
+class OptoForce final : public Protocol {
+ public:
+  OptoForce(std::array<double, 3> counts_per_N, std::uint8_t divisor, std::uint8_t filter)
+      : counts_per_N_(counts_per_N), divisor_(divisor), filter_(filter) {}
+
+  void begin(nanoseconds now, DeviceStream& stream) override {
+    length_ = 0;
+    synchronised_ = false;
+    configure(now, divisor_, stream);
+  }
+  void end(DeviceStream& stream) override { configure(asked_, 0, stream); }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      frame_[length_++] = byte;
+      drop_what_is_no_header(stream);
+      if (length_ < kFrameBytes) continue;
+      if (sum_of(std::span(frame_).first(kFrameBytes - 2)) != read_u16(frame_, kFrameBytes - 2)) {
+        // What looked like a header may have been data: search on from its second byte.
+        lose_synchronism(stream);
+        drop(1);
+        drop_what_is_no_header(stream);
+        continue;
+      }
+      length_ = 0;
+      synchronised_ = true;
+      read_frame(arrival, stream);
+    }
+  }
+
+  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
+    if (now - heard_ > kQuiet && now - asked_ > kQuiet) configure(now, divisor_, stream);
+    return std::max(heard_, asked_) + kQuiet + milliseconds{1};
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override {
+    return bit_of(DeviceChannel::kForceX) | bit_of(DeviceChannel::kForceY) |
+           bit_of(DeviceChannel::kForceZ);
+  }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    return milliseconds{divisor_};
+  }
+
+ private:
+  void configure(nanoseconds now, std::uint8_t speed, DeviceStream& stream) {
+    asked_ = now;
+    constexpr std::uint8_t kKeepZero = 0;
+    Bytes config = {0xAA, 0x00, 0x32, 0x03, speed, filter_, kKeepZero};
+    append_u16(sum_of(config), config);
+    stream.outgoing.insert(stream.outgoing.end(), config.begin(), config.end());
+  }
+
+  void drop(std::size_t count) noexcept {
+    length_ -= count;
+    for (std::size_t i = 0; i < length_; ++i) frame_[i] = frame_[i + count];
+  }
+
+  /// Leaves nothing in the buffer that cannot begin a frame.
+  void drop_what_is_no_header(DeviceStream& stream) {
+    while (length_ > 0 && !std::equal(frame_.begin(),
+                                      frame_.begin() + static_cast<std::ptrdiff_t>(
+                                                           std::min(length_, kHeader.size())),
+                                      kHeader.begin())) {
+      lose_synchronism(stream);
+      drop(1);
+    }
+  }
+
+  /// One stretch of bytes that are no frame is one damage.
+  void lose_synchronism(DeviceStream& stream) {
+    if (synchronised_) ++stream.counts.damaged;
+    synchronised_ = false;
+  }
+
+  void read_frame(nanoseconds arrival, DeviceStream& stream) {
+    ++stream.counts.frames;
+    heard_ = arrival;
+    const std::uint16_t status = read_u16(frame_, 6);
+    if (status != 0 && status_ == 0) {
+      stream.notice("the sensor reports status " + std::to_string(status) +
+                    ": it may be overloaded or not connected");
+    }
+    status_ = status;
+    const auto step = sequence_.next(read_u16(frame_, 4));
+    if (step.duplicate) {
+      ++stream.counts.duplicates;
+      return;
+    }
+    DeviceReading reading;
+    reading.arrival = arrival;
+    reading.lost = step.lost;
+    reading.rebooted = step.restarted;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto counts = static_cast<std::int16_t>(read_u16(frame_, 8 + 2 * axis));
+      const auto first = static_cast<std::size_t>(DeviceChannel::kForceX);
+      reading.set(static_cast<DeviceChannel>(first + axis), counts / counts_per_N_[axis]);
+    }
+    stream.accept(reading);
+  }
+
+  std::array<double, 3> counts_per_N_;
+  std::uint8_t divisor_;
+  std::uint8_t filter_;
+  SequenceCounter sequence_{16};
+  std::array<std::uint8_t, kFrameBytes> frame_{};
+  std::size_t length_ = 0;
+  bool synchronised_ = false;
+  std::uint16_t status_ = 0;
+  nanoseconds heard_{0};
+  nanoseconds asked_{0};
+};
+
+class OptoForceDevice final : public SimulatedDevice {
+ public:
+  void boot(nanoseconds /*now*/, Bytes& /*out*/) override {
+    speed_ = 0;
+    count_ = 0;
+    config_.clear();
+  }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& /*out*/) override {
+    for (const std::uint8_t byte : bytes) {
+      if (config_.empty() && byte != 0xAA) continue;
+      config_.push_back(byte);
+      if (config_.size() < kConfigBytes) continue;
+      if (sum_of(std::span(config_).first(kConfigBytes - 2)) ==
+          read_u16(config_, kConfigBytes - 2)) {
+        speed_ = config_[4];
+      }
+      config_.clear();
+    }
+  }
+
+  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
+    if (speed_ == 0) return;
+    const auto counts = std::clamp(
+        std::lround(units::N_from_mN(sample.force_mN) * kSimulatedCounts_per_N), -32768L, 32767L);
+    Bytes frame(kHeader.begin(), kHeader.end());
+    for (const long number : {static_cast<long>(count_++), 0L, 0L, 0L, counts}) {
+      append_u16(static_cast<std::uint16_t>(number), frame);
+    }
+    append_u16(sum_of(frame), frame);
+    out.insert(out.end(), frame.begin(), frame.end());
+  }
+
+  [[nodiscard]] bool started() const noexcept override { return speed_ != 0; }
+
+ private:
+  Bytes config_;
+  std::uint8_t speed_ = 0;
+  std::uint16_t count_ = 0;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_optoforce(UriOptions& options) {
+  constexpr double kMost = 1e6;
+  const double all = options.number("counts_per_N", 0.0, 1e-3, kMost);
+  const std::array<double, 3> counts = {options.number("counts_per_N_x", all, 1e-3, kMost),
+                                        options.number("counts_per_N_y", all, 1e-3, kMost),
+                                        options.number("counts_per_N_z", all, 1e-3, kMost)};
+  const auto rate_Hz = options.whole("rate_hz", 1000, 10, 1000);
+  const auto filter = options.whole("filter", 4, 0, 6);
+  if (std::find(counts.begin(), counts.end(), 0.0) != counts.end()) {
+    return bad_input(
+        "the option counts_per_N is missing: take it from the sensor's calibration sheet");
+  }
+  if (1000 % rate_Hz != 0) {
+    return bad_input(
+        "the option rate_hz must divide 1000: 1000, 500, 250, 200, 125, "
+        "100, 50, 40, 25, 20 or 10");
+  }
+  return std::make_unique<OptoForce>(counts, static_cast<std::uint8_t>(1000 / rate_Hz),
+                                     static_cast<std::uint8_t>(filter));
+}
+
+std::unique_ptr<SimulatedDevice> make_optoforce_device() {
+  return std::make_unique<OptoForceDevice>();
+}
+
+}  // namespace merkel

@@ -1,0 +1,76 @@
+#include "drivers/protocols/protocol_table.hpp"
+
+#include <array>
+#include <vector>
+
+#include "core/nearest_name.hpp"
+#include "core/probe_sample.hpp"
+#include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/grbl.hpp"
+#include "drivers/protocols/hbf1.hpp"
+#include "drivers/protocols/mark10.hpp"
+#include "drivers/protocols/optoforce.hpp"
+#include "drivers/protocols/zaber.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::uint32_t kDepth = ProbeSample::kDepth;
+constexpr std::uint32_t kForce = ProbeSample::kForce;
+
+const std::array<ProtocolEntry, 7> kTable = {{
+    {"hbf1", "the project's own firmware", 460800, make_hbf1, make_hbf1_device, "",
+     kDepth | kForce},
+    {"csv", "lines of numbers, columns named by the user", 115200, make_csv_lines, make_csv_device,
+     "", kDepth | kForce},
+    {"mark10", "Mark-10 force gauge, series 5 and 7", 115200, make_mark10,
+     [](std::uint32_t) { return make_mark10_device(); }, "", kForce},
+    {"esm", "Mark-10 test stand ESM301, ESM303", 115200, make_esm, make_esm_device, "", kDepth},
+    {"grbl", "GRBL 1.1 CNC machine as indenter", 115200, make_grbl,
+     [](std::uint32_t) { return make_grbl_device(); }, "", kDepth},
+    {"optoforce", "OptoForce DAQ, 3-axis force", 1000000, make_optoforce,
+     [](std::uint32_t) { return make_optoforce_device(); }, "counts_per_N=1024", kForce},
+    {"zaber", "Zaber linear stage", 115200, make_zaber,
+     [](std::uint32_t) { return make_zaber_device(); }, "um_per_step=0.9765625", kDepth},
+}};
+
+}  // namespace
+
+std::span<const ProtocolEntry> protocol_table() noexcept { return kTable; }
+
+Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name) {
+  std::vector<std::string> names;
+  std::string list;
+  for (const ProtocolEntry& entry : kTable) {
+    if (entry.name == name) return &entry;
+    names.emplace_back(entry.name);
+    list += (list.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  if (name.empty()) return bad_input("the option protocol is missing: give one of " + list);
+  const std::string nearest = nearest_name(std::string(name), names);
+  return bad_input("there is no protocol \"" + std::string(name) + "\"" +
+                   (nearest.empty() ? "; known are " + list : ": did you mean " + nearest + "?"));
+}
+
+std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
+  constexpr std::uint64_t kEnough = 2;
+  std::string_view likely;
+  std::uint64_t most = kEnough - 1;
+  for (const ProtocolEntry& entry : kTable) {
+    const auto uri = Uri::parse("serial:?" + std::string(entry.options));
+    if (!uri) continue;
+    UriOptions options(*uri);
+    const auto protocol = entry.make(options);
+    if (!protocol) continue;
+    DeviceStream stream;
+    (*protocol)->begin(std::chrono::nanoseconds{0}, stream);
+    (*protocol)->take(bytes, std::chrono::nanoseconds{1}, stream);
+    if (stream.counts.frames > most && stream.counts.frames > stream.counts.damaged) {
+      most = stream.counts.frames;
+      likely = entry.name;
+    }
+  }
+  return likely;
+}
+
+}  // namespace merkel

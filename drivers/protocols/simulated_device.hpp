@@ -1,0 +1,32 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <span>
+
+#include "core/probe_sample.hpp"
+#include "drivers/protocols/protocol.hpp"
+
+namespace merkel {
+
+/// The other end of a protocol: what a device says while a trace is pressed against it. Knows no
+/// port and no clock; times are by its own clock.
+class SimulatedDevice {
+ public:
+  SimulatedDevice() = default;
+  SimulatedDevice(const SimulatedDevice&) = delete;
+  SimulatedDevice& operator=(const SimulatedDevice&) = delete;
+  virtual ~SimulatedDevice() = default;
+
+  /// It is switched on, or starts anew. \param out  what it says, here and below
+  virtual void boot(std::chrono::nanoseconds /*now*/, Bytes& /*out*/) {}
+  /// Bytes from the host, in any portions.
+  virtual void take(std::span<const std::uint8_t> /*bytes*/, std::chrono::nanoseconds /*now*/,
+                    Bytes& /*out*/) {}
+  /// It measures: streaming devices say so at once, others when they are asked.
+  virtual void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) = 0;
+  /// Whether the press may begin: nothing is lost on a host that has not started to listen.
+  [[nodiscard]] virtual bool started() const noexcept { return true; }
+};
+
+}  // namespace merkel

@@ -1,0 +1,200 @@
+#include "drivers/protocols/zaber.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/request_timer.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kPatience{200};
+constexpr double kSimulatedSteps_per_mm = 1024.0;
+
+std::string_view take_word(std::string_view& rest) noexcept {
+  const std::string_view word = rest.substr(0, rest.find(' '));
+  rest.remove_prefix(std::min(word.size() + 1, rest.size()));
+  return word;
+}
+
+std::optional<int> whole(std::string_view text, int radix) noexcept {
+  int number = 0;
+  const char* const end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, number, radix);
+  if (result.ec != std::errc{} || result.ptr != end) return std::nullopt;
+  return number;
+}
+
+/// Takes a checksum ":XX" off a message. False where it is wrong; a message may have none.
+bool take_checksum(std::string_view& message) noexcept {
+  if (message.size() < 4 || message[message.size() - 3] != ':') return true;
+  const auto given = whole(message.substr(message.size() - 2), 16);
+  message.remove_suffix(3);
+  unsigned sum = 0;
+  for (const char c : message.substr(1)) sum += static_cast<unsigned char>(c);
+  return given && static_cast<unsigned>(*given) == (0U - sum) % 256U;
+}
+
+class Zaber final : public Protocol {
+ public:
+  Zaber(double mm_per_step, DeviceChannel channel, int address, int axis, double rate_Hz)
+      : mm_per_step_(mm_per_step),
+        channel_(channel),
+        address_(address),
+        axis_(axis),
+        period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
+        timer_(period_, kPatience) {}
+
+  void begin(nanoseconds now, DeviceStream& stream) override {
+    lines_.reset(true);
+    timer_.reset(now);
+    stream.send("\n");
+  }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      const auto line = lines_.take(byte);
+      if (!line) continue;
+      std::string_view message = *line;
+      const bool known =
+          (message.front() == '@' || message.front() == '#' || message.front() == '!') &&
+          take_checksum(message);
+      if (!known || !read_message(message, arrival, stream)) {
+        ++stream.counts.damaged;
+      } else {
+        ++stream.counts.frames;
+      }
+    }
+    stream.counts.damaged += lines_.take_too_long();
+  }
+
+  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
+    const auto turn = timer_.turn(now);
+    if (turn != RequestTimer::Turn::kWait) {
+      stream.send("/" + std::to_string(address_) + " " + std::to_string(axis_) + " get pos\n");
+    }
+    if (turn == RequestTimer::Turn::kAskAgain) ++stream.counts.lost;
+    return timer_.next();
+  }
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return bit_of(channel_); }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
+
+ private:
+  bool read_message(std::string_view message, nanoseconds arrival, DeviceStream& stream) {
+    if (message.front() == '#') return true;  // information, meant for people
+    std::string_view rest = message.substr(1);
+    const auto address = whole(take_word(rest), 10);
+    const auto axis = whole(take_word(rest), 10);
+    if (!address || !axis) return false;
+    if (*address != address_) return true;
+    if (message.front() == '!') {
+      stream.notice("the stage raises an alert: " + std::string(message));
+      return true;
+    }
+    const std::string_view verdict = take_word(rest);
+    const std::string_view status = take_word(rest);
+    const std::string_view warning = take_word(rest);
+    if ((verdict != "OK" && verdict != "RJ") || (status != "IDLE" && status != "BUSY")) {
+      return false;
+    }
+    if (warning != warning_ && warning != "--") {
+      stream.notice("the stage warns " + std::string(warning) +
+                    (warning.starts_with('F') ? ", a fault: see its manual" : ""));
+    }
+    warning_ = warning;
+    if (*axis != axis_) return true;
+    if (verdict == "RJ") {
+      timer_.answered();
+      ++stream.counts.lost;
+      stream.notice("the stage rejects the question for its position: " + std::string(rest));
+      return true;
+    }
+    const auto steps = parse_number(rest);
+    if (!steps) return false;
+    DeviceReading reading;
+    reading.arrival = arrival;
+    reading.asked = timer_.answered();
+    if (!reading.asked) {
+      ++stream.counts.duplicates;
+      return true;
+    }
+    reading.set(channel_, *steps * mm_per_step_);
+    stream.accept(reading);
+    return true;
+  }
+
+  double mm_per_step_;
+  DeviceChannel channel_;
+  int address_;
+  int axis_;
+  nanoseconds period_;
+  RequestTimer timer_;
+  LineSplitter lines_;
+  std::string warning_ = "--";
+};
+
+class ZaberDevice final : public SimulatedDevice {
+ public:
+  void boot(nanoseconds /*now*/, Bytes& /*out*/) override { lines_.reset(true); }
+
+  void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
+    for (const std::uint8_t byte : bytes) {
+      const auto line = lines_.take(byte);
+      if (!line || *line != "/1 1 get pos") continue;
+      asked_ = true;
+      std::string reply = "@01 1 OK IDLE -- " + std::to_string(steps_);
+      unsigned sum = 0;
+      for (const char c : reply.substr(1)) sum += static_cast<unsigned char>(c);
+      std::array<char, 8> check{};
+      std::snprintf(check.data(), check.size(), ":%02X\r\n", (0U - sum) % 256U);
+      reply += check.data();
+      out.insert(out.end(), reply.begin(), reply.end());
+    }
+  }
+  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
+    steps_ = std::lround(sample.depth_mm * kSimulatedSteps_per_mm);
+  }
+  [[nodiscard]] bool started() const noexcept override { return asked_; }
+
+ private:
+  LineSplitter lines_;
+  long steps_ = 0;
+  bool asked_ = false;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<Protocol>, SetupError> make_zaber(UriOptions& options) {
+  const double um_per_step = options.number("um_per_step", 0.0, 1e-6, 1e4);
+  const std::string axis = options.word("axis", "depth", "depth|x|y|z");
+  const auto address = options.whole("address", 1, 1, 99);
+  const auto stage_axis = options.whole("stage_axis", 1, 1, 9);
+  const double rate_Hz = options.number("rate_hz", 50.0, 1.0, 200.0);
+  if (um_per_step == 0.0) {
+    return bad_input(
+        "the option um_per_step is missing: take the microstep size from the stage's data sheet");
+  }
+  const auto channel = std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), axis) -
+                       kDeviceChannelNames.begin();
+  return std::make_unique<Zaber>(units::mm_from_um(um_per_step),
+                                 static_cast<DeviceChannel>(channel), static_cast<int>(address),
+                                 static_cast<int>(stage_axis), rate_Hz);
+}
+
+std::unique_ptr<SimulatedDevice> make_zaber_device() { return std::make_unique<ZaberDevice>(); }
+
+}  // namespace merkel

@@ -1,0 +1,206 @@
+#include "drivers/clock/device_clock.hpp"
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
+
+constexpr double kDrift = 50e-6;
+
+/// A 1 kHz device whose clock is 50 ppm fast, and a transport that delays. Host time starts at
+/// 1000 s, the device's at 123.4 s.
+struct Device {
+  explicit Device(std::uint64_t seed) : random(seed) {}
+
+  [[nodiscard]] static nanoseconds clock(double t_s) {
+    const double wander = 2e-6 * std::min(t_s, 180.0) * std::sin(t_s / 40.0);
+    const double device_s = 123.4 + t_s * (1.0 + kDrift) + wander;
+    return microseconds{static_cast<std::int64_t>(device_s * 1e6)};
+  }
+  [[nodiscard]] static nanoseconds host(double t_s) {
+    return seconds{1000} + nanoseconds{static_cast<std::int64_t>(t_s * 1e9)};
+  }
+  double exponential(double mean) { return -mean * std::log(1.0 - random.uniform()); }
+
+  /// When what is sent at a time arrives; never before what was sent before.
+  double arrival(double t_s, bool batched) {
+    double arrival = t_s + 0.0002 + exponential(0.0003);
+    if (batched) {
+      arrival = std::ceil(arrival / 0.016) * 0.016 + 0.0001 * random.uniform();
+    } else {
+      arrival = std::ceil(arrival / 0.001) * 0.001;
+    }
+    if (random.uniform() < 0.001) arrival += 0.02 * random.uniform();
+    return last = std::max(last, arrival);
+  }
+
+  Random random;
+  double last = 0.0;
+};
+
+struct Quality {
+  double bias_us = 0.0;
+  double jitter_us = 0.0;  ///< rms about the bias
+  double widest_step = 0.0;
+  double narrowest_step = 1e9;
+  DeviceClock::Report report;
+};
+
+/// Three minutes, of which the last two are judged.
+Quality quality(bool batched, bool sync) {
+  Device device(3);
+  DeviceClock clock;
+  std::vector<double> errors_us;
+  Quality quality;
+  std::vector<std::pair<double, nanoseconds>> batch;
+  double batch_arrival = 0.0;
+  nanoseconds last_host{0};
+  const auto deliver = [&] {
+    for (auto& [t, time] : batch) time = clock.observe(time, Device::host(batch_arrival));
+    for (const auto& [t, time] : batch) {
+      const nanoseconds host = clock.host_time(time);
+      EXPECT_GT(host, last_host);
+      if (last_host.count() > 0) {
+        const auto step = static_cast<double>((host - last_host).count()) * 1e-6;
+        quality.widest_step = std::max(quality.widest_step, step);
+        quality.narrowest_step = std::min(quality.narrowest_step, step);
+      }
+      last_host = host;
+      if (t > 60.0) {
+        errors_us.push_back(static_cast<double>((host - Device::host(t)).count()) * 1e-3);
+      }
+    }
+    batch.clear();
+  };
+  for (int k = 0; k < 180'000; ++k) {
+    const double t = k * 0.001;
+    const double arrival = device.arrival(t, batched);
+    if (arrival != batch_arrival) deliver();
+    batch_arrival = arrival;
+    batch.emplace_back(t, Device::clock(t));
+    if (sync && k % 1000 < 24 && k % 3 == 0) {
+      deliver();
+      const double up = t + 0.00015 + device.exponential(0.00015);
+      double down = up + 0.0002 + device.exponential(0.0003);
+      down = batched ? std::ceil(down / 0.016) * 0.016 : std::ceil(down / 0.001) * 0.001;
+      clock.observe({.sent = Device::host(t),
+                     .received = Device::host(down),
+                     .device_received = Device::clock(up),
+                     .device_sent = Device::clock(up)});
+    }
+  }
+  for (const double error : errors_us)
+    quality.bias_us += error / static_cast<double>(errors_us.size());
+  double squares = 0.0;
+  for (const double error : errors_us)
+    squares += (error - quality.bias_us) * (error - quality.bias_us);
+  quality.jitter_us = std::sqrt(squares / static_cast<double>(errors_us.size()));
+  quality.report = clock.report();
+  return quality;
+}
+
+TEST(DeviceClock, JitterOfUsbFramesAndStallsIsFilteredOut) {
+  const Quality reached = quality(false, false);
+  EXPECT_LT(reached.jitter_us, 10.0);
+  EXPECT_LT(reached.bias_us, 1100.0);  // what the fastest frame takes
+  EXPECT_NEAR(reached.report.drift_ppm, 50.0, 10.0);
+  EXPECT_LT(reached.report.jitter_us, 10.0);
+  EXPECT_FALSE(reached.report.uncertainty_us);
+}
+
+TEST(DeviceClock, BatchesOf16MsAreFilteredOut) {
+  const Quality reached = quality(true, false);
+  EXPECT_LT(reached.jitter_us, 10.0);
+  EXPECT_LT(reached.bias_us, 1200.0);
+  EXPECT_NEAR(reached.report.latency_us, 8000.0, 1000.0);
+}
+
+TEST(DeviceClock, SyncTakesTheBiasAway) {
+  for (const bool batched : {false, true}) {
+    const Quality reached = quality(batched, true);
+    EXPECT_LT(reached.jitter_us, 10.0) << batched;
+    EXPECT_LT(std::fabs(reached.bias_us), batched ? 657.0 : 218.0) << batched;
+    ASSERT_TRUE(reached.report.uncertainty_us);
+    EXPECT_LT(std::fabs(reached.bias_us), *reached.report.uncertainty_us) << batched;
+  }
+}
+
+TEST(DeviceClock, MappedTimesKeepTheDevicesPace) {
+  const Quality reached = quality(true, false);
+  EXPECT_GE(reached.narrowest_step, 0.89);
+  EXPECT_LE(reached.widest_step, 1.11);
+}
+
+TEST(DeviceClock, TheWrapOfACounterChangesNothing) {
+  const nanoseconds wrap = microseconds{std::int64_t{1} << 32U};
+  DeviceClock clock(wrap);
+  const nanoseconds before = wrap - seconds{5};
+  for (int k = 0; k < 10'000; ++k) {
+    const nanoseconds device =
+        clock.observe((before + milliseconds{k}) % wrap, seconds{50} + milliseconds{k});
+    EXPECT_EQ(clock.host_time(device), seconds{50} + milliseconds{k});
+  }
+  EXPECT_EQ(clock.report().restarts, 0U);
+  // Two wraps without a word, with a port that was closed.
+  const nanoseconds later = 2 * wrap + seconds{1};
+  const nanoseconds device =
+      clock.observe((before + seconds{10} + later) % wrap, seconds{60} + later);
+  EXPECT_EQ(clock.host_time(device), seconds{60} + later);
+  EXPECT_EQ(clock.report().restarts, 0U);
+}
+
+TEST(DeviceClock, ARebootIsMappedFromScratchAndHostTimeGoesOn) {
+  DeviceClock clock(microseconds{std::int64_t{1} << 32U});
+  nanoseconds last{0};
+  for (int k = 0; k < 6000; ++k) {
+    const nanoseconds arrival = seconds{100} + milliseconds{k};
+    const nanoseconds device = k < 5000 ? seconds{3000} + milliseconds{k} : milliseconds{k - 5000};
+    const nanoseconds host = clock.host_time(clock.observe(device, arrival));
+    EXPECT_GT(host, last);
+    EXPECT_EQ(host, arrival);
+    last = host;
+  }
+  EXPECT_EQ(clock.report().restarts, 1U);
+}
+
+TEST(DeviceClock, ALostHourDoesNotStopHostTime) {
+  DeviceClock clock;
+  EXPECT_EQ(clock.host_time(clock.observe(seconds{1}, seconds{10})), seconds{10});
+  EXPECT_EQ(clock.host_time(clock.observe(seconds{3601}, seconds{3610})), seconds{3610});
+  clock.restart();
+  EXPECT_EQ(clock.host_time(clock.observe(seconds{0}, seconds{3611})), seconds{3611});
+}
+
+TEST(DeviceClock, AnHourOfOneKilohertzDoesNotDrift) {
+  Device device(5);
+  DeviceClock clock(microseconds{std::int64_t{1} << 32U});
+  double worst_us = 0.0;
+  double least_us = 1e9;
+  for (int k = 0; k < 3'600'000; ++k) {
+    const double t = k * 0.001;
+    const double arrival = device.arrival(t, false);
+    if (device.random.uniform() < 0.001) continue;  // lost
+    const nanoseconds host =
+        clock.host_time(clock.observe(Device::clock(t), Device::host(arrival)));
+    if (t < 60.0) continue;
+    const double error_us = static_cast<double>((host - Device::host(t)).count()) * 1e-3;
+    worst_us = std::max(worst_us, error_us);
+    least_us = std::min(least_us, error_us);
+  }
+  EXPECT_LT(worst_us - least_us, 200.0);
+  EXPECT_EQ(clock.report().restarts, 0U);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,253 @@
+#include <bit>
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+#include "drivers/protocols/hbf1_frame.hpp"
+#include "tests/drivers/protocols/protocol_harness.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+Bytes bytes_of(std::string_view text) { return {text.begin(), text.end()}; }
+
+void append_f32(float value, Bytes& bytes) {
+  append_u32(std::bit_cast<std::uint32_t>(value), bytes);
+}
+
+/// Frames of a device with one force channel, numbered by itself.
+struct Firmware {
+  std::uint16_t sequence = 0;
+
+  Bytes frame(Hbf1Type type, std::uint32_t time_us, std::span<const std::uint8_t> body) {
+    Bytes wire;
+    append_hbf1_frame({.type = type, .sequence = sequence++, .time_us = time_us}, body, wire);
+    return wire;
+  }
+  Bytes hello(std::uint32_t time_us, std::uint8_t kind = 0, std::uint8_t format = 2,
+              std::uint8_t unit = 1, float scale = 1.0F, float offset = 0.0F) {
+    Bytes body = {1, 1, 0xE8, 0x03, 2, 'S', '7', 1, 'f', kind, format, unit};
+    append_f32(scale, body);
+    append_f32(offset, body);
+    return frame(Hbf1Type::kHello, time_us, body);
+  }
+  Bytes sample(std::uint32_t time_us, float value) {
+    Bytes body = {0, 0};
+    append_f32(value, body);
+    return frame(Hbf1Type::kSample, time_us, body);
+  }
+};
+
+TEST(Hbf1Frame, ChecksumIsTheStandardOne) { EXPECT_EQ(crc16_ccitt(bytes_of("123456789")), 0x29B1); }
+
+TEST(Hbf1Frame, MatchesTheGoldenBytes) {
+  Bytes body;
+  for (const float value : {1.5F, 0.25F, -3.0F, 0.0F}) append_f32(value, body);
+  Bytes wire;
+  append_hbf1_frame({.type = Hbf1Type::kSample, .sequence = 0x0102, .time_us = 1'000'000}, body,
+                    wire);
+  const Bytes golden = {0x02, 0x11, 0x06, 0x02, 0x01, 0x40, 0x42, 0x0F, 0x01, 0x01,
+                        0x03, 0xC0, 0x3F, 0x01, 0x03, 0x80, 0x3E, 0x01, 0x03, 0x40,
+                        0xC0, 0x01, 0x01, 0x01, 0x03, 0x86, 0xFB, 0x00};
+  EXPECT_EQ(wire, golden);
+}
+
+TEST(Hbf1Frame, RandomBodiesComeBackInAnyPortions) {
+  Random random(1);
+  Hbf1Decoder decoder;
+  decoder.reset(false);
+  for (int round = 0; round < 5000; ++round) {
+    Bytes body(static_cast<std::size_t>(random.uniform() * (kHbf1LongestBody + 1)));
+    const bool zeros = round % 3 == 0;
+    for (auto& byte : body) {
+      byte = static_cast<std::uint8_t>(zeros ? random.uniform() * 2 : 1 + random.uniform() * 255);
+    }
+    const Hbf1Header header{.type = static_cast<Hbf1Type>(round % 10),
+                            .stream = static_cast<std::uint8_t>(round),
+                            .sequence = static_cast<std::uint16_t>(round * 7),
+                            .time_us = static_cast<std::uint32_t>(round) * 99991U};
+    Bytes wire;
+    append_hbf1_frame(header, body, wire);
+    ASSERT_EQ(std::count(wire.begin(), wire.end(), 0), 1);
+    std::optional<Hbf1Frame> frame;
+    for (const std::uint8_t byte : wire) frame = decoder.take(byte);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->header.type, header.type);
+    EXPECT_EQ(frame->header.stream, header.stream);
+    EXPECT_EQ(frame->header.sequence, header.sequence);
+    EXPECT_EQ(frame->header.time_us, header.time_us);
+    EXPECT_TRUE(std::equal(body.begin(), body.end(), frame->body.begin(), frame->body.end()));
+  }
+  EXPECT_EQ(decoder.counts().damaged, 0U);
+}
+
+TEST(Hbf1Frame, EverySingleFlippedBitIsNoticed) {
+  const Bytes wire = Firmware().sample(5, 1.25F);
+  for (std::size_t bit = 0; bit < (wire.size() - 1) * 8; ++bit) {
+    Bytes flipped = wire;
+    flipped[bit / 8] = static_cast<std::uint8_t>(flipped[bit / 8] ^ (1U << (bit % 8)));
+    Hbf1Decoder decoder;
+    decoder.reset(false);
+    for (const std::uint8_t byte : flipped) EXPECT_FALSE(decoder.take(byte)) << bit;
+    EXPECT_GT(decoder.counts().damaged, 0U);
+  }
+}
+
+TEST(Hbf1, HelloGivesChannelsUnitsAndScales) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0, 4, 0, 3, 2.0F, 100.0F));  // depth, 16 bits, µm, 2 each, from 100
+  EXPECT_EQ(talk.protocol->channels(), bit_of(DeviceChannel::kDepth));
+  EXPECT_EQ(talk.protocol->serial_number(), "S7");
+  EXPECT_EQ(talk.protocol->period(), nanoseconds{1'000'000});
+  const Bytes body = {0, 0, 0x38, 0xFF};  // −200
+  talk.take(firmware.frame(Hbf1Type::kSample, 1000, body));
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_NEAR(talk.value(DeviceChannel::kDepth), -0.3, 1e-12);
+  EXPECT_EQ(talk.stream.readings[0].device_time, microseconds{1000});
+}
+
+TEST(Hbf1, AnUnknownUnitIsNamed) {
+  Talk talk("hbf1");
+  talk.take(Firmware().hello(0, 0, 2, 9));
+  EXPECT_NE(talk.protocol->trouble().find("unknown unit 9"), std::string::npos);
+}
+
+TEST(Hbf1, LossIsCountedExactly) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0));
+  Random random(2);
+  std::uint64_t left_out = 0;
+  std::uint64_t pending = 0;
+  std::uint64_t sent = 0;
+  for (std::uint32_t k = 1; k < 150'000; ++k) {  // its numbers wrap twice
+    talk.now += milliseconds{1};
+    const Bytes frame = firmware.sample(k * 1000, 1.0F);
+    if (random.uniform() < 0.01) {
+      ++pending;
+      continue;
+    }
+    left_out += std::exchange(pending, 0U);
+    talk.take(frame);
+    ++sent;
+  }
+  EXPECT_GT(left_out, 1000U);
+  EXPECT_EQ(talk.stream.counts.lost, left_out);
+  EXPECT_EQ(talk.stream.counts.readings, sent);
+  EXPECT_EQ(talk.stream.counts.damaged, 0U);
+  EXPECT_EQ(talk.stream.counts.reboots, 0U);
+}
+
+TEST(Hbf1, ADamagedFrameIsOneLost) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0));
+  talk.take(firmware.sample(1000, 1.0F));
+  Bytes damaged = firmware.sample(2000, 1.0F);
+  damaged[12] ^= 0x10U;
+  talk.take(damaged);
+  talk.take(firmware.sample(3000, 1.0F));
+  EXPECT_EQ(talk.stream.counts.damaged, 1U);
+  EXPECT_EQ(talk.stream.counts.lost, 1U);
+  EXPECT_EQ(talk.stream.counts.readings, 2U);
+}
+
+TEST(Hbf1, ARebootIsNoticedAndTheStreamAskedForAgain) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(4'000'000'000U));
+  talk.protocol->start(talk.now, talk.stream);
+  talk.take(firmware.sample(4'000'001'000U, 1.0F));
+  talk.now += milliseconds{400};
+  firmware.sequence = 0;
+  talk.stream.outgoing.clear();
+  talk.take(firmware.hello(300));
+  EXPECT_FALSE(talk.stream.outgoing.empty());
+  talk.take(firmware.sample(1300, 2.0F));
+  EXPECT_EQ(talk.stream.counts.reboots, 1U);
+  EXPECT_EQ(talk.stream.counts.lost, 0U);
+  EXPECT_TRUE(talk.stream.readings.back().rebooted);
+}
+
+TEST(Hbf1, TheWrapOfItsClockIsNoReboot) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0xFFFFFF00U));
+  talk.take(firmware.sample(0xFFFFFFF0U, 1.0F));
+  talk.now += milliseconds{1};
+  talk.take(firmware.sample(0x000003D8U, 1.0F));
+  EXPECT_EQ(talk.stream.counts.reboots, 0U);
+}
+
+TEST(Hbf1, AReplugWithoutRebootCountsWhatWasLostMeanwhile) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0));
+  talk.take(firmware.sample(1000, 1.0F));
+  for (int k = 0; k < 3000; ++k) firmware.sample(0, 1.0F);  // nobody listens
+  talk.now += milliseconds{3001};
+  talk.protocol->begin(talk.now, talk.stream);
+  talk.take(firmware.hello(3'001'000));
+  talk.take(firmware.sample(3'002'000, 1.0F));
+  EXPECT_EQ(talk.stream.counts.lost, 3000U);
+  EXPECT_EQ(talk.stream.counts.reboots, 0U);
+}
+
+TEST(Hbf1, SyncAnswersGiveTheFourTimes) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0));
+  talk.stream.outgoing.clear();
+  const auto sent = talk.now;
+  static_cast<void>(talk.protocol->poll(talk.now, talk.stream));
+  Hbf1Decoder decoder;
+  decoder.reset(false);
+  Bytes token;
+  for (const std::uint8_t byte : talk.stream.outgoing) {
+    if (const auto frame = decoder.take(byte)) {
+      EXPECT_EQ(frame->header.type, Hbf1Type::kSyncRequest);
+      token.assign(frame->body.begin(), frame->body.end());
+    }
+  }
+  ASSERT_EQ(token.size(), 4U);
+  append_u32(700, token);
+  talk.now += microseconds{900};
+  talk.take(firmware.frame(Hbf1Type::kSyncResponse, 750, token));
+  talk.take(firmware.frame(Hbf1Type::kSyncResponse, 760, token));  // not asked for again
+  ASSERT_EQ(talk.stream.exchanges.size(), 1U);
+  EXPECT_EQ(talk.stream.exchanges[0].sent, sent);
+  EXPECT_EQ(talk.stream.exchanges[0].received, talk.now);
+  EXPECT_EQ(talk.stream.exchanges[0].device_received, microseconds{700});
+  EXPECT_EQ(talk.stream.exchanges[0].device_sent, microseconds{750});
+}
+
+TEST(Hbf1, NonFiniteAndImpossibleValuesAreRefused) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0));
+  for (const float value : {std::nanf(""), HUGE_VALF, -HUGE_VALF, 1e20F}) {
+    talk.take(firmware.sample(1000, value));
+  }
+  EXPECT_EQ(talk.stream.counts.refused, 4U);
+  EXPECT_TRUE(talk.stream.readings.empty());
+}
+
+TEST(Hbf1, AnEchoIsNoticedAndNotTakenForTheDevice) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0));
+  talk.take(Bytes(talk.stream.outgoing));
+  talk.take(firmware.sample(1000, 1.0F));
+  EXPECT_EQ(talk.stream.counts.lost, 0U);
+  EXPECT_EQ(talk.stream.counts.damaged, 0U);
+  ASSERT_FALSE(talk.stream.notices.empty());
+  EXPECT_NE(talk.stream.notices[0].find("echo"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,228 @@
+#include <gtest/gtest.h>
+
+#include "tests/drivers/protocols/protocol_harness.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// The sentence with which options are refused.
+std::string refusal(std::string_view name, const std::string& options) {
+  const auto uri = Uri::parse("serial:x?" + options);
+  UriOptions reader(*uri);
+  const auto made = (*find_protocol(name))->make(reader);
+  if (!made) return made.error().sentence;
+  const auto done = reader.finish();
+  return done ? "" : done.error().sentence;
+}
+
+TEST(CsvLines, ColumnsSeparatorsAndUnitsAreTheUsers) {
+  Talk talk("csv", "columns=time_ms,-,force_gF,depth_um,seq&separator=semicolon");
+  talk.take("half;a;line\r\n12;x;1000;250; 7\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_EQ(talk.stream.readings[0].device_time, milliseconds{12});
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 9.80665);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kDepth), 0.25);
+  talk.take("13;x;1000;250;10\n");
+  EXPECT_EQ(talk.stream.counts.lost, 2U);
+  talk.take("14;x;1000;250\n15;x;abc;250;11\n\n# remark\n16;x;nan;1;12\n17;x;1e30;1;13\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 2U);
+  EXPECT_EQ(talk.stream.counts.refused, 2U);
+  EXPECT_EQ(talk.stream.readings.size(), 2U);
+  for (int k = 0; k < 50; ++k) talk.take("77777777");
+  talk.take("\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 3U);
+}
+
+TEST(CsvLines, AHeaderNamesTheColumns) {
+  Talk talk("csv");
+  EXPECT_EQ(talk.protocol->channels(), 0U);
+  talk.take("2.5\r\ntime_us,force_mN\r\n100,2500\r\n");
+  EXPECT_EQ(talk.protocol->channels(), bit_of(DeviceChannel::kForce));
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 2.5);
+  talk.take("time_us,force_mN\r\n100,2500\r\n");  // it has started anew
+  EXPECT_EQ(talk.stream.counts.reboots, 1U);
+}
+
+TEST(CsvLines, AClockThatGoesBackIsARebootUnlessItWraps) {
+  Talk talk("csv", "columns=time_us,force_N");
+  talk.take("x\n4294967290,1\n4,1\n1000000,1\n0,1\n");
+  EXPECT_EQ(talk.stream.counts.reboots, 1U);
+  EXPECT_EQ(talk.stream.readings.size(), 4U);
+  EXPECT_TRUE(talk.stream.readings[3].rebooted);
+}
+
+TEST(CsvLines, BadOptionsAreNamed) {
+  EXPECT_NE(refusal("csv", "columns=force_stone").find("forces are in N"), std::string::npos);
+  EXPECT_NE(refusal("csv", "columns=time_h,force_N").find("s, ms or us"), std::string::npos);
+  EXPECT_NE(refusal("csv", "columns=weight").find("not known"), std::string::npos);
+  EXPECT_NE(refusal("csv", "columns=time_s").find("no column is a force"), std::string::npos);
+  EXPECT_NE(refusal("csv", "columns=force_N&separator=dot").find("separator"), std::string::npos);
+}
+
+TEST(Mark10, ReadsWhatTheGaugeDisplays) {
+  Talk talk("mark10");
+  EXPECT_EQ(talk.said(), "\rFULL\rAOUT250\r");
+  talk.take("\r\n-18.78 lbF\r\n4.285 N\r\n  12 gF\r\n1.5 ozF\r\n2 kgF\r\n3 mN\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 6U);
+  const std::vector<double> forces = {-83.537602, 4.285, 0.1176798, 0.41702077, 19.6133, 0.003};
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    EXPECT_NEAR(talk.stream.readings[i][DeviceChannel::kForce], forces[i], 1e-6);
+  }
+  talk.take("*10\r\n");
+  EXPECT_NE(talk.stream.notices.at(0).find("does not know the command"), std::string::npos);
+  talk.take("4.2.8 N\r\nN\r\n12\r\n3 N 4 N x\r\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 4U);
+  talk.take("1 stone\r\n");
+  EXPECT_NE(talk.protocol->trouble().find("unknown unit \"stone\""), std::string::npos);
+  EXPECT_EQ(talk.stream.readings.size(), 6U);
+}
+
+TEST(Mark10, NumbersWithoutUnitTakeTheUsers) {
+  Talk talk("mark10", "unit=mN&rate_hz=50");
+  EXPECT_EQ(talk.said(), "\rAOUT50\r");
+  talk.take("\r\n1500\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 1.5);
+  EXPECT_NE(refusal("mark10", "unit=stone").find("forces are in"), std::string::npos);
+  EXPECT_NE(refusal("mark10", "rate_hz=60").find("rate_hz"), std::string::npos);
+}
+
+TEST(Mark10, ASilentGaugeIsToldToStreamAgain) {
+  Talk talk("mark10");
+  EXPECT_EQ(talk.poll(), "");
+  talk.now += milliseconds{1100};
+  EXPECT_EQ(talk.poll(), "FULL\rAOUT250\r");
+}
+
+TEST(Esm, ReadsTravelAndForceByTheirUnits) {
+  Talk talk("esm");
+  EXPECT_EQ(talk.poll(), "n");
+  talk.now += milliseconds{7};
+  talk.take("12.345 mm 4.285 N\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kDepth), 12.345);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 4.285);
+  EXPECT_EQ(talk.now - *talk.stream.readings[0].asked, milliseconds{7});
+  talk.now += milliseconds{50};
+  EXPECT_EQ(talk.poll(), "n");
+  talk.take("1 lbF, 0.5 in\r\n");
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kDepth), 12.7);
+  EXPECT_NEAR(talk.value(DeviceChannel::kForce), 4.4482216, 1e-6);
+}
+
+TEST(Esm, AQuestionNeverAnsweredIsCountedAndAskedAgain) {
+  Talk talk("esm");
+  EXPECT_EQ(talk.poll(), "n");
+  talk.now += milliseconds{100};
+  EXPECT_EQ(talk.poll(), "");
+  talk.now += milliseconds{101};
+  EXPECT_EQ(talk.poll(), "n");
+  EXPECT_EQ(talk.stream.counts.lost, 1U);
+}
+
+TEST(Grbl, ReportsBecomeWorkCoordinatesOnceTheOffsetIsKnown) {
+  Talk talk("grbl");
+  talk.take("\r\nGrbl 1.1h ['$' for help]\r\nok\r\n$10=1\r\n$13=0\r\nok\r\n");
+  EXPECT_EQ(talk.poll(), "?");
+  talk.take("<Idle|MPos:1.000,2.000,3.000|FS:0,0>\r\n");
+  EXPECT_TRUE(talk.stream.readings.empty());
+  talk.now += milliseconds{50};
+  EXPECT_EQ(talk.poll(), "?");
+  talk.take("<Idle|MPos:0.000,-10.000,5.000|FS:500,8000|Pn:PZ|WCO:0.000,1.551,5.664>\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kX), 0.0);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kY), -11.551);
+  EXPECT_NEAR(talk.value(DeviceChannel::kZ), -0.664, 1e-12);
+  talk.now += milliseconds{50};
+  EXPECT_EQ(talk.poll(), "?");
+  talk.take("<Run|WPos:7.000,8.000,9.000,1.000|FS:0,0>\r\n");
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kX), 7.0);
+  EXPECT_EQ(talk.stream.counts.damaged, 0U);
+  talk.take("<Run|WPos:7.000,8.000|FS:0,0>\r\n<Run|FS:0,0>\r\nnonsense\r\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 3U);
+}
+
+TEST(Grbl, InchesAreConvertedAndAResetIsNoticed) {
+  Talk talk("grbl");
+  talk.take("$13=1\r\n");
+  static_cast<void>(talk.poll());
+  talk.take("<Idle|WPos:1.000,0.000,0.000>\r\n");
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kX), 25.4);
+  talk.take("Grbl 1.1h ['$' for help]\r\n");
+  talk.now += milliseconds{50};
+  EXPECT_EQ(talk.poll(), "?");
+  talk.take("<Idle|WPos:1.000,0.000,0.000>\r\n");
+  EXPECT_EQ(talk.stream.counts.reboots, 1U);
+}
+
+const Bytes kOptoForceFrame = {0xAA, 0x07, 0x08, 0x0A, 0x2D, 0x6A, 0x00, 0x00,
+                               0xFF, 0xF7, 0xFF, 0xFB, 0x00, 0x07, 0x05, 0x51};
+
+TEST(OptoForce, ReadsTheCapturedFrame) {
+  Talk talk("optoforce", "counts_per_N=10&rate_hz=100");
+  const Bytes config = {0xAA, 0x00, 0x32, 0x03, 0x0A, 0x04, 0x00, 0x00, 0xED};
+  EXPECT_EQ(talk.stream.outgoing, config);
+  talk.take(kOptoForceFrame);
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceX), -0.9);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceY), -0.5);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceZ), 0.7);
+}
+
+TEST(OptoForce, FindsItsFramesAgainAfterDamage) {
+  Talk talk("optoforce");
+  Bytes stream = {0x07, 0x08, 0x0A, 0x00};  // the end of a frame
+  Bytes frame = kOptoForceFrame;
+  const auto append = [&](std::uint8_t count, std::size_t keep) {
+    frame[5] = count;
+    frame[15] = static_cast<std::uint8_t>(0x51 - 0x6A + count);
+    frame[14] = static_cast<std::uint8_t>(0x05 + (0x51 - 0x6A + count < 0 ? -1 : 0));
+    stream.insert(stream.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(keep));
+  };
+  append(0x6A, 16);
+  append(0x6B, 9);  // cut short: what follows is found all the same
+  append(0x6C, 16);
+  append(0x6F, 16);
+  talk.take(stream);
+  EXPECT_EQ(talk.stream.readings.size(), 3U);
+  EXPECT_EQ(talk.stream.counts.lost, 1U + 2U);
+  EXPECT_EQ(talk.stream.counts.damaged, 1U);
+}
+
+TEST(OptoForce, WantsItsCalibration) {
+  EXPECT_NE(refusal("optoforce", "rate_hz=100").find("counts_per_N"), std::string::npos);
+  EXPECT_NE(refusal("optoforce", "counts_per_N=10&rate_hz=300").find("divide 1000"),
+            std::string::npos);
+}
+
+TEST(Zaber, AsksForItsPosition) {
+  Talk talk("zaber", "um_per_step=0.5&axis=z");
+  EXPECT_EQ(talk.poll(), "/1 1 get pos\n");
+  talk.now += milliseconds{3};
+  talk.take("@01 1 OK IDLE -- 10000\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kZ), 5.0);
+  EXPECT_EQ(talk.now - *talk.stream.readings[0].asked, milliseconds{3});
+}
+
+TEST(Zaber, ChecksumsAlertsAndRejections) {
+  Talk talk("zaber");
+  talk.take("@01 0 OK IDLE -- 0:8D\r\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 0U);
+  EXPECT_TRUE(talk.stream.readings.empty());  // of the device, not of the axis
+  talk.take("@01 0 OK IDLE -- 0:8E\r\n@01 1 OK WAIT -- 0\r\n@xx 1 OK IDLE -- 0\r\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 3U);
+  talk.take("#01 0 hello \\\r\n!01 1 IDLE FF\r\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 3U);
+  EXPECT_NE(talk.stream.notices.at(0).find("alert"), std::string::npos);
+  static_cast<void>(talk.poll());
+  talk.take("@01 1 RJ IDLE -- BADCOMMAND\r\n");
+  EXPECT_NE(talk.stream.notices.at(1).find("BADCOMMAND"), std::string::npos);
+  EXPECT_NE(refusal("zaber", "").find("um_per_step"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,186 @@
+#include "drivers/protocols/protocol_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+#include "core/units.hpp"
+#include "tests/drivers/protocols/protocol_harness.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::uint32_t kAllChannels =
+    ProbeSample::kDepth | ProbeSample::kForce | ProbeSample::kX | ProbeSample::kY;
+
+/// A press whose values every device can say exactly.
+ProbeSample press(Random& random, nanoseconds time) {
+  const auto eighths = [&](double most) { return std::floor(random.uniform() * most * 8.0) / 8.0; };
+  ProbeSample sample{.time = time, .channels = kAllChannels};
+  sample.depth_mm = eighths(4.0);
+  sample.force_mN = units::mN_from_N(eighths(8.0));
+  sample.x_mm = eighths(30.0);
+  sample.y_mm = eighths(20.0);
+  return sample;
+}
+
+/// What a simulated device of a protocol sends for a press of `count` samples, 1 ms apart, when the
+/// protocol is at the other end.
+struct Session {
+  Session(std::string_view name, int count) : talk(name), device(simulate(name)) {
+    Random random(7);
+    device->boot(talk.now, wire);
+    exchange();
+    talk.protocol->start(talk.now, talk.stream);
+    for (int k = 0; k < count; ++k) {
+      talk.now += milliseconds{1};
+      samples.push_back(press(random, talk.now));
+      device->measure(samples.back(), talk.now, wire);
+      exchange();
+      if (!device->started()) samples.pop_back();
+    }
+  }
+  static std::unique_ptr<SimulatedDevice> simulate(std::string_view name) {
+    return (*find_protocol(name))->simulate(kAllChannels);
+  }
+  /// Everything said so far reaches the other side, until both are quiet.
+  void exchange() {
+    for (int turn = 0; turn < 4; ++turn) {
+      static_cast<void>(talk.protocol->poll(talk.now, talk.stream));
+      device->take(std::exchange(talk.stream.outgoing, {}), talk.now, wire);
+      sent.insert(sent.end(), wire.begin(), wire.end());
+      talk.take(std::exchange(wire, {}));
+    }
+  }
+
+  Talk talk;
+  std::unique_ptr<SimulatedDevice> device;
+  Bytes wire;
+  Bytes sent;
+  std::vector<ProbeSample> samples;
+};
+
+class EveryProtocol : public testing::TestWithParam<std::string_view> {};
+
+TEST_P(EveryProtocol, GivesBackWhatItsSimulatedDeviceMeasures) {
+  const Session session(GetParam(), 3000);
+  const auto& stream = session.talk.stream;
+  EXPECT_EQ(stream.counts.damaged, 0U);
+  EXPECT_EQ(stream.counts.lost, 0U);
+  EXPECT_EQ(stream.counts.refused, 0U);
+  EXPECT_EQ(stream.counts.reboots, 0U);
+  ASSERT_GT(stream.readings.size(), 30U);
+  std::size_t compared = 0;
+  for (const DeviceReading& reading : stream.readings) {
+    // Devices that are asked leave samples out: find the one that was in force.
+    const auto index = (reading.arrival - session.samples.front().time) / milliseconds{1};
+    if (index < 1) continue;  // before the first sample a device says 0
+    const ProbeSample& sample = session.samples[static_cast<std::size_t>(index)];
+    const auto same = [&](DeviceChannel channel, double value) {
+      if (reading.has(channel)) {
+        EXPECT_NEAR(reading[channel], value, 1e-12);
+        ++compared;
+      }
+    };
+    same(DeviceChannel::kForce, units::N_from_mN(sample.force_mN));
+    same(DeviceChannel::kForceZ, units::N_from_mN(sample.force_mN));
+    same(DeviceChannel::kDepth, sample.depth_mm);
+    same(DeviceChannel::kX, sample.x_mm);
+    same(DeviceChannel::kY, sample.y_mm);
+    same(DeviceChannel::kZ, -sample.depth_mm);
+  }
+  EXPECT_GT(compared, 30U);
+}
+
+TEST_P(EveryProtocol, PortionsOfBytesDoNotMatter) {
+  const Session session(GetParam(), 500);
+  const auto readings_in = [&](std::size_t portion) {
+    Talk talk(GetParam());
+    static_cast<void>(talk.poll());
+    const auto bytes = std::span<const std::uint8_t>(session.sent);
+    for (std::size_t at = 0; at < bytes.size(); at += portion) {
+      talk.take(bytes.subspan(at, std::min(portion, bytes.size() - at)));
+      static_cast<void>(talk.poll());
+    }
+    return std::pair(talk.stream.counts.readings, talk.stream.counts.damaged);
+  };
+  const auto whole = readings_in(session.sent.size());
+  EXPECT_EQ(whole, readings_in(1));
+  EXPECT_EQ(whole, readings_in(7));
+  EXPECT_EQ(whole, readings_in(61));
+}
+
+TEST_P(EveryProtocol, NeverGivesAnImpossibleReadingWhateverComes) {
+  const Session session(GetParam(), 400);
+  Random random(11);
+  const auto below = [&](std::size_t limit) {
+    return static_cast<std::size_t>(random.uniform() * static_cast<double>(limit));
+  };
+  std::uint64_t readings = 0;
+  for (int round = 0; round < 60; ++round) {
+    Talk talk(GetParam());
+    Bytes bytes = session.sent;
+    for (std::size_t faults = below(200); faults > 0; --faults) {
+      const std::size_t at = below(bytes.size());
+      const auto place = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+      switch (below(4)) {
+        case 0:
+          *place = static_cast<std::uint8_t>(below(256));
+          break;
+        case 1:
+          bytes.erase(place);
+          break;
+        case 2:
+          bytes.insert(place, static_cast<std::uint8_t>("nainfe+-.9"[below(10)]));
+          break;
+        default:
+          bytes.insert(place, below(40), static_cast<std::uint8_t>(below(256)));
+      }
+    }
+    for (std::size_t at = 0; at < bytes.size();) {
+      const std::size_t portion = std::min(bytes.size() - at, 1 + below(100));
+      talk.now += milliseconds{static_cast<std::int64_t>(below(60))};
+      static_cast<void>(talk.poll());
+      talk.take(std::span<const std::uint8_t>(bytes).subspan(at, portion));
+      at += portion;
+    }
+    for (const DeviceReading& reading : talk.stream.readings) ASSERT_TRUE(plausible(reading));
+    readings += talk.stream.readings.size();
+  }
+  EXPECT_GT(readings, 0U);
+}
+
+TEST_P(EveryProtocol, IsRecognisedByItsBytes) {
+  const Session session(GetParam(), 500);
+  const std::string_view likely = likely_protocol(session.sent);
+  EXPECT_EQ(likely, GetParam());
+}
+
+std::vector<std::string_view> names() {
+  std::vector<std::string_view> names;
+  for (const ProtocolEntry& entry : protocol_table()) names.push_back(entry.name);
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Protocols, EveryProtocol, testing::ValuesIn(names()),
+                         [](const auto& entry) { return std::string(entry.param); });
+
+TEST(ProtocolTable, NoiseIsNoProtocol) {
+  Random random(3);
+  Bytes noise(4096);
+  for (auto& byte : noise) byte = static_cast<std::uint8_t>(random.uniform() * 256.0);
+  EXPECT_EQ(likely_protocol(noise), "");
+  EXPECT_EQ(likely_protocol({}), "");
+}
+
+TEST(ProtocolTable, AWrongNameIsMended) {
+  EXPECT_NE(find_protocol("mark-10").error().sentence.find("did you mean mark10"),
+            std::string::npos);
+  EXPECT_NE(find_protocol("").error().sentence.find("hbf1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

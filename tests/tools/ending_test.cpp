@@ -1,0 +1,121 @@
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <sstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+/// A run of ten minutes with spikes from the start, that will be ended early.
+struct LongRun {
+  explicit LongRun(const std::vector<std::string>& more = {})
+      : program([&] {
+          std::vector<std::string> arguments = {
+              "run", "--probe", "sim:ramp?wait_s=0&hold_s=600&live=1", "--sink", "csv:" + spikes};
+          arguments.insert(arguments.end(), more.begin(), more.end());
+          return arguments;
+        }()) {}
+
+  /// Until spikes have been flushed.
+  void wait_for_spikes() const {
+    const std::string part = spikes + ".part";
+    for (int i = 0; i < 2000; ++i) {
+      std::error_code none;
+      const auto size = std::filesystem::file_size(part, none);
+      if (!none && size > 100) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds{10});
+    }
+    FAIL() << "no spikes came";
+  }
+
+  TemporaryFolder folder;
+  std::string spikes = folder.path("s.csv");
+  StartedProgram program;
+};
+
+/// Rows of a spike file; checks that each is whole.
+int whole_rows(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "time_s,neuron");
+  EXPECT_EQ(text.back(), '\n');
+  int rows = 0;
+  for (; std::getline(lines, line); ++rows) {
+    const auto comma = line.find(',');
+    EXPECT_NE(comma, std::string::npos) << line;
+    EXPECT_GE(line.size() - comma, 2U) << line;
+  }
+  return rows;
+}
+
+TEST(Ending, AnInterruptEndsTheRunWithItsSinksFlushedAndItsSummaryWhole) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    LongRun run({"--json"});
+    run.wait_for_spikes();
+    run.program.send(signal);
+    const ProgramRun ended = run.program.finish();
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    const auto summary = nlohmann::json::parse(ended.out);
+    EXPECT_TRUE(summary["interrupted"].get<bool>());
+    EXPECT_EQ(whole_rows(read_file(run.spikes)), summary["spikes"].get<int>());
+    EXPECT_EQ(summary["sinks"][0]["delivered"], summary["spikes"]);
+    EXPECT_FALSE(std::filesystem::exists(run.spikes + ".part"));
+  }
+}
+
+TEST(Ending, ASecondInterruptEndsAtOnce) {
+  // A sink that blocks for ever keeps the first interrupt from ending the program.
+  const TemporaryFolder folder;
+  const std::string pipe = folder.path("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = ::open(pipe.c_str(), O_RDWR | O_NONBLOCK);  // never reads
+  const std::string full(4096, ' ');
+  while (::write(reader, full.data(), full.size()) > 0) {
+  }
+  StartedProgram program({"run", "--probe", "sim:ramp?hold_s=600&live=1", "--sink", "csv:" + pipe});
+  std::this_thread::sleep_for(std::chrono::milliseconds{500});
+  program.send(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds{200});
+  program.send(SIGINT);
+  EXPECT_EQ(program.finish().ended_by, SIGINT);
+  ::close(reader);
+}
+
+TEST(Ending, AKilledRunLeavesWholeRowsInThePartFile) {
+  LongRun run;
+  run.wait_for_spikes();
+  run.program.send(SIGKILL);
+  EXPECT_EQ(run.program.finish().ended_by, SIGKILL);
+  EXPECT_FALSE(std::filesystem::exists(run.spikes));
+  EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 3);
+}
+
+#ifndef MERKEL_SANITIZED  // a sanitizer reports crashes itself
+TEST(Ending, ACrashTellsTheBuildAndHowFarTheRunHadCome) {
+  LongRun run;
+  run.wait_for_spikes();
+  run.program.send(SIGSEGV);
+  const ProgramRun ended = run.program.finish();
+  EXPECT_EQ(ended.ended_by, SIGSEGV);
+  EXPECT_NE(ended.err.find("SIGSEGV"), std::string::npos) << ended.err;
+  const auto id = ended.err.find("build id ");
+  ASSERT_NE(id, std::string::npos) << ended.err;
+  EXPECT_EQ(ended.err.find_first_not_of("0123456789abcdef", id + 9), id + 9 + 40) << ended.err;
+  EXPECT_NE(ended.err.find("had come to tick "), std::string::npos) << ended.err;
+  EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 3);
+}
+#endif
+
+}  // namespace
+}  // namespace merkel

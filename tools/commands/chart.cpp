@@ -1,0 +1,44 @@
+#include "tools/charts/chart.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/simd/simd_target.hpp"
+#include "tools/commands/command.hpp"
+
+namespace merkel {
+namespace {
+
+struct ChartCommand {
+  std::string folder = "charts";
+  bool overwrite = false;
+};
+
+int chart(const ChartCommand& command) {
+  const std::vector<ReportPart> parts = {{"integrators", make_integrators_chart},
+                                         {"contact stage", make_contact_chart},
+                                         {"end to end", make_end_to_end_chart},
+                                         {"stability", make_stability_chart},
+                                         {"what is touched", make_touch_chart}};
+  return make_report({.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
+                     "# Speed against accuracy\n\nMade by `merkel chart` on one core with " +
+                         simd_target() + ".\n\n",
+                     parts, "charts");
+}
+
+}  // namespace
+
+void add_chart_command(CommandLine& program) {
+  auto command = std::make_shared<ChartCommand>();
+  program
+      .subcommand("chart",
+                  "Charts speed against accuracy on this machine, and where methods fail: tables "
+                  "(CSV), pictures (PNG) and a report.",
+                  "chart --out charts")
+      .option("--out", command->folder, "Folder to write to")
+      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .runs([command] { return chart(*command); });
+}
+
+}  // namespace merkel

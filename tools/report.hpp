@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+
+#include "core/expected.hpp"
+
+namespace merkel {
+
+/// Where a report's tables go, and who is told how far it is.
+struct ReportFolder {
+  std::string folder;
+  bool overwrite = false;
+  std::function<void(double)> progress;  ///< called with the fraction done of a part; may be empty
+
+  void report(double fraction) const {
+    if (progress) progress(fraction);
+  }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder + "/" + name; }
+};
+
+/// A part of a report: writes its tables to the folder and returns its text (Markdown).
+struct ReportPart {
+  const char* name;
+  std::function<Expected<std::string, SetupError>(const ReportFolder&)> make;
+};
+
+/// Makes all parts, writes the text to report.md, prints it, and draws the tables with a plot
+/// script. \param heading  the beginning of the text.  Returns the program's exit code.
+int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
+                const std::string& plot_script);
+
+/// printf into a text.
+[[nodiscard, gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
+
+}  // namespace merkel
