@@ -61,7 +61,7 @@ class Zmq(merkel_program.TestCase):
         subscriber = self.enterContext(Subscriber(port, b"\x01\x00index"))
         self.merkel("run", "--fast", "--sink",
                     f"zmq:tcp://127.0.0.1:{port}?topic=index&subscribers=1&wait_s=30")
-        self.assertEqual(subscriber.take(1)[0][0], b"\x01\x00index"))
+        self.assertEqual(subscriber.take(1)[0][0], b"\x01\x00index")
 
     def test_one_that_stops_reading_loses_its_own_and_it_is_counted(self):
         port = free_port()

@@ -136,7 +136,7 @@ TEST(SessionReplay, ABrokenOffSessionIsComparedUpToItsLastWholeTick) {
   ProbeInput::Counts counts;
   const std::string whole = read_file(record_troubled_session(folder, statistics, counts));
   std::uint64_t ticks_before = 0;
-  for (int part = 1; part <= 20; ++part) {
+  for (std::size_t part = 1; part <= 20; ++part) {
     const auto verdict =
         replay(folder.file("cut.xdf", whole.substr(0, 8000 + (whole.size() - 8000) / 20 * part)));
     EXPECT_EQ(verdict.difference, "") << part;
