@@ -322,6 +322,11 @@ Scene scene_of(const toml::table& root, Findings& findings) {
 
 }  // namespace
 
+void Scene::set_seed(std::uint64_t seed) {
+  model.network.seed = seed;
+  for (auto& patch : model.patches) patch.receptors.seed = seed++;
+}
+
 std::string Scene::sentence(const ParameterError& error) const {
   const auto line = line_of.find(error.key);
   const std::string where =

@@ -33,6 +33,8 @@ struct Scene {
   std::string text;                                ///< from which parse_scene makes it again
   std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
 
+  /// Seeds everything that is drawn: the network, and the patches each with one more.
+  void set_seed(std::uint64_t seed);
   /// "file:line: key reason", for a person.
   [[nodiscard]] std::string sentence(const ParameterError& error) const;
 };

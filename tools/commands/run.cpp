@@ -62,12 +62,7 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
     }
   }
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
-  if (options.seed) {
-    scene->model.network.seed = *options.seed;
-    for (std::size_t i = 0; i < scene->model.patches.size(); ++i) {
-      scene->model.patches[i].receptors.seed = *options.seed + i;
-    }
-  }
+  if (options.seed) scene->set_seed(*options.seed);
   return scene;
 }
 
