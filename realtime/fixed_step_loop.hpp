@@ -153,14 +153,12 @@ class FixedStepLoop {
     const auto end = begin + tick;
     bool held = false;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const std::uint64_t late_before = inputs_[i].counts().late;
       while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
       }
       const auto last_sample = inputs_[i].last_time();
-      const std::uint64_t late_before = inputs_[i].counts().late;
       const ProbeInput::Reading reading = inputs_[i].at(end);
       contacts_[i] = reading.contact;
-      if (const auto arrival = inputs_[i].last_arrival())
-        statistics_.queue.record(begun - *arrival);
       records_[i] = {.time = end,
                      .contact = reading.contact,
                      .number = statistics_.ticks.value() + 1,
@@ -168,6 +166,8 @@ class FixedStepLoop {
                      .late = static_cast<std::uint16_t>(
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
                      .state = reading.state};
+      if (const auto arrival = inputs_[i].last_arrival())
+        statistics_.queue.record(begun - *arrival);
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
@@ -178,9 +178,9 @@ class FixedStepLoop {
     }
     const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
-    for (TickRecord& record : records_) record.latency = computed - due;
-    fanout_.publish(std::span<const TickRecord>(records_), clock_);
     const auto published = now_ = clock_.now();
+    for (TickRecord& record : records_) record.latency = published - due;
+    fanout_.publish(std::span<const TickRecord>(records_), clock_);
     fanout_.published(published - due);
     statistics_.tick.record(computed - begun);
     statistics_.publish.record(published - computed);

@@ -24,8 +24,8 @@
 
 namespace merkel {
 
-class SpinningTeam;
 struct SampleTap;
+class SpinningTeam;
 
 /// How the simulation met the host's time.
 struct HostTimeReport {
@@ -116,12 +116,12 @@ class Pipeline {
     SpinningTeam* team = nullptr;  ///< that the model works with, to rest between ticks; borrowed
     BoundedQueue<TickTiming>* timings = nullptr;     ///< gets one for every tick with spikes
     std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
+    /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
+    std::function<void(const std::string&, const std::string&)> on_sink_failure;
     /// Called on the thread that runs, once a second.
     std::function<void(const RunProgress&)> on_progress;
     /// Called on the thread that runs with each right that the host refused.
     std::function<void(const std::string&)> on_missing_right;
-    /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
-    std::function<void(const std::string&, const std::string&)> on_sink_failure;
     std::function<void(const std::string&)> on_notice;  ///< likewise: what a device's driver says
   };
 

@@ -35,10 +35,10 @@ struct SpikeChannel {
   BoundedQueue<SpikeEvent> spikes;  ///< simulation thread → consumer
   Counter dropped;                  ///< spikes that found the queue full
   std::atomic<bool> ended{false};   ///< set after the last item of the run
-  const PublishBeat& beat;          ///< for waiting until there may be more
   /// The same for what only some consumers want; null where it was not asked for.
   std::unique_ptr<CountedQueue<TickRecord>> ticks;
   std::unique_ptr<CountedQueue<LoopEvent>> events;
+  const PublishBeat& beat;  ///< for waiting until there may be more
 };
 
 /// Gives every spike to every consumer.
@@ -59,12 +59,6 @@ class SpikeFanout {
     }
   }
 
-  /// Tells every consumer, without waking it, that a tick's spikes are there: so long after the
-  /// tick was due. Real-time: yes. Thread: simulation.
-  void published(std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
-    beat_.published(after_due);
-  }
-  [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
   /// The records of a tick, after its spikes. Real-time: yes. Thread: simulation.
   template <Clock C>
   void publish(std::span<const TickRecord> ticks, C& clock) noexcept MERKEL_REALTIME {
@@ -90,6 +84,12 @@ class SpikeFanout {
     for (const auto& channel : channels_) sum += channel->dropped.value();
     return sum;
   }
+  /// Tells every consumer, without waking it, that a tick's spikes are there: so long after the
+  /// tick was due. Real-time: yes. Thread: simulation.
+  void published(std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
+    beat_.published(after_due);
+  }
+  [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
 
   /// Tells every consumer that no spike will follow. Thread: simulation.
   void end() noexcept {

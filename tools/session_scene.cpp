@@ -1,8 +1,11 @@
 #include "tools/session_scene.hpp"
 
 #include <charconv>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tools/machine_facts.hpp"
 
@@ -20,12 +23,13 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
 
 }  // namespace
 
-RunDescription describe_run(const Scene& scene, const TactileModel& model,
-                            std::optional<std::uint64_t> seed) {
+RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   RunDescription run;
   run.model = model.parameters();
-  const auto receptors = model.patches().front().drive().receptors();
-  run.receptors.assign(receptors.begin(), receptors.end());
+  for (const TactilePatch& patch : model.patches()) {
+    const auto receptors = patch.drive().receptors();
+    run.receptors.emplace_back(receptors.begin(), receptors.end());
+  }
   // The name of the file without its folders, or the preset.
   const std::string& file = scene.file;
   run.scene = file.empty() ? "paper" : file.substr(file.find_last_of('/') + 1);
@@ -37,20 +41,25 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model,
                {"git_hash", kGitHash},
                {"scene_text", scene.text},
                {"controls", controls},
-               {"seed", seed ? std::to_string(*seed) : ""},
-               {"receptor_seed", std::to_string(run.model.patches.front().receptors.seed)},
                {"network_seed", std::to_string(run.model.network.seed)},
                {"method", std::string(name_of(run.model.method))},
                {"precision", std::string(name_of(run.model.precision))},
                {"tick_ns", std::to_string(run.model.tick.count())},
                {"step_ns", std::to_string(run.model.step.count())},
                {"neurons", std::to_string(model.neurons())}};
+  for (const TactileModel::PatchParameters& patch : run.model.patches) {
+    run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
+  }
   for (const Scene::OfProbe& probe : scene.probes) run.facts.emplace_back("probe", probe.uri);
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
   return run;
 }
 
 Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
+  if (session.fact("scene_text").empty()) {
+    return bad_input(
+        "the session was recorded without a simulation: only those of merkel run know a scene");
+  }
   const std::string name = session.fact("scene");
   auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name);
   if (!scene) return scene;
@@ -66,8 +75,17 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
     indenters[i].control =
         controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
   }
-  if (const auto seed = to_seed(session.fact("seed"))) {
-    scene->set_seed(*seed);
+  // The command line may have set other seeds than the scene.
+  const auto network_seed = to_seed(session.fact("network_seed"));
+  const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
+  if (!network_seed || receptor_seeds.size() != scene->model.patches.size()) {
+    return bad_input("the session does not say its seeds: it is damaged");
+  }
+  scene->model.network.seed = *network_seed;
+  for (std::size_t i = 0; i < receptor_seeds.size(); ++i) {
+    const auto seed = to_seed(receptor_seeds[i]);
+    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    scene->model.patches[i].receptors.seed = *seed;
   }
   // A plan may have chosen another method than the scene's text says.
   if (const auto method = integration_method_named(session.fact("method"))) {

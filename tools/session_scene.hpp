@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
-
 #include "core/expected.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/sink_setup.hpp"
@@ -11,9 +8,8 @@
 namespace merkel {
 
 /// What sinks are told of a run. Everything its spikes depend on besides the tick inputs is among
-/// the facts. \param seed  what --seed has set, if anything
-[[nodiscard]] RunDescription describe_run(const Scene& scene, const TactileModel& model,
-                                          std::optional<std::uint64_t> seed);
+/// the facts.
+[[nodiscard]] RunDescription describe_run(const Scene& scene, const TactileModel& model);
 
 /// The scene that a session was recorded with, indenters and seeds included.
 [[nodiscard]] Expected<Scene, SetupError> scene_of_session(const SessionReader& session);

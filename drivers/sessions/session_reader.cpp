@@ -204,6 +204,14 @@ std::string SessionReader::fact(std::string_view name) const {
   return {};
 }
 
+std::vector<std::string> SessionReader::facts(std::string_view name) const {
+  std::vector<std::string> all;
+  for (const auto& [key, value] : facts_) {
+    if (key == name) all.push_back(value);
+  }
+  return all;
+}
+
 bool SessionReader::read_bytes(void* bytes, std::size_t count) {
   if (std::fread(bytes, 1, count, file_.get()) != count) return false;
   place_ += count;
@@ -218,10 +226,10 @@ Unexpected<SetupError> SessionReader::damaged(const std::string& what) const {
 Expected<bool, SetupError> SessionReader::read_raw(Raw& raw) {
   for (;;) {
     chunk_start_ = place_;
-    if (place_ == size_) return false;
+    if (truncated_ || place_ == size_) return false;
     std::uint8_t width = 0;
     std::uint64_t length = 0;
-    if (!read_bytes(&width, 1)) return false;
+    if (!read_bytes(&width, 1)) return damaged("it cannot be read on");
     if (width != 1 && width != 4 && width != 8) return damaged("a chunk has no valid length");
     std::uint16_t tag = 0;
     if (!read_bytes(&length, width) || length > size_ - place_) {

@@ -43,6 +43,8 @@ class SessionReader {
 
   /// What the recorder noted (scene text, seeds, machine), by name; empty where it did not.
   [[nodiscard]] std::string fact(std::string_view name) const;
+  /// All of that name, in order.
+  [[nodiscard]] std::vector<std::string> facts(std::string_view name) const;
 
   /// Reads on to the next chunk that holds items. False at the end.
   [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);

@@ -14,8 +14,9 @@ using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
 // but that of sessions are defined only where the library was found (sinks.cmake).
 
 /// Open Ephys Event Broadcaster messages over ZeroMQ: tcp://HOST:PORT, ipc://FILE.
-/// Options: topic, hwm (messages that wait for a slow subscriber), subscribers and wait_s (wait for
-/// so many at start), stream.
+/// Options: topic (follows the type in a message's first part), stream (name in the JSON; default:
+/// the scene's), hwm (messages that wait for a slow subscriber), when_full (drop: it loses more
+/// than that; wait: it holds up this sink), subscribers and wait_s (wait for so many at start).
 [[nodiscard]] OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup);
 
 /// OSC bundles with time tags over UDP, through liblo: HOST:PORT. Options: path.

@@ -17,7 +17,7 @@ struct RunDescription {
   /// seeds, machine), by name. Names are letters, digits and underscores.
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
-  std::vector<Receptor> receptors;
+  std::vector<std::vector<Receptor>> receptors;  ///< by patch
 };
 
 /// How sinks are opened.

@@ -37,8 +37,11 @@ class ZmqSpikeSink final : public SpikeSink {
     type_ += topic;
   }
 
-  Expected<void, SetupError> bind(const std::string& endpoint, int high_water_mark) {
+  Expected<void, SetupError> bind(const std::string& endpoint, int high_water_mark,
+                                  bool wait_when_full) {
+    wait_flag_ = wait_when_full ? zmq::send_flags::none : zmq::send_flags::dontwait;
     try {
+      socket_.set(zmq::sockopt::sndtimeo, kStuck_ms);
       socket_.set(zmq::sockopt::sndhwm, high_water_mark);
       socket_.set(zmq::sockopt::linger, kLinger_ms);
       socket_.set(zmq::sockopt::xpub_nodrop, true);
@@ -97,6 +100,7 @@ class ZmqSpikeSink final : public SpikeSink {
 
  private:
   static constexpr int kLinger_ms = 2000;
+  static constexpr int kStuck_ms = 5000;  ///< who takes nothing for so long is waited for no more
 
   void send(const SpikeEvent& spike, const ClockPair& now) {
     write_json(spike, now);
@@ -105,6 +109,7 @@ class ZmqSpikeSink final : public SpikeSink {
       ++delivered_;
       return;
     }
+    wait_flag_ = zmq::send_flags::dontwait;
     // Some subscriber's queue is full: it loses the message, the others get it.
     socket_.set(zmq::sockopt::xpub_nodrop, false);
     static_cast<void>(send_parts());
@@ -112,9 +117,8 @@ class ZmqSpikeSink final : public SpikeSink {
   }
 
   bool send_parts() {
-    const auto flags = zmq::send_flags::dontwait;
-    if (!socket_.send(zmq::buffer(type_), zmq::send_flags::sndmore | flags)) return false;
-    return socket_.send(zmq::buffer(json_), flags).has_value();
+    if (!socket_.send(zmq::buffer(type_), zmq::send_flags::sndmore | wait_flag_)) return false;
+    return socket_.send(zmq::buffer(json_), wait_flag_).has_value();
   }
 
   void append(std::string_view name, std::int64_t number) {
@@ -152,6 +156,7 @@ class ZmqSpikeSink final : public SpikeSink {
   std::string type_;
   std::string stream_;
   std::string json_;
+  zmq::send_flags wait_flag_ = zmq::send_flags::dontwait;
   std::uint64_t sequence_ = 0;
   std::uint64_t delivered_ = 0;
 };
@@ -167,6 +172,7 @@ OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
   const std::int64_t subscribers = options.whole("subscribers", 0, 0, 1000);
   const std::chrono::milliseconds patience{
       static_cast<std::int64_t>(1e3 * options.number("wait_s", 10.0, 0.0, 3600.0))};
+  const bool wait_when_full = options.word("when_full", "drop", "drop|wait") == "wait";
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
 
   std::string endpoint = uri.path.empty() ? std::string(kDefaultEndpoint) : uri.path;
@@ -190,7 +196,7 @@ OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
                      "for example zmq:" + std::string(kDefaultEndpoint));
   }
   auto sink = std::make_unique<ZmqSpikeSink>(uri.text, setup.numbering, stream, topic);
-  if (auto bound = sink->bind(endpoint, high_water_mark); !bound) {
+  if (auto bound = sink->bind(endpoint, high_water_mark, wait_when_full); !bound) {
     return Unexpected<SetupError>(bound.error());
   }
   if (!sink->wait_for_subscribers(subscribers, patience)) {

@@ -1,10 +1,12 @@
-// A program of somebody else's: presses with a simulated probe and polls the spikes.
+// A program of somebody else's: presses with a simulated probe, polls the spikes from a queue, and
+// gets them by a callback too.
 #include <cstdio>
 #include <thread>
 
 #include <core/scene/tactile_model.hpp>
 #include <drivers/probes/open_probe.hpp>
 #include <realtime/pipeline.hpp>
+#include <realtime/spike_callback.hpp>
 
 int main() {
   auto model = merkel::TactileModel::create({});
@@ -13,17 +15,19 @@ int main() {
 
   merkel::Pipeline pipeline(*model, {.fast = true});
   pipeline.add_probe(std::move(*probe), {.x_mm = 15.0, .y_mm = 10.0});
+  unsigned called = 0;  // on a thread of the callback's own
+  pipeline.add_sink(std::make_unique<merkel::SpikeCallback>(
+      "encoder", [&](std::span<const merkel::SpikeEvent> spikes) { called += spikes.size(); }));
   merkel::SpikeChannel& channel = pipeline.add_consumer(4096);
-
-  int spikes = 0;
-  std::jthread encoder([&] {
+  unsigned polled = 0;
+  std::jthread poller([&] {
     for (bool ended = false; !ended;) {
       ended = channel.ended.load();  // read before the last look into the queue
-      for (merkel::SpikeEvent spike; channel.spikes.try_pop(spike);) ++spikes;
+      for (merkel::SpikeEvent spike; channel.spikes.try_pop(spike);) ++polled;
     }
   });
   const auto report = pipeline.run();
-  encoder.join();
-  std::printf("%d spikes\n", spikes);
-  return report && spikes > 0 && report->spikes == static_cast<unsigned>(spikes) ? 0 : 1;
+  poller.join();
+  std::printf("%u spikes polled, %u called\n", polled, called);
+  return report && polled > 0 && report->spikes == polled && called == polled ? 0 : 1;
 }

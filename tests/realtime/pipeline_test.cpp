@@ -9,6 +9,7 @@
 
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "realtime/spike_callback.hpp"
 #include "realtime/spinning_team.hpp"
 
 namespace merkel {
@@ -187,6 +188,134 @@ TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunGoesOn) {
   EXPECT_EQ(outcome.report.sinks[0].delivered, 5U);
   EXPECT_FALSE(outcome.closed);
   EXPECT_FALSE(outcome.report.complete());
+}
+
+TEST(Pipeline, AFailingSinkIsToldWhileTheRunGoesOn) {
+  auto model = TactileModel::create({});
+  ASSERT_TRUE(model);
+  std::vector<std::string> told;
+  Pipeline pipeline(
+      *model,
+      {.fast = true, .on_sink_failure = [&](const std::string& uri, const std::string& trouble) {
+         told.push_back(uri + " " + trouble);
+       }});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(press(4000), 7), {});
+  MemorySink::Content broken;
+  MemorySink::Content whole;
+  pipeline.add_sink(std::make_unique<MemorySink>(broken, 0));
+  pipeline.add_sink(std::make_unique<MemorySink>(whole));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  EXPECT_EQ(told, std::vector<std::string>{"memory: memory is full"});
+  EXPECT_EQ(whole.spikes.size(), report->spikes);
+  EXPECT_TRUE(whole.closed);
+  EXPECT_FALSE(broken.closed);
+}
+
+/// Asks for everything.
+class CuriousSink final : public SpikeSink {
+ public:
+  struct Content {
+    std::uint64_t spikes = 0;
+    std::vector<TickRecord> ticks;
+    std::vector<LoopEvent> events;
+    std::vector<ProbeSample> samples;
+    RunStatus status;
+    bool in_order = true;  ///< no spike came after its tick
+  };
+  CuriousSink(Content& content, std::uint32_t wishes) : content_(content), wishes_(wishes) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t wishes() const noexcept override { return wishes_; }
+  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    content_.spikes += spikes.size();
+    for (const SpikeEvent& spike : spikes) {
+      if (!content_.ticks.empty() && spike.time <= content_.ticks.back().time) {
+        content_.in_order = false;
+      }
+    }
+    return {};
+  }
+  Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    content_.ticks.insert(content_.ticks.end(), ticks.begin(), ticks.end());
+    return {};
+  }
+  Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
+    content_.events.insert(content_.events.end(), events.begin(), events.end());
+    return {};
+  }
+  Expected<void, SinkError> write_samples(std::size_t,
+                                          std::span<const ProbeSample> samples) override {
+    content_.samples.insert(content_.samples.end(), samples.begin(), samples.end());
+    return {};
+  }
+  Expected<void, SinkError> write_status(const RunStatus& status) override {
+    content_.status = status;
+    return {};
+  }
+  Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return content_.spikes; }
+
+ private:
+  Content& content_;
+  std::uint32_t wishes_;
+  std::string uri_ = "curious:";
+};
+
+TEST(Pipeline, ASinkGetsWhatItAskedForAndNothingElse) {
+  auto model = TactileModel::create({});
+  ASSERT_TRUE(model);
+  Pipeline pipeline(*model, {.fast = true});
+  auto samples = press(6000);
+  samples.erase(samples.begin() + 300, samples.begin() + 500);  // an outage
+  pipeline.add_probe(std::make_unique<MemoryProbe>(samples, 7), {});
+  CuriousSink::Content all;
+  CuriousSink::Content nothing;
+  pipeline.add_sink(std::make_unique<CuriousSink>(
+      all, SpikeSink::kTicks | SpikeSink::kEvents | SpikeSink::kSamples | SpikeSink::kStatus));
+  pipeline.add_sink(std::make_unique<CuriousSink>(nothing, 0));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  EXPECT_TRUE(all.in_order);
+  EXPECT_EQ(all.spikes, report->spikes);
+  ASSERT_EQ(all.ticks.size(), report->ticks);
+  for (std::size_t k = 0; k < all.ticks.size(); ++k) {
+    EXPECT_EQ(all.ticks[k].number, k + 1);
+    EXPECT_EQ(all.ticks[k].time, milliseconds{k + 1});
+  }
+  EXPECT_EQ(all.ticks[350].state, TickRecord::State::kReleased);
+  ASSERT_EQ(all.events.size(), 2U);
+  EXPECT_EQ(all.events[0].kind, LoopEvent::Kind::kRelease);
+  EXPECT_EQ(all.events[1].kind, LoopEvent::Kind::kResume);
+  ASSERT_EQ(all.samples.size(), samples.size());
+  EXPECT_EQ(all.samples.back().time, samples.back().time);
+  EXPECT_EQ(all.status.ticks, report->ticks);
+  EXPECT_EQ(all.status.samples, samples.size());
+  EXPECT_EQ(all.status.losses, RunStatus::Losses{});
+
+  EXPECT_EQ(nothing.spikes, report->spikes);
+  EXPECT_TRUE(nothing.ticks.empty());
+  EXPECT_TRUE(nothing.events.empty());
+  EXPECT_TRUE(nothing.samples.empty());
+  EXPECT_EQ(nothing.status.ticks, 0U);
+}
+
+TEST(Pipeline, ACallbackGetsEverySpikeOnItsOwnThread) {
+  auto model = TactileModel::create({});
+  Pipeline pipeline(*model, {.fast = true});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(press(), 7), {});
+  std::uint64_t spikes = 0;
+  std::thread::id thread;
+  pipeline.add_sink(
+      std::make_unique<SpikeCallback>("my encoder", [&](std::span<const SpikeEvent> some) {
+        spikes += some.size();
+        thread = std::this_thread::get_id();
+      }));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  EXPECT_GT(spikes, 30U);
+  EXPECT_EQ(spikes, report->spikes);
+  EXPECT_EQ(report->sinks[0].uri, "my encoder");
+  EXPECT_TRUE(thread != std::this_thread::get_id());
 }
 
 TEST(Pipeline, BadDataEndsTheRunAndLeavesTheSinkUnfinished) {

@@ -286,8 +286,10 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&dropouts_per_s=5&live=1";
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=1")), {.x_mm = 9.0, .y_mm = 7.5});
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=2")), {.x_mm = 21.0, .y_mm = 12.5});
-  pipeline.add_sink(
-      std::move(*open_sink("csv:/dev/null", NeuronNumbering(model->neurons_of_patch()), false)));
+  const NeuronNumbering numbering(model->neurons_of_patch());
+  pipeline.add_sink(std::move(*open_sink("csv:/dev/null", numbering, false)));
+  // One that asks for all there is.
+  pipeline.add_sink(std::move(*open_sink("xdf:/dev/null", numbering, false)));
   g_calls = 0;
   g_sleeps = 0;
   const auto report = pipeline.run();

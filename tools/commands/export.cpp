@@ -44,14 +44,14 @@ int export_session(const ExportOptions& options) {
   if (!scene) return refuse(scene.error());
   const auto model = TactileModel::create(scene->model);
   if (!model) return refuse(scene->sentence(model.error()));
-  const std::size_t neurons = model->neurons();
-  const NeuronNumbering numbering({&neurons, 1});
+  const std::vector<std::size_t> neurons = model->neurons_of_patch();
+  const NeuronNumbering numbering(neurons);
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, {.numbering = numbering,
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
-                                .run = describe_run(*scene, *model, std::nullopt)});
+                                .run = describe_run(*scene, *model)});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
@@ -62,8 +62,9 @@ int export_session(const ExportOptions& options) {
     if (!more) return refuse(more.error());
     if (!*more) break;
     for (const SpikeEvent& spike : chunk.spikes) {
-      if (spike.patch == 0 && spike.neuron <= neurons) continue;
+      if (spike.patch < neurons.size() && spike.neuron <= neurons[spike.patch]) continue;
       return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
+                    " of patch " + std::to_string(spike.patch) +
                     ", which its scene does not have: it is damaged");
     }
     spikes += chunk.spikes.size();

@@ -10,7 +10,9 @@
 #include "core/units.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/machine_facts.hpp"
 
 namespace merkel {
 namespace {
@@ -26,15 +28,67 @@ std::atomic<bool> g_stop{false};
 
 void stop_recording(int /*signal*/) { g_stop.store(true); }
 
+/// Where the samples go: a trace, or a session without a simulation.
+class Recording {
+ public:
+  static Expected<Recording, SetupError> create(const RecordOptions& options,
+                                                const ProbeInfo& probe,
+                                                const std::string& command) {
+    Recording recording;
+    if (options.file.ends_with(".xdf")) {
+      auto sink =
+          open_sink("xdf:" + options.file,
+                    SinkSetup{.numbering = NeuronNumbering({}),
+                              .overwrite = options.overwrite,
+                              .allow_remote = false,
+                              .run = {.scene = "",
+                                      .facts = {{"command", command},
+                                                {"version", MERKEL_VERSION},
+                                                {"git_hash", kGitHash},
+                                                {"probe", probe.uri},
+                                                {"probe_name", probe.name},
+                                                {"probe_serial_number", probe.serial_number}},
+                                      .model = {},
+                                      .receptors = {}}});
+      if (!sink) return Unexpected<SetupError>(sink.error());
+      recording.session_ = std::move(*sink);
+      return recording;
+    }
+    auto trace =
+        TraceWriter::create(options.file, probe.channels, {&command, 1}, options.overwrite);
+    if (!trace) return Unexpected<SetupError>(trace.error());
+    recording.trace_.emplace(std::move(*trace));
+    return recording;
+  }
+  /// Both return what went wrong; nothing, if nothing did.
+  std::string write(std::span<const ProbeSample> samples) {
+    if (trace_) return sentence_of(trace_->write(samples));
+    const std::string trouble = sentence_of(session_->write_samples(0, samples));
+    return trouble.empty() ? sentence_of(session_->flush()) : trouble;
+  }
+  std::string close() { return sentence_of(trace_ ? trace_->close() : closed_session()); }
+
+ private:
+  template <class Error>
+  static std::string sentence_of(const Expected<void, Error>& result) {
+    return result ? std::string() : result.error().sentence;
+  }
+  Expected<void, SetupError> closed_session() {
+    if (auto closed = session_->close(); !closed) return unavailable(closed.error().sentence);
+    return {};
+  }
+
+  std::optional<TraceWriter> trace_;
+  std::unique_ptr<SpikeSink> session_;
+};
+
 int record(const RecordOptions& options) {
   auto probe = open_probe(options.uri);
   if (!probe) return refuse(probe.error());
   std::string command = "merkel record '" + options.uri + "' " + options.file;
   if (options.duration_s) command += " --duration-s " + shortest_decimal(*options.duration_s);
-  const std::vector<std::string> comment = {command};
-  auto trace =
-      TraceWriter::create(options.file, (*probe)->info().channels, comment, options.overwrite);
-  if (!trace) return refuse(trace.error());
+  auto recording = Recording::create(options, (*probe)->info(), command);
+  if (!recording) return refuse(recording.error());
 
   std::signal(SIGINT, stop_recording);
   std::signal(SIGTERM, stop_recording);
@@ -55,13 +109,14 @@ int record(const RecordOptions& options) {
       if (!end) end = samples[0].time + units::nanoseconds_from_s(*options.duration_s);
       while (wanted > 0 && samples[wanted - 1].time > *end) --wanted;
     }
-    if (auto done = trace->write(std::span(samples).first(wanted)); !done) {
-      return fail(done.error().sentence);
+    if (wanted > 0) {
+      const std::string trouble = recording->write(std::span(samples).first(wanted));
+      if (!trouble.empty()) return fail(trouble);
     }
     written += wanted;
     if (wanted < *count) break;
   }
-  if (auto done = trace->close(); !done) return fail(done.error().sentence);
+  if (const std::string trouble = recording->close(); !trouble.empty()) return fail(trouble);
   std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
                options.file.c_str());
   return kDone;
@@ -72,11 +127,13 @@ int record(const RecordOptions& options) {
 void add_record_command(CommandLine& program) {
   auto options = std::make_shared<RecordOptions>();
   program
-      .subcommand("record", "Writes a probe's samples to a trace file (CSV).",
+      .subcommand("record",
+                  "Writes a probe's samples to a trace (CSV) or, if the file ends in .xdf, "
+                  "to a session without a simulation.",
                   "record 'sim:taps?depth_mm=1' taps.csv")
       .option("uri", options->uri, "Probe URI")
       .required()
-      .option("file", options->file, "Trace file to write")
+      .option("file", options->file, "File to write: a trace (.csv) or a session (.xdf)")
       .required()
       .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-6, 1e9})
       .flag("--overwrite", options->overwrite, "Replace a file that exists")

@@ -83,11 +83,11 @@ int replay(const ReplayOptions& options) {
   auto model = TactileModel::create(scene->model);
   if (!model) return refuse(scene->sentence(model.error()));
 
-  const std::size_t neurons = model->neurons();
-  const SinkSetup setup{.numbering = NeuronNumbering({&neurons, 1}),
+  const std::vector<std::size_t> neurons = model->neurons_of_patch();
+  const SinkSetup setup{.numbering = NeuronNumbering(neurons),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = describe_run(*scene, *model, std::nullopt)};
+                        .run = describe_run(*scene, *model)};
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);

@@ -113,15 +113,15 @@ int run(const RunOptions& options) {
                                   .wait = scene->loop.wait,
                                   .realtime = scene->loop.realtime,
                                   .team = team->get()};
-  parameters.on_missing_right = [](const std::string& sentence) {
-    std::fprintf(stderr, "merkel: note: %s\n", sentence.c_str());
-  };
   parameters.on_sink_failure = [](const std::string& uri, const std::string& trouble) {
     std::fprintf(stderr, "merkel: the sink %s is closed, the run goes on: %s\n", uri.c_str(),
                  trouble.c_str());
   };
   parameters.on_notice = [](const std::string& sentence) {
     std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+  };
+  parameters.on_missing_right = [](const std::string& sentence) {
+    std::fprintf(stderr, "merkel: note: %s\n", sentence.c_str());
   };
   const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
   if (on_terminal) {
@@ -138,13 +138,18 @@ int run(const RunOptions& options) {
   const SinkSetup setup{.numbering = NeuronNumbering(model->neurons_of_patch()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = describe_run(*scene, *model, options.seed)};
+                        .run = describe_run(*scene, *model)};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
     auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
     pipeline.add_sink(std::move(*sink));
+    if (uri.starts_with("view:")) {
+      const std::string address = uri.substr(5, uri.find('?') - 5);
+      std::fprintf(stderr, "live page: http://%s%s/\n",
+                   address.find(':') == std::string::npos ? "127.0.0.1:" : "", address.c_str());
+    }
   }
 
   const StopSignal stop(pipeline);

@@ -14,6 +14,7 @@ let points = [];           // {t, values: depth and force of each probe}
 let spikes = [];           // {t, n}, in order
 let paused = false;
 let pausedAt = 0;
+let pausedProbes = [];
 let dirty = true;
 let ended = false;
 let trace = null;
@@ -46,11 +47,11 @@ function takeFrame(frame) {
   ended = (frame.flags & 1) !== 0;
   points.push(...frame.points);
   spikes.push(...frame.spikes);
-  const old = frame.t - kKept_s;
-  if (!paused) {
-    points.splice(0, firstAfter(points, old));
-    spikes.splice(0, firstAfter(spikes, old));
-  }
+  // While the picture stands still, so does what it shows.
+  const old = (paused ? pausedAt : frame.t) - kKept_s;
+  points.splice(0, firstAfter(points, old));
+  spikes.splice(0, firstAfter(spikes, old));
+  if (paused && frame.t > pausedAt + kKept_s) togglePause();
   if (ended) connection('ended', 'run over');
   dirty = true;
 }
@@ -127,10 +128,11 @@ function makeTrace() {
     series.push({ label: `force${which} (N)`, scale: 'N', stroke: () => css('--force'), width: 1.5, dash: dashes[i % 3], value });
   });
   const axis = (more) => ({ stroke: () => css('--soft'), grid: { stroke: () => css('--line'), width: 1 }, ticks: { stroke: () => css('--line') }, ...more });
-  const upward = (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * 1.08];
+  // Two ranges, so that two curves of the same shape do not lie on each other.
+  const upward = (room) => (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * room];
   trace = new uPlot({
     width: byId('trace').clientWidth, height: 230, series,
-    scales: { x: { time: false }, mm: { range: upward }, N: { range: upward } },
+    scales: { x: { time: false }, mm: { range: upward(1.08) }, N: { range: upward(1.4) } },
     axes: [axis({}), axis({ scale: 'mm', label: 'depth, mm', labelSize: 22, size: 44 }),
       axis({ scale: 'N', label: 'force, N', side: 1, labelSize: 22, size: 48, grid: { show: false } })],
     cursor: { drag: { x: false, y: false } },
@@ -141,8 +143,8 @@ function makeTrace() {
 
 function span() {
   const seconds = Number(byId('window').value);
-  const end = paused ? pausedAt : (last ? last.t : 0);
-  return { from: end - seconds, to: end, seconds };
+  const end = Math.max(seconds, paused ? pausedAt : (last ? last.t : 0));
+  return { from: end - seconds, to: end, now: paused ? pausedAt : (last ? last.t : 0), seconds };
 }
 
 /// A canvas made as sharp as the screen, cleared.
@@ -161,9 +163,9 @@ function context(canvas) {
 
 function visible(items, { from, to }) { return items.slice(firstAfter(items, from), firstAfter(items, to + 1e-9)); }
 
-function rates({ to }) {
+function rates({ now }) {
   const all = new Array(scene.neurons).fill(0);
-  for (const spike of visible(spikes, { from: to - kRateWindow_s, to })) if (spike.n <= scene.neurons) ++all[spike.n - 1];
+  for (const spike of visible(spikes, { from: now - kRateWindow_s, to: now })) if (spike.n <= scene.neurons) ++all[spike.n - 1];
   return all.map((n) => n / kRateWindow_s);
 }
 
@@ -174,66 +176,107 @@ function drawTrace(time) {
   trace.batch(() => { trace.setData(data, false); trace.setScale('x', { min: time.from, max: time.to }); });
 }
 
-const raster = { left: 34, bottom: 18 };
+/// Margins of the raster: its time axis lies under that of the trace.
+function rasterFrame(width, height) {
+  const { left, width: plot } = trace.bbox;
+  const scale = window.devicePixelRatio || 1;
+  return { left: left / scale, w: Math.min(plot, (width * scale) - left) / scale, h: height - 18 };
+}
 
 function drawRaster(time) {
   const { c, width, height } = context(byId('raster'));
-  const h = height - raster.bottom, w = width - raster.left;
+  const { left, w, h } = rasterFrame(width, height);
   const row = h / scene.neurons;
   c.fillStyle = css('--soft'); c.strokeStyle = css('--line');
   c.textAlign = 'right'; c.textBaseline = 'middle';
   const every = Math.max(1, Math.ceil(scene.neurons / Math.max(2, Math.floor(h / 18))));
   for (let n = 1; n <= scene.neurons; n += every) {
     const y = h - (n - 0.5) * row;
-    c.fillText(n, raster.left - 6, y);
-    c.beginPath(); c.moveTo(raster.left, y); c.lineTo(width, y); c.stroke();
+    c.fillText(n, left - 6, y);
+    c.beginPath(); c.moveTo(left, y); c.lineTo(left + w, y); c.stroke();
   }
   c.textAlign = 'center'; c.textBaseline = 'bottom';
   const step = time.seconds / 5;
   for (let t = Math.ceil(time.from / step) * step; t <= time.to; t += step) {
-    if (t >= 0) c.fillText(`${+t.toFixed(2)} s`, Math.min(raster.left + (t - time.from) / time.seconds * w, width - 18), height);
+    c.fillText(`${+t.toFixed(2)} s`, left + (t - time.from) / time.seconds * w, height);
   }
   c.fillStyle = css('--spike');
   const tall = Math.max(2, row * 0.7);
   for (const spike of visible(spikes, time)) {
-    c.fillRect(raster.left + (spike.t - time.from) / time.seconds * w - 0.75, h - (spike.n - 0.5) * row - tall / 2, 1.5, tall);
+    c.fillRect(left + (spike.t - time.from) / time.seconds * w - 0.75, h - (spike.n - 0.5) * row - tall / 2, 1.5, tall);
   }
 }
 
-function skinFrame(width, height) {
-  const { length_mm, width_mm } = scene.patch;
-  const scale = Math.min((width - 40) / length_mm, (height - 34) / width_mm);
-  const left = (width - scale * length_mm) / 2;
-  return { scale, left, x: (mm) => left + mm * scale, y: (mm) => 6 + (width_mm - mm) * scale };
+/// Where each patch of skin is in its picture: side by side, all to the same scale.
+function skinFrames(width, height) {
+  const gap = 16, patches = scene.patches;
+  const length = patches.reduce((sum, p) => sum + p.length_mm, 0);
+  const scale = Math.min((width - gap * (patches.length + 1)) / length, (height - 34) / Math.max(...patches.map((p) => p.width_mm)));
+  let left = (width - scale * length - gap * (patches.length - 1)) / 2, first = 0;
+  return patches.map((patch) => {
+    const at = left, from = first;
+    left += patch.length_mm * scale + gap;
+    first += patch.field_radius_mm > 0 ? patch.centres.length : patch.columns * patch.rows;
+    return { patch, scale, first: from, count: first - from, x: (mm) => at + mm * scale, y: (mm) => 6 + (patch.width_mm - mm) * scale };
+  });
+}
+
+/// The afferent at a place of a patch, from 0 in the patch; -1 for none.
+function afferentAt({ patch, count }, x, y) {
+  if (x < 0 || y < 0 || x >= patch.length_mm || y >= patch.width_mm) return -1;
+  if (!(patch.field_radius_mm > 0)) return Math.floor(y / patch.width_mm * patch.rows) * patch.columns + Math.floor(x / patch.length_mm * patch.columns);
+  let nearest = -1, least = patch.field_radius_mm;
+  for (let n = 0; n < count; ++n) {
+    const away = Math.hypot(patch.centres[n][0] - x, patch.centres[n][1] - y);
+    if (away < least) { least = away; nearest = n; }
+  }
+  return nearest;
+}
+
+function drawPatch(c, f, rate, most) {
+  const { patch } = f;
+  const colour = (r) => `rgba(${css('--map')}, ${0.75 * r / most})`;
+  c.strokeStyle = css('--line');
+  c.textAlign = 'left'; c.textBaseline = 'top';
+  if (patch.field_radius_mm > 0) {
+    c.strokeRect(f.x(0), f.y(patch.width_mm), patch.length_mm * f.scale, patch.width_mm * f.scale);
+    for (let n = 0; n < f.count; ++n) {
+      if (!rate[f.first + n]) continue;
+      c.fillStyle = colour(rate[f.first + n]);
+      c.beginPath(); c.arc(f.x(patch.centres[n][0]), f.y(patch.centres[n][1]), patch.field_radius_mm * f.scale, 0, 7); c.fill();
+    }
+  } else {
+    const w = patch.length_mm / patch.columns, h = patch.width_mm / patch.rows;
+    for (let n = 0; n < f.count; ++n) {
+      const x = f.x((n % patch.columns) * w), y = f.y((Math.floor(n / patch.columns) + 1) * h);
+      c.fillStyle = colour(rate[f.first + n]);
+      c.fillRect(x, y, w * f.scale, h * f.scale);
+      c.strokeRect(x, y, w * f.scale, h * f.scale);
+      c.fillStyle = css('--soft');
+      if (w * f.scale > 24) c.fillText(f.first + n + 1, x + 3, y + 3);
+    }
+  }
+  c.fillStyle = css('--soft');
+  for (const [x, y] of patch.receptors) { c.beginPath(); c.arc(f.x(x), f.y(y), 1.2, 0, 7); c.fill(); }
+  const where = scene.patches.length > 1 && patch.name ? `${patch.name}, ` : '';
+  c.textAlign = 'right';
+  c.fillText(`${where}${patch.length_mm} mm from the fingertip`, f.x(patch.length_mm), f.y(0) + 5);
+  c.textAlign = 'left';
+  if (!where) c.fillText('0', f.x(0), f.y(0) + 5);
 }
 
 function drawSkin(time) {
   const { c, width, height } = context(byId('skin'));
-  const { length_mm, width_mm, columns, rows } = scene.patch;
-  const f = skinFrame(width, height);
+  const frames = skinFrames(width, height);
   const rate = rates(time);
-  const most = Math.max(50, ...rate);
-  const cell = { w: length_mm / columns * f.scale, h: width_mm / rows * f.scale };
-  c.strokeStyle = css('--line');
-  for (let n = 0; n < columns * rows; ++n) {
-    const x = f.x((n % columns) * length_mm / columns), y = f.y(Math.floor(n / columns) * width_mm / rows) - cell.h;
-    c.fillStyle = `rgba(${css('--map')}, ${rate[n] / most})`;
-    c.fillRect(x, y, cell.w, cell.h);
-    c.strokeRect(x, y, cell.w, cell.h);
-  }
-  c.fillStyle = css('--soft');
-  for (const [x, y] of scene.receptors) { c.beginPath(); c.arc(f.x(x), f.y(y), 1.3, 0, 7); c.fill(); }
-  c.textAlign = 'left'; c.textBaseline = 'top';
-  columns > 12 || rate.forEach((_, n) => c.fillText(n + 1, f.x((n % columns) * length_mm / columns) + 3, f.y(Math.floor(n / columns) * width_mm / rows) - cell.h + 3));
-  c.textAlign = 'center';
-  c.fillText('0', f.x(0), f.y(0) + 5);
-  c.fillText(`${length_mm} mm from the fingertip`, f.x(length_mm) - 60, f.y(0) + 5);
+  const most = rate.reduce((a, b) => Math.max(a, b), 50);
+  for (const frame of frames) drawPatch(c, frame, rate, most);
   c.strokeStyle = c.fillStyle = css('--press');
   c.lineWidth = 2;
-  const shown = paused ? null : last;
-  (shown ? shown.probes : []).forEach((probe, i) => {
+  (paused ? pausedProbes : last.probes).forEach((probe, i) => {
     if (!(probe.depth > 0)) return;
-    const x = f.x(probe.x), y = f.y(probe.y), tip = scene.probes[i];
+    const tip = scene.probes[i], f = frames[tip.patch];
+    const x = f.x(probe.x), y = f.y(probe.y);
     c.beginPath(); c.arc(x, y, Math.max(2, probe.radius * f.scale), 0, 7); c.stroke();
     c.globalAlpha = 0.18; c.fill(); c.globalAlpha = 1;
     c.setLineDash([3, 3]); c.beginPath();
@@ -247,7 +290,7 @@ function drawSkin(time) {
 function drawRates(time) {
   const { c, width, height } = context(byId('rates'));
   const rate = rates(time);
-  const most = Math.max(50, ...rate), h = height - 18, w = (width - 34) / rate.length;
+  const most = rate.reduce((a, b) => Math.max(a, b), 50), h = height - 18, w = (width - 34) / rate.length;
   c.fillStyle = css('--bar');
   rate.forEach((r, i) => c.fillRect(34 + i * w + w * 0.1, h - r / most * (h - 14), w * 0.8, r / most * (h - 14)));
   c.fillStyle = css('--soft'); c.strokeStyle = css('--line');
@@ -272,7 +315,8 @@ function drawLatency() {
   ['1 µs', '10 µs', '100 µs', '1 ms', '10 ms'].forEach((text, i) => c.fillText(text, i * 8 * w, height));
   const all = bins.reduce((a, b) => a + b, 0);
   const quantile = (q) => { let sum = 0; const i = bins.findIndex((n) => (sum += n) >= q * all); return latencyEdge_us(i + 1); };
-  const text = (us) => (us < 1000 ? `${us.toPrecision(2)} µs` : `${(us / 1000).toPrecision(2)} ms`);
+  const short = (v) => (v < 10 ? v.toFixed(1) : v.toFixed(0));
+  const text = (us) => (us < 1000 ? `${short(us)} µs` : `${short(us / 1000)} ms`);
   byId('latency-value').textContent = all ? `half below ${text(quantile(0.5))}, 99 % below ${text(quantile(0.99))}` : '';
 }
 
@@ -314,7 +358,13 @@ function showPause() {
   byId('pause').textContent = paused ? 'Go on' : 'Pause';
 }
 
-function togglePause() { paused = !paused; pausedAt = last ? last.t : 0; showPause(); dirty = true; }
+function togglePause() {
+  paused = !paused;
+  pausedAt = last ? last.t : 0;
+  pausedProbes = last ? last.probes : [];
+  showPause();
+  dirty = true;
+}
 
 function stepWindow(by) {
   const at = kSteps.indexOf(Number(byId('window').value)) + by;
@@ -346,17 +396,18 @@ function hover(canvas, output, describe) {
 
 hover(byId('raster'), 'raster-value', (x, y, width, height) => {
   const time = span();
-  const n = Math.ceil((1 - y / (height - raster.bottom)) * scene.neurons);
-  const t = time.from + (x - raster.left) / (width - raster.left) * time.seconds;
-  return n >= 1 && n <= scene.neurons ? `afferent ${n}, ${t.toFixed(3)} s` : '';
+  const { left, w, h } = rasterFrame(width, height);
+  const n = Math.ceil((1 - y / h) * scene.neurons);
+  const t = time.from + (x - left) / w * time.seconds;
+  return n >= 1 && n <= scene.neurons && t >= time.from && t <= time.to ? `afferent ${n}, ${t.toFixed(3)} s` : '';
 });
 hover(byId('skin'), 'skin-value', (x, y, width, height) => {
-  const f = skinFrame(width, height);
-  const p = scene.patch;
-  const mm = { x: (x - f.left) / f.scale, y: p.width_mm - (y - 6) / f.scale };
-  if (mm.x < 0 || mm.y < 0 || mm.x >= p.length_mm || mm.y >= p.width_mm) return '';
-  const n = Math.floor(mm.y / p.width_mm * p.rows) * p.columns + Math.floor(mm.x / p.length_mm * p.columns);
-  return `(${mm.x.toFixed(1)}, ${mm.y.toFixed(1)}) mm, afferent ${n + 1}: ${rates(span())[n]} /s`;
+  for (const f of skinFrames(width, height)) {
+    const mm = { x: (x - f.x(0)) / f.scale, y: f.patch.width_mm - (y - 6) / f.scale };
+    const n = afferentAt(f, mm.x, mm.y);
+    if (n >= 0) return `(${mm.x.toFixed(1)}, ${mm.y.toFixed(1)}) mm, afferent ${f.first + n + 1}: ${rates(span())[f.first + n]} /s`;
+  }
+  return '';
 });
 hover(byId('rates'), 'rates-value', (x, y, width) => {
   const i = Math.floor((x - 34) / (width - 34) * scene.neurons);

@@ -36,12 +36,77 @@ std::size_t latency_bin(nanoseconds latency) {
                   ViewFrames::kLatencyBins - 1);
 }
 
-std::string pair_of(std::string_view name, const std::string& json) {
-  return json_string(name) + ":" + json;
-}
+/// A JSON object or list, written from front to back.
+class Json {
+ public:
+  explicit Json(char opening = '{') : text_(1, opening) {}
+  Json& item(const std::string& json) {
+    if (text_.size() > 1) text_ += ',';
+    text_ += json;
+    return *this;
+  }
+  Json& raw(std::string_view name, const std::string& json) {
+    return item(json_string(name) + ":" + json);
+  }
+  Json& text(std::string_view name, std::string_view value) {
+    return raw(name, json_string(value));
+  }
+  Json& number(std::string_view name, double value) { return raw(name, number_of(value)); }
+  [[nodiscard]] std::string end() { return text_ + (text_.front() == '{' ? '}' : ']'); }
 
-std::string number_of(double value) {
-  return std::isfinite(value) ? shortest_decimal(value) : "null";
+  /// Infinity, which JSON does not have, is null.
+  static std::string number_of(double value) {
+    return std::isfinite(value) ? shortest_decimal(value) : "null";
+  }
+
+ private:
+  std::string text_;
+};
+
+/// A patch with its receptors, and the middle of those of each afferent.
+std::string json_of(const TactileModel::PatchParameters& parameters,
+                    const std::vector<Receptor>& receptors) {
+  struct Middle {
+    double x_mm = 0.0;
+    double y_mm = 0.0;
+    double count = 0.0;
+  };
+  std::vector<Middle> middles;
+  Json dots('[');
+  // Evenly thinned out where there are more than a picture shows.
+  const std::size_t stride = receptors.size() / kMostReceptors + 1;
+  for (std::size_t i = 0; i < receptors.size(); ++i) {
+    const Receptor& receptor = receptors[i];
+    if (middles.size() < receptor.neuron) middles.resize(receptor.neuron);
+    Middle& middle = middles[receptor.neuron - 1];
+    middle.x_mm += receptor.x_mm;
+    middle.y_mm += receptor.y_mm;
+    middle.count += 1.0;
+    if (i % stride == 0) {
+      dots.item(Json('[')
+                    .item(Json::number_of(receptor.x_mm))
+                    .item(Json::number_of(receptor.y_mm))
+                    .end());
+    }
+  }
+  Json centres('[');
+  for (const Middle& middle : middles) {
+    centres.item(Json('[')
+                     .item(Json::number_of(middle.x_mm / middle.count))
+                     .item(Json::number_of(middle.y_mm / middle.count))
+                     .end());
+  }
+  const bool fields = parameters.layout == ReceptorLayout::kFields;
+  return Json()
+      .text("name", parameters.name)
+      .number("length_mm", parameters.patch.length_mm)
+      .number("width_mm", parameters.patch.width_mm)
+      .number("columns", parameters.patch.columns)
+      .number("rows", parameters.patch.rows)
+      .number("field_radius_mm", fields ? parameters.field.radius_mm : 0.0)
+      .raw("receptors", dots.end())
+      .raw("centres", centres.end())
+      .end();
 }
 
 }  // namespace
@@ -146,41 +211,31 @@ std::string ViewFrames::take(bool over) {
 }
 
 std::string ViewFrames::hello() const {
-  const Patch& patch = run_.model.patches.front().patch;
-  std::string json = "{" + pair_of("scene", json_string(run_.scene));
-  json += "," + pair_of("neurons", std::to_string(numbering_.neurons()));
-  json += "," + pair_of("tick_ms", number_of(units::ms_from(run_.model.tick)));
-  json += "," + pair_of("patch", "{" + pair_of("length_mm", number_of(patch.length_mm)) + "," +
-                                     pair_of("width_mm", number_of(patch.width_mm)) + "," +
-                                     pair_of("columns", std::to_string(patch.columns)) + "," +
-                                     pair_of("rows", std::to_string(patch.rows)) + "}");
-  std::string list;
-  for (const std::string_view counter : kCounters) {
-    list += (list.empty() ? "" : ",") + json_string(counter);
+  Json json;
+  json.text("scene", run_.scene).number("neurons", numbering_.neurons());
+  json.number("tick_ms", units::ms_from(run_.model.tick));
+  Json counters('[');
+  for (const std::string_view counter : kCounters) counters.item(json_string(counter));
+  json.raw("counters", counters.end());
+  Json patches('[');
+  for (std::size_t i = 0; i < run_.receptors.size(); ++i) {
+    patches.item(json_of(run_.model.patches[i], run_.receptors[i]));
   }
-  json += "," + pair_of("counters", "[" + list + "]");
-  list.clear();
-  // Evenly thinned out where there are more than a picture shows.
-  const std::size_t stride = run_.receptors.size() / kMostReceptors + 1;
-  for (std::size_t i = 0; i < run_.receptors.size(); i += stride) {
-    const Receptor& receptor = run_.receptors[i];
-    list += (list.empty() ? "[" : ",[") + number_of(receptor.x_mm) + "," +
-            number_of(receptor.y_mm) + "," + std::to_string(receptor.neuron) + "]";
-  }
-  json += "," + pair_of("receptors", "[" + list + "]");
-  list.clear();
+  json.raw("patches", patches.end());
+  Json probes('[');
   for (const Indenter& indenter : run_.model.indenters) {
-    const bool sphere = indenter.tip == Indenter::Tip::kSphere;
-    list += (list.empty() ? "{" : ",{") + pair_of("tip", sphere ? "\"sphere\"" : "\"bars\"") + "," +
-            pair_of("radius_mm", number_of(indenter.radius_mm)) + "," +
-            pair_of("length_mm", number_of(indenter.bars.length_mm)) + "}";
+    probes.item(Json()
+                    .text("tip", indenter.tip == Indenter::Tip::kSphere ? "sphere" : "other")
+                    .number("radius_mm", indenter.radius_mm)
+                    .number("patch", static_cast<double>(indenter.patch))
+                    .end());
   }
-  json += "," + pair_of("probes", "[" + list + "]");
-  list.clear();
+  json.raw("probes", probes.end());
+  Json facts('[');
   for (const auto& [name, value] : run_.facts) {
-    list += (list.empty() ? "[" : ",[") + json_string(name) + "," + json_string(value) + "]";
+    facts.item(Json('[').item(json_string(name)).item(json_string(value)).end());
   }
-  return json + "," + pair_of("facts", "[" + list + "]") + "}";
+  return json.raw("facts", facts.end()).end();
 }
 
 }  // namespace merkel

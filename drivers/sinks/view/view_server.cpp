@@ -118,6 +118,7 @@ class Client : public std::enable_shared_from_this<Client> {
     beast::get_lowest_layer(socket_).expires_never();
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.read_message_max(kLongestMessage);
+    socket_.auto_fragment(false);
     socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (error) return;
       self->room_.clients.insert(self);

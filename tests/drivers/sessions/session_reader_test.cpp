@@ -1,0 +1,237 @@
+#include "drivers/sessions/session_reader.hpp"
+
+#include <array>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+constexpr nanoseconds kLongAgo{-123'456'789'012'345'678};
+
+/// Everything a session holds, one after the other.
+struct Everything {
+  std::vector<SpikeEvent> spikes;
+  std::vector<TickRecord> ticks;
+  std::vector<SessionChunk::Sample> samples;
+  std::vector<LoopEvent> events;
+  std::vector<RunStatus> status;
+  bool ended_well = false;
+  std::string error;
+};
+
+template <class T>
+void append(std::vector<T>& all, const std::vector<T>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+Everything read_all(const std::string& path) {
+  Everything all;
+  auto session = SessionReader::open(path);
+  if (!session) {
+    all.error = session.error().sentence;
+    return all;
+  }
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) {
+      all.error = more.error().sentence;
+      return all;
+    }
+    if (!*more) break;
+    append(all.spikes, chunk.spikes);
+    append(all.ticks, chunk.ticks);
+    append(all.samples, chunk.samples);
+    append(all.events, chunk.events);
+    append(all.status, chunk.status);
+  }
+  all.ended_well = session->ended_well();
+  return all;
+}
+
+const std::array<SpikeEvent, 2> kSpikes = {
+    SpikeEvent{.time = kLongAgo, .neuron = 8, .patch = 0, .flags = SpikeEvent::kInputHeld},
+    SpikeEvent{.time = nanoseconds{2'000'000'001}, .neuron = 13}};
+const std::array<TickRecord, 2> kTicks = {
+    TickRecord{.time = kLongAgo,
+               .latency = nanoseconds{81'234},
+               .contact = {.depth_mm = 0.1, .force_mN = -1e-300, .x_mm = 1.0 / 3.0, .y_mm = 10.0},
+               .number = 1,
+               .probe = 0,
+               .late = 3,
+               .state = TickRecord::State::kHeld},
+    TickRecord{.time = kLongAgo + std::chrono::milliseconds{1},
+               .number = 2,
+               .state = TickRecord::State::kReleased}};
+const std::array<LoopEvent, 1> kEvents = {LoopEvent{.time = nanoseconds{5},
+                                                    .length = nanoseconds{7'000'000},
+                                                    .subject = 0,
+                                                    .kind = LoopEvent::Kind::kGap}};
+const std::array<ProbeSample, 1> kSamples = {ProbeSample{.time = nanoseconds{1'600'000'001},
+                                                         .arrival = nanoseconds{1'600'000'999},
+                                                         .depth_mm = 0.7,
+                                                         .sequence = 4'000'000'000,
+                                                         .channels = ProbeSample::kDepth}};
+
+/// A session with one chunk of each kind. \param closed  whether it was ended properly
+std::string record(const TemporaryFolder& folder, bool closed) {
+  const std::string path = folder.path(closed ? "closed.xdf" : "open.xdf");
+  const std::size_t neurons = 20;
+  auto sink = open_sink("xdf:" + path,
+                        SinkSetup{.numbering = NeuronNumbering({&neurons, 1}),
+                                  .overwrite = false,
+                                  .allow_remote = false,
+                                  .run = {.scene = "a <b> & \"c\"",
+                                          .facts = {{"scene_text", "[skin]\n# ]]> \t <é>\n"}},
+                                          .model = {},
+                                          .receptors = {}}});
+  EXPECT_TRUE(sink) << sink.error().sentence;
+  EXPECT_TRUE((*sink)->write(kSpikes));
+  EXPECT_TRUE((*sink)->write_ticks(kTicks));
+  EXPECT_TRUE((*sink)->write_events(kEvents));
+  EXPECT_TRUE((*sink)->write_samples(1, kSamples));
+  EXPECT_TRUE((*sink)->write_status({.ticks = 2, .losses = {.spikes = 9}}));
+  EXPECT_EQ((*sink)->delivered(), 0U);
+  EXPECT_TRUE((*sink)->flush());
+  EXPECT_EQ((*sink)->delivered(), 2U);
+  if (!closed) return path + ".part";
+  EXPECT_TRUE((*sink)->close());
+  return path;
+}
+
+void expect_same(const TickRecord& a, const TickRecord& b) {
+  EXPECT_EQ(a.time, b.time);
+  EXPECT_EQ(a.latency, b.latency);
+  EXPECT_EQ(a.contact, b.contact);
+  EXPECT_EQ(a.number, b.number);
+  EXPECT_EQ(a.probe, b.probe);
+  EXPECT_EQ(a.late, b.late);
+  EXPECT_EQ(a.state, b.state);
+}
+
+TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
+  const TemporaryFolder folder;
+  const std::string path = record(folder, true);
+  const auto session = SessionReader::open(path);
+  ASSERT_TRUE(session) << session.error().sentence;
+  EXPECT_EQ(session->fact("scene"), "a <b> & \"c\"");
+  EXPECT_EQ(session->fact("scene_text"), "[skin]\n# ]]> \t <é>\n");
+  EXPECT_EQ(session->fact("nothing"), "");
+
+  const Everything all = read_all(path);
+  EXPECT_EQ(all.error, "");
+  EXPECT_TRUE(all.ended_well);
+  ASSERT_EQ(all.spikes.size(), 2U);
+  EXPECT_EQ(all.spikes[0], kSpikes[0]);
+  EXPECT_EQ(all.spikes[1], kSpikes[1]);
+  ASSERT_EQ(all.ticks.size(), 2U);
+  expect_same(all.ticks[0], kTicks[0]);
+  expect_same(all.ticks[1], kTicks[1]);
+  ASSERT_EQ(all.events.size(), 1U);
+  EXPECT_EQ(all.events[0], kEvents[0]);
+  ASSERT_EQ(all.samples.size(), 1U);
+  EXPECT_EQ(all.samples[0].probe, 1U);
+  EXPECT_EQ(all.samples[0].sample.time, kSamples[0].time);
+  EXPECT_EQ(all.samples[0].sample.arrival, kSamples[0].arrival);
+  EXPECT_EQ(all.samples[0].sample.depth_mm, 0.7);
+  EXPECT_EQ(all.samples[0].sample.sequence, 4'000'000'000);
+  ASSERT_EQ(all.status.size(), 1U);
+  EXPECT_EQ(all.status[0].ticks, 2U);
+  EXPECT_EQ(all.status[0].losses.spikes, 9U);
+}
+
+TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {
+  const TemporaryFolder folder;
+  const std::string whole = read_file(record(folder, true));
+  std::size_t items_before = 0;
+  std::size_t readable = 0;
+  // Every byte of the chunks of samples, and some of the headers before them.
+  const std::size_t samples = read_file(record(folder, false)).size() - 1000;
+  for (std::size_t bytes = 0; bytes < whole.size(); bytes += bytes < samples ? 37 : 1) {
+    const Everything all = read_all(folder.file("cut.xdf", whole.substr(0, bytes)));
+    const std::size_t items = all.spikes.size() + all.ticks.size() + all.events.size() +
+                              all.samples.size() + all.status.size();
+    EXPECT_GE(items, items_before) << bytes;
+    items_before = items;
+    if (all.error.empty()) {
+      ++readable;
+    } else {
+      EXPECT_EQ(items, 0U) << bytes << ": " << all.error;
+      EXPECT_EQ(readable, 0U) << bytes << ": " << all.error;
+    }
+  }
+  EXPECT_EQ(items_before, 7U);
+  EXPECT_GT(readable, 500U);
+}
+
+TEST(SessionReader, ASessionThatWasNotEndedSaysSo) {
+  const TemporaryFolder folder;
+  const Everything all = read_all(record(folder, false));
+  EXPECT_EQ(all.error, "");
+  EXPECT_EQ(all.spikes.size(), 2U);
+  EXPECT_FALSE(all.ended_well);
+}
+
+TEST(SessionReader, RefusesWhatIsNoSession) {
+  const TemporaryFolder folder;
+  EXPECT_NE(read_all(folder.path("none")).error.find("cannot read the session"), std::string::npos);
+  EXPECT_NE(read_all("/dev/zero").error.find("is not a file"), std::string::npos);
+  EXPECT_NE(read_all(folder.file("a", "time_s,neuron\n")).error.find("is not a session"),
+            std::string::npos);
+  EXPECT_NE(read_all(folder.file("b", "XDF:")).error.find("broke off"), std::string::npos);
+  const std::string others("\x04\x08\x00\x00\x00\x01\x00<info/>", 14);
+  EXPECT_NE(read_all(folder.file("c", "XDF:" + others)).error, "");
+}
+
+TEST(SessionReader, LengthsThatLieCostNoMemory) {
+  const TemporaryFolder folder;
+  std::string bytes = read_file(record(folder, true));
+  // A chunk of samples that says it holds 2⁶³ spikes.
+  bytes += std::string("\x01\x0F\x03\x00\x01\x00\x00\x00\x08\x00\x00\x00\x00\x00\x00\x00\x80", 17);
+  EXPECT_NE(read_all(folder.file("count.xdf", bytes)).error.find("merkel.spikes cannot be"),
+            std::string::npos);
+  // A chunk that says it is longer than the file.
+  const std::string longer = read_file(record(TemporaryFolder(), true)) +
+                             std::string("\x08\xFF\xFF\xFF\xFF\xFF\xFF\xFF\x7F\x03\x00", 11);
+  const Everything all = read_all(folder.file("longer.xdf", longer));
+  EXPECT_EQ(all.error, "");
+  EXPECT_FALSE(all.ended_well);
+  EXPECT_EQ(all.spikes.size(), 2U);
+}
+
+TEST(SessionReader, SurvivesAnyBytesAndHandsOutPossibleValuesOnly) {
+  const TemporaryFolder folder;
+  const std::string whole = read_file(record(folder, true));
+  Random random(7);
+  int refused = 0;
+  for (int round = 0; round < 2000; ++round) {
+    std::string bytes = whole;
+    const int changes = 1 + static_cast<int>(random.next() % 4);
+    for (int k = 0; k < changes; ++k) {
+      // Half of the changes behind the headers, where the samples are.
+      const std::size_t low = random.next() % 2 == 0 ? 0 : whole.find("</info>", whole.size() / 2);
+      bytes[low + random.next() % (bytes.size() - low)] = static_cast<char>(random.next());
+    }
+    const Everything all = read_all(folder.file("fuzzed.xdf", bytes));
+    refused += all.error.empty() ? 0 : 1;
+    for (const TickRecord& tick : all.ticks) {
+      EXPECT_LE(std::abs(tick.contact.depth_mm), 1e3);
+      EXPECT_LE(tick.state, TickRecord::State::kEnded);
+    }
+    for (const LoopEvent& event : all.events) {
+      EXPECT_LE(event.kind, LoopEvent::Kind::kNeuronReset);
+    }
+    for (const SpikeEvent& spike : all.spikes) EXPECT_GT(spike.neuron, 0U);
+  }
+  EXPECT_GT(refused, 200);
+}
+
+}  // namespace
+}  // namespace merkel

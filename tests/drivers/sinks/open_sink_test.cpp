@@ -1,0 +1,126 @@
+#include "drivers/sinks/open_sink.hpp"
+
+#include <array>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "drivers/sinks/host_name.hpp"
+#include "drivers/sinks/json_text.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+const std::size_t kNeurons = 20;
+
+SinkSetup setup(bool overwrite = false, bool allow_remote = false) {
+  return {.numbering = NeuronNumbering({&kNeurons, 1}),
+          .overwrite = overwrite,
+          .allow_remote = allow_remote,
+          .run = {}};
+}
+
+std::string refusal(const std::string& uri, const SinkSetup& with = setup()) {
+  const auto sink = open_sink(uri, with);
+  return sink ? "" : sink.error().sentence;
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(OpenSink, AnUnknownSchemeListsTheKnown) {
+  const std::string sentence = refusal("drain:x");
+  for (const char* scheme :
+       {"csv:", "gdf:", "phy:", "sonata:", "xdf:", "zmq:", "osc:", "lsl:", "view:"}) {
+    EXPECT_TRUE(has(sentence, scheme)) << scheme;
+  }
+}
+
+TEST(OpenSink, OtherMachinesNeedToBeAllowed) {
+  for (const char* uri : {"zmq:tcp://0.0.0.0:45557", "zmq:tcp://*:45557", "osc:192.0.2.1:9000",
+                          "osc:127.evil.example:9000", "view:0.0.0.0:45558"}) {
+    EXPECT_TRUE(has(refusal(uri), "--allow-remote")) << uri;
+  }
+  EXPECT_EQ(refusal("osc:192.0.2.1:9000", setup(false, true)), "");
+}
+
+TEST(OpenSink, AddressesAreRefusedWithHowToWriteThem) {
+  EXPECT_TRUE(has(refusal("zmq:127.0.0.1:5557"), "zmq:tcp://127.0.0.1:5557"));
+  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1"), "zmq:tcp://127.0.0.1:5557"));
+  EXPECT_TRUE(has(refusal("osc:9000"), "osc:127.0.0.1:9000"));
+  EXPECT_TRUE(has(refusal("osc:127.0.0.1:9000?path=spike"), "/merkel/spike"));
+  EXPECT_TRUE(has(refusal("view:none"), "view:8080"));
+  EXPECT_TRUE(has(refusal("view:70000"), "view:8080"));
+  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:5557?hwm=-1"), "option hwm"));
+}
+
+TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
+  const TemporaryFolder folder;
+  for (const char* scheme : {"csv:", "gdf:", "sonata:", "xdf:", "phy:"}) {
+    const std::string name = std::string("a.") + std::string(scheme).substr(0, 3);
+    if (std::string_view(scheme) == "phy:") {
+      std::filesystem::create_directory(folder.path(name));
+    } else {
+      static_cast<void>(folder.file(name, "mine"));
+    }
+    EXPECT_TRUE(has(refusal(scheme + folder.path(name)), "exists already: give --overwrite"))
+        << scheme;
+    EXPECT_EQ(refusal(scheme + folder.path(name), setup(true)), "") << scheme;
+    EXPECT_TRUE(has(refusal(scheme + folder.path("none/a")), "first")) << scheme;
+  }
+}
+
+TEST(OpenSink, APortInUseIsNamed) {
+  const auto zmq = open_sink("zmq:tcp://127.0.0.1:45559", setup());
+  ASSERT_TRUE(zmq) << zmq.error().sentence;
+  EXPECT_TRUE(has(refusal("zmq:tcp://localhost:45559"), "in use"));
+  const auto view = open_sink("view:45560", setup());
+  ASSERT_TRUE(view) << view.error().sentence;
+  EXPECT_TRUE(has(refusal("view:45560"), "in use"));
+  EXPECT_TRUE(has(refusal("view:45560"), "view:45561"));
+}
+
+TEST(OpenSink, WithoutASubscriberInTimeSaysSo) {
+  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:45562?subscribers=1&wait_s=0.01"), "in time"));
+}
+
+TEST(OpenSink, AFullDiskEndsASinkWithASentence) {
+  for (const char* uri : {"csv:/dev/full", "gdf:/dev/full"}) {
+    auto sink = open_sink(uri, setup());
+    ASSERT_TRUE(sink);
+    const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
+    EXPECT_TRUE((*sink)->write(spikes));
+    const auto flushed = (*sink)->flush();
+    ASSERT_FALSE(flushed);
+    EXPECT_TRUE(has(flushed.error().sentence, "No space left")) << flushed.error().sentence;
+    EXPECT_EQ((*sink)->delivered(), 0U);
+  }
+  EXPECT_TRUE(has(refusal("xdf:/dev/full"), "is the disk full"));
+  EXPECT_TRUE(has(refusal("sonata:/dev/full"), "regular files only"));
+}
+
+TEST(HostAndPort, KnowsThisMachine) {
+  for (const char* text : {"127.0.0.1:1", "localhost:80", "[::1]:9000", "127.9.9.9:65535"}) {
+    const auto address = HostAndPort::parse(text);
+    ASSERT_TRUE(address) << text;
+    EXPECT_TRUE(address->loopback()) << text;
+  }
+  for (const char* text : {"127.0.0.1.evil.example:80", "*:80", "10.0.0.1:80", "[::]:80"}) {
+    const auto address = HostAndPort::parse(text);
+    ASSERT_TRUE(address) << text;
+    EXPECT_FALSE(address->loopback()) << text;
+  }
+  for (const char* text :
+       {"", ":80", "localhost", "localhost:", "localhost:0", "localhost:65536", "localhost:8x"}) {
+    EXPECT_FALSE(HostAndPort::parse(text)) << text;
+  }
+}
+
+TEST(JsonString, IsValidWhateverComesIn) {
+  EXPECT_EQ(json_string("a\"b\\c\nd\x01\xFF"), "\"a\\\"b\\\\c\\nd ?\"");
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,73 @@
+#include <array>
+#include <chrono>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <lo/lo.h>
+
+#include "drivers/sinks/open_sink.hpp"
+
+namespace merkel {
+namespace {
+
+struct Received {
+  int neuron;
+  std::int64_t sequence;
+  double time_s;
+  int patch;
+  int flags;
+  std::uint32_t tag_s;
+};
+
+int take(const char*, const char*, lo_arg** arguments, int, lo_message message, void* all) {
+  static_cast<std::vector<Received>*>(all)->push_back(
+      {arguments[0]->i, arguments[1]->h, arguments[2]->d, arguments[3]->i, arguments[4]->i,
+       lo_message_get_timestamp(message).sec});
+  return 0;
+}
+
+TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {
+  const lo_server server = lo_server_new(nullptr, nullptr);
+  ASSERT_NE(server, nullptr);
+  std::vector<Received> received;
+  lo_server_add_method(server, "/merkel/spike", "ihdii", take, &received);
+  const std::size_t neurons = 20;
+  auto sink = open_sink("osc:127.0.0.1:" + std::to_string(lo_server_get_port(server)),
+                        NeuronNumbering({&neurons, 1}), false);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  std::vector<SpikeEvent> spikes;
+  for (std::uint32_t k = 0; k < 50; ++k) {
+    spikes.push_back({.time = std::chrono::microseconds{100 * k},
+                      .neuron = 1 + k % 20,
+                      .flags = SpikeEvent::kInputHeld});
+  }
+  ASSERT_TRUE((*sink)->write(spikes));
+  EXPECT_EQ((*sink)->delivered(), 50U);
+  while (received.size() < 50 && lo_server_recv_noblock(server, 2000) > 0) {
+  }
+  ASSERT_EQ(received.size(), 50U);
+  const auto now = std::chrono::duration_cast<std::chrono::seconds>(
+      std::chrono::system_clock::now().time_since_epoch());
+  for (std::size_t k = 0; k < 50; ++k) {
+    EXPECT_EQ(received[k].neuron, static_cast<int>(spikes[k].neuron));
+    EXPECT_EQ(received[k].sequence, static_cast<std::int64_t>(k + 1));
+    EXPECT_DOUBLE_EQ(received[k].time_s, 1e-4 * static_cast<double>(k));
+    EXPECT_EQ(received[k].patch, 0);
+    EXPECT_EQ(received[k].flags, SpikeEvent::kInputHeld);
+    EXPECT_NEAR(static_cast<double>(received[k].tag_s) - 2'208'988'800.0,
+                static_cast<double>(now.count()), 600.0);
+  }
+  lo_server_free(server);
+}
+
+TEST(OscSpikeSink, NobodyListeningIsNoFailure) {
+  const std::size_t neurons = 20;
+  auto sink = open_sink("osc:127.0.0.1:45999", NeuronNumbering({&neurons, 1}), false);
+  ASSERT_TRUE(sink);
+  const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
+  for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write(spikes));
+  EXPECT_TRUE((*sink)->close());
+}
+
+}  // namespace
+}  // namespace merkel

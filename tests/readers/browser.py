@@ -1,0 +1,85 @@
+"""A headless Chromium, driven through chromedriver's own protocol (W3C WebDriver)."""
+import base64
+import json
+import os
+import shutil
+import subprocess
+import urllib.error
+import urllib.request
+
+import merkel_program
+
+
+def available():
+    return shutil.which("chromedriver") and shutil.which("chromium")
+
+
+class Browser:
+    def __init__(self, width, height):
+        self.port = merkel_program.free_port()
+        self.driver = subprocess.Popen(["chromedriver", f"--port={self.port}"],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.session = None
+        arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage",
+                     f"--window-size={width},{height}"]
+        if os.geteuid() == 0:
+            arguments.append("--no-sandbox")  # Chromium refuses to sandbox root
+        wanted = {"goog:chromeOptions": {"args": arguments},
+                  "goog:loggingPrefs": {"browser": "ALL"}}
+        assert merkel_program.wait_for(self._ready)
+        self.session = self._call("POST", "/session",
+                                  {"capabilities": {"alwaysMatch": wanted}})["sessionId"]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            self._call("DELETE", f"/session/{self.session}")
+        finally:
+            self.driver.terminate()
+            self.driver.wait()
+
+    def _ready(self):
+        try:
+            return self._call("GET", "/status")["ready"]
+        except (urllib.error.URLError, ConnectionError):
+            return False
+
+    def _call(self, method, path, body=None):
+        data = None if body is None else json.dumps(body).encode()
+        query = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", data, method=method,
+                                       headers={"Content-Type": "application/json"})
+        with urllib.request.urlopen(query, timeout=60) as answer:
+            return json.load(answer)["value"]
+
+    def _in_session(self, method, path, body=None):
+        return self._call(method, f"/session/{self.session}{path}", body)
+
+    def open(self, url):
+        self._in_session("POST", "/url", {"url": url})
+
+    def ask(self, expression):
+        """The value of a JavaScript expression in the page."""
+        return self._in_session("POST", "/execute/sync",
+                                {"script": f"return {expression};", "args": []})
+
+    def text(self, element):
+        return self.ask(f"document.getElementById('{element}').textContent")
+
+    def press(self, key):
+        self._in_session("POST", "/actions", {"actions": [
+            {"type": "key", "id": "keyboard", "actions": [{"type": "keyDown", "value": key},
+                                                          {"type": "keyUp", "value": key}]}]})
+
+    def resize(self, width, height):
+        self._in_session("POST", "/window/rect", {"width": width, "height": height})
+
+    def screenshot(self, path):
+        with open(path, "wb") as file:
+            file.write(base64.b64decode(self._in_session("GET", "/screenshot")))
+
+    def errors(self):
+        return [entry["message"] for entry in self._in_session("POST", "/se/log",
+                                                               {"type": "browser"})
+                if entry["level"] == "SEVERE"]

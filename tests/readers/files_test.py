@@ -1,0 +1,116 @@
+"""Spike files, opened by the software they are for: Neo, h5py, NumPy."""
+import os
+import signal
+import subprocess
+
+import h5py
+import neo
+import numpy as np
+import quantities as pq
+
+import merkel_program
+from merkel_program import SOAK, SOAK_S, spikes_of_csv
+
+TRACE = "replay:tests/traces/slide.csv"
+
+
+def rows_of(segment):
+    """(time in ns, neuron) of all spike trains, in order."""
+    rows = []
+    for train in segment.spiketrains:
+        neuron = train.annotations.get("id", train.annotations.get("cluster_id"))
+        rows += [(round(float(t) * 1e9), int(neuron)) for t in train.rescale("s").magnitude]
+    return sorted(rows)
+
+
+class Files(merkel_program.TestCase):
+    def record(self, *uris):
+        self.merkel("run", "--fast", "--probe", TRACE, "--sink", "csv:" + self.path("s.csv"),
+                    *(word for uri in uris for word in ("--sink", uri)))
+        spikes = spikes_of_csv(self.path("s.csv"))
+        self.assertGreater(len(spikes), 100)
+        return spikes
+
+    def test_neo_reads_gdf(self):
+        spikes = self.record("gdf:" + self.path("s.gdf"))
+        segment = neo.io.NestIO(filenames=self.path("s.gdf")).read_segment(
+            gid_list=[], t_start=0 * pq.ms, t_stop=1e5 * pq.ms, id_column_gdf=0, time_column_gdf=1)
+        self.assertEqual(rows_of(segment), spikes)
+
+    def test_neo_reads_phy(self):
+        spikes = self.record("phy:" + self.path("s"))
+        segment = neo.io.PhyIO(self.path("s")).read_segment()
+        # Phy counts samples: of a microsecond here.
+        self.assertEqual([(t // 1000, n) for t, n in rows_of(segment)],
+                         sorted((round(t / 1000), n) for t, n in spikes))
+
+    def test_sonata_has_the_published_layout(self):
+        spikes = self.record("sonata:" + self.path("s.h5") + "?population=finger")
+        with h5py.File(self.path("s.h5"), "r") as file:
+            self.assertEqual(file.attrs["magic"], 0x0A7A)
+            self.assertEqual(list(file.attrs["version"]), [0, 1])
+            self.assertEqual(list(file["spikes"]), ["finger"])
+            group = file["spikes/finger"]
+            sorting = h5py.check_enum_dtype(group.attrs.get_id("sorting").dtype)
+            self.assertEqual(sorting, {"none": 0, "by_id": 1, "by_time": 2})
+            self.assertEqual(group.attrs["sorting"], sorting["by_time"])
+            self.assertEqual(group["timestamps"].attrs["units"], b"milliseconds")
+            self.assertEqual(group["timestamps"].dtype, np.float64)
+            self.assertEqual(group["node_ids"].dtype, np.uint64)
+            # Nodes count from 0.
+            rows = [(round(t * 1e6), int(n) + 1)
+                    for t, n in zip(group["timestamps"], group["node_ids"])]
+        self.assertEqual(rows, spikes)
+
+    def test_a_killed_run_leaves_what_it_had_flushed(self):
+        uris = ["csv:" + self.path("k.csv"), "gdf:" + self.path("k.gdf"),
+                "phy:" + self.path("k"), "sonata:" + self.path("k.h5")]
+        program = merkel_program.start(
+            "run", "--probe", "sim:taps?interval_s=0.1&tap_s=0.08&count=1000",
+            *(word for uri in uris for word in ("--sink", uri)))
+        times = self.path("k/spike_times.npy")
+        self.assertTrue(merkel_program.wait_for(
+            lambda: os.path.exists(times) and os.path.getsize(times) > 128 + 8 * 30))
+        program.send_signal(signal.SIGKILL)
+        program.communicate()
+        spikes = spikes_of_csv(self.path("k.csv.part"))
+        self.assertGreater(len(spikes), 20)
+        with open(self.path("k.gdf.part")) as lines:
+            rows = [(round(float(t) * 1e6), int(n)) for n, t in map(str.split, lines)]
+        both = min(len(rows), len(spikes))
+        self.assertEqual(rows[:both], spikes[:both])
+        self.assertGreater(len(np.load(times)), 20)
+        self.assertGreater(len(np.load(self.path("k/spike_clusters.npy"))), 20)
+        with h5py.File(self.path("k.h5.part"), "r") as file:
+            self.assertGreater(len(file["spikes/merkel/timestamps"]), 20)
+
+    def test_a_full_disk_ends_its_sink_and_no_other(self):
+        done = self.merkel("run", "--fast", "--probe", TRACE, "--sink", "csv:/dev/full", "--sink",
+                           "csv:" + self.path("s.csv"), exit_code=1)
+        self.assertIn("No space left", done.stderr)
+        self.assertIn("/dev/full", done.stderr)
+        self.assertGreater(len(spikes_of_csv(self.path("s.csv"))), 100)
+
+    def test_hours_of_spikes_lose_none(self):
+        uris = ["csv:" + self.path("l.csv"), "gdf:" + self.path("l.gdf"), "phy:" + self.path("l"),
+                "sonata:" + self.path("l.h5"), "xdf:" + self.path("l.xdf"),
+                f"view:{merkel_program.free_port()}"]
+        subprocess.run([SOAK, str(SOAK_S), *uris], check=True, stdout=subprocess.DEVNULL)
+        made = int(SOAK_S * 5000)
+        with h5py.File(self.path("l.h5"), "r") as file:
+            times_ns = np.rint(file["spikes/merkel/timestamps"][:] * 1e6).astype(np.int64)
+            neurons = file["spikes/merkel/node_ids"][:] + 1
+        # Five a tick, 190 µs apart, from 7 ns on.
+        expected = np.arange(made) // 5 * 1_000_000 + np.arange(made) % 5 * 190_000 + 7
+        self.assertTrue(np.array_equal(times_ns, expected))
+        self.assertTrue(np.array_equal(np.load(self.path("l/spike_clusters.npy")), neurons))
+        self.assertTrue(np.array_equal(np.load(self.path("l/spike_times.npy")),
+                                       np.rint(expected / 1000).astype(np.int64)))
+        for name, header in (("l.csv", 1), ("l.gdf", 0)):
+            with open(self.path(name), "rb") as file:
+                lines = sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 22), b""))
+            self.assertEqual(lines, made + header)
+
+
+if __name__ == "__main__":
+    merkel_program.main()

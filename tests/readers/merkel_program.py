@@ -1,0 +1,64 @@
+"""What the tests with real readers share: the built program, and a folder for each test."""
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROGRAM = os.environ["MERKEL_PROGRAM"]
+SOAK = os.environ["MERKEL_SOAK"]
+# Virtual seconds that a soak test simulates.
+SOAK_S = float(os.environ.get("MERKEL_SOAK_S", "3600"))
+
+
+def start(*arguments, **more):
+    return subprocess.Popen([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            text=True, **more)
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def spikes_of_csv(path):
+    """Rows (time in ns, neuron)."""
+    with open(path) as lines:
+        assert next(lines) == "time_s,neuron\n"
+        rows = (line.split(",") for line in lines)
+        return [(round(float(time_s) * 1e9), int(neuron)) for time_s, neuron in rows]
+
+
+def wait_for(condition, seconds=30.0):
+    """Whether a condition comes true in time; patient, because machines that test are busy."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if condition():
+            return True
+        time.sleep(0.02)
+    return False
+
+
+class TestCase(unittest.TestCase):
+    def setUp(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="merkel-")
+        self.addCleanup(self._folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self._folder.name, name)
+
+    def merkel(self, *arguments, exit_code=0):
+        done = run(*arguments)
+        self.assertEqual(done.returncode, exit_code, done.stderr)
+        return done
+
+
+def main():
+    sys.exit(unittest.main(verbosity=2))

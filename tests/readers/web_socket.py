@@ -1,0 +1,93 @@
+"""As much of a browser's side of HTTP and of RFC 6455 as the tests of the live page need."""
+import base64
+import os
+import socket
+import struct
+
+
+def request(port, path="/", method="GET", **headers):
+    """The status and the body of a request."""
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as s:
+        fields = {"Host": f"127.0.0.1:{port}", **headers}
+        lines = [f"{method} {path} HTTP/1.1", *(f"{k}: {v}" for k, v in fields.items()), "", ""]
+        s.sendall("\r\n".join(lines).encode())
+        answer = b"".join(iter(lambda: s.recv(65536), b""))
+    head, _, body = answer.partition(b"\r\n\r\n")
+    return int(head.split()[1]), body
+
+
+class WebSocket:
+    def __init__(self, port, origin=None, receive_buffer=None):
+        self.socket = socket.socket()
+        if receive_buffer:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
+        self.socket.settimeout(20)
+        self.socket.connect(("127.0.0.1", port))
+        key = base64.b64encode(os.urandom(16)).decode()
+        origin = origin or f"http://127.0.0.1:{port}"
+        self.socket.sendall((f"GET /socket HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
+                             f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nOrigin: {origin}\r\n"
+                             "Sec-WebSocket-Version: 13\r\n\r\n").encode())
+        head = b""
+        while not head.endswith(b"\r\n\r\n"):
+            head += self._bytes(1)
+        self.status = int(head.split()[1])
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def _bytes(self, count):
+        got = b""
+        while len(got) < count:
+            more = self.socket.recv(count - len(got))
+            if not more:
+                raise EOFError
+            got += more
+        return got
+
+    def receive(self):
+        """(opcode, payload); raises EOFError at the end."""
+        first, length = self._bytes(2)
+        if length == 126:
+            (length,) = struct.unpack(">H", self._bytes(2))
+        elif length == 127:
+            (length,) = struct.unpack(">Q", self._bytes(8))
+        return first & 15, self._bytes(length)
+
+    def frames(self):
+        """Binary messages until the connection is closed."""
+        while True:
+            try:
+                opcode, payload = self.receive()
+            except EOFError:
+                return
+            if opcode == 8:
+                return
+            if opcode == 2:
+                yield Frame(payload)
+
+
+class Frame:
+    """What view_frames.hpp describes."""
+
+    def __init__(self, payload):
+        self.missed, self.number, flags, self.time_s, count = struct.unpack_from("<IIIdI", payload)
+        self.over = bool(flags & 1)
+        place = 24
+        self.counters = struct.unpack_from(f"<{count}d", payload, place)
+        place += 8 * count
+        (probes,) = struct.unpack_from("<I", payload, place)
+        self.probes = [struct.unpack_from("<5fI", payload, place + 4 + 24 * i) for i in range(probes)]
+        place += 4 + 24 * probes
+        (points,) = struct.unpack_from("<I", payload, place)
+        self.points = points
+        place += 4 + points * 4 * (1 + 2 * probes)
+        (spikes,) = struct.unpack_from("<I", payload, place)
+        self.spikes = [struct.unpack_from("<fI", payload, place + 4 + 8 * i) for i in range(spikes)]
+        place += 4 + 8 * spikes
+        (bins,) = struct.unpack_from("<I", payload, place)
+        self.latency = struct.unpack_from(f"<{bins}I", payload, place + 4)
+        assert place + 4 + 4 * bins == len(payload)

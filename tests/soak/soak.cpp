@@ -1,0 +1,88 @@
+// Sends spikes of virtual time to sinks, at 5000 a second, as fast as they take them, through the
+// queues and threads of a run; fails if a single one is lost.
+// usage: merkel_soak SECONDS SINK_URI…
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "core/random.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "realtime/sink_writer.hpp"
+#include "realtime/spike_fanout.hpp"
+#include "realtime/virtual_clock.hpp"
+
+namespace {
+
+constexpr std::size_t kNeurons = 1000;
+constexpr int kSpikesPerTick = 5;
+constexpr std::chrono::milliseconds kTick{1};
+
+int soak(double seconds, const std::vector<const char*>& uris) {
+  using namespace merkel;
+  const SinkSetup setup{.numbering = NeuronNumbering({&kNeurons, 1}),
+                        .overwrite = true,
+                        .allow_remote = false,
+                        .run = {}};
+  SpikeFanout fanout;
+  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  std::vector<std::unique_ptr<SinkWriter>> writers;
+  std::vector<SpikeChannel*> channels;
+  for (const char* const uri : uris) {
+    auto sink = open_sink(uri, setup);
+    if (!sink) {
+      std::fprintf(stderr, "%s\n", sink.error().sentence.c_str());
+      return 2;
+    }
+    sinks.push_back(std::move(*sink));
+    channels.push_back(&fanout.add_consumer(65536));
+    if ((sinks.back()->wishes() & SpikeSink::kTicks) != 0U) {
+      channels.back()->ticks = std::make_unique<CountedQueue<TickRecord>>(16384);
+    }
+  }
+  for (std::size_t i = 0; i < sinks.size(); ++i) {
+    writers.push_back(std::make_unique<SinkWriter>(
+        *sinks[i], SinkWriter::Sources{
+                       .channel = *channels[i], .taps = {}, .status = [] { return RunStatus{}; }}));
+  }
+  VirtualClock clock;
+  Random random(1);
+  std::vector<SpikeEvent> spikes(kSpikesPerTick);
+  TickRecord tick;
+  const auto ticks = static_cast<std::uint64_t>(seconds * 1000.0);
+  const auto begun = std::chrono::steady_clock::now();
+  for (tick.number = 1; tick.number <= ticks; ++tick.number) {
+    for (int k = 0; k < kSpikesPerTick; ++k) {
+      spikes[static_cast<std::size_t>(k)] = {
+          .time = tick.time + k * std::chrono::microseconds{190} + std::chrono::nanoseconds{7},
+          .neuron = 1 + static_cast<std::uint32_t>(random.uniform() * kNeurons)};
+    }
+    tick.time += kTick;
+    fanout.publish(std::span<const SpikeEvent>(spikes), clock);
+    fanout.publish(std::span<const TickRecord>(&tick, 1), clock);
+  }
+  fanout.end();
+  const std::uint64_t made = ticks * kSpikesPerTick;
+  int lost = 0;
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    const auto outcome = writers[i]->finish(true);
+    const bool whole =
+        outcome.trouble.empty() && outcome.delivered == made && channels[i]->dropped.value() == 0;
+    std::printf("%-40s %llu of %llu spikes %s\n", uris[i],
+                static_cast<unsigned long long>(outcome.delivered),
+                static_cast<unsigned long long>(made), outcome.trouble.c_str());
+    if (!whole) ++lost;
+  }
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begun;
+  std::printf("%g s of spikes in %.2f s\n", seconds, wall.count());
+  return lost == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) return 2;
+  return soak(std::atof(argv[1]), {argv + 2, argv + argc});
+}

@@ -1,0 +1,234 @@
+#include "tools/session_replay.hpp"
+
+#include <array>
+#include <atomic>
+#include <filesystem>
+#include <string_view>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "drivers/sinks/open_sink.hpp"
+#include "realtime/fixed_step_loop.hpp"
+#include "realtime/sink_writer.hpp"
+#include "realtime/virtual_clock.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+#include "tools/scene_presets.hpp"
+#include "tools/session_scene.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// Records a session of a press in scripted time: samples come late, the loop falls behind twice,
+/// and the device is silent for a while.
+std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistics& statistics,
+                                    ProbeInput::Counts& counts) {
+  const Scene scene = *preset_scene("paper");
+  auto model = TactileModel::create(scene.model);
+  const std::string path = folder.path("troubled.xdf");
+  auto sink =
+      open_sink("xdf:" + path, SinkSetup{.numbering = NeuronNumbering(model->neurons_of_patch()),
+                                         .overwrite = false,
+                                         .allow_remote = false,
+                                         .run = describe_run(scene, *model)});
+  EXPECT_TRUE(sink);
+  SpikeFanout fanout;
+  SpikeChannel& channel = fanout.add_consumer(65536);
+  channel.ticks = std::make_unique<CountedQueue<TickRecord>>(16384);
+  channel.events = std::make_unique<CountedQueue<LoopEvent>>(1024);
+  SinkWriter writer(**sink, {.channel = channel, .taps = {}, .status = [] { return RunStatus{}; }});
+
+  ProbeChannel probe(4096);
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k <= 1500; ++k) {
+    if (k > 700 && k < 900) continue;  // silent for longer than stale_after
+    samples.push_back({.time = milliseconds{k},
+                       // Every so often a burst comes 30 ms late.
+                       .arrival = milliseconds{k + (k % 200 < 30 ? 30 : 0)},
+                       .depth_mm = 1.5 + 0.3 * ((k / 100) % 3),
+                       .channels = ProbeSample::kDepth});
+  }
+  std::size_t next = 0;
+  const auto deliver = [&](nanoseconds now) {
+    while (next < samples.size() && samples[next].arrival <= now) {
+      EXPECT_TRUE(probe.samples.try_push(samples[next++]));
+    }
+    probe.ended = next == samples.size();
+  };
+  deliver(nanoseconds{0});
+  int stalls = 0;
+  ScriptedClock clock([&](nanoseconds until) {
+    nanoseconds woken = until;
+    if (until > milliseconds{300} && stalls == 0) {
+      ++stalls;
+      woken += milliseconds{7};  // made up for
+    } else if (until > milliseconds{500} && stalls == 1) {
+      ++stalls;
+      woken += milliseconds{60};  // too much: a gap
+    }
+    deliver(woken);
+    return woken;
+  });
+  std::vector<ProbeInput> inputs{ProbeInput(probe, {})};
+  BoundedQueue<LoopEvent> events(1024);
+  FixedStepLoop<ScriptedClock> loop({.start = nanoseconds{0},
+                                     .wall_offset = nanoseconds{0},
+                                     .delay = milliseconds{2},
+                                     .duration = {},
+                                     .max_catch_up_ticks = 20},
+                                    clock, *model, inputs, fanout, statistics, events);
+  const std::atomic<bool> stop{false};
+  loop.run(stop);
+  const auto outcome = writer.finish(true);
+  EXPECT_EQ(outcome.trouble, "");
+  counts = inputs[0].counts();
+  return path;
+}
+
+SessionReplay::Verdict replay(const std::string& path) {
+  auto session = SessionReader::open(path);
+  EXPECT_TRUE(session);
+  const auto scene = scene_of_session(*session);
+  EXPECT_TRUE(scene) << scene.error().sentence;
+  auto model = TactileModel::create(scene->model);
+  SessionReplay replay(*model);
+  SessionChunk chunk;
+  for (auto more = session->next(chunk); more && *more; more = session->next(chunk)) {
+    replay.take(chunk);
+  }
+  return replay.finish();
+}
+
+TEST(SessionReplay, LateSamplesGapsAndOutagesGiveTheSameSpikes) {
+  const TemporaryFolder folder;
+  LoopStatistics statistics;
+  ProbeInput::Counts counts;
+  const std::string path = record_troubled_session(folder, statistics, counts);
+  // The session had what it is to be tested with.
+  EXPECT_GT(counts.late, 50U);
+  EXPECT_GT(counts.held_ticks, 50U);
+  EXPECT_GT(counts.released_ticks, 50U);
+  EXPECT_EQ(statistics.gaps.value(), 1U);
+  EXPECT_GT(statistics.catch_up_ticks.value(), 0U);
+
+  const auto verdict = replay(path);
+  EXPECT_EQ(verdict.difference, "");
+  EXPECT_EQ(verdict.ticks, statistics.ticks.value());
+  EXPECT_EQ(verdict.spikes, statistics.spikes.value());
+  EXPECT_GT(verdict.spikes, 100U);
+  EXPECT_EQ(verdict.late_samples, counts.late);
+  EXPECT_EQ(verdict.held_ticks, counts.held_ticks);
+  EXPECT_EQ(verdict.gaps, 1U);
+  EXPECT_GE(verdict.releases, 1U);
+
+  const auto run = run_program({"replay", path});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("bit-identical"), std::string::npos) << run.out;
+}
+
+TEST(SessionReplay, ABrokenOffSessionIsComparedUpToItsLastWholeTick) {
+  const TemporaryFolder folder;
+  LoopStatistics statistics;
+  ProbeInput::Counts counts;
+  const std::string whole = read_file(record_troubled_session(folder, statistics, counts));
+  std::uint64_t ticks_before = 0;
+  for (std::size_t part = 1; part <= 20; ++part) {
+    const auto verdict =
+        replay(folder.file("cut.xdf", whole.substr(0, 8000 + (whole.size() - 8000) / 20 * part)));
+    EXPECT_EQ(verdict.difference, "") << part;
+    EXPECT_GE(verdict.ticks, ticks_before);
+    ticks_before = verdict.ticks;
+  }
+  EXPECT_GT(ticks_before, 1000U);
+}
+
+TEST(SessionReplay, OneChangedBitOfASpikeOrAnInputIsSeen) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("s.xdf");
+  ASSERT_EQ(run_program({"run", "--fast", "--sink", "xdf:" + path}).exit_code, 0);
+  const std::string bytes = read_file(path);
+  EXPECT_EQ(replay(path).difference, "");
+
+  auto session = SessionReader::open(path);
+  SessionChunk chunk;
+  SpikeEvent spike;
+  TickRecord pressed;
+  for (auto more = session->next(chunk); more && *more; more = session->next(chunk)) {
+    if (!chunk.spikes.empty() && spike.neuron == 0) spike = chunk.spikes.back();
+    for (const TickRecord& tick : chunk.ticks) {
+      if (tick.contact.depth_mm > 0.5 && pressed.number == 0) pressed = tick;
+    }
+  }
+  /// The verdict on a copy with one bit turned, so many bytes behind a pattern that is there once.
+  const auto changed = [&](std::string_view pattern, std::size_t offset) {
+    std::string copy = bytes;
+    const std::size_t place = copy.find(pattern);
+    EXPECT_NE(place, std::string::npos);
+    EXPECT_EQ(copy.find(pattern, place + 1), std::string::npos);
+    copy[place + offset] = static_cast<char>(copy[place + offset] ^ 4);
+    return replay(folder.file("changed.xdf", copy));
+  };
+  const std::int64_t time_ns = spike.time.count();
+  EXPECT_NE(changed({reinterpret_cast<const char*>(&time_ns), sizeof time_ns}, 0).difference, "");
+  // A tick's record begins with its number and its probe; the depth is its sixth value.
+  const std::array<double, 2> head{static_cast<double>(pressed.number), 0.0};
+  const auto verdict =
+      changed({reinterpret_cast<const char*>(head.data()), sizeof head}, 5 * sizeof(double) + 6);
+  EXPECT_NE(verdict.difference.find("the recording"), std::string::npos) << verdict.difference;
+}
+
+TEST(SessionReplay, ALostTickRecordIsNamed) {
+  auto model = TactileModel::create({});
+  SessionReplay replay(*model);
+  SessionChunk chunk;
+  chunk.ticks = {{.time = milliseconds{1}, .number = 1}, {.time = milliseconds{3}, .number = 3}};
+  replay.take(chunk);
+  const auto verdict = replay.finish();
+  EXPECT_NE(verdict.difference.find("tick 2"), std::string::npos) << verdict.difference;
+  EXPECT_EQ(verdict.ticks, 1U);
+}
+
+TEST(Replay, ARunWithSeedForceAndTwoProbesIsReplayedFromItsSessionAlone) {
+  const TemporaryFolder folder;
+  const std::string scene =
+      folder.file("scene.toml",
+                  "[[probe]]\nuri = \"sim:taps?interval_s=0.2&tap_s=0.1\"\n"
+                  "radius_mm = 3\nx_mm = 9\n"
+                  "[[probe]]\nuri = \"sim:sine?dropouts_per_s=3\"\nx_mm = 21\n"
+                  "[transduction]\nlambda_kPa = 0.2 # ü & <\n");
+  const std::string path = folder.path("s.xdf");
+  const auto run = run_program({"run", scene, "--fast", "--seed", "9", "--sink", "xdf:" + path,
+                                "--sink", "csv:" + folder.path("live.csv"), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::filesystem::remove(scene);
+  const auto again =
+      run_program({"replay", path, "--json", "--sink", "csv:" + folder.path("again.csv")});
+  EXPECT_EQ(again.exit_code, 0) << again.out;
+  const auto verdict = nlohmann::json::parse(again.out);
+  EXPECT_TRUE(verdict["bit_identical"].get<bool>());
+  EXPECT_EQ(verdict["spikes"], nlohmann::json::parse(run.out)["spikes"]);
+  EXPECT_GT(verdict["spikes"].get<int>(), 0);
+  const std::string live = read_file(folder.path("live.csv"));
+  EXPECT_EQ(read_file(folder.path("again.csv")), live);
+
+  ASSERT_EQ(run_program({"export", path, "--sink", "csv:" + folder.path("export.csv"), "--sink",
+                         "xdf:" + folder.path("copy.xdf")})
+                .exit_code,
+            0);
+  EXPECT_EQ(read_file(folder.path("export.csv")), live);
+  EXPECT_EQ(run_program({"replay", folder.path("copy.xdf")}).exit_code, 0);
+}
+
+TEST(Replay, RefusesWhatCannotBeReplayed) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(run_program({"replay", folder.path("none.xdf")}).exit_code, 2);
+  EXPECT_EQ(run_program({"replay", "tests/traces/taps.csv"}).exit_code, 2);
+  EXPECT_EQ(run_program({"export", "tests/traces/taps.csv", "--sink", "csv:-"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace merkel
