@@ -52,8 +52,10 @@ std::vector<SpikeEvent> by_cvode(Scene scene, const Rehearsal& rehearsal) {
     }
   };
   reference::CvodeMembranes membranes;
-  membranes.relative_tolerance = 1e-9;
-  membranes.absolute_tolerance = 1e-11;
+  membranes.relative_tolerance = 1e-8;
+  membranes.absolute_tolerance = 1e-10;
+  // Restarts, so that no short press is stepped over.
+  for (double corner = 5.0; corner < end_ms; corner += 5.0) membranes.corners.push_back(corner);
   if (scene.model.network.gain > 0.0) {
     const auto network = LatticeCoupling::create(scene.model.network, 5, 4);
     membranes.neurons = static_cast<int>(neurons);
@@ -70,7 +72,7 @@ std::vector<SpikeEvent> by_cvode(Scene scene, const Rehearsal& rehearsal) {
     for (std::size_t n = 0; n < neurons; ++n) {
       double largest = 0.0;
       for (const auto& tick : currents) largest = std::max(largest, tick[n]);
-      if (largest < 2.0) continue;  // below the rheobase of any stimulus
+      if (largest < 3.0) continue;  // below the rheobase of any stimulus
       membranes.current = [&](int, double t) { return at(n, t); };
       add(membranes.spikes_until(end_ms), n);
     }
@@ -80,6 +82,9 @@ std::vector<SpikeEvent> by_cvode(Scene scene, const Rehearsal& rehearsal) {
 }
 
 TEST(Plan, PredictsTheErrorThatCvodeMeasuresAndMeetsTheBudget) {
+#ifdef MERKEL_SANITIZED
+  GTEST_SKIP() << "CVODE takes minutes under a sanitizer";
+#endif
   const std::vector<std::string> scenes = {
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 200\n",
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 20\n[probe]\nuri = "
@@ -87,7 +92,7 @@ TEST(Plan, PredictsTheErrorThatCvodeMeasuresAndMeetsTheBudget) {
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 50\n[receptors]\nseed = 5\n[probe]\nuri = "
       "\"sim:sine?depth_mm=2.5\"\n",
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 5\n[probe]\nradius_mm = 4\n",
-      "[accuracy]\nspike_time_us = 100\n[network]\nseed = 3\n"};
+      "[accuracy]\nspike_time_us = 50\n"};
   for (const std::string& text : scenes) {
     Scene scene = scene_of(text);
     const auto plan = make_plan(scene);

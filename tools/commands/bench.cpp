@@ -1,7 +1,8 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <thread>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -38,12 +39,40 @@ Row row_of(const PopulationCase& which) {
           .ns = 1e9 * neuron_step_cost(which).median_s};
 }
 
-/// The cost of a tick of a preset while its first probe presses as the paper does.
-double preset_tick_us(const std::string& name) {
-  const Scene scene = *preset_scene(name);
-  std::vector<ContactInput> presses(scene.model.indenters.size());
-  presses[0] = {.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
-  return 1e6 * tick_cost(scene.model, presses)->median_s;
+/// 1.5 mm deep at the centre of a probe's patch.
+ContactInput centre_press(const TactileModel::Parameters& model, std::size_t probe) {
+  const Patch& patch = model.patches[model.indenters[probe].patch].patch;
+  return {.depth_mm = 1.5, .x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm};
+}
+
+/// The cost of a tick of the default scene.
+double default_tick_us() {
+  const Scene scene = *preset_scene("paper");
+  const ContactInput press = centre_press(scene.model, 0);
+  return 1e6 * tick_cost(scene.model, {&press, 1})->median_s;
+}
+
+/// The cost of a tick of the whole hand, µs.
+struct HandCost {
+  double fingertip_alone = 0.0;  ///< the thumb as a scene of its own
+  double thumb = 0.0;            ///< pressed, with the rest of the hand at rest
+  double all = 0.0;              ///< all pressed, on one thread
+  double shared = 0.0;           ///< all pressed, on two threads; 0 where there is one core
+};
+HandCost hand_cost(WorkerTeam* team) {
+  const TactileModel::Parameters hand = preset_scene("hand")->model;
+  TactileModel::Parameters thumb = hand;
+  thumb.patches.resize(1);
+  thumb.indenters.resize(1);
+  std::vector<ContactInput> presses(hand.indenters.size());
+  presses[0] = centre_press(hand, 0);
+  HandCost cost;
+  cost.fingertip_alone = 1e6 * tick_cost(thumb, {presses.data(), 1})->median_s;
+  cost.thumb = 1e6 * tick_cost(hand, presses)->median_s;
+  for (std::size_t i = 0; i < presses.size(); ++i) presses[i] = centre_press(hand, i);
+  cost.all = 1e6 * tick_cost(hand, presses)->median_s;
+  if (team != nullptr) cost.shared = 1e6 * tick_cost(hand, presses, team)->median_s;
+  return cost;
 }
 
 int bench(const BenchOptions& options) {
@@ -51,7 +80,8 @@ int bench(const BenchOptions& options) {
   const std::string target = options.target.empty() ? simd_target() : options.target;
   const double peak[] = {fma_peak_gflops(Precision::kDouble), fma_peak_gflops(Precision::kFloat)};
   const auto peak_of = [&](Precision p) { return peak[p == Precision::kDouble ? 0 : 1]; };
-  const auto team = SpinningTeam::available_cores() > 1 ? SpinningTeam::create(2) : nullptr;
+  const auto team = SpinningTeam::create(std::min(2, SpinningTeam::available_cores()));
+  WorkerTeam* const two = team && (*team)->size() > 1 ? team->get() : nullptr;
 
   std::vector<Row> rows;
   for (const bool coupled : {false, true}) {
@@ -59,14 +89,15 @@ int bench(const BenchOptions& options) {
       for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
         const PopulationCase which{.neurons = neurons, .precision = precision, .coupled = coupled};
         rows.push_back(row_of(which));
-        if (neurons < 17'000 || !team) continue;
+        if (neurons < 17'000 || two == nullptr) continue;
         PopulationCase shared = which;
-        shared.team = team->get();
+        shared.team = two;
         rows.push_back(row_of(shared));
       }
     }
   }
-  const double tick_us = preset_tick_us("paper");
+  const double tick_us = default_tick_us();
+  const HandCost hand = hand_cost(two);
   const double tick_ms = units::ms_from(preset_scene("paper")->model.tick);
 
   if (options.json) {
@@ -89,7 +120,12 @@ int bench(const BenchOptions& options) {
                          {"step_us", 25.0},
                          {"populations", std::move(populations)},
                          {"default_scene_tick_us", tick_us},
-                         {"default_scene_times_real_time", 1e3 * tick_ms / tick_us}};
+                         {"default_scene_times_real_time", 1e3 * tick_ms / tick_us},
+                         {"hand_tick_us",
+                          {{"fingertip_alone", hand.fingertip_alone},
+                           {"one_fingertip_pressed", hand.thumb},
+                           {"all_pressed", hand.all},
+                           {"all_pressed_two_threads", hand.shared}}}};
     std::printf("%s\n", result.dump(2).c_str());
     return kDone;
   }
@@ -107,6 +143,11 @@ int bench(const BenchOptions& options) {
   }
   std::printf("a tick of %g ms of the default scene: %.2f µs (%.0f × real time)\n", tick_ms,
               tick_us, 1e3 * tick_ms / tick_us);
+  std::printf(
+      "of the whole hand: %.1f µs with one fingertip pressed (%.2f of that fingertip alone), %.0f "
+      "µs "
+      "with all pressed, %.0f µs on two threads\n",
+      hand.thumb, hand.thumb / hand.fingertip_alone, hand.all, hand.shared);
   return kDone;
 }
 

@@ -11,8 +11,8 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/csv_table.hpp"
-#include "tools/report.hpp"
 #include "tools/plot_runner.hpp"
+#include "tools/report.hpp"
 #include "tools/scene_presets.hpp"
 #include "tools/score/trials.hpp"
 

@@ -15,8 +15,8 @@ struct PlanOption {
   IntegrationMethod method = IntegrationMethod::kCrankNicolson;
   Precision precision = Precision::kDouble;
   std::chrono::nanoseconds step{0};
-  double tick_us = 0.0;            ///< mean cost of a tick
-  SpikeTrainError error;           ///< against RK4 at a fine step, with nothing left out
+  double tick_us = 0.0;   ///< mean cost of a tick
+  SpikeTrainError error;  ///< against RK4 at a fine step, with nothing left out
   [[nodiscard]] double error_us() const noexcept { return 1e3 * error.rms_ms; }
   /// Whether every spike has its partner and they are as near as asked for.
   [[nodiscard]] bool meets(double budget_us) const noexcept {
@@ -35,17 +35,17 @@ struct Plan {
   std::size_t spikes = 0;
   std::size_t neurons = 0;
   std::size_t receptors = 0;
-  double untouched_share = 0.0;  ///< of ticks: no transduction
-  double reached_share = 0.0;    ///< of afferents, while touched: others are beyond reach
-  double active_share = 0.0;     ///< of neurons: others are at rest
+  double untouched_share = 0.0;       ///< of ticks: no transduction
+  double reached_share = 0.0;         ///< of afferents, while touched: others are beyond reach
+  double active_share = 0.0;          ///< of neurons: others are at rest
   std::vector<std::string> left_out;  ///< sentences: what is left out, and why
   std::vector<std::string> validity;  ///< of each probe's contact law at its deepest press
 };
 
 /// Rehearses the scene's first press (at most a second) with one method after the other, from the
-/// cheapest, until one meets [accuracy] spike_time_us; without it, with the scene's own method. Sets
-/// the scene's method, precision and step to the chosen. Fails where no method meets the budget: the
-/// best is named. Takes seconds. Real-time: no.
+/// cheapest, until one meets [accuracy] spike_time_us; without it, with the scene's own method.
+/// Sets the scene's method, precision and step to the chosen. Fails where no method meets the
+/// budget: the best is named. Takes seconds. Real-time: no.
 [[nodiscard]] Expected<Plan, SetupError> make_plan(Scene& scene);
 
 [[nodiscard]] std::string plan_text(const Plan& plan);

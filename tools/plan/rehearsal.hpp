@@ -15,8 +15,8 @@ struct Rehearsal {
   std::size_t untouched = 0;  ///< ticks in which no probe touches
 };
 
-/// Reads recorded and simulated probes; `scene`'s indenters get their control. Fails where one cannot
-/// be opened. \param most  how long at most
+/// Reads recorded and simulated probes; `scene`'s indenters get their control. Fails where one
+/// cannot be opened. \param most  how long at most
 [[nodiscard]] Expected<Rehearsal, SetupError> rehearse(Scene& scene, std::chrono::nanoseconds most);
 
 }  // namespace merkel
