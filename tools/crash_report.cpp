@@ -20,7 +20,7 @@ namespace {
 std::array<char, 64> g_build_id{};
 std::atomic<const LoopStatistics*> g_statistics{nullptr};
 std::atomic<std::int64_t> g_tick_ns{0};
-alignas(16) std::array<char, 65536> g_stack{};
+[[maybe_unused]] alignas(16) std::array<char, 65536> g_stack{};
 
 /// A line put together without any function that a signal handler must not call.
 class Line {
@@ -64,7 +64,7 @@ std::string_view name_of_signal(int signal) noexcept {
   }
 }
 
-void report(int signal) {
+[[maybe_unused]] void report(int signal) {
   std::array<char, 17> thread{};
   ::prctl(PR_GET_NAME, thread.data());
   Line line;

@@ -13,6 +13,13 @@ TEST(PortableMath, ExponentialAgreesWithTheLibrary) {
   }
 }
 
+TEST(PortableMath, ExponentialOfHugeArgumentsIsZeroOrInfinite) {
+  for (const double x : {747.0, 1e10, 1e300}) {
+    EXPECT_EQ(portable_exp(-x), 0.0);
+    EXPECT_TRUE(std::isinf(portable_exp(x)));
+  }
+}
+
 TEST(PortableMath, ExponentialLessOneKeepsItsDigits) {
   for (double x = 1e-300; x < 40.0; x = x * 1.7 + 1e-18) {
     for (const double y : {x, -x}) EXPECT_NEAR(portable_expm1(y) / std::expm1(y), 1.0, 1e-14) << y;

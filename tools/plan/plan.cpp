@@ -122,6 +122,21 @@ std::string name_of_option(const PlanOption& option) {
          " at " + shortest_decimal(units::us_from(option.step)) + " µs";
 }
 
+/// How the neurons will be stepped.
+std::string name_of_neurons(const Plan& plan) {
+  const std::string step =
+      " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) + " µs";
+  switch (plan.kind) {
+    case NeuronKind::kIntegrateAndFire:
+      return "integrate_and_fire" + step;
+    case NeuronKind::kConnorStevens:
+      return "connor_stevens" + step;
+    case NeuronKind::kHodgkinHuxley:
+      return name_of_option(plan.chosen);
+  }
+  return "";
+}
+
 std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
   std::vector<std::string> sentences;
   const TactileModel::Parameters& model = scene.model;
@@ -224,6 +239,7 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   }
   plan.rehearsed_s = units::s_from(scene.model.tick) * static_cast<double>(rehearsal->ticks.size());
   plan.tick_ms = units::ms_from(scene.model.tick);
+  plan.kind = scene.model.neuron_kind;
   plan.stand_in = rehearsal->stand_in;
   plan.spikes = reference.size();
   plan.neurons = exact_model->neurons();
@@ -253,7 +269,7 @@ std::string plan_text(const Plan& plan) {
                          : "");
     }
   }
-  text += "will be computed with " + name_of_option(plan.chosen) + "\n";
+  text += "will be computed with " + name_of_neurons(plan) + "\n";
   text += format(
       "predicted: %.2f µs a tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
       plan.chosen.tick_us, plan.tick_ms, 1e3 * plan.tick_ms / plan.chosen.tick_us,

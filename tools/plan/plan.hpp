@@ -27,6 +27,7 @@ struct PlanOption {
 /// What a scene will cost and how exact it will be.
 struct Plan {
   PlanOption chosen;
+  NeuronKind kind = NeuronKind::kHodgkinHuxley;  ///< others are stepped in one way only
   std::vector<PlanOption> tried;    ///< in the order of the expected cost, the chosen last
   std::optional<double> budget_us;  ///< [accuracy] spike_time_us
   double rehearsed_s = 0.0;

@@ -37,7 +37,7 @@ class Encoder {
     bytes[1] = 0;
     memcpy(bytes + 2, &sequence_, 2);
     memcpy(bytes + 4, &time_us, 4);
-    memcpy(bytes + kHeader, body, length);
+    if (length > 0) memcpy(bytes + kHeader, body, length);
     ++sequence_;
     const size_t end = kHeader + length;
     const uint16_t crc = crc16(bytes, end);

@@ -1,5 +1,6 @@
 #include <array>
 #include <chrono>
+#include <cstring>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -19,10 +20,19 @@ struct Received {
   std::uint32_t tag_s;
 };
 
+/// liblo aligns arguments to four bytes only.
+template <class T>
+T value(const lo_arg* argument) {
+  T copy{};
+  std::memcpy(&copy, static_cast<const void*>(argument), sizeof copy);
+  return copy;
+}
+
 int take(const char*, const char*, lo_arg** arguments, int, lo_message message, void* all) {
   static_cast<std::vector<Received>*>(all)->push_back(
-      {arguments[0]->i, arguments[1]->h, arguments[2]->d, arguments[3]->i, arguments[4]->i,
-       lo_message_get_timestamp(message).sec});
+      {value<std::int32_t>(arguments[0]), value<std::int64_t>(arguments[1]),
+       value<double>(arguments[2]), value<std::int32_t>(arguments[3]),
+       value<std::int32_t>(arguments[4]), lo_message_get_timestamp(message).sec});
   return 0;
 }
 
