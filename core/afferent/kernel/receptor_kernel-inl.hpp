@@ -77,9 +77,9 @@ struct Receptors {
     const X a2_plus_u = Math::add(u, set(f.a2));
     const X one_plus_s = Math::add(s, one);
     // 1/D, 1/(a²+u) and 1/(1+s) by one division.
-    const X D_and_s = Math::mul(root_D, one_plus_s);
-    const X inverse = Math::div(one, Math::mul(D_and_s, a2_plus_u));
-    const X k = Math::mul(Math::mul(inverse, D_and_s), set(f.a2));
+    const X root_and_s = Math::mul(root_D, one_plus_s);
+    const X inverse = Math::div(one, Math::mul(root_and_s, a2_plus_u));
+    const X k = Math::mul(Math::mul(inverse, root_and_s), set(f.a2));
     const X inverse_D_s = Math::mul(inverse, a2_plus_u);
     const X inverse_D = Math::mul(inverse_D_s, one_plus_s);
     const X inverse_one_plus_s = Math::mul(inverse_D_s, root_D);

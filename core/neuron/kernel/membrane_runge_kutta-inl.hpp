@@ -68,9 +68,9 @@ class RungeKutta {
     X conductance = open.conductance;
     if (coupled()) {
       const CouplingArguments<Real>& net = a_.coupling;
-      const Real* const V_seen = net.seen[seen_] + i;
+      const Real* const seen_V = net.seen[seen_] + i;
       const auto flows_in = [&](const Real* conductances, std::ptrdiff_t offset) HWY_ATTR {
-        driven = Math::fused(Math::load(conductances + i), Math::load(V_seen + offset), driven);
+        driven = Math::fused(Math::load(conductances + i), Math::load(seen_V + offset), driven);
       };
       flows_in(net.from_previous_column, -1);
       flows_in(net.from_next_column, 1);

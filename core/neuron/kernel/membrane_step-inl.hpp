@@ -92,10 +92,10 @@ HWY_INLINE void step_some(D d, const KernelArguments<hn::TFromD<D>>& a, const Ve
   X implicit = Math::fused(conductance, c.half, c.capacitance_per_step);
   if constexpr (kCoupled) {
     const CouplingArguments<Real>& net = a.coupling;
-    const Real* const V_seen = net.seen[seen] + i;
+    const Real* const seen_V = net.seen[seen] + i;
     const X outflow = Math::load(net.outflow + i);
     const auto flows_in = [&](const Real* conductances, std::ptrdiff_t offset) HWY_ATTR {
-      driven = Math::fused(Math::load(conductances + i), Math::load(V_seen + offset), driven);
+      driven = Math::fused(Math::load(conductances + i), Math::load(seen_V + offset), driven);
     };
     flows_in(net.from_previous_column, -1);
     flows_in(net.from_next_column, 1);
