@@ -328,6 +328,7 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
     for (const SpikeEvent& reset : patch.resets()) resets_.push(reset);
   }
   if (patches_.size() > 1) spikes_.sort();
+  resets_.sort();
   return spikes_.events();
 }
 

@@ -133,7 +133,7 @@ class RungeKutta {
       }
       if (!coupled()) continue;
       seen_ = 1 - seen_;
-      if (a_.barrier != nullptr) a_.barrier(a_.barrier_context);
+      if (a_.peers != nullptr) a_.peers->barrier();
     }
     if (!HWY_UNLIKELY(rare_)) return;
     for (std::size_t i = begin; i < end; i += lanes) {

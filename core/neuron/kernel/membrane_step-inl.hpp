@@ -211,7 +211,7 @@ HWY_INLINE void step_coupled(D d, const KernelArguments<hn::TFromD<D>>& argument
       }
     }
     seen = 1 - seen;
-    if (a.barrier != nullptr) a.barrier(a.barrier_context);
+    if (a.peers != nullptr) a.peers->barrier();
   }
 }
 
