@@ -1,7 +1,10 @@
 #include "realtime/pipeline.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <functional>
 #include <mutex>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -28,8 +31,17 @@ class MemoryProbe final : public Probe {
     info_.period = milliseconds{1};
     info_.replayed = true;
   }
+  /// Gives no more than so many samples until something holds.
+  void wait_after(std::size_t samples, std::function<bool()> until) {
+    wait_after_ = samples;
+    until_ = std::move(until);
+  }
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+    if (until_ && next_ >= wait_after_ && !until_()) {
+      std::this_thread::sleep_for(milliseconds{1});
+      return 0;
+    }
     const std::size_t count = std::min({chunk_, out.size(), samples_.size() - next_});
     std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
     next_ += count;
@@ -44,6 +56,8 @@ class MemoryProbe final : public Probe {
   std::size_t chunk_;
   std::size_t next_ = 0;
   std::string trouble_;
+  std::size_t wait_after_ = 0;
+  std::function<bool()> until_;
   ProbeInfo info_;
 };
 
@@ -194,12 +208,16 @@ TEST(Pipeline, AFailingSinkIsToldWhileTheRunGoesOn) {
   auto model = TactileModel::create({});
   ASSERT_TRUE(model);
   std::vector<std::string> told;
+  std::atomic<bool> heard{false};
   Pipeline pipeline(
       *model,
       {.fast = true, .on_sink_failure = [&](const std::string& uri, const std::string& trouble) {
          told.push_back(uri + " " + trouble);
+         heard = true;
        }});
-  pipeline.add_probe(std::make_unique<MemoryProbe>(press(4000), 7), {});
+  auto probe = std::make_unique<MemoryProbe>(press(8000), 7);
+  probe->wait_after(7000, [&heard] { return heard.load(); });  // or there is no run to go on
+  pipeline.add_probe(std::move(probe), {});
   MemorySink::Content broken;
   MemorySink::Content whole;
   pipeline.add_sink(std::make_unique<MemorySink>(broken, 0));

@@ -194,6 +194,18 @@ TEST(OptoForce, FindsItsFramesAgainAfterDamage) {
   EXPECT_EQ(talk.stream.counts.damaged, 1U);
 }
 
+TEST(OptoForce, EverySingleFlippedBitBehindTheHeaderIsNoticed) {
+  for (std::size_t bit = 8 * 4; bit < 8 * kOptoForceFrame.size(); ++bit) {
+    Talk talk("optoforce");
+    talk.take(kOptoForceFrame);
+    Bytes frame = kOptoForceFrame;
+    frame[bit / 8] = static_cast<std::uint8_t>(frame[bit / 8] ^ (1U << (bit % 8)));
+    talk.take(frame);
+    EXPECT_EQ(talk.stream.readings.size(), 1U) << bit;
+    EXPECT_EQ(talk.stream.counts.damaged, 1U) << bit;
+  }
+}
+
 TEST(OptoForce, WantsItsCalibration) {
   EXPECT_NE(refusal("optoforce", "rate_hz=100").find("counts_per_N"), std::string::npos);
   EXPECT_NE(refusal("optoforce", "counts_per_N=10&rate_hz=300").find("divide 1000"),
