@@ -46,6 +46,13 @@ TEST(OpenSink, OtherMachinesNeedToBeAllowed) {
   EXPECT_EQ(refusal("osc:192.0.2.1:9000", setup(false, true)), "");
 }
 
+TEST(OpenSink, TheLabStreamingLayerIsOpenedOrSaysWhatIsMissing) {
+  // What is missing comes before what is not allowed.
+  const std::string sentence = refusal("lsl:spikes");
+  EXPECT_TRUE(has(sentence, "github.com/sccn/liblsl/releases") || has(sentence, "--allow-remote"))
+      << sentence;
+}
+
 TEST(OpenSink, AddressesAreRefusedWithHowToWriteThem) {
   EXPECT_TRUE(has(refusal("zmq:127.0.0.1:5557"), "zmq:tcp://127.0.0.1:5557"));
   EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1"), "zmq:tcp://127.0.0.1:5557"));
