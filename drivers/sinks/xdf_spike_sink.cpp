@@ -88,6 +88,7 @@ class XdfSpikeSink final : public SpikeSink {
     for (const SessionStream& stream : session_streams()) {
       if (!write_stream_header(stream)) return false;
     }
+    file_.end_header();
     return file_.flush();
   }
 

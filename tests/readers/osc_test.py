@@ -83,11 +83,10 @@ class Osc(merkel_program.TestCase):
               "kernel: this receiver was too slow for them", flush=True)
         missing += made - last
         self.assertEqual(received + missing, made)
-        # Whatever the sender gave to the network came, but for what this machine was too busy for.
-        if receiver.dropped == 0:
-            self.assertEqual(missing, 0)
-        else:
-            self.assertLess(missing, made // 2)
+        # Whatever the sender gave to the network came, but for the packets (of 16 spikes at most)
+        # that this machine was too busy for; and most of them.
+        self.assertLessEqual(missing, 16 * receiver.dropped)
+        self.assertGreater(received, made // 2)
 
 
 if __name__ == "__main__":
