@@ -97,7 +97,7 @@ class Files(merkel_program.TestCase):
             [merkel_program.PROGRAM, "run", "--fast", "--probe", TRACE, "--sink",
              "xdf:" + self.path("s.xdf"), "--sink", "csv:" + self.path("s.csv")],
             capture_output=True, text=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (250_000, 250_000)))
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (500_000, 500_000)))
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("ulimit -f", done.stderr)
         self.assertGreater(len(spikes_of_csv(self.path("s.csv"))), 100)
