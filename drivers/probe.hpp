@@ -10,6 +10,7 @@
 
 #include "core/expected.hpp"
 #include "core/probe_sample.hpp"
+#include "drivers/raw_frame.hpp"
 
 namespace merkel {
 
@@ -30,6 +31,8 @@ struct ProbeInfo {
   /// True for a recording: its times are its own, and it waits while nobody takes its samples.
   /// False for a device: its times are host-monotonic, and samples that find no room are lost.
   bool replayed = false;
+  std::string calibration_file = {};  ///< as the user gave it; empty for none
+  std::string calibration = {};       ///< in force, as the text of such a file; of a device only
 };
 
 /// What the driver of a device counted, beyond what the loop sees.
@@ -51,6 +54,21 @@ struct DeviceCounts {
   double jitter_us = 0.0;                ///< of the mapped times
   double latency_us = 0.0;               ///< mean of arrival after the mapped time
   std::optional<double> uncertainty_us;  ///< of the sample times, where it can be known
+};
+
+/// Gets the bytes that go over a port of a probe.
+class PortListener {
+ public:
+  PortListener() = default;
+  PortListener(const PortListener&) = delete;
+  PortListener& operator=(const PortListener&) = delete;
+  virtual ~PortListener() = default;
+
+  /// Must not block. Thread: the one that reads the port, or the one that adds the listener; never
+  /// both at once.
+  virtual void take(const RawFrame& frame) noexcept = 0;
+  /// At least so many frames went by before it was added. Thread: as take().
+  virtual void missed(std::uint64_t frames) noexcept = 0;
 };
 
 /// A source of calibrated samples. Open by the factory of its kind; used by one thread.
@@ -76,6 +94,13 @@ class Probe {
   [[nodiscard]] virtual std::optional<DeviceCounts> device_counts() const { return std::nullopt; }
   /// Sentences about what happened since the last call: unplugged, back, overloaded. Thread: any.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
+
+  /// How many ports it reads: one of each device; none of a recording. Thread: any.
+  [[nodiscard]] virtual std::size_t ports() const noexcept { return 0; }
+  /// Tells a listener what goes over a port, from its opening on, until it is removed.
+  /// \param port  below ports(). Thread: any.
+  virtual void add_listener(std::size_t /*port*/, PortListener& /*listener*/) {}
+  virtual void remove_listener(std::size_t /*port*/, PortListener& /*listener*/) {}
 };
 
 }  // namespace merkel

@@ -11,6 +11,7 @@
 #include "core/run_status.hpp"
 #include "core/spike_event.hpp"
 #include "core/tick_record.hpp"
+#include "drivers/raw_frame.hpp"
 
 namespace merkel {
 
@@ -54,6 +55,7 @@ class SpikeSink {
     kEvents = 1U << 1U,   ///< releases, gaps, resets
     kSamples = 1U << 2U,  ///< calibrated samples as the probes delivered them
     kStatus = 1U << 3U,   ///< the run's counters, some times a second and at the end
+    kFrames = 1U << 4U,   ///< the bytes that go over the devices' ports
   };
 
   SpikeSink() = default;
@@ -84,6 +86,11 @@ class SpikeSink {
   /// \param probe  whose samples they are, from 0
   [[nodiscard]] virtual Expected<void, SinkError> write_samples(
       std::size_t /*probe*/, std::span<const ProbeSample> /*samples*/) {
+    return {};
+  }
+  /// \param port  of that probe, from 0: its place in Probe::ports()
+  [[nodiscard]] virtual Expected<void, SinkError> write_frames(
+      std::size_t /*probe*/, std::size_t /*port*/, std::span<const RawFrame> /*frames*/) {
     return {};
   }
   [[nodiscard]] virtual Expected<void, SinkError> write_status(const RunStatus& /*status*/) {

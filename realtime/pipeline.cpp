@@ -7,10 +7,12 @@
 
 #include "core/units.hpp"
 #include "realtime/fixed_step_loop.hpp"
+#include "realtime/frame_tap.hpp"
 #include "realtime/periodic_clock.hpp"
 #include "realtime/probe_channel.hpp"
 #include "realtime/probe_reader.hpp"
 #include "realtime/sink_writer.hpp"
+#include "realtime/thread_rights.hpp"
 #include "realtime/virtual_clock.hpp"
 
 namespace merkel {
@@ -26,6 +28,7 @@ constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs
 constexpr std::size_t kSpikeQueue = 65536;
 constexpr std::size_t kTickQueue = 16384;
 constexpr std::size_t kEventQueue = 1024;
+constexpr std::size_t kFrameQueue = 16384;
 constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for so long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
 constexpr nanoseconds kProgressEvery{1'000'000'000};
@@ -53,6 +56,7 @@ struct Pipeline::SinkLine {
   std::unique_ptr<SpikeSink> sink;
   SpikeChannel& channel;
   std::vector<std::unique_ptr<SampleTap>> taps;
+  std::vector<std::unique_ptr<FrameTap>> frames;
   std::unique_ptr<SinkWriter> writer;
   bool failure_told = false;
 };
@@ -81,7 +85,7 @@ void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) {
   if ((wishes & SpikeSink::kEvents) != 0U) {
     channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
   }
-  sinks_.push_back(std::make_unique<SinkLine>(SinkLine{std::move(sink), channel, {}, nullptr}));
+  sinks_.push_back(std::make_unique<SinkLine>(SinkLine{std::move(sink), channel, {}, {}, nullptr}));
 }
 
 SpikeChannel& Pipeline::add_consumer(std::size_t capacity) {
@@ -100,6 +104,18 @@ std::vector<SampleTap*> Pipeline::add_taps(const ProbeLine& probe) {
   return taps;
 }
 
+void Pipeline::add_frame_taps() {
+  for (const auto& line : sinks_) {
+    if ((line->sink->wishes() & SpikeSink::kFrames) == 0U) continue;
+    for (std::size_t i = 0; i < probes_.size(); ++i) {
+      Probe& probe = *probes_[i]->probe;
+      for (std::size_t port = 0; port < probe.ports(); ++port) {
+        line->frames.push_back(std::make_unique<FrameTap>(probe, i, port, kFrameQueue));
+      }
+    }
+  }
+}
+
 RunStatus Pipeline::status() const {
   RunStatus status{.ticks = statistics_.ticks.value(),
                    .overruns = statistics_.overruns.value(),
@@ -111,6 +127,10 @@ RunStatus Pipeline::status() const {
                    .neuron_resets = statistics_.neuron_resets.value(),
                    .spikes_dropped = fanout_.dropped(),
                    .probes = static_cast<std::uint32_t>(probes_.size())};
+  if (rights_known_.load(std::memory_order_acquire)) {
+    status.rights = rights_;
+    if (simulation_was_demoted()) status.rights.scheduling_class = status.rights.priority = 0;
+  }
   for (const auto& line : probes_) {
     const std::uint64_t dropped = line->channel.dropped.value();
     status.samples += line->channel.delivered.value() + dropped;
@@ -142,6 +162,7 @@ Expected<void, SetupError> Pipeline::start_probes() {
   if (parameters_.fast && !all_replayed) {
     return bad_input("a device cannot be read faster than real time: leave out --fast");
   }
+  add_frame_taps();
   for (const auto& line : probes_) {
     // Among devices, a recording plays as if it were taken now.
     const nanoseconds shift =
@@ -236,6 +257,9 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     if constexpr (kHostTime) {
       set_up_simulation_thread(parameters_.realtime, host.rights);
       clock.calibrate();
+      rights_ = rights_of_this_thread();
+      rights_.cpu_awake = host.rights.cpu_awake ? 1 : 0;
+      rights_known_.store(true, std::memory_order_release);
     }
     const nanoseconds now = clock.now();
     report.start = all_replayed ? earliest : std::max(latest, now - delay);
@@ -290,9 +314,10 @@ Expected<RunReport, SetupError> Pipeline::run() {
   report.probes.resize(probes_.size());
   for (const auto& line : sinks_) {
     line->writer = std::make_unique<SinkWriter>(
-        *line->sink,
-        SinkWriter::Sources{
-            .channel = line->channel, .taps = line->taps, .status = [this] { return status(); }});
+        *line->sink, SinkWriter::Sources{.channel = line->channel,
+                                         .taps = line->taps,
+                                         .frames = line->frames,
+                                         .status = [this] { return status(); }});
   }
   if (parameters_.fast) {
     VirtualClock clock;
@@ -321,6 +346,9 @@ void Pipeline::finish(RunReport& report) {
     of.dropped = line.channel.dropped.value();
     of.samples_in = line.channel.delivered.value() + of.dropped;
     of.unused = line.channel.delivered.value() - of.counts.used - of.counts.late;
+  }
+  for (const auto& line : sinks_) {
+    for (const auto& tap : line->frames) tap->end();
   }
   report.ticks = statistics_.ticks.value();
   report.overruns = statistics_.overruns.value();

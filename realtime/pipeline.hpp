@@ -157,6 +157,7 @@ class Pipeline {
   [[nodiscard]] RunProgress progress(std::chrono::nanoseconds wall) const;
   void drain_events(RunReport& report);
   std::vector<SampleTap*> add_taps(const ProbeLine& probe);
+  void add_frame_taps();
   void tell_failures();
   void finish(RunReport& report);
 
@@ -166,6 +167,8 @@ class Pipeline {
   std::vector<std::unique_ptr<SinkLine>> sinks_;
   std::vector<ProbeInput> inputs_;
   SpikeFanout fanout_;
+  RunStatus::Rights rights_;
+  std::atomic<bool> rights_known_{false};  ///< set after rights_
   LoopStatistics statistics_;
   BoundedQueue<LoopEvent> events_;
   std::atomic<bool> stop_{false};

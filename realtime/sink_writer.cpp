@@ -61,6 +61,18 @@ std::size_t SinkWriter::write_samples() {
   return taken;
 }
 
+std::size_t SinkWriter::write_frames() {
+  std::size_t taken = 0;
+  for (const auto& tap : sources_.frames) {
+    take(tap->queue.items, frames_);
+    taken += frames_.size();
+    if (!frames_.empty() && healthy()) {
+      keep(sink_.write_frames(tap->probe(), tap->port(), frames_));
+    }
+  }
+  return taken;
+}
+
 std::size_t SinkWriter::write_events() {
   if (!sources_.channel.events) return 0;
   take(sources_.channel.events->items, events_);
@@ -76,7 +88,15 @@ void SinkWriter::write_status() {
   if (channel.ticks) status.losses.ticks = channel.ticks->dropped.value();
   if (channel.events) status.losses.events = channel.events->dropped.value();
   for (const auto& tap : sources_.taps) status.losses.samples += tap->queue.dropped.value();
+  for (const auto& tap : sources_.frames) status.losses.frames += tap->queue.dropped.value();
   keep(sink_.write_status(status));
+}
+
+bool SinkWriter::all_ended() const {
+  const auto ended = [](const auto& tap) { return tap->ended.load(std::memory_order_acquire); };
+  return sources_.channel.ended.load(std::memory_order_acquire) &&
+         std::all_of(sources_.taps.begin(), sources_.taps.end(), ended) &&
+         std::all_of(sources_.frames.begin(), sources_.frames.end(), ended);
 }
 
 void SinkWriter::write_all() {
@@ -86,11 +106,9 @@ void SinkWriter::write_all() {
   auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
   for (;;) {
     // Read the flags before the queues: they are set after the last item.
-    const bool ended = sources_.channel.ended.load(std::memory_order_acquire) &&
-                       std::all_of(sources_.taps.begin(), sources_.taps.end(), [](const auto& tap) {
-                         return tap->ended.load(std::memory_order_acquire);
-                       });
-    std::size_t taken = write_samples();
+    const bool ended = all_ended();
+    std::size_t taken = write_frames();
+    taken += write_samples();
     taken += write_ticks_and_spikes();
     taken += write_events();
     const auto now = std::chrono::steady_clock::now();

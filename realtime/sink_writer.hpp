@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drivers/spike_sink.hpp"
+#include "realtime/frame_tap.hpp"
 #include "realtime/probe_reader.hpp"
 #include "realtime/spike_fanout.hpp"
 
@@ -31,7 +32,8 @@ class SinkWriter {
   struct Sources {
     SpikeChannel& channel;
     std::span<const std::unique_ptr<SampleTap>> taps;  ///< one a probe; empty if not asked for
-    std::function<RunStatus()> status;                 ///< the run's counters; any thread
+    std::span<const std::unique_ptr<FrameTap>> frames = {};  ///< one a port; empty if not asked for
+    std::function<RunStatus()> status;                       ///< the run's counters; any thread
   };
 
   SinkWriter(SpikeSink& sink, Sources sources);
@@ -52,7 +54,9 @@ class SinkWriter {
   void write_all();
   std::size_t write_ticks_and_spikes();
   std::size_t write_samples();
+  std::size_t write_frames();
   std::size_t write_events();
+  [[nodiscard]] bool all_ended() const;
   void write_status();
   void keep(const Expected<void, SinkError>& result);
   [[nodiscard]] bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
@@ -63,6 +67,7 @@ class SinkWriter {
   std::vector<TickRecord> ticks_;
   std::vector<LoopEvent> events_;
   std::vector<ProbeSample> samples_;
+  std::vector<RawFrame> frames_;
   Outcome outcome_;
   std::atomic<bool> failed_{false};
   std::jthread thread_;

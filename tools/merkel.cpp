@@ -8,6 +8,8 @@
 int main(int argc, char** argv) {
   // A reader that goes away is an error of one sink, not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
+  // So is a file that has reached the user's limit.
+  std::signal(SIGXFSZ, SIG_IGN);
   merkel::install_crash_report();
   try {
     return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {

@@ -31,7 +31,8 @@ struct Scene {
   /// Largest rms error of spike times; the plan picks a method that meets it.
   std::optional<double> spike_time_us;
   std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
-  std::string file;                                ///< empty for the built-in scene
+  std::string file;                                ///< empty for a preset
+  std::string preset;                              ///< its name; of a file, not set
   std::string text;                                ///< from which parse_scene makes it again
   std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
 

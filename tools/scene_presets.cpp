@@ -96,6 +96,7 @@ std::optional<Scene> preset_scene(std::string_view name) {
                                          [name](const Preset& p) { return name == p.name; });
   if (found == std::end(kPresets)) return std::nullopt;
   Scene scene = found->make();
+  scene.preset = name;
   scene.text = "preset = \"" + std::string(name) + "\"\n";
   return scene;
 }

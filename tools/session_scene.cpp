@@ -1,10 +1,12 @@
 #include "tools/session_scene.hpp"
 
+#include <array>
 #include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/machine_facts.hpp"
@@ -21,7 +23,30 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
   return seed;
 }
 
+/// A seed of a scene that the command line may have set, apart from those of its patches.
+struct NamedSeed {
+  const char* name;
+  std::uint64_t* value;
+};
+
+std::array<NamedSeed, 4> seeds_of(TactileModel::Parameters& model) {
+  return {{{"network_seed", &model.network.seed},
+           {"afferent_seed", &model.adaptation.seed},
+           {"integrate_and_fire_seed", &model.integrate_and_fire.noise.seed},
+           {"connor_stevens_seed", &model.connor_stevens.noise.seed}}};
+}
+
 }  // namespace
+
+void add_probe_facts(const ProbeInfo& probe, RunDescription& run) {
+  for (const auto& [name, value] :
+       {std::pair("probe", &probe.uri), std::pair("probe_name", &probe.name),
+        std::pair("probe_serial_number", &probe.serial_number),
+        std::pair("probe_calibration_file", &probe.calibration_file),
+        std::pair("probe_calibration", &probe.calibration)}) {
+    run.facts.emplace_back(name, *value);
+  }
+}
 
 RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   RunDescription run;
@@ -32,7 +57,7 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   }
   // The name of the file without its folders, or the preset.
   const std::string& file = scene.file;
-  run.scene = file.empty() ? "paper" : file.substr(file.find_last_of('/') + 1);
+  run.scene = file.empty() ? scene.preset : file.substr(file.find_last_of('/') + 1);
   std::string controls;
   for (const Indenter& indenter : run.model.indenters) {
     controls += indenter.control == Indenter::Control::kDepth ? 'd' : 'f';
@@ -41,16 +66,17 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
                {"git_hash", kGitHash},
                {"scene_text", scene.text},
                {"controls", controls},
-               {"network_seed", std::to_string(run.model.network.seed)},
                {"method", std::string(name_of(run.model.method))},
                {"precision", std::string(name_of(run.model.precision))},
                {"tick_ns", std::to_string(run.model.tick.count())},
                {"step_ns", std::to_string(run.model.step.count())},
                {"neurons", std::to_string(model.neurons())}};
+  for (const NamedSeed& seed : seeds_of(run.model)) {
+    run.facts.emplace_back(seed.name, std::to_string(*seed.value));
+  }
   for (const TactileModel::PatchParameters& patch : run.model.patches) {
     run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
   }
-  for (const Scene::OfProbe& probe : scene.probes) run.facts.emplace_back("probe", probe.uri);
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
   return run;
 }
@@ -76,12 +102,15 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
         controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
   }
   // The command line may have set other seeds than the scene.
-  const auto network_seed = to_seed(session.fact("network_seed"));
+  for (const NamedSeed& each : seeds_of(scene->model)) {
+    const auto seed = to_seed(session.fact(each.name));
+    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    *each.value = *seed;
+  }
   const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
-  if (!network_seed || receptor_seeds.size() != scene->model.patches.size()) {
+  if (receptor_seeds.size() != scene->model.patches.size()) {
     return bad_input("the session does not say its seeds: it is damaged");
   }
-  scene->model.network.seed = *network_seed;
   for (std::size_t i = 0; i < receptor_seeds.size(); ++i) {
     const auto seed = to_seed(receptor_seeds[i]);
     if (!seed) return bad_input("the session does not say its seeds: it is damaged");

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -47,12 +48,22 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
       return bad_input(name + " exists already: give --overwrite, or another name");
     }
   }
-  const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | (overwrite ? O_TRUNC : O_EXCL);
+  const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | (overwrite ? 0 : O_EXCL);
   const int descriptor = ::open(part.c_str(), flags, 0666);
   if (descriptor < 0) {
     const bool no_folder = errno == ENOENT;
     return bad_input("cannot write " + path + ": " + std::strerror(errno) +
                      (no_folder ? "; make its folder first" : ""));
+  }
+  // Two writers of one file would spoil it; a file system without locks cannot tell.
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(descriptor);
+    return bad_input("cannot write " + path +
+                     ": another sink or another merkel is writing it; give another name");
+  }
+  if (::ftruncate(descriptor, 0) != 0) {
+    ::close(descriptor);
+    return bad_input("cannot write " + path + ": " + std::strerror(errno));
   }
   return OutputFile(path, part, descriptor);
 }
@@ -68,11 +79,14 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
       descriptor_(std::exchange(other.descriptor_, -1)),
       buffer_(std::move(other.buffer_)),
       written_bytes_(other.written_bytes_),
+      header_bytes_(other.header_bytes_),
       error_(std::move(other.error_)) {}
 
 OutputFile::~OutputFile() {
   if (descriptor_ < 0) return;
+  const bool header_only = written_bytes_ + buffer_.size() <= header_bytes_;
   static_cast<void>(flush());
+  if (header_only && !part_.empty()) ::unlink(part_.c_str());
   ::close(descriptor_);
 }
 
@@ -103,7 +117,9 @@ bool OutputFile::flush() {
         written_bytes_ = whole_bytes;
       }
       return fail(error_number, error_number == ENOSPC ? "free some space and run again"
-                                                       : "check the device and run again");
+                                : error_number == EFBIG
+                                    ? "raise the limit (ulimit -f) and run again"
+                                    : "check the device and run again");
     }
     done += static_cast<std::size_t>(wrote);
     written_bytes_ += static_cast<std::uint64_t>(wrote);

@@ -16,18 +16,22 @@ namespace merkel {
 /// "-" is the standard output.
 class OutputFile {
  public:
-  /// Fails where the file or its .part exists (unless `overwrite`), or cannot be made.
+  /// Fails where the file or its .part exists (unless `overwrite`), cannot be made, or is being
+  /// written by somebody else.
   [[nodiscard]] static Expected<OutputFile, SetupError> create(const std::string& path,
                                                                bool overwrite);
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&&) = delete;
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  /// Abandons the file unless close() was called: what was flushed stays in NAME.part.
+  /// Abandons the file unless close() was called: what was written stays in NAME.part, but for a
+  /// header without anything behind it.
   ~OutputFile();
 
   /// Buffers bytes, and writes them out when there are many. False after an error.
   [[nodiscard]] bool write(std::string_view bytes);
+  /// What was written so far is a header, worth nothing by itself.
+  void end_header() noexcept { header_bytes_ = written_bytes_ + buffer_.size(); }
   /// Writes all buffered bytes out, or none of them. False after an error.
   [[nodiscard]] bool flush();
   /// Flushes, closes and renames. False after an error.
@@ -48,6 +52,7 @@ class OutputFile {
   int descriptor_;
   std::string buffer_;
   std::uint64_t written_bytes_ = 0;
+  std::uint64_t header_bytes_ = 0;
   std::string error_;
 };
 

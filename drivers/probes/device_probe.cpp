@@ -65,6 +65,7 @@ Expected<std::unique_ptr<Probe>, SetupError> DeviceProbe::open(std::unique_ptr<T
 Expected<void, SetupError> DeviceProbe::listen() {
   const Time begun = now();
   protocol_->begin(begun, stream_);
+  log_.opened(begun);
   const auto heard = [&] {
     return protocol_->ready() && (protocol_->describes_itself() || stream_.counts.readings > 0);
   };
@@ -148,12 +149,15 @@ Expected<void, SetupError> DeviceProbe::calibrate() {
   }
   calibration_.complete(protocol_->channels());
   info_.channels = calibration_.sample_channels();
+  info_.calibration_file = settings_.calibration;
+  info_.calibration = calibration_text(calibration_, "of " + info_.name);
   return {};
 }
 
 bool DeviceProbe::send() {
   if (stream_.outgoing.empty()) return true;
   const Bytes bytes = std::exchange(stream_.outgoing, {});
+  log_.sent(bytes, now());
   return transport_->write(bytes).has_value();
 }
 
@@ -170,6 +174,7 @@ bool DeviceProbe::exchange(Time until) {
     if (heard_.size() < kHeardBytes && !started_)
       heard_.insert(heard_.end(), bytes.begin(), bytes.end());
     protocol_->take(bytes, arrival, stream_);
+    log_.received(bytes, arrival, stream_.counts);
   }
   return send();
 }
@@ -206,6 +211,7 @@ void DeviceProbe::discard_old_input() {
   stream_.readings.clear();
   stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
   protocol_->start(now(), stream_);
+  log_.started(now(), stream_.counts);
   started_ = true;
   last_sense_ = now();
   frames_at_last_sense_ = stream_.counts.frames;
@@ -233,6 +239,7 @@ bool DeviceProbe::connect_again(Time until) {
     connected_ = true;
     stream_.outgoing.clear();
     protocol_->begin(time, stream_);
+    log_.opened(time);
     last_sense_ = time;
     notice(info_.name + " is back after " + std::to_string((time - lost_since_) / milliseconds{1}) +
            " ms");

@@ -12,6 +12,7 @@
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/clock/device_clock.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/probes/port_log.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -48,6 +49,11 @@ class DeviceProbe final : public Probe {
   [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
+  [[nodiscard]] std::size_t ports() const noexcept override { return 1; }
+  void add_listener(std::size_t /*port*/, PortListener& listener) override { log_.add(listener); }
+  void remove_listener(std::size_t /*port*/, PortListener& listener) override {
+    log_.remove(listener);
+  }
 
  private:
   using Time = std::chrono::nanoseconds;
@@ -76,6 +82,7 @@ class DeviceProbe final : public Probe {
   ProbeCalibration calibration_;
   DeviceClock clock_;
   DeviceStream stream_;
+  PortLog log_;
   Bytes heard_;  ///< the first bytes, to tell another protocol by
   std::vector<std::uint8_t> buffer_;
   std::deque<ProbeSample> ready_;

@@ -64,6 +64,9 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
     }
     info.channels |= parts[i].fills;
     info.name += (i == 0 ? "" : " and ") + of.name;
+    info.calibration_file +=
+        (i == 0 || of.calibration_file.empty() ? "" : "+") + of.calibration_file;
+    info.calibration += of.calibration;
     info.serial_number += (i == 0 || of.serial_number.empty() ? "" : "+") + of.serial_number;
     parts[i].probe = std::move(members[i]);
   }

@@ -37,6 +37,14 @@ class FusedProbe final : public Probe {
   /// Those of the members, added up; times are the worst of them.
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
+  /// One of each member, in their order.
+  [[nodiscard]] std::size_t ports() const noexcept override { return members_.size(); }
+  void add_listener(std::size_t port, PortListener& listener) override {
+    members_[port].probe->add_listener(0, listener);
+  }
+  void remove_listener(std::size_t port, PortListener& listener) override {
+    members_[port].probe->remove_listener(0, listener);
+  }
 
  private:
   struct Member {

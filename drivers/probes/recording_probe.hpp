@@ -37,6 +37,13 @@ class RecordingProbe final : public Probe {
     return probe_->device_counts();
   }
   [[nodiscard]] std::vector<std::string> take_notices() override { return probe_->take_notices(); }
+  [[nodiscard]] std::size_t ports() const noexcept override { return probe_->ports(); }
+  void add_listener(std::size_t port, PortListener& listener) override {
+    probe_->add_listener(port, listener);
+  }
+  void remove_listener(std::size_t port, PortListener& listener) override {
+    probe_->remove_listener(port, listener);
+  }
 
  private:
   std::unique_ptr<Probe> probe_;

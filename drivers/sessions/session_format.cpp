@@ -49,14 +49,38 @@ constexpr Channel kStatusChannels[] = {{"ticks", ""},
                                        {"lost_spikes", "not in this file"},
                                        {"lost_ticks", "not in this file"},
                                        {"lost_events", "not in this file"},
-                                       {"lost_samples", "not in this file"}};
+                                       {"lost_samples", "not in this file"},
+                                       {"lost_frames", "not in this file"},
+                                       {"scheduling_class", "of the loop: 0 normal, 1 FIFO"},
+                                       {"priority", "of the loop, 1 to 99"},
+                                       {"cpu", "that the loop is pinned to, or -1"},
+                                       {"locked_memory_kB", "kB"},
+                                       {"timer_slack_ns", "ns"},
+                                       {"cpu_awake", "1 if idle cores are kept from deep sleep"}};
+constexpr Channel kFrameChannels[] = {{"probe", "from 0"},
+                                      {"port", "of the probe, from 0"},
+                                      {"time_ns", "ns"},
+                                      {"kind", "0 received, 1 sent, 2 opened, 3 started"},
+                                      {"length", "bytes"},
+                                      {"parsed", "frames"},
+                                      {"damaged", "frames"},
+                                      {"lost", "frames"},
+                                      {"bytes_0", "bytes 0 to 7, the first in the lowest bits"},
+                                      {"bytes_1", "bytes 8 to 15"},
+                                      {"bytes_2", "bytes 16 to 23"},
+                                      {"bytes_3", "bytes 24 to 31"},
+                                      {"bytes_4", "bytes 32 to 39"},
+                                      {"bytes_5", "bytes 40 to 47"},
+                                      {"bytes_6", "bytes 48 to 55"},
+                                      {"bytes_7", "bytes 56 to 63"}};
 
-constexpr std::array<SessionStream, 5> kStreams = {{
+constexpr std::array<SessionStream, 6> kStreams = {{
     {Id::kSpikes, "merkel.spikes", "Spikes", true, kSpikeChannels},
     {Id::kTicks, "merkel.ticks", "TickInputs", false, kTickChannels},
     {Id::kSamples, "merkel.samples", "ProbeSamples", false, kSampleChannels},
     {Id::kEvents, "merkel.events", "Events", true, kEventChannels},
     {Id::kStatus, "merkel.status", "Status", true, kStatusChannels},
+    {Id::kFrames, "merkel.frames", "RawFrames", true, kFrameChannels},
 }};
 
 }  // namespace

@@ -11,7 +11,14 @@ namespace merkel {
 /// stream has the same numeric channels. Times are split so that no digit is lost: XDF's own
 /// stamps, doubles in seconds, are there for other readers and are not read back.
 struct SessionStream {
-  enum class Id : std::uint32_t { kSpikes = 1, kTicks = 2, kSamples = 3, kEvents = 4, kStatus = 5 };
+  enum class Id : std::uint32_t {
+    kSpikes = 1,
+    kTicks = 2,
+    kSamples = 3,
+    kEvents = 4,
+    kStatus = 5,
+    kFrames = 6
+  };
   struct Channel {
     std::string_view label;
     std::string_view unit;

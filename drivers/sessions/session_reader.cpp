@@ -1,170 +1,20 @@
 #include "drivers/sessions/session_reader.hpp"
 
 #include <array>
-#include <bit>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
-#include <optional>
 
 #include <pugixml.hpp>
 #include <sys/stat.h>
 
-#include "drivers/sample_limits.hpp"
+#include "drivers/sessions/byte_span.hpp"
+#include "drivers/sessions/session_items.hpp"
 
 namespace merkel {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "XDF is little-endian");
-
-using Id = SessionStream::Id;
-using std::chrono::nanoseconds;
-
 /// No chunk of a session is longer; a longer one is skipped where the file holds it.
 constexpr std::uint64_t kLongestChunk = std::uint64_t{16} << 20U;
-constexpr std::size_t kMostChannels = 16;
-constexpr double kLargestTime_s = 9.2e9;
-
-/// Takes plain values off the front of some bytes; says false once they are used up.
-class Bytes {
- public:
-  explicit Bytes(std::string_view bytes) : rest_(bytes) {}
-  template <class T>
-  [[nodiscard]] bool take(T& value) {
-    if (rest_.size() < sizeof(T)) return false;
-    std::memcpy(&value, rest_.data(), sizeof(T));
-    rest_.remove_prefix(sizeof(T));
-    return true;
-  }
-  /// A count whose width is told by the byte before it.
-  [[nodiscard]] bool take_count(std::uint64_t& count) {
-    std::uint8_t width = 0;
-    if (!take(width)) return false;
-    if (width == 1) return take_as<std::uint8_t>(count);
-    if (width == 4) return take_as<std::uint32_t>(count);
-    return width == 8 && take(count);
-  }
-  [[nodiscard]] std::size_t left() const { return rest_.size(); }
-
- private:
-  template <class Narrow>
-  bool take_as(std::uint64_t& count) {
-    Narrow narrow{};
-    if (!take(narrow)) return false;
-    count = narrow;
-    return true;
-  }
-  std::string_view rest_;
-};
-
-using Doubles = std::array<double, kMostChannels>;
-using Integers = std::array<std::int64_t, kMostChannels>;
-
-/// A whole number from 0 to `largest`, as a double carries it.
-template <class Whole>
-bool to_whole(double value, double largest, Whole& whole) {
-  if (!(value >= 0.0 && value <= largest) || value != std::floor(value)) return false;
-  whole = static_cast<Whole>(value);
-  return true;
-}
-
-template <class Whole>
-bool to_whole(std::int64_t value, std::int64_t largest, Whole& whole) {
-  if (value < 0 || value > largest) return false;
-  whole = static_cast<Whole>(value);
-  return true;
-}
-
-bool to_time(double whole_s, double rest_ns, nanoseconds& time) {
-  std::int64_t rest = 0;
-  if (!(std::fabs(whole_s) <= kLargestTime_s) || whole_s != std::floor(whole_s) ||
-      !to_whole(rest_ns, 999'999'999.0, rest)) {
-    return false;
-  }
-  time = std::chrono::seconds{static_cast<std::int64_t>(whole_s)} + nanoseconds{rest};
-  return true;
-}
-
-bool to_spike(const Integers& values, SpikeEvent& spike) {
-  spike.time = nanoseconds{values[0]};
-  return to_whole(values[1], INT32_MAX, spike.neuron) && spike.neuron > 0 &&
-         to_whole(values[2], UINT16_MAX, spike.patch) &&
-         to_whole(values[3], UINT16_MAX, spike.flags);
-}
-
-bool to_event(const Integers& values, LoopEvent& event) {
-  event.time = nanoseconds{values[0]};
-  event.length = nanoseconds{values[1]};
-  return to_whole(values[2], UINT32_MAX, event.subject) &&
-         to_whole(values[3], static_cast<std::int64_t>(LoopEvent::Kind::kNeuronReset), event.kind);
-}
-
-bool to_tick(const Doubles& values, TickRecord& tick) {
-  double latency_ns = values[4];
-  if (!(std::fabs(latency_ns) < 9e18)) return false;
-  tick.latency = nanoseconds{static_cast<std::int64_t>(latency_ns)};
-  tick.contact = {
-      .depth_mm = values[5], .force_mN = values[6], .x_mm = values[7], .y_mm = values[8]};
-  return to_whole(values[0], 9e15, tick.number) && to_whole(values[1], UINT32_MAX, tick.probe) &&
-         to_time(values[2], values[3], tick.time) &&
-         plausible(tick.contact.depth_mm, SampleLimits::kDepth_mm) &&
-         plausible(tick.contact.force_mN, SampleLimits::kForce_mN) &&
-         plausible(tick.contact.x_mm, SampleLimits::kPosition_mm) &&
-         plausible(tick.contact.y_mm, SampleLimits::kPosition_mm) &&
-         to_whole(values[9], UINT16_MAX, tick.late) &&
-         to_whole(values[10], static_cast<double>(TickRecord::State::kEnded), tick.state);
-}
-
-bool to_sample(const Doubles& values, SessionChunk::Sample& item) {
-  ProbeSample& sample = item.sample;
-  sample.depth_mm = values[5];
-  sample.force_mN = values[6];
-  sample.x_mm = values[7];
-  sample.y_mm = values[8];
-  return to_whole(values[0], UINT32_MAX, item.probe) &&
-         to_time(values[1], values[2], sample.time) &&
-         to_time(values[3], values[4], sample.arrival) && plausible(sample) &&
-         to_whole(values[9], UINT32_MAX, sample.sequence) &&
-         to_whole(values[10], UINT32_MAX, sample.channels);
-}
-
-bool to_status(const Integers& values, RunStatus& status) {
-  std::uint64_t* const fields[] = {
-      &status.ticks,           &status.overruns,      &status.longest_overrun_ns,
-      &status.catch_up_ticks,  &status.gaps,          &status.skipped_ticks,
-      &status.spikes,          &status.neuron_resets, &status.samples,
-      &status.samples_dropped, &status.losses.spikes, &status.losses.ticks,
-      &status.losses.events,   &status.losses.samples};
-  for (std::size_t i = 0; i < std::size(fields); ++i) {
-    if (!to_whole(values[i], INT64_MAX, *fields[i])) return false;
-  }
-  return true;
-}
-
-/// Decodes the samples of one chunk, each `channels` values of 8 bytes after its stamp.
-template <class Values, class Item>
-bool take_items(Bytes& bytes, std::uint64_t count, std::size_t channels, std::vector<Item>& items,
-                bool (*to_item)(const Values&, Item&)) {
-  // Each sample takes its values and a byte at least.
-  if (count > bytes.left() / (channels * 8 + 1)) return false;
-  items.reserve(count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    std::uint8_t stamp_bytes = 0;
-    double stamp = 0.0;
-    if (!bytes.take(stamp_bytes) || (stamp_bytes != 0 && stamp_bytes != 8) ||
-        (stamp_bytes == 8 && !bytes.take(stamp))) {
-      return false;
-    }
-    Values values{};
-    for (std::size_t channel = 0; channel < channels; ++channel) {
-      if (!bytes.take(values[channel])) return false;
-    }
-    Item item{};
-    if (!to_item(values, item)) return false;
-    items.push_back(item);
-  }
-  return true;
-}
 
 /// The stream that an XDF stream header describes, if it is one of merkel's; an error sentence
 /// where it is, but not as it should be.
@@ -277,7 +127,7 @@ Expected<void, SetupError> SessionReader::read_headers() {
       }
     } else if (raw_.tag == XdfTag::kStreamHeader) {
       std::uint32_t id = 0;
-      Bytes bytes(raw_.content);
+      ByteSpan bytes(raw_.content);
       if (!bytes.take(id) || !document.load_buffer(raw_.content.data() + sizeof id, bytes.left())) {
         return damaged("a stream's header is not XML");
       }
@@ -298,45 +148,18 @@ Expected<void, SetupError> SessionReader::read_headers() {
 
 Expected<void, SetupError> SessionReader::decode(std::string_view content,
                                                  SessionChunk& chunk) const {
-  Bytes bytes(content);
   std::uint32_t id = 0;
-  std::uint64_t count = 0;
-  if (!bytes.take(id)) return damaged("a chunk of samples is too short");
+  if (!ByteSpan(content).take(id)) return damaged("a chunk of samples is too short");
   if (id == 0 || id > session_streams().size()) return {};  // somebody else's stream
-  if (!bytes.take_count(count)) return damaged("a chunk of samples has no count");
   const SessionStream& stream = session_streams()[id - 1];
-  chunk.stream = stream.id;
-  const std::size_t channels = stream.channels.size();
-  bool good = false;
-  switch (stream.id) {
-    case Id::kSpikes:
-      good = take_items<Integers>(bytes, count, channels, chunk.spikes, to_spike);
-      break;
-    case Id::kTicks:
-      good = take_items<Doubles>(bytes, count, channels, chunk.ticks, to_tick);
-      break;
-    case Id::kSamples:
-      good = take_items<Doubles>(bytes, count, channels, chunk.samples, to_sample);
-      break;
-    case Id::kEvents:
-      good = take_items<Integers>(bytes, count, channels, chunk.events, to_event);
-      break;
-    case Id::kStatus:
-      good = take_items<Integers>(bytes, count, channels, chunk.status, to_status);
-      break;
-  }
-  if (!good || bytes.left() != 0) {
+  if (!decode_items(stream, content.substr(sizeof id), chunk)) {
     return damaged("a sample of " + std::string(stream.name) + " cannot be");
   }
   return {};
 }
 
 Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
-  chunk.spikes.clear();
-  chunk.ticks.clear();
-  chunk.samples.clear();
-  chunk.events.clear();
-  chunk.status.clear();
+  chunk.clear();
   for (;;) {
     if (!std::exchange(raw_pending_, false)) {
       const auto read = read_raw(raw_);
@@ -347,10 +170,7 @@ Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
     if (auto decoded = decode(raw_.content, chunk); !decoded) {
       return Unexpected<SetupError>(decoded.error());
     }
-    if (!chunk.spikes.empty() || !chunk.ticks.empty() || !chunk.samples.empty() ||
-        !chunk.events.empty() || !chunk.status.empty()) {
-      return true;
-    }
+    if (!chunk.empty()) return true;
   }
 }
 

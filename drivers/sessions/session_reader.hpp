@@ -9,28 +9,10 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/loop_event.hpp"
-#include "core/probe_sample.hpp"
-#include "core/run_status.hpp"
-#include "core/spike_event.hpp"
-#include "core/tick_record.hpp"
+#include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/session_format.hpp"
 
 namespace merkel {
-
-/// What one chunk of a session holds: one kind of item.
-struct SessionChunk {
-  struct Sample {
-    std::uint32_t probe = 0;
-    ProbeSample sample;
-  };
-  SessionStream::Id stream = SessionStream::Id::kSpikes;
-  std::vector<SpikeEvent> spikes;
-  std::vector<TickRecord> ticks;
-  std::vector<Sample> samples;
-  std::vector<LoopEvent> events;
-  std::vector<RunStatus> status;
-};
 
 /// Reads a recorded session, chunk by chunk, in bounded memory.
 ///
@@ -43,6 +25,10 @@ class SessionReader {
 
   /// What the recorder noted (scene text, seeds, machine), by name; empty where it did not.
   [[nodiscard]] std::string fact(std::string_view name) const;
+  /// All that it noted, names and values, in order.
+  [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& facts() const noexcept {
+    return facts_;
+  }
   /// All of that name, in order.
   [[nodiscard]] std::vector<std::string> facts(std::string_view name) const;
 

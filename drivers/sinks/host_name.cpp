@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include <arpa/inet.h>
+#include <netdb.h>
 
 namespace merkel {
 
@@ -30,6 +31,13 @@ bool HostAndPort::loopback() const {
   std::array<unsigned char, 16> bytes{};
   if (::inet_pton(AF_INET, host.c_str(), bytes.data()) == 1) return bytes[0] == 127;
   return host == "::1";
+}
+
+bool HostAndPort::known() const {
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), nullptr, nullptr, &found) != 0) return false;
+  ::freeaddrinfo(found);
+  return true;
 }
 
 Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host) {

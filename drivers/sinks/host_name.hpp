@@ -19,6 +19,8 @@ struct HostAndPort {
 
   /// Whether the host is this machine, and reachable from it alone.
   [[nodiscard]] bool loopback() const;
+  /// Whether the host is an address, or a name that is known by now. May take seconds.
+  [[nodiscard]] bool known() const;
 };
 
 /// The error for an address that --allow-remote would allow.

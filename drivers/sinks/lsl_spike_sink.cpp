@@ -1,5 +1,7 @@
 #include <array>
+#include <chrono>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include <lsl_cpp.h>
@@ -11,25 +13,40 @@
 namespace merkel {
 namespace {
 
+/// What an inlet may be behind. liblsl reckons 100 samples a second at an irregular rate.
+constexpr int kBuffered_s = 10'000;
+constexpr std::chrono::milliseconds kFarewell{500};
+constexpr double kLongestWait_s = 3600.0;
+
 /// One int32 channel of neuron numbers at an irregular rate, stamped in LSL's own time, which is
 /// CLOCK_MONOTONIC in seconds: the probe time of a device is that already.
 class LslSpikeSink final : public SpikeSink {
  public:
   LslSpikeSink(std::string uri, const lsl::stream_info& info, NeuronNumbering numbering)
-      : uri_(std::move(uri)), outlet_(info), numbering_(std::move(numbering)) {}
+      : uri_(std::move(uri)), outlet_(info, 0, kBuffered_s), numbering_(std::move(numbering)) {}
+
+  /// Whether an inlet has come in time.
+  bool wait_for_consumers(double wait_s) { return outlet_.wait_for_consumers(wait_s); }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     for (const SpikeEvent& spike : spikes) {
       const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(numbering_.number(spike))};
-      outlet_.push_sample(neuron.data(), units::s_from(spike.time), false);
+      // What is pushed without being pushed through waits for the next that is.
+      const bool last = &spike == &spikes.back();
+      outlet_.push_sample(neuron.data(), units::s_from(spike.time), last);
     }
     delivered_ += spikes.size();
     return {};
   }
 
-  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
+  /// The outlet sends from a thread of its own, does not tell how far it is, and forgets what is
+  /// left when it goes.
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    if (outlet_.have_consumers()) std::this_thread::sleep_for(kFarewell);
+    return {};
+  }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
@@ -43,6 +60,7 @@ class LslSpikeSink final : public SpikeSink {
 
 OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
+  const double wait_s = options.number("wait_s", 0.0, 0.0, kLongestWait_s);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (uri.path.empty()) return bad_input("\"" + uri.text + "\": name the stream: lsl:NAME");
   if (!setup.allow_remote) {
@@ -58,7 +76,11 @@ OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
         .append_child_value("type", "Spikes")
         .append_child_value("unit", "number from 1");
     info.desc().append_child_value("scene", setup.run.scene);
-    return std::make_unique<LslSpikeSink>(uri.text, info, setup.numbering);
+    auto sink = std::make_unique<LslSpikeSink>(uri.text, info, setup.numbering);
+    if (wait_s > 0.0 && !sink->wait_for_consumers(wait_s)) {
+      return unavailable("\"" + uri.text + "\": no inlet has connected in time");
+    }
+    return sink;
   } catch (const std::exception& error) {
     return bad_input("\"" + uri.text + "\": liblsl refused: " + error.what());
   }

@@ -94,6 +94,10 @@ OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
                      "/merkel/spike, but is \"" + path + "\"");
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
+  if (!address->known()) {
+    return bad_input("\"" + uri.text + "\": there is no host \"" + address->host +
+                     "\": check its name, or write its address");
+  }
   Address target(lo_address_new(address->host.c_str(), std::to_string(address->port).c_str()));
   if (!target) return bad_input("\"" + uri.text + "\": this is not an address to send to");
   return std::make_unique<OscSpikeSink>(uri.text, std::move(target), path, setup.numbering);

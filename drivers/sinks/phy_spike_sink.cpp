@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "core/parameter_error.hpp"
 #include "core/units.hpp"
@@ -43,7 +44,8 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& u
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   const std::string& folder = uri.path;
   if (folder.empty()) return bad_input("\"" + uri.text + "\": name the folder to write: phy:DIR");
-  if (::mkdir(folder.c_str(), 0777) != 0 && (errno != EEXIST || !setup.overwrite)) {
+  const bool made = ::mkdir(folder.c_str(), 0777) == 0;
+  if (!made && (errno != EEXIST || !setup.overwrite)) {
     return bad_input(errno == EEXIST
                          ? folder + " exists already: give --overwrite, or another name"
                          : "cannot make the folder " + folder + ": " + std::strerror(errno) +
@@ -64,9 +66,20 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& u
   if (!clusters) return Unexpected<SetupError>(clusters.error());
   auto templates = NpyFile::create(folder + "/spike_templates.npy", "<i4", setup.overwrite);
   if (!templates) return Unexpected<SetupError>(templates.error());
-  return std::unique_ptr<SpikeSink>(new PhySpikeSink(uri.text, rate_hz, std::move(*times),
-                                                     std::move(*clusters), std::move(*templates),
-                                                     setup.numbering));
+  std::unique_ptr<PhySpikeSink> sink(new PhySpikeSink(uri.text, rate_hz, std::move(*times),
+                                                      std::move(*clusters), std::move(*templates),
+                                                      setup.numbering));
+  if (made) sink->folder_ = folder;
+  return sink;
+}
+
+PhySpikeSink::~PhySpikeSink() {
+  if (closed_ || taken_ > 0 || folder_.empty()) return;
+  for (const char* const name :
+       {"params.py", "spike_times.npy", "spike_clusters.npy", "spike_templates.npy"}) {
+    ::unlink((folder_ + "/" + name).c_str());
+  }
+  ::rmdir(folder_.c_str());
 }
 
 Expected<void, SinkError> PhySpikeSink::settle(bool succeeded) {
@@ -94,6 +107,9 @@ Expected<void, SinkError> PhySpikeSink::flush() {
   return settle(times_.flush() && clusters_.flush() && templates_.flush());
 }
 
-Expected<void, SinkError> PhySpikeSink::close() { return flush(); }
+Expected<void, SinkError> PhySpikeSink::close() {
+  closed_ = true;
+  return flush();
+}
 
 }  // namespace merkel

@@ -20,6 +20,8 @@ class PhySpikeSink final : public SpikeSink {
   /// Makes the folder the URI's path names; its parent must exist.
   [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
       const Uri& uri, const SinkSetup& setup);
+  /// Takes the folder away again if nothing was written and close() was not called.
+  ~PhySpikeSink() override;
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
@@ -38,6 +40,8 @@ class PhySpikeSink final : public SpikeSink {
   NpyFile clusters_;
   NpyFile templates_;
   NeuronNumbering numbering_;
+  std::string folder_;  ///< where this sink has made it
+  bool closed_ = false;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;
 };

@@ -25,7 +25,7 @@ using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
 /// SONATA spikes, through HDF5: FILE.h5. Options: population.
 [[nodiscard]] OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup);
 
-/// A Lab Streaming Layer outlet, through liblsl: NAME.
+/// A Lab Streaming Layer outlet, through liblsl: NAME. Options: wait_s (for an inlet, at start).
 [[nodiscard]] OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup);
 
 /// A session recording, with metadata through pugixml: FILE.xdf.

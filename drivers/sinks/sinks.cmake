@@ -27,6 +27,7 @@ merkel_optional_sink(HDF5 "${MERKEL_HDF5_LIBRARY}" "${MERKEL_HDF5_INCLUDE}"
   sinks/sonata_spike_sink.cpp)
 
 find_package(LSL QUIET)
+set(MERKEL_WITH_LSL ${LSL_FOUND} CACHE INTERNAL "an installed merkel needs it too")
 if(LSL_FOUND)
   merkel_optional_sink(LSL LSL::lsl "" sinks/lsl_spike_sink.cpp)
 else()

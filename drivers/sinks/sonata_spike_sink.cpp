@@ -74,6 +74,7 @@ class SonataSpikeSink final : public SpikeSink {
   ~SonataSpikeSink() override {
     const std::lock_guard lock(hdf5_mutex());
     static_cast<void>(close_all());
+    if (!closed_ && delivered_ == 0) static_cast<void>(std::remove(part_.c_str()));
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -109,6 +110,7 @@ class SonataSpikeSink final : public SpikeSink {
     errno = 0;
     if (!close_all()) return trouble();
     if (std::rename(part_.c_str(), path_.c_str()) != 0) return trouble();
+    closed_ = true;
     return {};
   }
 
@@ -146,6 +148,7 @@ class SonataSpikeSink final : public SpikeSink {
   std::string part_;
   Parts parts_;
   NeuronNumbering numbering_;
+  bool closed_ = false;
   std::vector<double> times_ms_;
   std::vector<std::uint64_t> node_ids_;
   std::uint64_t delivered_ = 0;

@@ -29,6 +29,7 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const std::
   auto file = OutputFile::create(path, overwrite);
   if (!file) return Unexpected<SetupError>(file.error());
   if (form == Form::kCsv && !file->write("time_s,neuron\n")) return unavailable(file->error());
+  file->end_header();
   return std::unique_ptr<SpikeSink>(
       new TextSpikeSink(uri, std::move(*file), form, std::move(numbering)));
 }

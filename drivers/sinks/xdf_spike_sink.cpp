@@ -78,19 +78,23 @@ class XdfSpikeSink final : public SpikeSink {
     pugi::xml_node facts = info.append_child("merkel");
     for (const auto& [name, value] : run.facts) add(facts, name.c_str(), value);
     add(facts, "scene", run.scene);
-    const ClockPair clocks = read_clock_pair();
-    add(facts, "clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
-    add(facts, "clock_utc_ns", std::to_string(clocks.utc.count()));
+    // A copy keeps the clocks of the recording.
+    if (!facts.child("clock_monotonic_ns")) {
+      const ClockPair clocks = read_clock_pair();
+      add(facts, "clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
+      add(facts, "clock_utc_ns", std::to_string(clocks.utc.count()));
+    }
     if (!write_chunk(XdfTag::kFileHeader, xml_of(document))) return false;
     for (const SessionStream& stream : session_streams()) {
       if (!write_stream_header(stream)) return false;
     }
+    file_.end_header();
     return file_.flush();
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t wishes() const noexcept override {
-    return kTicks | kEvents | kSamples | kStatus;
+    return kTicks | kEvents | kSamples | kStatus | kFrames;
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
@@ -140,15 +144,43 @@ class XdfSpikeSink final : public SpikeSink {
     return settle(write_chunk(XdfTag::kSamples, chunk_));
   }
 
+  [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
+                                                       std::span<const RawFrame> frames) override {
+    begin(Id::kFrames, frames.size());
+    for (const RawFrame& frame : frames) {
+      stamp(Id::kFrames, frame.time);
+      put<std::int64_t>({whole(probe), whole(port), frame.time.count(),
+                         static_cast<std::int64_t>(frame.kind), frame.length, frame.parsed,
+                         frame.damaged, frame.lost});
+      append(chunk_, frame.bytes);
+    }
+    return settle(write_chunk(XdfTag::kSamples, chunk_));
+  }
+
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
     begin(Id::kStatus, 1);
     stamp(Id::kStatus, read_clock_pair().monotonic);
-    put<std::int64_t>(
-        {whole(status.ticks), whole(status.overruns), whole(status.longest_overrun_ns),
-         whole(status.catch_up_ticks), whole(status.gaps), whole(status.skipped_ticks),
-         whole(status.spikes), whole(status.neuron_resets), whole(status.samples),
-         whole(status.samples_dropped), whole(status.losses.spikes), whole(status.losses.ticks),
-         whole(status.losses.events), whole(status.losses.samples)});
+    put<std::int64_t>({whole(status.ticks),
+                       whole(status.overruns),
+                       whole(status.longest_overrun_ns),
+                       whole(status.catch_up_ticks),
+                       whole(status.gaps),
+                       whole(status.skipped_ticks),
+                       whole(status.spikes),
+                       whole(status.neuron_resets),
+                       whole(status.samples),
+                       whole(status.samples_dropped),
+                       whole(status.losses.spikes),
+                       whole(status.losses.ticks),
+                       whole(status.losses.events),
+                       whole(status.losses.samples),
+                       whole(status.losses.frames),
+                       status.rights.scheduling_class,
+                       status.rights.priority,
+                       status.rights.cpu,
+                       status.rights.locked_memory_kB,
+                       status.rights.timer_slack_ns,
+                       status.rights.cpu_awake});
     return settle(write_chunk(XdfTag::kSamples, chunk_));
   }
 
@@ -249,7 +281,7 @@ class XdfSpikeSink final : public SpikeSink {
   std::string uri_;
   OutputFile file_;
   std::string chunk_;
-  std::array<Tally, 5> tallies_;
+  std::array<Tally, 6> tallies_;
   int flushes_ = 0;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -1,35 +1,64 @@
 #!/usr/bin/env bash
-# Fuzzes every parser of the protocol table with libFuzzer, address and undefined sanitizers.
-# usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER]]
-# At least BYTES random bytes go through each (default: ten million). What is found is kept in
-# CORPUS_FOLDER/PROTOCOL, where the next run goes on from; the seeds in the sources are small.
+# Fuzzes all that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
+# of the protocol table, sessions, traces, calibrations, scenes, recordings, URIs and addresses.
+# usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
+# At least BYTES random bytes go through each (default: ten million), or through those named. What is
+# found is kept in CORPUS_FOLDER/NAME, where the next run goes on from; the seeds in the sources are
+# small. Those of sessions are made by tests/fuzz/session_seeds.py build/release/merkel CORPUS_FOLDER/session.
 set -euo pipefail
 source=$1
 bytes=${2:-10000000}
 corpora=${3:-$(mktemp -d)}
+wanted=("${@:4}")
 if ! command -v clang++ >/dev/null; then
   echo "skipped: clang++ is not installed (tools/install_packages ci)"
   exit 77
 fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-longest=4096
 
-flags=(-std=c++20 -O1 -g1 -I "$source" -fsanitize=address,undefined,fuzzer-no-link
+flags=(-std=c++20 -O1 -g1 -I "$source" -isystem /usr/include/eigen3 -fsanitize=address,undefined,fuzzer-no-link
   -fno-sanitize-recover=all)
-objects=()
-for file in "$source"/drivers/protocols/*.cpp "$source"/drivers/{uri,files/csv_text}.cpp \
-  "$source"/core/{nearest_name,parameter_error}.cpp; do
-  object="$work/$(basename "$file" .cpp).o"
-  clang++ "${flags[@]}" -c "$file" -o "$object"
-  objects+=("$object")
-done
+# Compiles a source once; prints where.
+object_of() {
+  local object
+  object="$work/${1//\//_}.o"
+  [ -e "$object" ] || clang++ "${flags[@]}" -c "$source/$1" -o "$object"
+  echo "$object"
+}
+
+# fuzz NAME LONGEST_INPUT "COMPILER_ARGUMENTS" FUZZED_SOURCE SOURCE…
+fuzz() {
+  local name=$1 longest=$2 arguments=$3 fuzzed=$4 objects=()
+  shift 4
+  if [ ${#wanted[@]} -gt 0 ] && ! printf '%s\n' "${wanted[@]}" | grep -qx "$name"; then return; fi
+  for file in "$@"; do objects+=("$(object_of "$file")"); done
+  # shellcheck disable=SC2086
+  clang++ "${flags[@]}" -fsanitize=fuzzer "$source/tests/fuzz/$fuzzed" "${objects[@]}" $arguments \
+    -o "$work/$name"
+  local folders=("$corpora/$name")
+  [ -d "$source/tests/fuzz/seeds/$name" ] && folders+=("$source/tests/fuzz/seeds/$name")
+  mkdir -p "$corpora/$name"
+  "$work/$name" -seed=1 -max_len="$longest" -len_control=0 -runs=$((bytes / (longest / 8))) \
+    -print_final_stats=0 -verbosity=0 "${folders[@]}"
+  echo "$name: no fault"
+}
+
+words=(core/{nearest_name,parameter_error}.cpp drivers/files/csv_text.cpp)
+protocols=("${words[@]}" drivers/uri.cpp)
+for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols/${file##*/}"); done
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
-  clang++ "${flags[@]}" "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" -fsanitize=fuzzer \
-    "$source/tests/fuzz/protocol_fuzz.cpp" "${objects[@]}" -o "$work/$protocol"
-  mkdir -p "$corpora/$protocol"
-  seeds="$source/tests/fuzz/seeds/$protocol"
-  "$work/$protocol" -seed=1 -max_len=$longest -len_control=0 -runs=$((bytes / (longest / 8))) \
-    -print_final_stats=0 -verbosity=0 "$corpora/$protocol" "$seeds"
-  echo "$protocol: no fault"
+  fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
 done
+fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" drivers/uri.cpp \
+  drivers/sessions/session_{reader,items,format}.cpp drivers/sinks/{xdf_spike_sink,clock_pair}.cpp \
+  drivers/files/output_file.cpp
+fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_reader,output_file}.cpp
+fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
+  drivers/calibration/calibration_file.cpp drivers/files/toml.cpp
+fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene_{file,table,presets}.cpp \
+  tools/loop_settings.cpp drivers/{uri,files/toml}.cpp core/skin/bar_contact.cpp \
+  core/neuron/integration_method.cpp realtime/thread_setup.cpp
+fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/score/recordings.cpp \
+  core/skin/bar_contact.cpp
+fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

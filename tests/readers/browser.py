@@ -72,8 +72,11 @@ class Browser:
             {"type": "key", "id": "keyboard", "actions": [{"type": "keyDown", "value": key},
                                                           {"type": "keyUp", "value": key}]}]})
 
-    def resize(self, width, height):
-        self._in_session("POST", "/window/rect", {"width": width, "height": height})
+    def resize_to_phone(self, width, height):
+        """A window cannot be as narrow as a phone is: Chromium takes the page for one on it."""
+        self._in_session("POST", "/goog/cdp/execute", {
+            "cmd": "Emulation.setDeviceMetricsOverride",
+            "params": {"width": width, "height": height, "deviceScaleFactor": 2, "mobile": True}})
 
     def screenshot(self, path):
         with open(path, "wb") as file:

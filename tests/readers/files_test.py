@@ -1,5 +1,6 @@
 """Spike files, opened by the software they are for: Neo, h5py, NumPy."""
 import os
+import resource
 import signal
 import subprocess
 
@@ -90,6 +91,19 @@ class Files(merkel_program.TestCase):
         self.assertIn("No space left", done.stderr)
         self.assertIn("/dev/full", done.stderr)
         self.assertGreater(len(spikes_of_csv(self.path("s.csv"))), 100)
+
+    def test_a_limit_of_file_size_ends_its_sinks_and_not_the_run(self):
+        done = subprocess.run(
+            [merkel_program.PROGRAM, "run", "--fast", "--probe", TRACE, "--sink",
+             "xdf:" + self.path("s.xdf"), "--sink", "csv:" + self.path("s.csv")],
+            capture_output=True, text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (500_000, 500_000)))
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("ulimit -f", done.stderr)
+        self.assertGreater(len(spikes_of_csv(self.path("s.csv"))), 100)
+        # What the session has, it has whole.
+        replay = self.merkel("replay", self.path("s.xdf.part"))
+        self.assertIn("bit-identical", replay.stdout)
 
     def test_hours_of_spikes_lose_none(self):
         uris = ["csv:" + self.path("l.csv"), "gdf:" + self.path("l.gdf"), "phy:" + self.path("l"),

@@ -1,7 +1,10 @@
 """Sessions, as a reader sees them that merkel's authors have not written the code of."""
+import json
 import os
 import signal
+import struct
 import time
+import tomllib
 
 import merkel_program
 from merkel_program import spikes_of_csv
@@ -16,9 +19,13 @@ class Session(merkel_program.TestCase):
         xdf = Xdf(session)
         self.assertTrue(xdf.whole)
         facts = xdf.header.find("merkel")
-        for name in ("version", "git_hash", "scene_text", "receptor_seed", "network_seed", "kernel",
-                     "kernel_realtime", "simd_target", "clock_monotonic_ns", "clock_utc_ns"):
+        for name in ("version", "git_hash", "scene", "scene_text", "receptor_seed", "network_seed",
+                     "afferent_seed", "integrate_and_fire_seed", "connor_stevens_seed", "kernel",
+                     "kernel_realtime", "processors", "simd_target", "method", "precision",
+                     "step_ns", "tick_ns", "probe", "probe_name", "clock_monotonic_ns",
+                     "clock_utc_ns"):
             self.assertTrue(facts.findtext(name), name)
+        self.assertEqual(facts.findtext("probe"), f"replay:{trace}")
         self.assertLess(abs(int(facts.findtext("clock_utc_ns")) * 1e-9 - time.time()), 3600)
 
         spikes = xdf.streams["merkel.spikes"]
@@ -50,6 +57,57 @@ class Session(merkel_program.TestCase):
         self.assertEqual(xdf.streams["merkel.ticks"].samples, [])
         done = self.merkel("replay", session, exit_code=2)
         self.assertIn("without a simulation", done.stderr)
+
+    def test_a_devices_bytes_its_calibration_and_the_rights_of_the_loop_are_in_it(self):
+        calibration = self.path("gauge.toml")
+        with open(calibration, "w") as file:
+            file.write('serial_number = "SIM1"\ndate = "2026-01-02T03:04:05Z"\n'
+                       '[depth]\nsource = "depth"\ngain = 1.25\nzero = 0.5\n')
+        device = merkel_program.start("simulate-probe", "hbf1", "--trace", "tests/traces/taps.csv",
+                                      "--link", self.path("tty"))
+        self.addCleanup(device.communicate)
+        self.addCleanup(device.kill)
+        self.assertTrue(merkel_program.wait_for(lambda: os.path.exists(self.path("tty"))))
+        session = self.path("s.xdf")
+        done = self.merkel(
+            "run", "--probe", f"serial:{self.path('tty')}?protocol=hbf1&calibration={calibration}",
+            "--duration-s", "0.5", "--sink", f"xdf:{session}", "--json")
+        loop = json.loads(done.stdout)["loop"]
+        xdf = Xdf(session)
+        facts = xdf.header.find("merkel")
+        self.assertEqual(facts.findtext("probe_serial_number"), "SIM1")
+        self.assertEqual(facts.findtext("probe_calibration_file"), calibration)
+        applied = tomllib.loads(facts.findtext("probe_calibration"))
+        self.assertEqual(applied["date"], "2026-01-02T03:04:05Z")
+        self.assertEqual(applied["serial_number"], "SIM1")
+        self.assertEqual((applied["depth"]["gain"], applied["depth"]["zero"]), (1.25, 0.5))
+
+        status = xdf.streams["merkel.status"]
+        last = dict(zip(status.labels, status.samples[-1]))
+        self.assertEqual(last["scheduling_class"], 1 if loop["scheduler"] == "fifo" else 0)
+        self.assertEqual(last["priority"], loop["priority"] if loop["scheduler"] == "fifo" else 0)
+        self.assertEqual(last["locked_memory_kB"] > 0, loop["memory_locked"])
+        self.assertEqual(last["cpu_awake"] == 1, loop["cpu_awake"])
+        self.assertIn("cpu", last)
+        self.assertGreaterEqual(last["timer_slack_ns"], 0)
+        self.assertEqual(last["lost_frames"], 0)
+
+        # Frames of this protocol end with a zero byte.
+        frames = xdf.streams["merkel.frames"]
+        words = frames.labels.index("bytes_0")
+        self.assertEqual(frames.column("kind")[0], 2)  # opened
+        self.assertIn(3, frames.column("kind"))        # started
+        received, parsed = b"", 0
+        for row in frames.samples:
+            values = dict(zip(frames.labels, row))
+            if values["kind"] == 0:
+                received += struct.pack("<8q", *row[words:])[:values["length"]]
+                parsed += values["parsed"]
+                self.assertEqual(values["damaged"], 0)
+        self.assertEqual(received.count(0), parsed)
+        self.assertGreater(parsed, len(xdf.streams["merkel.samples"].samples))
+        for stamp, time_ns in zip(frames.stamps, frames.column("time_ns")):
+            self.assertAlmostEqual(stamp, time_ns * 1e-9, places=6)
 
     def test_a_killed_run_is_readable_and_replays(self):
         session = self.path("s.xdf")

@@ -150,6 +150,16 @@ class InBrowser(Page):
             self.assertEqual(page.ask("document.getElementById('window').value"), "5")
             self.screenshot(page, "live_page.png")
 
+            # By keyboard: a picture with the focus says what lies where the arrows lead.
+            self.assertIn(" mm, ", page.text("trace-value"))
+            for canvas, word in (("raster", "afferent "), ("skin", "afferent "),
+                                 ("rates", " /s"), ("latency", " ticks")):
+                page.ask(f"document.getElementById('{canvas}').focus()")
+                page.press("\ue012")  # left
+                self.assertTrue(merkel_program.wait_for(
+                    lambda: word in page.text(f"{canvas}-value")), canvas)
+            page.ask("document.activeElement.blur()")
+
             page.press(" ")
             self.assertEqual(page.text("pause"), "Go on")
             page.press(" ")
@@ -159,8 +169,8 @@ class InBrowser(Page):
             page.press("t")
             page.press("t")
             self.assertEqual(page.ask("document.documentElement.dataset.theme"), "dark")
-            page.resize(500, 1100)
-            self.assertTrue(merkel_program.wait_for(lambda: page.ask("innerWidth") <= 600))
+            page.resize_to_phone(390, 844)
+            self.assertTrue(merkel_program.wait_for(lambda: page.ask("innerWidth") == 390))
             self.assertLessEqual(page.ask("document.documentElement.scrollWidth"),
                                  page.ask("innerWidth"))
             self.screenshot(page, "live_page_phone.png")

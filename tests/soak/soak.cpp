@@ -1,14 +1,17 @@
-// Sends spikes of virtual time to sinks, at 5000 a second, as fast as they take them, through the
-// queues and threads of a run; fails if a single one is lost.
-// usage: merkel_soak SECONDS SINK_URI…
+// Sends spikes of virtual time to sinks, at 5000 a second, through the queues and threads of a run;
+// fails if a single one is lost. It goes as fast as the sinks take them or, for those that cannot
+// hold back who sends (osc:, lsl:), so many times as fast as real time.
+// usage: merkel_soak SECONDS[@SPEED] SINK_URI…
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <numeric>
+#include <string_view>
+#include <thread>
 #include <vector>
 
 #include "core/random.hpp"
+#include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/sink_writer.hpp"
 #include "realtime/spike_fanout.hpp"
@@ -20,11 +23,11 @@ constexpr std::size_t kNeurons = 1000;
 constexpr int kSpikesPerTick = 5;
 constexpr std::chrono::milliseconds kTick{1};
 
-int soak(double seconds, const std::vector<const char*>& uris) {
+int soak(double seconds, double speed, const std::vector<const char*>& uris) {
   using namespace merkel;
   const SinkSetup setup{.numbering = NeuronNumbering({&kNeurons, 1}),
                         .overwrite = true,
-                        .allow_remote = false,
+                        .allow_remote = true,
                         .run = {}};
   SpikeFanout fanout;
   std::vector<std::unique_ptr<SpikeSink>> sinks;
@@ -62,6 +65,11 @@ int soak(double seconds, const std::vector<const char*>& uris) {
     tick.time += kTick;
     fanout.publish(std::span<const SpikeEvent>(spikes), clock);
     fanout.publish(std::span<const TickRecord>(&tick, 1), clock);
+    if (speed > 0.0) {
+      const std::chrono::duration<double> due(units::s_from(tick.time) / speed);
+      std::this_thread::sleep_until(
+          begun + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
+    }
   }
   fanout.end();
   const std::uint64_t made = ticks * kSpikesPerTick;
@@ -84,5 +92,8 @@ int soak(double seconds, const std::vector<const char*>& uris) {
 
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
-  return soak(std::atof(argv[1]), {argv + 2, argv + argc});
+  const std::string_view text = argv[1];
+  const auto at = text.find('@');
+  const double speed = at == std::string_view::npos ? 0.0 : std::atof(argv[1] + at + 1);
+  return soak(std::atof(argv[1]), speed, {argv + 2, argv + argc});
 }

@@ -75,6 +75,7 @@ TEST(Recordings, OtherConditionsHaveAFormToo) {
 
 TEST(Recordings, NamesTheFieldAndTheMend) {
   EXPECT_EQ(fault_of("{"), "d.json:1: this is not JSON");
+  EXPECT_EQ(fault_of("[1e999]"), "d.json: holds a number that is too large for any program");
   EXPECT_EQ(fault_of("{}"), "d.json: holds no data: give it a section such as curvature_force");
   EXPECT_EQ(fault_of(R"({"curvature_forse": {}})"),
             "d.json: the field curvature_forse is not known: did you mean curvature_force?");

@@ -299,6 +299,12 @@ TEST(SceneFile, SurvivesRandomText) {
   }
 }
 
+TEST(SceneFile, AKeyInLatinLettersIsRefusedWhereItStands) {
+  const auto latin = parse_scene("gr\u00f6\u00dfe = 1\n\u024b = 2\n", "s.toml");
+  ASSERT_FALSE(latin);
+  EXPECT_EQ(latin.error().sentence.substr(0, 9), "s.toml:1:") << latin.error().sentence;
+}
+
 TEST(SceneFile, AMissingFileIsNamed) {
   EXPECT_EQ(read_scene("no/such.toml").error().sentence,
             "cannot read the scene no/such.toml: No such file or directory");

@@ -223,6 +223,25 @@ TEST(Replay, ARunWithSeedForceAndTwoProbesIsReplayedFromItsSessionAlone) {
   EXPECT_EQ(run_program({"replay", folder.path("copy.xdf")}).exit_code, 0);
 }
 
+TEST(Replay, EverySeedOfTheCommandLineIsInTheSession) {
+  const TemporaryFolder folder;
+  // Noisy neurons, adaptation with a spread, and a kind of neuron for each seed.
+  const std::string spread = "[afferent]\ngain_spread = 0.3\n";
+  const auto replays = [&](const std::string& text) {
+    const std::string path = folder.path("s.xdf");
+    const auto run = run_program({"run", folder.file("s.toml", text), "--fast", "--seed", "7",
+                                  "--overwrite", "--sink", "xdf:" + path, "--json"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    if (run.exit_code == 0) {
+      EXPECT_GT(nlohmann::json::parse(run.out)["spikes"].get<int>(), 10);
+    }
+    const auto again = run_program({"replay", path});
+    EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
+  };
+  replays("preset = \"goodwin\"\n" + spread);
+  replays("preset = \"goodwin-hh\"\n" + spread);
+}
+
 TEST(Replay, RefusesWhatCannotBeReplayed) {
   const TemporaryFolder folder;
   EXPECT_EQ(run_program({"replay", folder.path("none.xdf")}).exit_code, 2);

@@ -22,6 +22,7 @@ void add_probes_command(CommandLine& program);
 void add_calibrate_command(CommandLine& program);
 void add_simulate_probe_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
+void add_inspect_session_command(CommandLine& inspect);
 void add_figures_command(CommandLine& program);
 void add_score_command(CommandLine& program);
 void add_fit_command(CommandLine& program);

@@ -24,6 +24,11 @@ Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk
   if (!chunk.spikes.empty()) return sink.write(chunk.spikes);
   if (!chunk.ticks.empty()) return sink.write_ticks(chunk.ticks);
   if (!chunk.events.empty()) return sink.write_events(chunk.events);
+  for (const SessionChunk::Frame& each : chunk.frames) {
+    if (auto written = sink.write_frames(each.probe, each.port, {&each.frame, 1}); !written) {
+      return written;
+    }
+  }
   if (!chunk.status.empty()) return sink.write_status(chunk.status.back());
   for (auto first = chunk.samples.begin(); first != chunk.samples.end();) {
     const auto last = std::find_if(first, chunk.samples.end(), [&](const auto& sample) {
@@ -46,12 +51,16 @@ int export_session(const ExportOptions& options) {
   if (!model) return refuse(scene->sentence(model.error()));
   const std::vector<std::size_t> neurons = model->neurons_of_patch();
   const NeuronNumbering numbering(neurons);
+  // A copy is of the machine and the time of the recording.
+  RunDescription run = describe_run(*scene, *model);
+  run.facts = session->facts();
+  std::erase_if(run.facts, [](const auto& fact) { return fact.first == "scene"; });
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, {.numbering = numbering,
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
-                                .run = describe_run(*scene, *model)});
+                                .run = run});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }

@@ -44,9 +44,9 @@ Expected<Scene, SetupError> scene_of(const InspectOptions& options) {
 
 void add_inspect_command(CommandLine& program) {
   auto options = std::make_shared<InspectOptions>();
-  CommandLine command =
-      program.subcommand("inspect", "Prints the parts of the model by themselves, as CSV.",
-                         "inspect contact --radius-mm 2 --depth-mm 1.5");
+  CommandLine command = program.subcommand(
+      "inspect", "Prints the parts of the model, or of a recorded session, by themselves, as CSV.",
+      "inspect contact --radius-mm 2 --depth-mm 1.5");
   command.require_subcommand();
 
   CommandLine contact =
@@ -92,6 +92,7 @@ void add_inspect_command(CommandLine& program) {
                   "inspect receptors scene.toml")
       .option("scene", options->scene, "Scene file or preset")
       .runs([options] { return inspect_receptors(*options); });
+  add_inspect_session_command(command);
 }
 
 }  // namespace merkel

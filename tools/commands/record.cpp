@@ -11,8 +11,10 @@
 #include "drivers/files/trace_file.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "realtime/frame_tap.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/machine_facts.hpp"
+#include "tools/session_scene.hpp"
 
 namespace merkel {
 namespace {
@@ -24,6 +26,8 @@ struct RecordOptions {
   bool overwrite = false;
 };
 
+constexpr std::size_t kFrameQueue = 16384;
+
 std::atomic<bool> g_stop{false};
 
 void stop_recording(int /*signal*/) { g_stop.store(true); }
@@ -31,31 +35,27 @@ void stop_recording(int /*signal*/) { g_stop.store(true); }
 /// Where the samples go: a trace, or a session without a simulation.
 class Recording {
  public:
-  static Expected<Recording, SetupError> create(const RecordOptions& options,
-                                                const ProbeInfo& probe,
+  static Expected<Recording, SetupError> create(const RecordOptions& options, Probe& probe,
                                                 const std::string& command) {
     Recording recording;
     if (options.file.ends_with(".xdf")) {
-      auto sink =
-          open_sink("xdf:" + options.file,
-                    SinkSetup{.numbering = NeuronNumbering({}),
-                              .overwrite = options.overwrite,
-                              .allow_remote = false,
-                              .run = {.scene = "",
-                                      .facts = {{"command", command},
-                                                {"version", MERKEL_VERSION},
-                                                {"git_hash", kGitHash},
-                                                {"probe", probe.uri},
-                                                {"probe_name", probe.name},
-                                                {"probe_serial_number", probe.serial_number}},
-                                      .model = {},
-                                      .receptors = {}}});
+      RunDescription run;
+      run.facts = {{"command", command}, {"version", MERKEL_VERSION}, {"git_hash", kGitHash}};
+      add_probe_facts(probe.info(), run);
+      for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
+      auto sink = open_sink("xdf:" + options.file, SinkSetup{.numbering = NeuronNumbering({}),
+                                                             .overwrite = options.overwrite,
+                                                             .allow_remote = false,
+                                                             .run = std::move(run)});
       if (!sink) return Unexpected<SetupError>(sink.error());
       recording.session_ = std::move(*sink);
+      for (std::size_t port = 0; port < probe.ports(); ++port) {
+        recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port, kFrameQueue));
+      }
       return recording;
     }
     auto trace =
-        TraceWriter::create(options.file, probe.channels, {&command, 1}, options.overwrite);
+        TraceWriter::create(options.file, probe.info().channels, {&command, 1}, options.overwrite);
     if (!trace) return Unexpected<SetupError>(trace.error());
     recording.trace_.emplace(std::move(*trace));
     return recording;
@@ -63,23 +63,49 @@ class Recording {
   /// Both return what went wrong; nothing, if nothing did.
   std::string write(std::span<const ProbeSample> samples) {
     if (trace_) return sentence_of(trace_->write(samples));
-    const std::string trouble = sentence_of(session_->write_samples(0, samples));
+    std::string trouble = write_frames();
+    if (trouble.empty()) trouble = sentence_of(session_->write_samples(0, samples));
     return trouble.empty() ? sentence_of(session_->flush()) : trouble;
   }
-  std::string close() { return sentence_of(trace_ ? trace_->close() : closed_session()); }
+  std::string close() {
+    if (trace_) return sentence_of(trace_->close());
+    for (const auto& tap : taps_) tap->end();
+    const std::string trouble = write_frames();
+    return trouble.empty() ? sentence_of(closed_session()) : trouble;
+  }
+  /// Bytes of the devices that found no room, because nothing was written for too long.
+  [[nodiscard]] std::uint64_t lost_frames() const {
+    std::uint64_t lost = 0;
+    for (const auto& tap : taps_) lost += tap->queue.dropped.value();
+    return lost;
+  }
 
  private:
   template <class Error>
   static std::string sentence_of(const Expected<void, Error>& result) {
     return result ? std::string() : result.error().sentence;
   }
+  std::string write_frames() {
+    for (const auto& tap : taps_) {
+      std::vector<RawFrame> frames;
+      for (RawFrame frame; tap->queue.items.try_pop(frame);) frames.push_back(frame);
+      if (frames.empty()) continue;
+      std::string trouble = sentence_of(session_->write_frames(tap->probe(), tap->port(), frames));
+      if (!trouble.empty()) return trouble;
+    }
+    return {};
+  }
   Expected<void, SetupError> closed_session() {
+    if (auto told = session_->write_status({.losses = {.frames = lost_frames()}}); !told) {
+      return unavailable(told.error().sentence);
+    }
     if (auto closed = session_->close(); !closed) return unavailable(closed.error().sentence);
     return {};
   }
 
   std::optional<TraceWriter> trace_;
   std::unique_ptr<SpikeSink> session_;
+  std::vector<std::unique_ptr<FrameTap>> taps_;
 };
 
 int record(const RecordOptions& options) {
@@ -87,7 +113,7 @@ int record(const RecordOptions& options) {
   if (!probe) return refuse(probe.error());
   std::string command = "merkel record '" + options.uri + "' " + options.file;
   if (options.duration_s) command += " --duration-s " + shortest_decimal(*options.duration_s);
-  auto recording = Recording::create(options, (*probe)->info(), command);
+  auto recording = Recording::create(options, **probe, command);
   if (!recording) return refuse(recording.error());
 
   std::signal(SIGINT, stop_recording);
@@ -117,6 +143,10 @@ int record(const RecordOptions& options) {
     if (wanted < *count) break;
   }
   if (const std::string trouble = recording->close(); !trouble.empty()) return fail(trouble);
+  if (recording->lost_frames() > 0) {
+    std::fprintf(stderr, "merkel: at least %llu portions of the device's bytes are not in it\n",
+                 static_cast<unsigned long long>(recording->lost_frames()));
+  }
   std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
                options.file.c_str());
   return kDone;

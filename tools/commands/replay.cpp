@@ -84,10 +84,14 @@ int replay(const ReplayOptions& options) {
   if (!model) return refuse(scene->sentence(model.error()));
 
   const std::vector<std::size_t> neurons = model->neurons_of_patch();
+  RunDescription run = describe_run(*scene, *model);
+  for (const auto& fact : session->facts()) {
+    if (fact.first.starts_with("probe")) run.facts.push_back(fact);
+  }
   const SinkSetup setup{.numbering = NeuronNumbering(neurons),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = describe_run(*scene, *model)};
+                        .run = std::move(run)};
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);

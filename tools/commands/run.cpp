@@ -132,13 +132,15 @@ int run(const RunOptions& options) {
   }
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   Pipeline pipeline(*model, parameters);
+  RunDescription description = describe_run(*scene, *model);
+  for (const auto& probe : probes) add_probe_facts(probe->info(), description);
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
   const SinkSetup setup{.numbering = NeuronNumbering(model->neurons_of_patch()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = describe_run(*scene, *model)};
+                        .run = std::move(description)};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
     auto sink = open_sink(uri, setup);

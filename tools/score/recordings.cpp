@@ -443,6 +443,8 @@ Expected<Recordings, SetupError> parse_recordings(const std::string& text,
         text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
     return bad_input(name + ":" + std::to_string(1 + std::count(text.begin(), until, '\n')) +
                      ": this is not JSON");
+  } catch (const Json::out_of_range&) {
+    return bad_input(name + ": holds a number that is too large for any program");
   } catch (const Fault& fault) {
     return bad_input(name + ": " + fault.sentence);
   }

@@ -18,6 +18,8 @@ let pausedProbes = [];
 let dirty = true;
 let ended = false;
 let trace = null;
+let latencyReading = null;
+const readings = [];       // of values under the pointer or the keyboard's place
 
 // ---- frames --------------------------------------------------------------------------------
 
@@ -176,6 +178,12 @@ function drawTrace(time) {
   trace.batch(() => { trace.setData(data, false); trace.setScale('x', { min: time.from, max: time.to }); });
 }
 
+/// The newest reading of each probe; while paused, that of the moment shown.
+function showPress() {
+  byId('trace-value').textContent = (paused ? pausedProbes : last.probes).map((p) =>
+    `${p.depth.toFixed(3)} mm, ${(p.force * 1e-3).toFixed(3)} N at (${p.x.toFixed(1)}, ${p.y.toFixed(1)}) mm`).join('; ');
+}
+
 /// Margins of the raster: its time axis lies under that of the trace.
 function rasterFrame(width, height) {
   const { left, width: plot } = trace.bbox;
@@ -270,6 +278,7 @@ function drawSkin(time) {
   const frames = skinFrames(width, height);
   const rate = rates(time);
   const most = rate.reduce((a, b) => Math.max(a, b), 50);
+  byId('skin-scale').textContent = `0 to ${most.toFixed(0)}`;
   for (const frame of frames) drawPatch(c, frame, rate, most);
   c.strokeStyle = c.fillStyle = css('--press');
   c.lineWidth = 2;
@@ -317,6 +326,7 @@ function drawLatency() {
   const quantile = (q) => { let sum = 0; const i = bins.findIndex((n) => (sum += n) >= q * all); return latencyEdge_us(i + 1); };
   const short = (v) => (v < 10 ? v.toFixed(1) : v.toFixed(0));
   const text = (us) => (us < 1000 ? `${short(us)} µs` : `${short(us / 1000)} ms`);
+  if (latencyReading.active()) return;
   byId('latency-value').textContent = all ? `half below ${text(quantile(0.5))}, 99 % below ${text(quantile(0.99))}` : '';
 }
 
@@ -324,7 +334,7 @@ const kCounterNames = {
   ticks: 'ticks', overruns: 'overruns', longest_overrun_ms: 'longest overrun, ms', catch_up_ticks: 'ticks caught up',
   gaps: 'gaps', skipped_ticks: 'ticks left out', samples: 'samples in', samples_late: 'samples late',
   samples_dropped: 'samples dropped', held_ticks: 'ticks held', released_ticks: 'ticks released',
-  spikes_dropped: 'spikes dropped by sinks', page_lost: 'not sent to this page', neuron_resets: 'neurons reset',
+  spikes_dropped: 'spikes dropped by sinks', page_lost: 'spikes and ticks not sent to the page', neuron_resets: 'neurons reset',
 };
 const kBad = ['overruns', 'gaps', 'skipped_ticks', 'samples_late', 'samples_dropped', 'spikes_dropped', 'page_lost', 'neuron_resets'];
 
@@ -347,7 +357,8 @@ function draw() {
   if (!dirty || !scene || !last) return;
   dirty = false;
   const time = span();
-  drawTrace(time); drawRaster(time); drawSkin(time); drawRates(time); drawLatency(); showCounters();
+  readings.forEach((reading) => reading.say());
+  drawTrace(time); showPress(); drawRaster(time); drawSkin(time); drawRates(time); drawLatency(); showCounters();
   document.body.dataset.frames = last.number;
 }
 
@@ -386,37 +397,54 @@ function showTheme() {
 
 function nextTheme() { theme = themes[(themes.indexOf(theme) + 1) % 3]; showTheme(); }
 
-/// What lies under the pointer, or at the keyboard's place in a picture.
+/// Says what lies under the pointer or, in a picture that has the focus, where the arrows lead.
 function hover(canvas, output, describe) {
-  const say = (event) => { if (scene && last) byId(output).textContent = describe(event.offsetX, event.offsetY, canvas.clientWidth, canvas.clientHeight); };
-  canvas.addEventListener('pointermove', say);
-  canvas.addEventListener('pointerdown', say);
-  canvas.addEventListener('pointerleave', () => { byId(output).textContent = ''; });
+  let place = null;        // that is described, in pixels
+  const say = () => {
+    if (scene && last && place) byId(output).textContent = describe(place.x, place.y, canvas.clientWidth, canvas.clientHeight);
+  };
+  const point = (event) => { place = { x: event.offsetX, y: event.offsetY }; say(); };
+  const leave = () => { place = null; byId(output).textContent = ''; dirty = true; };
+  canvas.addEventListener('pointermove', point);
+  canvas.addEventListener('pointerdown', point);
+  canvas.addEventListener('pointerleave', leave);
+  canvas.addEventListener('blur', leave);
+  canvas.addEventListener('keydown', (event) => {
+    const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (!step) return;
+    const width = canvas.clientWidth, height = canvas.clientHeight, by = event.shiftKey ? 40 : 8;
+    const from = place ?? { x: width / 2, y: height / 2 };
+    place = { x: Math.min(width - 1, Math.max(0, from.x + step[0] * by)), y: Math.min(height - 1, Math.max(0, from.y + step[1] * by)) };
+    say();
+    event.preventDefault();
+  });
+  return { active: () => place !== null, say };
 }
 
-hover(byId('raster'), 'raster-value', (x, y, width, height) => {
+readings.push(hover(byId('raster'), 'raster-value', (x, y, width, height) => {
   const time = span();
   const { left, w, h } = rasterFrame(width, height);
   const n = Math.ceil((1 - y / h) * scene.neurons);
   const t = time.from + (x - left) / w * time.seconds;
   return n >= 1 && n <= scene.neurons && t >= time.from && t <= time.to ? `afferent ${n}, ${t.toFixed(3)} s` : '';
-});
-hover(byId('skin'), 'skin-value', (x, y, width, height) => {
+}));
+readings.push(hover(byId('skin'), 'skin-value', (x, y, width, height) => {
   for (const f of skinFrames(width, height)) {
     const mm = { x: (x - f.x(0)) / f.scale, y: f.patch.width_mm - (y - 6) / f.scale };
     const n = afferentAt(f, mm.x, mm.y);
     if (n >= 0) return `(${mm.x.toFixed(1)}, ${mm.y.toFixed(1)}) mm, afferent ${f.first + n + 1}: ${rates(span())[f.first + n]} /s`;
   }
   return '';
-});
-hover(byId('rates'), 'rates-value', (x, y, width) => {
+}));
+readings.push(hover(byId('rates'), 'rates-value', (x, y, width) => {
   const i = Math.floor((x - 34) / (width - 34) * scene.neurons);
   return i >= 0 && i < scene.neurons ? `afferent ${i + 1}: ${rates(span())[i]} /s` : '';
-});
-hover(byId('latency'), 'latency-value', (x, y, width) => {
+}));
+latencyReading = hover(byId('latency'), 'latency-value', (x, y, width) => {
   const bin = Math.min(last.latency.length - 1, Math.max(0, Math.floor(x / width * last.latency.length)));
   return `${latencyEdge_us(bin).toPrecision(3)} to ${latencyEdge_us(bin + 1).toPrecision(3)} µs: ${last.latency[bin]} ticks`;
 });
+readings.push(latencyReading);
 
 byId('pause').addEventListener('click', togglePause);
 byId('theme').addEventListener('click', nextTheme);

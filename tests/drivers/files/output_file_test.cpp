@@ -46,6 +46,34 @@ TEST(OutputFile, DoesNotReplaceWhatAKilledRunHasLeft) {
   EXPECT_EQ(read_file(folder.path("out.part")), "half a run");
 }
 
+TEST(OutputFile, AHeaderAloneIsNotKept) {
+  const TemporaryFolder folder;
+  const auto begin = [&](const std::string& name) {
+    auto file = OutputFile::create(folder.path(name), false);
+    EXPECT_TRUE(file->write("time_s,neuron\n"));
+    file->end_header();
+    return std::move(*file);
+  };
+  { const OutputFile refused = begin("refused"); }
+  EXPECT_FALSE(std::filesystem::exists(folder.path("refused.part")));
+  { EXPECT_TRUE(begin("begun").write("0.1,1\n")); }
+  EXPECT_EQ(read_file(folder.path("begun.part")), "time_s,neuron\n0.1,1\n");
+  EXPECT_TRUE(begin("empty").close());
+  EXPECT_EQ(read_file(folder.path("empty")), "time_s,neuron\n");
+}
+
+TEST(OutputFile, HasOneWriterOnly) {
+  const TemporaryFolder folder;
+  auto first = OutputFile::create(folder.path("out"), true);
+  ASSERT_TRUE(first);
+  EXPECT_TRUE(first->write("first") && first->flush());
+  const auto second = OutputFile::create(folder.path("out"), true);
+  ASSERT_FALSE(second);
+  EXPECT_NE(second.error().sentence.find("another sink"), std::string::npos);
+  EXPECT_TRUE(first->close());
+  EXPECT_EQ(read_file(folder.path("out")), "first");
+}
+
 TEST(OutputFile, NamesWhatStandsInTheWay) {
   const TemporaryFolder folder;
   EXPECT_NE(OutputFile::create(folder.path("no/such/out"), false)

@@ -22,6 +22,7 @@ struct Everything {
   std::vector<SessionChunk::Sample> samples;
   std::vector<LoopEvent> events;
   std::vector<RunStatus> status;
+  std::vector<SessionChunk::Frame> frames;
   bool ended_well = false;
   std::string error;
 };
@@ -51,6 +52,7 @@ Everything read_all(const std::string& path) {
     append(all.samples, chunk.samples);
     append(all.events, chunk.events);
     append(all.status, chunk.status);
+    append(all.frames, chunk.frames);
   }
   all.ended_well = session->ended_well();
   return all;
@@ -80,6 +82,22 @@ const std::array<ProbeSample, 1> kSamples = {ProbeSample{.time = nanoseconds{1'6
                                                          .sequence = 4'000'000'000,
                                                          .channels = ProbeSample::kDepth}};
 
+const std::array<RawFrame, 2> kFrames = {
+    RawFrame{.time = kLongAgo,
+             .parsed = 2,
+             .damaged = 1,
+             .lost = 4'000'000'000,
+             .kind = RawFrame::Kind::kReceived,
+             .length = 64,
+             .bytes = {0xFF, 0x00, 0x80, 0x0A, 0x7F, 0xFF, 0xFF, 0xFF, 0xFE}},
+    RawFrame{.time = nanoseconds{3}, .kind = RawFrame::Kind::kStarted}};
+constexpr RunStatus::Rights kRights = {.scheduling_class = 1,
+                                       .priority = 70,
+                                       .cpu = -1,
+                                       .locked_memory_kB = 123'456,
+                                       .timer_slack_ns = 0,
+                                       .cpu_awake = 0};
+
 /// A session with one chunk of each kind. \param closed  whether it was ended properly
 std::string record(const TemporaryFolder& folder, bool closed) {
   const std::string path = folder.path(closed ? "closed.xdf" : "open.xdf");
@@ -97,7 +115,9 @@ std::string record(const TemporaryFolder& folder, bool closed) {
   EXPECT_TRUE((*sink)->write_ticks(kTicks));
   EXPECT_TRUE((*sink)->write_events(kEvents));
   EXPECT_TRUE((*sink)->write_samples(1, kSamples));
-  EXPECT_TRUE((*sink)->write_status({.ticks = 2, .losses = {.spikes = 9}}));
+  EXPECT_TRUE(
+      (*sink)->write_status({.ticks = 2, .losses = {.spikes = 9, .frames = 8}, .rights = kRights}));
+  EXPECT_TRUE((*sink)->write_frames(1, 2, kFrames));
   EXPECT_EQ((*sink)->delivered(), 0U);
   EXPECT_TRUE((*sink)->flush());
   EXPECT_EQ((*sink)->delivered(), 2U);
@@ -145,6 +165,13 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   ASSERT_EQ(all.status.size(), 1U);
   EXPECT_EQ(all.status[0].ticks, 2U);
   EXPECT_EQ(all.status[0].losses.spikes, 9U);
+  EXPECT_EQ(all.status[0].losses.frames, 8U);
+  EXPECT_EQ(all.status[0].rights, kRights);
+  ASSERT_EQ(all.frames.size(), 2U);
+  EXPECT_EQ(all.frames[0].probe, 1U);
+  EXPECT_EQ(all.frames[0].port, 2U);
+  EXPECT_EQ(all.frames[0].frame, kFrames[0]);
+  EXPECT_EQ(all.frames[1].frame, kFrames[1]);
 }
 
 TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {
@@ -157,7 +184,7 @@ TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {
   for (std::size_t bytes = 0; bytes < whole.size(); bytes += bytes < samples ? 37 : 1) {
     const Everything all = read_all(folder.file("cut.xdf", whole.substr(0, bytes)));
     const std::size_t items = all.spikes.size() + all.ticks.size() + all.events.size() +
-                              all.samples.size() + all.status.size();
+                              all.samples.size() + all.status.size() + all.frames.size();
     EXPECT_GE(items, items_before) << bytes;
     items_before = items;
     if (all.error.empty()) {
@@ -167,7 +194,7 @@ TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {
       EXPECT_EQ(readable, 0U) << bytes << ": " << all.error;
     }
   }
-  EXPECT_EQ(items_before, 7U);
+  EXPECT_EQ(items_before, 9U);
   EXPECT_GT(readable, 500U);
 }
 
@@ -229,6 +256,10 @@ TEST(SessionReader, SurvivesAnyBytesAndHandsOutPossibleValuesOnly) {
       EXPECT_LE(event.kind, LoopEvent::Kind::kNeuronReset);
     }
     for (const SpikeEvent& spike : all.spikes) EXPECT_GT(spike.neuron, 0U);
+    for (const auto& each : all.frames) {
+      EXPECT_LE(each.frame.content().size(), RawFrame::kMostBytes);
+      EXPECT_LE(each.frame.kind, RawFrame::Kind::kStarted);
+    }
   }
   EXPECT_GT(refused, 200);
 }

@@ -44,6 +44,15 @@ TEST(OpenSink, OtherMachinesNeedToBeAllowed) {
     EXPECT_TRUE(has(refusal(uri), "--allow-remote")) << uri;
   }
   EXPECT_EQ(refusal("osc:192.0.2.1:9000", setup(false, true)), "");
+  EXPECT_TRUE(
+      has(refusal("osc:no.such.host.invalid:9000", setup(false, true)), "there is no host"));
+}
+
+TEST(OpenSink, TheLabStreamingLayerIsOpenedOrSaysWhatIsMissing) {
+  // What is missing comes before what is not allowed.
+  const std::string sentence = refusal("lsl:spikes");
+  EXPECT_TRUE(has(sentence, "github.com/sccn/liblsl/releases") || has(sentence, "--allow-remote"))
+      << sentence;
 }
 
 TEST(OpenSink, AddressesAreRefusedWithHowToWriteThem) {
@@ -70,6 +79,15 @@ TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
     EXPECT_EQ(refusal(scheme + folder.path(name), setup(true)), "") << scheme;
     EXPECT_TRUE(has(refusal(scheme + folder.path("none/a")), "first")) << scheme;
   }
+}
+
+TEST(OpenSink, OfARunThatWasRefusedNothingIsLeft) {
+  const TemporaryFolder folder;
+  for (const char* scheme : {"csv:", "gdf:", "sonata:", "xdf:", "phy:"}) {
+    EXPECT_EQ(refusal(scheme + folder.path("a")), "") << scheme;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path(""))) << scheme;
+  }
+  EXPECT_TRUE(has(refusal("csv:a?b=1"), "option b is not known; there are none"));
 }
 
 TEST(OpenSink, APortInUseIsNamed) {

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/loop_event.hpp"
+#include "core/probe_sample.hpp"
+#include "core/run_status.hpp"
+#include "core/spike_event.hpp"
+#include "core/tick_record.hpp"
+#include "drivers/raw_frame.hpp"
+#include "drivers/sessions/session_format.hpp"
+
+namespace merkel {
+
+/// What one chunk of a session holds: one kind of item.
+struct SessionChunk {
+  struct Sample {
+    std::uint32_t probe = 0;
+    ProbeSample sample;
+  };
+  struct Frame {
+    std::uint32_t probe = 0;
+    std::uint32_t port = 0;
+    RawFrame frame;
+  };
+  SessionStream::Id stream = SessionStream::Id::kSpikes;
+  std::vector<SpikeEvent> spikes;
+  std::vector<TickRecord> ticks;
+  std::vector<Sample> samples;
+  std::vector<LoopEvent> events;
+  std::vector<RunStatus> status;
+  std::vector<Frame> frames;
+
+  [[nodiscard]] bool empty() const noexcept {
+    return spikes.empty() && ticks.empty() && samples.empty() && events.empty() && status.empty() &&
+           frames.empty();
+  }
+  void clear() noexcept {
+    spikes.clear();
+    ticks.clear();
+    samples.clear();
+    events.clear();
+    status.clear();
+    frames.clear();
+  }
+};
+
+}  // namespace merkel

@@ -1,0 +1,20 @@
+// Bytes of any kind as a scene (TOML). Built and run by fuzz.sh with libFuzzer.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "tools/scene_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace merkel;
+  const auto scene = parse_scene({reinterpret_cast<const char*>(data), size}, "s.toml");
+  if (!scene) return scene.error().sentence.empty() ? std::abort(), 0 : 0;
+  // A session notes its text, from which the same scene is made again.
+  const auto again = parse_scene(scene->text, "s.toml");
+  if (!again || again->sinks != scene->sinks || again->probes.size() != scene->probes.size()) {
+    std::abort();
+  }
+  return 0;
+}

@@ -1,0 +1,85 @@
+// Bytes of any kind as a recorded session (XDF): as a whole file or, if the first byte is odd,
+// behind the headers of a good one. Built and run by fuzz.sh with libFuzzer; session_seeds.py makes
+// a corpus to begin with.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include "drivers/sample_limits.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sinks/sink_openers.hpp"
+#include "tests/fuzz/memory_file.hpp"
+
+namespace {
+
+void check(bool holds) {
+  if (!holds) std::abort();
+}
+
+/// The headers of a session, by the sink that writes them.
+std::string good_headers() {
+  using namespace merkel;
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("merkel-fuzz-" + std::to_string(::getpid()) + ".xdf");
+  const auto uri = Uri::parse("xdf:" + path.string());
+  const auto sink = open_xdf_sink(
+      *uri,
+      SinkSetup{
+          .numbering = NeuronNumbering({}), .overwrite = true, .allow_remote = false, .run = {}});
+  check(sink.has_value());
+  std::ifstream file(path.string() + ".part", std::ios::binary);
+  const std::string headers{std::istreambuf_iterator<char>(file), {}};
+  std::filesystem::remove(path.string() + ".part");
+  check(headers.size() > 100);
+  return headers;
+}
+
+void check_items(const merkel::SessionChunk& chunk) {
+  using namespace merkel;
+  check(!chunk.empty());
+  for (const SpikeEvent& spike : chunk.spikes) check(spike.neuron > 0);
+  for (const TickRecord& tick : chunk.ticks) {
+    check(!name_of(tick.state).empty());
+    check(plausible(tick.contact.depth_mm, SampleLimits::kDepth_mm));
+    check(plausible(tick.contact.force_mN, SampleLimits::kForce_mN));
+  }
+  for (const auto& item : chunk.samples) check(plausible(item.sample));
+  for (const LoopEvent& event : chunk.events) check(!name_of(event.kind).empty());
+  for (const auto& item : chunk.frames) {
+    check(!name_of(item.frame.kind).empty());
+    check(item.frame.content().size() <= RawFrame::kMostBytes);
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace merkel;
+  static const std::string headers = good_headers();
+  static MemoryFile file;
+  if (size == 0) return 0;
+  std::string bytes = (data[0] & 1U) != 0U ? headers : std::string();
+  bytes.append(reinterpret_cast<const char*>(data) + 1, size - 1);
+  auto session = SessionReader::open(
+      file.hold(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
+  if (!session) {
+    check(!session.error().sentence.empty());
+    return 0;
+  }
+  SessionChunk chunk;
+  std::size_t chunks = 0;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) {
+      check(!more.error().sentence.empty());
+      break;
+    }
+    if (!*more) break;
+    check_items(chunk);
+    ++chunks;
+  }
+  check(chunks <= size);
+  return 0;
+}

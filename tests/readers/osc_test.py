@@ -1,0 +1,93 @@
+"""A UDP receiver of OSC bundles, written from the description of OSC 1.0 and from nothing of
+merkel's (liblo's own server is in tests/drivers/sinks)."""
+import os
+import socket
+import struct
+import subprocess
+
+import numpy as np
+
+import merkel_program
+from merkel_program import SOAK, SOAK_S, spikes_of_csv
+
+# A bundle's elements, all of one length: size, address, types, arguments (big-endian, padded to 4).
+ELEMENT = np.dtype([("size", ">i4"), ("address", "S16"), ("types", "S8"), ("neuron", ">i4"),
+                    ("sequence", ">i8"), ("time_s", ">f8"), ("patch", ">i4"), ("flags", ">i4")])
+SO_RXQ_OVFL = 40  # asm-generic/socket.h
+
+
+class Receiver:
+    """Takes bundles until nothing has come for a while, and knows how many packets the kernel
+    dropped because this receiver was too slow."""
+
+    def __init__(self):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 24)
+        self.socket.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
+        self.socket.bind(("127.0.0.1", 0))
+        self.port = self.socket.getsockname()[1]
+        self.dropped = 0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def bundles(self, patience_s):
+        self.socket.settimeout(patience_s)
+        while True:
+            try:
+                packet, ancillary, _, _ = self.socket.recvmsg(65536, 64)
+            except TimeoutError:
+                return
+            for _, kind, data in ancillary:
+                if kind == SO_RXQ_OVFL:
+                    self.dropped = struct.unpack("I", data)[0]
+            assert packet[:8] == b"#bundle\0"
+            elements = np.frombuffer(packet, ELEMENT, offset=16)
+            assert (elements["size"] == ELEMENT.itemsize - 4).all()
+            assert (elements["address"] == b"/merkel/spike").all()
+            assert (elements["types"] == b",ihdii").all()
+            yield elements
+
+
+class Osc(merkel_program.TestCase):
+    def test_every_spike_of_a_run_comes_in_order(self):
+        receiver = self.enterContext(Receiver())
+        self.merkel("run", "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
+                    f"osc:127.0.0.1:{receiver.port}", "--sink", "csv:" + self.path("s.csv"))
+        spikes = spikes_of_csv(self.path("s.csv"))
+        got = np.concatenate(list(receiver.bundles(0.5)))
+        self.assertEqual(list(got["sequence"]), list(range(1, len(spikes) + 1)))
+        self.assertEqual([(round(t * 1e9), n) for t, n in zip(got["time_s"], got["neuron"])],
+                         spikes)
+
+    def test_hours_of_spikes_lose_none(self):
+        # UDP has nothing to hold back a sender by: so many times as fast as real time.
+        seconds = min(SOAK_S, float(os.environ.get("MERKEL_SOAK_OSC_S", "15")))
+        speed = os.environ.get("MERKEL_SOAK_OSC_SPEED", "5")
+        receiver = self.enterContext(Receiver())
+        program = subprocess.Popen([SOAK, f"{seconds}@{speed}", f"osc:127.0.0.1:{receiver.port}"],
+                                   stdout=subprocess.DEVNULL)
+        received, last, missing = 0, 0, 0
+        for elements in receiver.bundles(3.0):
+            sequence = elements["sequence"]
+            self.assertTrue((np.diff(sequence) == 1).all())
+            missing += int(sequence[0]) - last - 1
+            last = int(sequence[-1])
+            received += len(sequence)
+        self.assertEqual(program.wait(), 0)
+        made = int(seconds * 5000)
+        print(f"{received} of {made} spikes received, {receiver.dropped} packets dropped by the "
+              "kernel: this receiver was too slow for them", flush=True)
+        missing += made - last
+        self.assertEqual(received + missing, made)
+        # Whatever the sender gave to the network came, but for the packets (of 16 spikes at most)
+        # that this machine was too busy for; and most of them.
+        self.assertLessEqual(missing, 16 * receiver.dropped)
+        self.assertGreater(received, made // 2)
+
+
+if __name__ == "__main__":
+    merkel_program.main()

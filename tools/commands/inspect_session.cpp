@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <array>
+#include <cinttypes>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "core/parameter_error.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "tools/commands/command.hpp"
+
+namespace merkel {
+namespace {
+
+struct InspectSessionOptions {
+  std::string session;
+  std::string stream;
+  std::string fact;
+};
+
+/// The streams by the names that the option takes: those of the file without "merkel.".
+std::string_view short_name(const SessionStream& stream) {
+  return stream.name.substr(stream.name.find('.') + 1);
+}
+
+std::string seconds(std::chrono::nanoseconds time) {
+  std::string text;
+  append_seconds(text, time);
+  return text;
+}
+
+std::string contact(double depth_mm, double force_mN, double x_mm, double y_mm) {
+  return shortest_decimal(depth_mm) + "," + shortest_decimal(force_mN) + "," +
+         shortest_decimal(x_mm) + "," + shortest_decimal(y_mm);
+}
+
+std::string hexadecimal(std::span<const std::uint8_t> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 15U];
+  }
+  return text;
+}
+
+const char* header_of(SessionStream::Id stream) {
+  switch (stream) {
+    case SessionStream::Id::kSpikes:
+      return "time_s,neuron,patch,flags";
+    case SessionStream::Id::kTicks:
+      return "number,probe,time_s,state,depth_mm,force_mN,x_mm,y_mm,late,latency_s";
+    case SessionStream::Id::kSamples:
+      return "probe,time_s,arrival_s,depth_mm,force_mN,x_mm,y_mm,sequence,channels";
+    case SessionStream::Id::kEvents:
+      return "time_s,kind,subject,length_s";
+    case SessionStream::Id::kStatus:
+      return "ticks,overruns,gaps,skipped_ticks,spikes,neuron_resets,samples,samples_dropped,"
+             "lost_spikes,lost_ticks,lost_events,lost_samples,lost_frames,scheduling_class,"
+             "priority,cpu,locked_memory_kB,timer_slack_ns,cpu_awake";
+    case SessionStream::Id::kFrames:
+      return "probe,port,time_s,kind,parsed,damaged,lost,bytes";
+  }
+  return "";
+}
+
+void print_row(const SpikeEvent& spike) {
+  std::printf("%s,%u,%u,%u\n", seconds(spike.time).c_str(), spike.neuron, unsigned{spike.patch},
+              unsigned{spike.flags});
+}
+
+void print_row(const TickRecord& tick) {
+  std::printf(
+      "%" PRIu64 ",%u,%s,%s,%s,%u,%s\n", tick.number, tick.probe, seconds(tick.time).c_str(),
+      std::string(name_of(tick.state)).c_str(),
+      contact(tick.contact.depth_mm, tick.contact.force_mN, tick.contact.x_mm, tick.contact.y_mm)
+          .c_str(),
+      unsigned{tick.late}, seconds(tick.latency).c_str());
+}
+
+void print_row(const SessionChunk::Sample& item) {
+  const ProbeSample& sample = item.sample;
+  std::printf("%u,%s,%s,%s,%u,%u\n", item.probe, seconds(sample.time).c_str(),
+              seconds(sample.arrival).c_str(),
+              contact(sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm).c_str(),
+              sample.sequence, sample.channels);
+}
+
+void print_row(const LoopEvent& event) {
+  std::printf("%s,%s,%u,%s\n", seconds(event.time).c_str(),
+              std::string(name_of(event.kind)).c_str(), event.subject,
+              seconds(event.length).c_str());
+}
+
+void print_row(const RunStatus& status) {
+  for (const std::uint64_t count :
+       {status.ticks, status.overruns, status.gaps, status.skipped_ticks, status.spikes,
+        status.neuron_resets, status.samples, status.samples_dropped, status.losses.spikes,
+        status.losses.ticks, status.losses.events, status.losses.samples, status.losses.frames}) {
+    std::printf("%" PRIu64 ",", count);
+  }
+  const RunStatus::Rights& rights = status.rights;
+  std::printf("%d,%d,%d,%" PRId64 ",%" PRId64 ",%d\n", rights.scheduling_class, rights.priority,
+              rights.cpu, rights.locked_memory_kB, rights.timer_slack_ns, rights.cpu_awake);
+}
+
+void print_row(const SessionChunk::Frame& item) {
+  const RawFrame& frame = item.frame;
+  std::printf("%u,%u,%s,%s,%u,%u,%u,%s\n", item.probe, item.port, seconds(frame.time).c_str(),
+              std::string(name_of(frame.kind)).c_str(), frame.parsed, frame.damaged, frame.lost,
+              hexadecimal(frame.content()).c_str());
+}
+
+template <class Items>
+void print_rows(const Items& items) {
+  for (const auto& item : items) print_row(item);
+}
+
+int print_stream(SessionReader& session, const SessionStream& stream) {
+  std::puts(header_of(stream.id));
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session.next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) return kDone;
+    if (chunk.stream != stream.id) continue;
+    print_rows(chunk.spikes);
+    print_rows(chunk.ticks);
+    print_rows(chunk.samples);
+    print_rows(chunk.events);
+    print_rows(chunk.status);
+    print_rows(chunk.frames);
+  }
+}
+
+int print_fact(const SessionReader& session, const std::string& name) {
+  const std::vector<std::string> values = session.facts(name);
+  if (values.empty()) return refuse("the session notes no \"" + name + "\"");
+  for (const std::string& value : values) std::puts(value.c_str());
+  return kDone;
+}
+
+/// What was noted, and how much each stream holds.
+int print_overview(SessionReader& session) {
+  std::puts("what,value");
+  for (const auto& [name, value] : session.facts()) {
+    const auto lines = std::count(value.begin(), value.end(), '\n');
+    std::printf(
+        "%s,%s\n", name.c_str(),
+        lines == 0 ? value.c_str() : (std::to_string(lines) + " lines: --fact " + name).c_str());
+  }
+  std::array<std::uint64_t, 6> items{};
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session.next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) break;
+    items[static_cast<std::size_t>(chunk.stream) - 1] +=
+        chunk.spikes.size() + chunk.ticks.size() + chunk.samples.size() + chunk.events.size() +
+        chunk.status.size() + chunk.frames.size();
+  }
+  for (const SessionStream& stream : session_streams()) {
+    std::printf("stream %s,%" PRIu64 "\n", std::string(short_name(stream)).c_str(),
+                items[static_cast<std::size_t>(stream.id) - 1]);
+  }
+  std::printf("ended,%s\n", session.ended_well() ? "yes" : "no: it broke off");
+  return kDone;
+}
+
+int inspect_session(const InspectSessionOptions& options) {
+  auto session = SessionReader::open(options.session);
+  if (!session) return refuse(session.error());
+  if (!options.fact.empty()) return print_fact(*session, options.fact);
+  if (options.stream.empty()) return print_overview(*session);
+  std::string known;
+  for (const SessionStream& stream : session_streams()) {
+    if (short_name(stream) == options.stream) return print_stream(*session, stream);
+    known.append(known.empty() ? "" : ", ").append(short_name(stream));
+  }
+  return refuse("--stream " + options.stream + " is not one of " + known);
+}
+
+}  // namespace
+
+void add_inspect_session_command(CommandLine& inspect) {
+  auto options = std::make_shared<InspectSessionOptions>();
+  inspect
+      .subcommand(
+          "session",
+          "What a recorded session holds: what was noted of the run and how many items each "
+          "stream has; or the rows of one stream.",
+          "inspect session session.xdf --stream frames")
+      .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
+      .required()
+      .option("--stream", options->stream,
+              "Print the rows of this one: spikes, ticks, samples, events, status, frames (the "
+              "devices' bytes, in hexadecimal)")
+      .option("--fact", options->fact,
+              "Print what was noted under this name, for example scene_text or probe_calibration")
+      .runs([options] { return inspect_session(*options); });
+}
+
+}  // namespace merkel
