@@ -12,6 +12,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/doctor/child_process.hpp"
 #include "tools/doctor/cyclictest.hpp"
+#include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
 #include "tools/loop_summary.hpp"
@@ -115,7 +116,10 @@ int doctor(const DoctorOptions& options) {
                         .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
                         .wait = options.sleep ? LoopWait::kSleep : LoopWait::kHybrid};
   settings.realtime.fifo = !options.normal;
-  const auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
+  auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
+  for (Verdict& verdict : device_verdicts(DeviceSetUp::read())) {
+    machine.push_back(std::move(verdict));
+  }
   if (!options.json) print(machine);
 
   std::optional<ChildProcess> stress;
@@ -172,12 +176,14 @@ int doctor(const DoctorOptions& options) {
 void add_doctor_command(CommandLine& program) {
   auto options = std::make_shared<DoctorOptions>();
   program
-      .subcommand("doctor",
-                  "Judges how well this machine keeps time: its rights and settings, and the whole "
-                  "path from a live simulated probe to a polling and a UDP consumer, with the "
-                  "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
-                  "Each verdict comes with its mend.",
-                  "doctor --seconds 60")
+      .subcommand(
+          "doctor",
+          "Judges how well this machine keeps time: its rights and settings, those that devices "
+          "need, and the whole "
+          "path from a live simulated probe to a polling and a UDP consumer, with the "
+          "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
+          "Each verdict comes with its mend.",
+          "doctor --seconds 60")
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
       .option("--runs", options->runs, "How often; verdicts are on the medians", {1.0, 1000.0})
       .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {100.0, 1e5})
