@@ -190,8 +190,12 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   EXPECT_NE(text.find("saturation = 40.0"), std::string::npos);
 
   const auto record = run_program({"record", device.uri() + "&calibration=" + folder.path("c.toml"),
-                                   folder.path("t.csv"), "--duration-s", "0.05"});
+                                   folder.path("t.csv"), "--duration-s", "0.05", "--json"});
   EXPECT_EQ(record.exit_code, 0) << record.err;
+  const auto summary = nlohmann::json::parse(record.out);
+  EXPECT_GE(summary["samples"], 10);
+  EXPECT_GE(summary["device"]["readings"], summary["samples"]);
+  EXPECT_EQ(summary["device"]["damaged"], 0);
   auto reader = TraceReader::open(folder.path("t.csv"));
   ASSERT_TRUE(reader);
   std::vector<ProbeSample> samples(10);

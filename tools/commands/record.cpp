@@ -6,12 +6,15 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "core/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/device_summary.hpp"
 #include "tools/machine_facts.hpp"
 
 namespace merkel {
@@ -22,6 +25,7 @@ struct RecordOptions {
   std::string file;
   std::optional<double> duration_s;
   bool overwrite = false;
+  bool json = false;
 };
 
 std::atomic<bool> g_stop{false};
@@ -117,6 +121,14 @@ int record(const RecordOptions& options) {
     if (wanted < *count) break;
   }
   if (const std::string trouble = recording->close(); !trouble.empty()) return fail(trouble);
+  const auto device = (*probe)->device_counts();
+  if (options.json) {
+    const nlohmann::ordered_json summary = {
+        {"file", options.file}, {"samples", written}, {"device", device_json(device)}};
+    std::printf("%s\n", summary.dump(2).c_str());
+    return kDone;
+  }
+  if (device) std::fputs(device_text(*device).c_str(), stderr);
   std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
                options.file.c_str());
   return kDone;
@@ -137,6 +149,8 @@ void add_record_command(CommandLine& program) {
       .required()
       .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-6, 1e9})
       .flag("--overwrite", options->overwrite, "Replace a file that exists")
+      .flag("--json", options->json,
+            "Print what was recorded, and what the device counted, as JSON")
       .runs([options] { return record(*options); });
 }
 
