@@ -17,6 +17,7 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kLongestBackoff{2000};
 constexpr milliseconds kWidestBatch{50};  ///< readings that came together are spread over so much
+constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::size_t kMostNotices = 256;
 
@@ -317,9 +318,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     ++stream_.counts.refused;
     return;
   }
-  if (calibration_.saturated(reading) && counts_.saturated++ == 0) {
-    notice(info_.name + ": the sensor is at the end of its range");
-  }
+  count_saturation(reading);
   if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
   sample.time = last_time_ = time;
   sample.arrival = reading.arrival;
@@ -331,6 +330,17 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   }
   counts_.device_clock = reading.device_time && settings_.times != Settings::Times::kArrival;
   ready_.push_back(sample);
+}
+
+void DeviceProbe::count_saturation(const DeviceReading& reading) {
+  const bool saturated = reading.saturated || calibration_.saturated(reading);
+  if (saturated) ++counts_.saturated;
+  // Said when it begins; one that comes and goes is said once a second.
+  if (saturated && !saturated_ && reading.arrival >= saturation_again_) {
+    notice(info_.name + ": the sensor is at the end of its range");
+    saturation_again_ = reading.arrival + kSaturationPause;
+  }
+  saturated_ = saturated;
 }
 
 void DeviceProbe::notice(std::string sentence) {

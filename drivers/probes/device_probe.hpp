@@ -66,6 +66,7 @@ class DeviceProbe final : public Probe {
   void discard_old_input();
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
+  void count_saturation(const DeviceReading& reading);
   void notice(std::string sentence);
   void publish();
 
@@ -95,6 +96,8 @@ class DeviceProbe final : public Probe {
   std::uint64_t bytes_at_last_sense_ = 0;
   bool nonsense_noticed_ = false;
   double round_trip_us_ = 0.0;
+  bool saturated_ = false;
+  Time saturation_again_{0};  ///< when it may be said again
 
   DeviceCounts counts_;  ///< of the probe thread
   mutable std::mutex mutex_;

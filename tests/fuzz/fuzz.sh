@@ -33,3 +33,9 @@ for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/proto
     -print_final_stats=0 -verbosity=0 "$corpora/$protocol" "$seeds"
   echo "$protocol: no fault"
 done
+clang++ "${flags[@]}" -fsanitize=fuzzer "$source/tests/fuzz/descriptor_fuzz.cpp" "${objects[@]}" \
+  -o "$work/hid_descriptor"
+mkdir -p "$corpora/hid_descriptor"
+"$work/hid_descriptor" -seed=1 -max_len=$longest -len_control=0 -runs=$((bytes / (longest / 8))) \
+  -print_final_stats=0 -verbosity=0 "$corpora/hid_descriptor" "$source/tests/fuzz/seeds/hid_descriptor"
+echo "hid_descriptor: no fault"

@@ -207,6 +207,10 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   EXPECT_EQ(same.exit_code, 1);
   EXPECT_NE(same.err.find("do not differ"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder.path("d.toml")));
+  const auto pinned = run_program({"calibrate", device.uri(), folder.path("f.toml"), "--seconds",
+                                   "0.1", "--saturation", "0.5"});
+  EXPECT_EQ(pinned.exit_code, 1);
+  EXPECT_NE(pinned.err.find("at the end of its range"), std::string::npos) << pinned.err;
   const auto recording = run_program({"calibrate", "sim:ramp", folder.path("e.toml")});
   EXPECT_EQ(recording.exit_code, 2);
   EXPECT_NE(recording.err.find("only devices are calibrated"), std::string::npos);

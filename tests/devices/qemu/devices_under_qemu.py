@@ -290,6 +290,10 @@ def judge(parts):
         check(counts["readings"] > 1000, "readings come")
     code, out, _ = parts.get("usb_says", (-1, "", ""))
     check(out.count("halt cleared") >= 1, "the halt was cleared on the bus")
+    counts, _ = device("hid_unmapped")
+    if counts:
+        check(counts["readings"] > 100 and counts["device_clock"],
+              "force and time are found by the report descriptor")
     counts, _ = device("run")
     if counts:
         check(counts["readings"] > 100, "readings come")

@@ -60,6 +60,7 @@ part usb_stall record "$usb" 2
 later unplug replug &
 part usb record "$usb" 3
 part hid_by_libusb record "hid:1209:0001?backend=libusb&$fields" 1
+part hid_unmapped record hid:1209:0001 1
 part run merkel run /scene.toml --json --duration-s 0.6 --sink csv:/tmp/spikes.csv \
   --probe "hid:1209:0001?$fields"
 part usb_says cat /tmp/usb_says

@@ -42,12 +42,39 @@ TEST(MockedHid, HidrawReportsAreReadByTheFieldMapAndTheLostAreCounted) {
   forget_old(*probe);
   for (int i = 0; i < 5; ++i) {
     device.send(reports.next());
-    EXPECT_DOUBLE_EQ(listen(*probe, 1).at(0).force_mN, reports.force_mN());
+    EXPECT_TRUE(gives(*probe, reports.force_mN()));
   }
   reports.skip(7);
   device.send(reports.next());
-  EXPECT_DOUBLE_EQ(listen(*probe, 1).at(0).force_mN, reports.force_mN());
+  EXPECT_TRUE(gives(*probe, reports.force_mN()));
   EXPECT_EQ(probe->device_counts()->lost, 7U);
+}
+
+/// One number of 16 bits: a force in mN.
+const Bytes kForceDescriptor = {0x05, 0x20, 0x09, 0x01, 0xa1, 0x01, 0x0a, 0x94, 0x04,
+                                0x16, 0x00, 0x80, 0x26, 0xff, 0x7f, 0x55, 0x02, 0x66,
+                                0x11, 0xe1, 0x75, 0x10, 0x95, 0x01, 0x81, 0x02, 0xc0};
+
+TEST(MockedHid, WithoutAMapTheReportDescriptorIsAsked) {
+  MockMachine machine;
+  const MockHidDevice device(machine, "hidraw0", "1-3", "HID77", kForceDescriptor);
+  const auto probe = open_while(device.uri(), [&] { device.send({0x01, 0x00}); });
+  ASSERT_NE(probe, nullptr);
+  EXPECT_EQ(probe->info().channels, ProbeSample::kForce);
+  forget_old(*probe);
+  device.send({0xe8, 0x03});
+  EXPECT_TRUE(gives(*probe, 1000.0));
+  device.send({0xff, 0x7f});
+  EXPECT_TRUE(is_told(*probe, "the sensor is at the end of its range"));
+  EXPECT_EQ(probe->device_counts()->saturated, 1U);
+}
+
+TEST(MockedHid, ADescriptorThatNamesNothingMeasuredAsksForAMap) {
+  MockMachine machine;
+  const MockHidDevice device(machine, "hidraw0", "1-3", "HID77", kDescriptor);
+  const std::string sentence = refusal(device.uri());
+  EXPECT_NE(sentence.find("names no force, depth or position"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("give the option fields"), std::string::npos) << sentence;
 }
 
 TEST(MockedHid, OfTwoAlikeTheSerialNumberDecides) {
@@ -94,7 +121,7 @@ TEST(MockedHid, HidrawIsFoundAgainByItsSerialNumber) {
   EXPECT_TRUE(is_told(*probe, "is back"));
   other.send({1, 1, 1, 1});
   same.send(reports.next());
-  EXPECT_DOUBLE_EQ(listen(*probe, 1).at(0).force_mN, reports.force_mN());
+  EXPECT_TRUE(gives(*probe, reports.force_mN()));
   EXPECT_EQ(probe->device_counts()->outages, 1U);
 }
 
@@ -110,14 +137,14 @@ TEST(MockedHid, TheLibusbBackendReadsReportsAndSeesTheUnplug) {
   forget_old(*probe);
   for (int i = 0; i < 5; ++i) {
     device.send(MockUsbDevice::kHidIn, text_of(reports.next()));
-    EXPECT_DOUBLE_EQ(listen(*probe, 1).at(0).force_mN, reports.force_mN());
+    EXPECT_TRUE(gives(*probe, reports.force_mN()));
   }
   device.unplug();
   EXPECT_TRUE(is_told(*probe, "is gone"));
   MockUsbDevice same(machine, "1-4", 9, "SN42", kDescriptor);
   EXPECT_TRUE(is_told(*probe, "is back"));
   same.send(MockUsbDevice::kHidIn, text_of(reports.next()));
-  EXPECT_DOUBLE_EQ(listen(*probe, 1).at(0).force_mN, reports.force_mN());
+  EXPECT_TRUE(gives(*probe, reports.force_mN()));
 }
 
 TEST(MockedHid, TheLibusbBackendNamesThePermissionThatItLacks) {

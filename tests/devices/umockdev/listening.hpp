@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -63,6 +64,22 @@ inline std::vector<ProbeSample> listen(Probe& probe, std::size_t count) {
   }
   EXPECT_GE(heard.size(), count);
   return heard;
+}
+
+/// Reads until a sample of this force has come; what was sent before may come first.
+inline bool gives(Probe& probe, double force_mN) {
+  std::vector<ProbeSample> samples(64);
+  for (int reads = 0; reads < kPatience; ++reads) {
+    const auto got = probe.read(samples, std::chrono::milliseconds{10});
+    if (!got) return false;
+    const auto end = samples.begin() + static_cast<std::ptrdiff_t>(*got);
+    if (std::any_of(samples.begin(), end, [&](const ProbeSample& sample) {
+          return std::fabs(sample.force_mN - force_mN) < 1e-9;
+        })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 /// Reads until the probe says something with these words.

@@ -23,18 +23,18 @@ bool can_mock() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (!can_mock()) {
-    if (std::getenv(kStarted) != nullptr) {
-      std::fprintf(stderr, "libumockdev-preload.so.0 is missing: install the package umockdev\n");
-      return EXIT_FAILURE;
-    }
-    ::setenv(kStarted, "1", 1);
+  if (std::getenv(kStarted) == nullptr) {
     const char* const asan = std::getenv("ASAN_OPTIONS");
     const std::string options =
         std::string(asan == nullptr ? "" : asan) + ":verify_asan_link_order=0";
+    ::setenv(kStarted, "1", 1);
     ::setenv("ASAN_OPTIONS", options.c_str(), 1);
     ::setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
     ::execv("/proc/self/exe", argv);
+    return EXIT_FAILURE;
+  }
+  if (!can_mock()) {
+    std::fprintf(stderr, "libumockdev-preload.so.0 is missing: install the package umockdev\n");
     return EXIT_FAILURE;
   }
   testing::InitGoogleTest(&argc, argv);

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <utility>
 
-#include <gtest/gtest.h>
 #include <linux/hidraw.h>
 #include <linux/input.h>
 #include <unistd.h>
@@ -50,7 +49,7 @@ MockHidDevice::~MockHidDevice() {
 }
 
 void MockHidDevice::send(const Bytes& report) const {
-  EXPECT_EQ(::write(pipe_, report.data(), report.size()), static_cast<ssize_t>(report.size()));
+  static_cast<void>(!::write(pipe_, report.data(), report.size()));
 }
 
 void MockHidDevice::unplug() {

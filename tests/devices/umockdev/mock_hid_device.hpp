@@ -18,7 +18,7 @@ class MockHidDevice final : public NodeHandler {
   [[nodiscard]] static std::string uri() { return "hid:16c0:0486"; }
   [[nodiscard]] const std::string& node() const noexcept { return node_; }
 
-  /// Sends one input report.
+  /// Sends one input report. It is lost while sixteen wait, as hidraw loses what nobody reads.
   void send(const Bytes& report) const;
   void unplug();
 
