@@ -1,7 +1,6 @@
 #include "drivers/probes/device_probe.hpp"
 
 #include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "core/units.hpp"
@@ -20,11 +19,6 @@ constexpr milliseconds kWidestBatch{50};  ///< readings that came together are s
 constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::size_t kMostNotices = 256;
-
-nanoseconds now() {
-  return std::chrono::duration_cast<nanoseconds>(
-      std::chrono::steady_clock::now().time_since_epoch());
-}
 
 }  // namespace
 
@@ -226,7 +220,7 @@ void DeviceProbe::disconnected(Time time) {
 
 bool DeviceProbe::connect_again(Time until) {
   const Time next = std::min(until, try_again_);
-  if (now() < next) std::this_thread::sleep_for(next - now());
+  if (now() < next) settings_.clock->sleep_for(next - now());
   if (now() < try_again_) return false;
   if (transport_->reopen()) {
     const Time time = now();

@@ -12,6 +12,7 @@
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/clock/device_clock.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/probes/host_clock.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -31,6 +32,7 @@ class DeviceProbe final : public Probe {
     std::string calibration;  ///< file; empty for none
     std::chrono::milliseconds silence{2000};
     std::string hint;  ///< what else to check when nothing sensible comes ("the baud rate, …")
+    HostClock* clock = &HostClock::real();
   };
   /// The options that every device takes: clock, calibration, timeout_ms.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
@@ -54,6 +56,7 @@ class DeviceProbe final : public Probe {
 
   DeviceProbe(std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol,
               Settings settings);
+  [[nodiscard]] Time now() const { return settings_.clock->now(); }
   Expected<void, SetupError> listen();
   [[nodiscard]] SetupError nothing_sensible() const;
   Expected<void, SetupError> calibrate();
