@@ -13,6 +13,7 @@
 #include "core/skin/contact_validity.hpp"
 #include "core/units.hpp"
 #include "tools/contact_sentence.hpp"
+#include "tools/device_summary.hpp"
 #include "tools/loop_summary.hpp"
 
 namespace merkel {
@@ -86,47 +87,6 @@ nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
           {"measured_tick_us", measured_tick_us(report)}};
 }
 
-void append_device(std::string& text, const DeviceCounts& device) {
-  append(text,
-         "  device: %llu readings (%.1f per s, up to %llu at once), %llu lost, %llu damaged, %llu "
-         "refused, %llu twice, %llu saturated; %llu reboots, %llu outages of %.3f s%s%s\n",
-         static_cast<Count>(device.readings), device.rate_Hz,
-         static_cast<Count>(device.largest_batch), static_cast<Count>(device.lost),
-         static_cast<Count>(device.damaged), static_cast<Count>(device.refused),
-         static_cast<Count>(device.duplicates), static_cast<Count>(device.saturated),
-         static_cast<Count>(device.reboots), static_cast<Count>(device.outages),
-         units::s_from(device.outage), device.port.empty() ? "" : "; ", device.port.c_str());
-  if (device.device_clock) {
-    append(text, "  its clock: %+.1f ppm, mapped with %.1f us of jitter; frames are %.0f us late\n",
-           device.drift_ppm, device.jitter_us, device.latency_us);
-  }
-  if (device.uncertainty_us) {
-    append(text, "  sample times are certain to %.0f us\n", *device.uncertainty_us);
-  }
-}
-
-nlohmann::json device_json(const std::optional<DeviceCounts>& device) {
-  if (!device) return {};
-  return {{"port", device->port},
-          {"readings", device->readings},
-          {"rate_hz", device->rate_Hz},
-          {"largest_batch", device->largest_batch},
-          {"lost", device->lost},
-          {"damaged", device->damaged},
-          {"refused", device->refused},
-          {"duplicates", device->duplicates},
-          {"saturated", device->saturated},
-          {"reboots", device->reboots},
-          {"outages", device->outages},
-          {"outage_s", units::s_from(device->outage)},
-          {"device_clock", device->device_clock},
-          {"drift_ppm", device->drift_ppm},
-          {"jitter_us", device->jitter_us},
-          {"latency_us", device->latency_us},
-          {"uncertainty_us",
-           device->uncertainty_us ? nlohmann::json(*device->uncertainty_us) : nlohmann::json()}};
-}
-
 }  // namespace
 
 std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan) {
@@ -168,7 +128,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
            static_cast<Count>(probe.dropped), static_cast<Count>(probe.unused),
            static_cast<Count>(probe.counts.held_ticks), static_cast<Count>(probe.releases),
            static_cast<Count>(probe.counts.released_ticks));
-    if (probe.device) append_device(text, *probe.device);
+    if (probe.device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
       append(text, "  never touched the skin\n");

@@ -1,7 +1,6 @@
 #include "drivers/probes/device_probe.hpp"
 
 #include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "core/units.hpp"
@@ -17,13 +16,9 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kLongestBackoff{2000};
 constexpr milliseconds kWidestBatch{50};  ///< readings that came together are spread over so much
+constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::size_t kMostNotices = 256;
-
-nanoseconds now() {
-  return std::chrono::duration_cast<nanoseconds>(
-      std::chrono::steady_clock::now().time_since_epoch());
-}
 
 }  // namespace
 
@@ -231,7 +226,7 @@ void DeviceProbe::disconnected(Time time) {
 
 bool DeviceProbe::connect_again(Time until) {
   const Time next = std::min(until, try_again_);
-  if (now() < next) std::this_thread::sleep_for(next - now());
+  if (now() < next) settings_.clock->sleep_for(next - now());
   if (now() < try_again_) return false;
   if (transport_->reopen()) {
     const Time time = now();
@@ -324,9 +319,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     ++stream_.counts.refused;
     return;
   }
-  if (calibration_.saturated(reading) && counts_.saturated++ == 0) {
-    notice(info_.name + ": the sensor is at the end of its range");
-  }
+  count_saturation(reading);
   if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
   sample.time = last_time_ = time;
   sample.arrival = reading.arrival;
@@ -338,6 +331,17 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   }
   counts_.device_clock = reading.device_time && settings_.times != Settings::Times::kArrival;
   ready_.push_back(sample);
+}
+
+void DeviceProbe::count_saturation(const DeviceReading& reading) {
+  const bool saturated = reading.saturated || calibration_.saturated(reading);
+  if (saturated) ++counts_.saturated;
+  // Said when it begins; one that comes and goes is said once a second.
+  if (saturated && !saturated_ && reading.arrival >= saturation_again_) {
+    notice(info_.name + ": the sensor is at the end of its range");
+    saturation_again_ = reading.arrival + kSaturationPause;
+  }
+  saturated_ = saturated;
 }
 
 void DeviceProbe::notice(std::string sentence) {

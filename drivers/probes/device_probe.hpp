@@ -12,6 +12,7 @@
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/clock/device_clock.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
@@ -32,6 +33,7 @@ class DeviceProbe final : public Probe {
     std::string calibration;  ///< file; empty for none
     std::chrono::milliseconds silence{2000};
     std::string hint;  ///< what else to check when nothing sensible comes ("the baud rate, …")
+    HostClock* clock = &HostClock::real();
   };
   /// The options that every device takes: clock, calibration, timeout_ms.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
@@ -60,6 +62,7 @@ class DeviceProbe final : public Probe {
 
   DeviceProbe(std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol,
               Settings settings);
+  [[nodiscard]] Time now() const { return settings_.clock->now(); }
   Expected<void, SetupError> listen();
   [[nodiscard]] SetupError nothing_sensible() const;
   Expected<void, SetupError> calibrate();
@@ -72,6 +75,7 @@ class DeviceProbe final : public Probe {
   void discard_old_input();
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
+  void count_saturation(const DeviceReading& reading);
   void notice(std::string sentence);
   void publish();
 
@@ -102,6 +106,8 @@ class DeviceProbe final : public Probe {
   std::uint64_t bytes_at_last_sense_ = 0;
   bool nonsense_noticed_ = false;
   double round_trip_us_ = 0.0;
+  bool saturated_ = false;
+  Time saturation_again_{0};  ///< when it may be said again
 
   DeviceCounts counts_;  ///< of the probe thread
   mutable std::mutex mutex_;

@@ -5,6 +5,7 @@
 
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/protocols/hid_fields.hpp"
+#include "drivers/protocols/hid_report_descriptor.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/hid_port.hpp"
 #include "drivers/transports/serial_port.hpp"
@@ -48,15 +49,25 @@ Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
   const std::string backend = options.word("backend", "hidraw", "hidraw|libusb");
   const auto name = UsbName::parse(uri.path, options.text("serial", ""));
   DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
-  auto protocol = make_hid_fields(options);
+  auto map = read_hid_fields(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (!name) return Unexpected<SetupError>(name.error());
-  if (!protocol) return about(uri, protocol.error());
+  if (!map) return about(uri, map.error());
   settings.protocol = "hid";
   settings.hint = "the field map (fields=…) and report_id";
   auto port = open_hid_port(*name, backend == "hidraw" ? HidBackend::kHidraw : HidBackend::kLibusb);
   if (!port) return Unexpected<SetupError>(port.error());
-  return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
+  if (map->fields.empty()) {
+    auto told =
+        map_report_descriptor((*port)->info().report_descriptor,
+                              map->report_id == 0 ? std::nullopt : std::optional(map->report_id));
+    if (!told) {
+      return bad_input("\"" + uri.text + "\": " + told.error() +
+                       ": give the option fields, for example fields=force_N:0:16:s:0.001");
+    }
+    *map = std::move(*told);
+  }
+  return DeviceProbe::open(std::move(*port), make_hid_fields(std::move(*map)), std::move(settings));
 }
 
 Expected<std::unique_ptr<Probe>, SetupError> open_usb_device(const Uri& uri) {

@@ -36,6 +36,7 @@ struct DeviceReading {
   std::array<double, kDeviceChannels> values{};
   std::uint32_t channels = 0;  ///< which values are set: bit_of(channel)
   std::uint32_t lost = 0;      ///< frames that the sequence numbers say were lost before this one
+  bool saturated = false;      ///< a value stands at the end of what the device can say
   bool rebooted = false;       ///< the device has started anew since its last reading
   /// By the device's own clock, as it stands on the wire: it may wrap (Protocol::clock_wrap).
   std::optional<std::chrono::nanoseconds> device_time;

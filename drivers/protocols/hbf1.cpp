@@ -48,6 +48,7 @@ constexpr std::uint8_t kLastUnit = 4;
 
 constexpr std::array<std::string_view, 4> kStatusWords = {
     "overload", "a saturated channel", "that it is not calibrated", "that its own buffer ran over"};
+constexpr unsigned kOverloadOrSaturated = 3;  ///< bits of the status
 
 float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {
   return std::bit_cast<float>(read_u32(bytes));
@@ -309,13 +310,17 @@ class Hbf1Protocol final : public Protocol {
     reading.device_time = microseconds{frame.header.time_us};
     reading.lost = std::exchange(pending_lost_, 0U);
     reading.rebooted = std::exchange(pending_reboot_, false);
+    reading.saturated = (status & kOverloadOrSaturated) != 0U;
     auto rest = frame.body.subspan(2);
     for (const Channel& channel : layout_) {
       double raw = 0.0;
       switch (channel.format) {
-        case Format::kInt16:
-          raw = static_cast<std::int16_t>(read_u16(rest.first<2>()));
+        case Format::kInt16: {
+          const auto counts = static_cast<std::int16_t>(read_u16(rest.first<2>()));
+          reading.saturated = reading.saturated || counts == INT16_MAX || counts == INT16_MIN;
+          raw = counts;
           break;
+        }
         case Format::kInt32:
           raw = static_cast<std::int32_t>(read_u32(rest.first<4>()));
           break;

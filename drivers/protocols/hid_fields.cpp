@@ -14,30 +14,19 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostBits = 32;
-constexpr double kLastBit = 8.0 * 4096.0;  ///< of the longest report
-
-struct Field {
-  enum class Kind : std::uint8_t { kValue, kTime, kSequence };
-  Kind kind = Kind::kValue;
-  DeviceChannel channel = DeviceChannel::kForce;
-  std::size_t offset = 0;  ///< of the lowest bit; reports are little-endian
-  std::size_t bits = 16;
-  bool is_signed = false;
-  double scale = 1.0;  ///< to N or mm; to ns for a time
-
-  [[nodiscard]] std::optional<std::int64_t> read(std::span<const std::uint8_t> report) const {
-    if (offset + bits > 8 * report.size()) return std::nullopt;
-    std::uint64_t raw = 0;
-    for (std::size_t bit = 0; bit < bits; ++bit) {
-      const std::size_t at = offset + bit;
-      const std::uint64_t value = (report[at / 8] >> (at % 8)) & 1U;
-      raw |= value << bit;
-    }
-    const bool negative = is_signed && ((raw >> (bits - 1)) & 1U) != 0U;
-    return static_cast<std::int64_t>(raw) - (negative ? std::int64_t{1} << bits : 0);
+/// What stands in a report; nothing, if that is too short.
+std::optional<std::int64_t> read_field(const HidField& field,
+                                       std::span<const std::uint8_t> report) {
+  if (field.offset + field.bits > 8 * report.size()) return std::nullopt;
+  std::uint64_t raw = 0;
+  for (std::size_t bit = 0; bit < field.bits; ++bit) {
+    const std::size_t at = field.offset + bit;
+    const std::uint64_t value = (report[at / 8] >> (at % 8)) & 1U;
+    raw |= value << bit;
   }
-};
+  const bool negative = field.is_signed && ((raw >> (field.bits - 1)) & 1U) != 0U;
+  return static_cast<std::int64_t>(raw) - (negative ? std::int64_t{1} << field.bits : 0);
+}
 
 std::string_view take_until(std::string_view& rest, char mark) noexcept {
   const std::string_view part = rest.substr(0, rest.find(mark));
@@ -46,7 +35,7 @@ std::string_view take_until(std::string_view& rest, char mark) noexcept {
 }
 
 /// The field that a text means; or a sentence.
-Expected<Field, std::string> field_of(std::string_view text) {
+Expected<HidField, std::string> field_of(std::string_view text) {
   std::string_view rest = text;
   const std::string_view name = take_until(rest, ':');
   const auto offset = parse_number(take_until(rest, ':'));
@@ -56,18 +45,19 @@ Expected<Field, std::string> field_of(std::string_view text) {
   const auto whole = [](const std::optional<double>& number, double low, double high) {
     return number && *number >= low && *number <= high && *number == std::floor(*number);
   };
-  if (!whole(offset, 0.0, kLastBit) || !whole(bits, 1.0, static_cast<double>(kMostBits)) ||
+  if (!whole(offset, 0.0, static_cast<double>(HidFieldMap::kLastBit)) ||
+      !whole(bits, 1.0, static_cast<double>(HidFieldMap::kMostBits)) ||
       (sign != "s" && sign != "u") || !scale || !std::isfinite(*scale)) {
     return Unexpected<std::string>("\"" + std::string(text) +
                                    "\" must be CHANNEL_UNIT:OFFSET:BITS:s|u:SCALE with 1 to 32 "
                                    "bits, for example force_N:0:16:s:0.001");
   }
-  Field field{.offset = static_cast<std::size_t>(*offset),
-              .bits = static_cast<std::size_t>(*bits),
-              .is_signed = sign == "s",
-              .scale = *scale};
+  HidField field{.offset = static_cast<std::size_t>(*offset),
+                 .bits = static_cast<std::size_t>(*bits),
+                 .is_signed = sign == "s",
+                 .scale = *scale};
   if (name == "seq" || name == "time_us" || name == "time_ms") {
-    field.kind = name == "seq" ? Field::Kind::kSequence : Field::Kind::kTime;
+    field.kind = name == "seq" ? HidField::Kind::kSequence : HidField::Kind::kTime;
     field.scale *= name == "time_us" ? 1e3 : 1e6;
     if (field.is_signed) {
       return Unexpected<std::string>(std::string(name) + " must be unsigned: write u");
@@ -96,14 +86,13 @@ Expected<Field, std::string> field_of(std::string_view text) {
 
 class HidFields final : public Protocol {
  public:
-  HidFields(std::vector<Field> fields, std::uint8_t report_id)
-      : fields_(std::move(fields)), report_id_(report_id) {
-    for (const Field& field : fields_) {
-      if (field.kind == Field::Kind::kValue) channels_ |= bit_of(field.channel);
-      if (field.kind == Field::Kind::kSequence) {
+  explicit HidFields(HidFieldMap map) : fields_(std::move(map.fields)), report_id_(map.report_id) {
+    for (const HidField& field : fields_) {
+      if (field.kind == HidField::Kind::kValue) channels_ |= bit_of(field.channel);
+      if (field.kind == HidField::Kind::kSequence) {
         sequence_ = SequenceCounter(static_cast<unsigned>(field.bits));
       }
-      if (field.kind == Field::Kind::kTime) {
+      if (field.kind == HidField::Kind::kTime) {
         wrap_ = nanoseconds{
             std::llround(static_cast<double>(std::int64_t{1} << field.bits) * field.scale)};
       }
@@ -125,21 +114,30 @@ class HidFields final : public Protocol {
     }
     DeviceReading reading;
     reading.arrival = arrival;
-    for (const Field& field : fields_) {
-      const auto raw = field.read(bytes);
+    for (const HidField& field : fields_) {
+      const auto raw = read_field(field, bytes);
       if (!raw) {
         ++stream.counts.damaged;  // shorter than the map says
         return;
       }
-      const double value = static_cast<double>(*raw) * field.scale;
+      if (field.has_range && (*raw < field.low || *raw > field.high)) {
+        ++stream.counts.frames;
+        ++stream.counts.refused;  // the device has no value to tell
+        return;
+      }
+      const double value = static_cast<double>(*raw) * field.scale + field.bias;
       switch (field.kind) {
-        case Field::Kind::kValue:
+        case HidField::Kind::kValue:
           reading.set(field.channel, value);
+          // The low end of what is never negative is where nothing touches.
+          reading.saturated =
+              reading.saturated ||
+              (field.has_range && (*raw == field.high || (field.is_signed && *raw == field.low)));
           break;
-        case Field::Kind::kTime:
+        case HidField::Kind::kTime:
           reading.device_time = nanoseconds{std::llround(value)};
           break;
-        case Field::Kind::kSequence: {
+        case HidField::Kind::kSequence: {
           const auto step = sequence_.next(static_cast<std::uint32_t>(*raw));
           if (step.duplicate) {
             ++stream.counts.duplicates;
@@ -159,7 +157,7 @@ class HidFields final : public Protocol {
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
 
  private:
-  std::vector<Field> fields_;
+  std::vector<HidField> fields_;
   std::uint8_t report_id_;
   std::uint32_t channels_ = 0;
   SequenceCounter sequence_{32};
@@ -168,24 +166,29 @@ class HidFields final : public Protocol {
 
 }  // namespace
 
-Expected<std::unique_ptr<Protocol>, SetupError> make_hid_fields(UriOptions& options) {
+Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
   const std::string text = options.text("fields", "");
-  const auto report_id = options.whole("report_id", 0, 0, 255);
-  std::vector<Field> fields;
+  HidFieldMap map{.fields = {},
+                  .report_id = static_cast<std::uint8_t>(options.whole("report_id", 0, 0, 255))};
+  if (text.empty()) return map;
   bool measures = false;
   std::string_view rest = text;
   while (!rest.empty()) {
     const auto field = field_of(take_until(rest, ','));
     if (!field) return bad_input("fields: " + field.error());
-    measures = measures || field->kind == Field::Kind::kValue;
-    fields.push_back(*field);
+    measures = measures || field->kind == HidField::Kind::kValue;
+    map.fields.push_back(*field);
   }
   if (!measures) {
     return bad_input(
         "the option fields must name a force, a depth or a position in the reports, "
         "for example fields=force_N:0:16:s:0.001");
   }
-  return std::make_unique<HidFields>(std::move(fields), static_cast<std::uint8_t>(report_id));
+  return map;
+}
+
+std::unique_ptr<Protocol> make_hid_fields(HidFieldMap map) {
+  return std::make_unique<HidFields>(std::move(map));
 }
 
 }  // namespace merkel

@@ -130,6 +130,7 @@ class OptoForce final : public Protocol {
     reading.rebooted = step.restarted;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto counts = static_cast<std::int16_t>(read_u16(frame_, 8 + 2 * axis));
+      reading.saturated = reading.saturated || counts == INT16_MAX || counts == INT16_MIN;
       const auto first = static_cast<std::size_t>(DeviceChannel::kForceX);
       reading.set(static_cast<DeviceChannel>(first + axis), counts / counts_per_N_[axis]);
     }

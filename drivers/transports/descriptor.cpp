@@ -32,11 +32,12 @@ Readiness wait_for(int descriptor, short events, std::chrono::nanoseconds patien
   return Readiness::kGone;
 }
 
+/// The group that may open a port; empty where only root may.
 std::string group_of(const std::string& port) {
   struct stat status {};
-  if (::stat(port.c_str(), &status) != 0) return "dialout";
+  if (::stat(port.c_str(), &status) != 0 || status.st_gid == 0) return {};
   const group* const owner = ::getgrgid(status.st_gid);
-  return owner == nullptr ? "dialout" : owner->gr_name;
+  return owner == nullptr ? "" : owner->gr_name;
 }
 
 }  // namespace
@@ -73,10 +74,13 @@ SetupError port_trouble(const std::string& port, int error_number) {
     case EACCES:
     case EPERM: {
       const std::string group = group_of(port);
-      error.sentence = "no permission to open " + port + ": join its group (sudo usermod -aG " +
-                       group +
-                       " $USER, then log in again) or install the udev rules (sudo cmake "
-                       "--install), then plug it in again";
+      error.sentence =
+          "no permission to open " + port + ": " +
+          (group.empty()
+               ? ""
+               : "join its group (sudo usermod -aG " + group + " $USER, then log in again) or ") +
+          "install the udev rules (sudo cmake --install build/release), with its vendor's number "
+          "among those in 70-merkel.rules, then plug it in again";
       return error;
     }
     case ENOENT:

@@ -1,8 +1,11 @@
 #include "drivers/transports/device_list.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -16,14 +19,37 @@ namespace {
 
 void judge(DeviceEntry& entry, const std::string& device) {
   entry.usable = ::access(device.c_str(), R_OK | W_OK) == 0;
-  if (!entry.usable) entry.mend = port_trouble(device, errno).sentence;
+  if (entry.usable) return;
+  entry.mend = errno == ENOENT ? device +
+                                     " is missing: where this is a container, hand it over "
+                                     "(docker run --device=" +
+                                     device + ")"
+                               : port_trouble(device, errno).sentence;
+}
+
+/// The first line of a file; empty where there is none.
+std::string line_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+/// The entries of a folder, by name.
+std::vector<std::filesystem::path> entries_of(const char* folder) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    paths.push_back(entry.path());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
 }
 
 std::string latency_of(const std::string& device) {
-  std::ifstream timer("/sys/bus/usb-serial/devices/" + device.substr(device.rfind('/') + 1) +
-                      "/latency_timer");
-  std::string milliseconds;
-  return timer >> milliseconds ? milliseconds + " ms" : "";
+  const std::string milliseconds = line_of("/sys/bus/usb-serial/devices/" +
+                                           device.substr(device.rfind('/') + 1) + "/latency_timer");
+  return milliseconds.empty() ? "" : milliseconds + " ms";
 }
 
 /// "HID_ID=0003:000016C0:00000486" → "16c0:0486"
@@ -39,13 +65,7 @@ std::string vid_pid(const std::string& id) {
 }
 
 void list_hid(std::vector<DeviceEntry>& entries) {
-  std::error_code ignored;
-  std::vector<std::filesystem::path> nodes;
-  for (const auto& node : std::filesystem::directory_iterator("/sys/class/hidraw", ignored)) {
-    nodes.push_back(node.path());
-  }
-  std::sort(nodes.begin(), nodes.end());
-  for (const auto& node : nodes) {
+  for (const auto& node : entries_of("/sys/class/hidraw")) {
     DeviceEntry entry;
     std::string id;
     std::ifstream uevent(node / "device" / "uevent");
@@ -58,6 +78,24 @@ void list_hid(std::vector<DeviceEntry>& entries) {
     if (name.empty()) continue;
     entry.uri = "hid:" + name;
     judge(entry, "/dev/" + node.filename().string());
+    entries.push_back(std::move(entry));
+  }
+}
+
+void list_usb(std::vector<DeviceEntry>& entries) {
+  constexpr const char* kHub = "09";
+  for (const auto& device : entries_of("/sys/bus/usb/devices")) {
+    const std::string vendor = line_of(device / "idVendor");  // interfaces have none
+    if (vendor.empty() || line_of(device / "bDeviceClass") == kHub) continue;
+    DeviceEntry entry{.uri = "usb:" + vendor + ":" + line_of(device / "idProduct"),
+                      .name = line_of(device / "product"),
+                      .serial_number = line_of(device / "serial"),
+                      .latency = {}};
+    std::array<char, 32> node{};
+    std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03ld/%03ld",
+                  std::strtol(line_of(device / "busnum").c_str(), nullptr, 10),
+                  std::strtol(line_of(device / "devnum").c_str(), nullptr, 10));
+    judge(entry, node.data());
     entries.push_back(std::move(entry));
   }
 }
@@ -75,6 +113,7 @@ std::vector<DeviceEntry> list_devices() {
     entries.push_back(std::move(entry));
   }
   list_hid(entries);
+  list_usb(entries);
   return entries;
 }
 

@@ -15,7 +15,8 @@ struct DeviceEntry {
   std::string mend;     ///< where not: what to do
 };
 
-/// Serial ports and HID devices. Opens none of them: that would reset some boards.
+/// Serial ports, HID devices and all USB devices but hubs: one device may be in the list by several
+/// URIs. Opens none of them: that would reset some boards.
 [[nodiscard]] std::vector<DeviceEntry> list_devices();
 
 }  // namespace merkel

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 #include <dlfcn.h>
@@ -63,6 +66,24 @@ std::string narrow(const wchar_t* text) {
   return result;
 }
 
+/// As the kernel's driver has read it: hidapi tells it from version 0.14 on only. \param path  as
+/// hidapi names devices: "/dev/hidraw0" or "1-2:1.1"
+std::vector<std::uint8_t> report_descriptor_of(const std::string& path) {
+  constexpr const char* kFile = "report_descriptor";
+  std::error_code ignored;
+  std::filesystem::path place;
+  if (path.starts_with('/')) {
+    place = "/sys/class/hidraw" + path.substr(path.rfind('/')) + "/device";
+  } else {
+    for (const auto& entry :
+         std::filesystem::directory_iterator("/sys/bus/usb/devices/" + path, ignored)) {
+      if (std::filesystem::exists(entry.path() / kFile, ignored)) place = entry.path();
+    }
+  }
+  std::ifstream file(place / kFile, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 class HidPort final : public Transport {
  public:
   HidPort(const Hidapi& hidapi, UsbName name, HidBackend backend)
@@ -105,6 +126,8 @@ class HidPort final : public Transport {
     }
     hidapi_.free_enumeration(list);
     if (path.empty()) return Unexpected<SetupError>(port_trouble(info_.name, ENODEV));
+    // Before it is opened: libusb takes it from the kernel's driver.
+    info_.report_descriptor = report_descriptor_of(path);
     errno = 0;
     device_ = hidapi_.open_path(path.c_str());
     if (device_ == nullptr) {

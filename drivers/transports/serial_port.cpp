@@ -95,6 +95,7 @@ class SerialPort final : public Transport {
   [[nodiscard]] Expected<void, SetupError> reopen() override {
     close();
     const std::string device = whereabouts();
+    if (device.empty()) return Unexpected<SetupError>(port_trouble(settings_.device, ENODEV));
     struct stat status {};
     if (::stat(device.c_str(), &status) != 0) {
       return Unexpected<SetupError>(port_trouble(device, errno));
@@ -139,17 +140,17 @@ class SerialPort final : public Transport {
   }
 
  private:
-  /// The name under which the device is plugged in now.
+  /// The name under which the device is plugged in now; empty where it is not. Another device may
+  /// have got its old name.
   [[nodiscard]] std::string whereabouts() const {
-    if (vendor_ >= 0 && !info_.serial_number.empty()) {
-      for (const SerialPortInfo& port : list_serial_ports()) {
-        if (port.vendor == vendor_ && port.product == product_ &&
-            port.serial_number == info_.serial_number) {
-          return port.device;
-        }
+    if (vendor_ < 0 || info_.serial_number.empty()) return settings_.device;
+    for (const SerialPortInfo& port : list_serial_ports()) {
+      if (port.vendor == vendor_ && port.product == product_ &&
+          port.serial_number == info_.serial_number) {
+        return port.device;
       }
     }
-    return settings_.device;
+    return {};
   }
 
   void close() noexcept {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/expected.hpp"
 
@@ -15,6 +16,8 @@ struct TransportInfo {
   std::string name;           ///< device name as given, or VID:PID
   std::string serial_number;  ///< of the USB device; empty where there is none
   std::string note;           ///< how it was opened: latency timer, fallback
+  /// Of a HID device, where the system shows it; else empty.
+  std::vector<std::uint8_t> report_descriptor;
 };
 
 /// The device is not there any more.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <deque>
 #include <utility>
 #include <vector>
@@ -21,15 +22,12 @@ constexpr int kMostStalls = 16;  ///< one after the other; then the device is as
 
 class UsbPort final : public Transport {
  public:
-  UsbPort(libusb_context* context, UsbName name, const UsbEndpoints& endpoints)
-      : context_(context), name_(std::move(name)), endpoints_(endpoints) {
+  UsbPort(UsbName name, const UsbEndpoints& endpoints)
+      : name_(std::move(name)), endpoints_(endpoints) {
     info_.name = "usb:" + name_.text();
-    info_.note = endpoints.interrupt ? "interrupt transfers" : "bulk transfers";
+    info_.note = std::string(kind()) + " transfers";
   }
-  ~UsbPort() override {
-    close();
-    libusb_exit(context_);
-  }
+  ~UsbPort() override { close(); }
 
   [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
 
@@ -61,6 +59,12 @@ class UsbPort final : public Transport {
 
   [[nodiscard]] Expected<void, SetupError> reopen() override {
     close();
+    // A context knows later devices by udev's daemon only, which small systems lack: a new one
+    // looks for itself.
+    if (const int error = libusb_init(&context_); error != 0) {
+      context_ = nullptr;
+      return unavailable(std::string("USB cannot be used here: ") + libusb_strerror(error));
+    }
     libusb_device** devices = nullptr;
     const auto count = libusb_get_device_list(context_, &devices);
     int trouble = LIBUSB_ERROR_NO_DEVICE;
@@ -69,9 +73,13 @@ class UsbPort final : public Transport {
     }
     if (count >= 0) libusb_free_device_list(devices, 1);
     if (device_ == nullptr) return Unexpected<SetupError>(trouble_of(trouble));
+    if (auto there = check_endpoints(); !there) {
+      close();
+      return there;
+    }
     static_cast<void>(libusb_set_auto_detach_kernel_driver(device_, 1));
     if (const int claimed = libusb_claim_interface(device_, endpoints_.interface); claimed != 0) {
-      libusb_close(std::exchange(device_, nullptr));
+      close();
       return Unexpected<SetupError>(trouble_of(claimed));
     }
     claimed_ = true;
@@ -98,6 +106,48 @@ class UsbPort final : public Transport {
     std::array<std::uint8_t, kTransferBytes> bytes{};
   };
 
+  [[nodiscard]] const char* kind() const noexcept {
+    return endpoints_.interrupt ? "interrupt" : "bulk";
+  }
+
+  /// Whether the interface and its endpoints are there.
+  [[nodiscard]] Expected<void, SetupError> check_endpoints() const {
+    libusb_config_descriptor* configuration = nullptr;
+    if (libusb_get_active_config_descriptor(libusb_get_device(device_), &configuration) != 0) {
+      return unavailable(info_.name + " is not configured: plug it in again");
+    }
+    const auto missing = missing_endpoint(*configuration);
+    libusb_free_config_descriptor(configuration);
+    if (missing.empty()) return {};
+    return bad_input(info_.name + " has no " + missing + ": lsusb -v -d " + name_.text() +
+                     " lists what it has, and the options interface, in, out and transfer choose");
+  }
+
+  /// What is not there; empty if nothing.
+  [[nodiscard]] std::string missing_endpoint(const libusb_config_descriptor& configuration) const {
+    const int type =
+        endpoints_.interrupt ? LIBUSB_TRANSFER_TYPE_INTERRUPT : LIBUSB_TRANSFER_TYPE_BULK;
+    for (int i = 0; i < configuration.bNumInterfaces; ++i) {
+      const libusb_interface& interface = configuration.interface[i];
+      if (interface.num_altsetting < 1) continue;
+      const libusb_interface_descriptor& setting = interface.altsetting[0];
+      if (setting.bInterfaceNumber != endpoints_.interface) continue;
+      const auto has = [&](std::uint8_t address) {
+        return std::any_of(setting.endpoint, setting.endpoint + setting.bNumEndpoints,
+                           [&](const libusb_endpoint_descriptor& endpoint) {
+                             return endpoint.bEndpointAddress == address &&
+                                    (endpoint.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) == type;
+                           });
+      };
+      for (const std::uint8_t address : {endpoints_.in, endpoints_.out}) {
+        if (address == 0 || has(address)) continue;
+        return std::string(kind()) + " endpoint " + std::to_string(address);
+      }
+      return {};
+    }
+    return "interface " + std::to_string(endpoints_.interface);
+  }
+
   /// Opens a device if it is the one that is meant. Returns why not.
   int try_device(libusb_device* device, int trouble) {
     libusb_device_descriptor descriptor{};
@@ -106,7 +156,13 @@ class UsbPort final : public Transport {
       return trouble;
     }
     libusb_device_handle* handle = nullptr;
-    if (const int opened = libusb_open(device, &handle); opened != 0) return opened;
+    if (const int opened = libusb_open(device, &handle); opened != 0) {
+      std::array<char, 32> node{};
+      std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d",
+                    libusb_get_bus_number(device), libusb_get_device_address(device));
+      node_ = node.data();
+      return opened;
+    }
     std::array<unsigned char, 128> text{};
     const int length =
         descriptor.iSerialNumber == 0
@@ -126,7 +182,7 @@ class UsbPort final : public Transport {
   [[nodiscard]] SetupError trouble_of(int error) const {
     switch (error) {
       case LIBUSB_ERROR_ACCESS:
-        return port_trouble(info_.name, EACCES);
+        return port_trouble(node_, EACCES);
       case LIBUSB_ERROR_BUSY:
         return port_trouble(info_.name, EBUSY);
       case LIBUSB_ERROR_NO_DEVICE:
@@ -184,7 +240,11 @@ class UsbPort final : public Transport {
   }
 
   void close() noexcept {
-    if (device_ == nullptr) return;
+    if (device_ != nullptr) close_device();
+    if (context_ != nullptr) libusb_exit(std::exchange(context_, nullptr));
+  }
+
+  void close_device() noexcept {
     closing_ = true;
     for (Slot& slot : slots_) {
       if (slot.under_way) static_cast<void>(libusb_cancel_transfer(slot.transfer));
@@ -207,10 +267,11 @@ class UsbPort final : public Transport {
     received_.clear();
   }
 
-  libusb_context* context_;
   UsbName name_;
   UsbEndpoints endpoints_;
   TransportInfo info_;
+  std::string node_;  ///< of the device that could not be opened
+  libusb_context* context_ = nullptr;
   libusb_device_handle* device_ = nullptr;
   bool claimed_ = false;
   bool closing_ = false;
@@ -225,11 +286,7 @@ class UsbPort final : public Transport {
 
 Expected<std::unique_ptr<Transport>, SetupError> open_usb_port(const UsbName& name,
                                                                const UsbEndpoints& endpoints) {
-  libusb_context* context = nullptr;
-  if (const int error = libusb_init(&context); error != 0) {
-    return unavailable(std::string("USB cannot be used here: ") + libusb_strerror(error));
-  }
-  auto port = std::make_unique<UsbPort>(context, name, endpoints);
+  auto port = std::make_unique<UsbPort>(name, endpoints);
   if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
   return port;
 }

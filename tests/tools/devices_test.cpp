@@ -190,8 +190,12 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   EXPECT_NE(text.find("saturation = 40.0"), std::string::npos);
 
   const auto record = run_program({"record", device.uri() + "&calibration=" + folder.path("c.toml"),
-                                   folder.path("t.csv"), "--duration-s", "0.05"});
+                                   folder.path("t.csv"), "--duration-s", "0.05", "--json"});
   EXPECT_EQ(record.exit_code, 0) << record.err;
+  const auto summary = nlohmann::json::parse(record.out);
+  EXPECT_GE(summary["samples"], 10);
+  EXPECT_GE(summary["device"]["readings"], summary["samples"]);
+  EXPECT_EQ(summary["device"]["damaged"], 0);
   auto reader = TraceReader::open(folder.path("t.csv"));
   ASSERT_TRUE(reader);
   std::vector<ProbeSample> samples(10);
@@ -203,6 +207,10 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   EXPECT_EQ(same.exit_code, 1);
   EXPECT_NE(same.err.find("do not differ"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder.path("d.toml")));
+  const auto pinned = run_program({"calibrate", device.uri(), folder.path("f.toml"), "--seconds",
+                                   "0.1", "--saturation", "0.5"});
+  EXPECT_EQ(pinned.exit_code, 1);
+  EXPECT_NE(pinned.err.find("at the end of its range"), std::string::npos) << pinned.err;
   const auto recording = run_program({"calibrate", "sim:ramp", folder.path("e.toml")});
   EXPECT_EQ(recording.exit_code, 2);
   EXPECT_NE(recording.err.find("only devices are calibrated"), std::string::npos);

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -40,11 +43,17 @@ std::string today() {
 
 /// Readings of `seconds`, undone from what the probe made of them.
 Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_t channel,
-                                                  double seconds) {
+                                                  double seconds,
+                                                  std::optional<double> saturation) {
   const ChannelCalibration& natural = *probe.calibration().channels[channel];
   std::vector<double> readings;
   std::vector<ProbeSample> samples(1024);
   // What had come before the load was applied is old.
+  for (int reads = 0; reads < 1000; ++reads) {
+    const auto old = probe.read(samples, std::chrono::milliseconds{0});
+    if (!old || *old == 0) break;
+  }
+  const std::uint64_t saturated_before = probe.device_counts()->saturated;
   const auto begin = std::chrono::steady_clock::now();
   const auto end = begin + units::nanoseconds_from_s(seconds);
   while (std::chrono::steady_clock::now() < end) {
@@ -56,6 +65,12 @@ Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_
           channel == 0 ? samples[i].depth_mm : units::N_from_mN(samples[i].force_mN);
       readings.push_back(value / natural.gain + natural.zero);
     }
+  }
+  if (probe.device_counts()->saturated > saturated_before ||
+      std::any_of(readings.begin(), readings.end(), [&](double reading) {
+        return saturation && std::fabs(reading) >= *saturation;
+      })) {
+    return unavailable("the sensor is at the end of its range: calibrate it with less");
   }
   return readings;
 }
@@ -91,7 +106,7 @@ int calibrate(const CalibrateOptions& options) {
       for (int c = std::getchar(); c != '\n' && c != EOF; c = std::getchar()) {
       }
     }
-    auto readings = measure(*probe, channel, options.seconds);
+    auto readings = measure(*probe, channel, options.seconds, options.saturation);
     if (!readings) return fail(readings.error().sentence);
     std::fprintf(stderr, "%g %s: %zu readings\n", known, unit, readings->size());
     points.push_back({known, std::move(*readings)});

@@ -12,6 +12,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/doctor/child_process.hpp"
 #include "tools/doctor/cyclictest.hpp"
+#include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
 #include "tools/loop_summary.hpp"
@@ -114,7 +115,10 @@ int doctor(const DoctorOptions& options) {
                         .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
                         .wait = options.sleep ? LoopWait::kSleep : LoopWait::kHybrid};
   settings.realtime.fifo = !options.normal;
-  const auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
+  auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
+  for (Verdict& verdict : device_verdicts(DeviceSetUp::read())) {
+    machine.push_back(std::move(verdict));
+  }
   if (!options.json) print(machine);
 
   std::optional<ChildProcess> stress;
@@ -173,8 +177,9 @@ void add_doctor_command(CommandLine& program) {
   program
       .subcommand(
           "doctor",
-          "Judges how well this machine keeps time: its rights and settings, and the whole "
-          "path from a live simulated probe to a polling, a UDP and a ZeroMQ consumer, with the "
+          "Judges how well this machine keeps time: its rights and settings, those that devices "
+          "need, and the whole path from a live simulated probe to a polling, a UDP and a ZeroMQ "
+          "consumer, with the "
           "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
           "Each verdict comes with its mend.",
           "doctor --seconds 60")

@@ -41,7 +41,7 @@ int list_probes(bool json) {
   }
   if (devices.empty()) {
     std::printf(
-        "no serial port and no HID device is plugged in; without one, try\n"
+        "no serial port, HID or USB device is plugged in; without one, try\n"
         "  merkel simulate-probe hbf1 --trace tests/traces/taps.csv\n");
   }
   std::printf("protocols of serial devices (protocol=NAME):\n");

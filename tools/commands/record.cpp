@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "core/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/trace_file.hpp"
@@ -13,6 +15,7 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/frame_tap.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/device_summary.hpp"
 #include "tools/machine_facts.hpp"
 #include "tools/session_scene.hpp"
 
@@ -24,6 +27,7 @@ struct RecordOptions {
   std::string file;
   std::optional<double> duration_s;
   bool overwrite = false;
+  bool json = false;
 };
 
 constexpr std::size_t kFrameQueue = 16384;
@@ -147,6 +151,14 @@ int record(const RecordOptions& options) {
     std::fprintf(stderr, "merkel: at least %llu portions of the device's bytes are not in it\n",
                  static_cast<unsigned long long>(recording->lost_frames()));
   }
+  const auto device = (*probe)->device_counts();
+  if (options.json) {
+    const nlohmann::ordered_json summary = {
+        {"file", options.file}, {"samples", written}, {"device", device_json(device)}};
+    std::printf("%s\n", summary.dump(2).c_str());
+    return kDone;
+  }
+  if (device) std::fputs(device_text(*device).c_str(), stderr);
   std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
                options.file.c_str());
   return kDone;
@@ -167,6 +179,8 @@ void add_record_command(CommandLine& program) {
       .required()
       .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-6, 1e9})
       .flag("--overwrite", options->overwrite, "Replace a file that exists")
+      .flag("--json", options->json,
+            "Print what was recorded, and what the device counted, as JSON")
       .runs([options] { return record(*options); });
 }
 

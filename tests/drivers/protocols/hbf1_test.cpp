@@ -111,6 +111,23 @@ TEST(Hbf1, HelloGivesChannelsUnitsAndScales) {
   EXPECT_EQ(talk.stream.readings[0].device_time, microseconds{1000});
 }
 
+TEST(Hbf1, AReadingAtTheEndOfItsFormatOrSoReportedIsSaturated) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0, 4, 0, 3, 2.0F, 100.0F));
+  for (const Bytes& body : std::vector<Bytes>{{0, 0, 0xfe, 0x7f},
+                                              {0, 0, 0xff, 0x7f},
+                                              {0, 0, 0x00, 0x80},
+                                              {1, 0, 1, 0},
+                                              {2, 0, 1, 0}}) {
+    talk.now += milliseconds{1};
+    talk.take(firmware.frame(Hbf1Type::kSample, 1000, body));
+  }
+  ASSERT_EQ(talk.stream.readings.size(), 5U);
+  EXPECT_FALSE(talk.stream.readings[0].saturated);
+  for (std::size_t i = 1; i < 5; ++i) EXPECT_TRUE(talk.stream.readings[i].saturated) << i;
+}
+
 TEST(Hbf1, AnUnknownUnitIsNamed) {
   Talk talk("hbf1");
   talk.take(Firmware().hello(0, 0, 2, 9));

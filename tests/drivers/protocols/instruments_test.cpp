@@ -242,7 +242,9 @@ TEST(Zaber, ChecksumsAlertsAndRejections) {
 Expected<std::unique_ptr<Protocol>, SetupError> hid(const std::string& options) {
   const auto uri = Uri::parse("hid:1:2?" + options);
   UriOptions reader(*uri);
-  return make_hid_fields(reader);
+  auto map = read_hid_fields(reader);
+  if (!map) return Unexpected<SetupError>(map.error());
+  return make_hid_fields(std::move(*map));
 }
 
 TEST(HidFields, ReadsBitsWhereTheMapSays) {
@@ -271,7 +273,6 @@ TEST(HidFields, ReadsBitsWhereTheMapSays) {
 
 TEST(HidFields, BadMapsAreNamed) {
   for (const auto& [fields, sentence] : std::vector<std::pair<std::string, std::string>>{
-           {"", "must name a force"},
            {"seq:0:8:u", "must name a force"},
            {"force_N:0:33:s:1", "1 to 32 bits"},
            {"force_N:0:16:x:1", "must be CHANNEL_UNIT"},

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <string_view>
+
+#include <linux/serial.h>
+
+#include "tests/devices/umockdev/mock_machine.hpp"
+
+namespace merkel {
+
+/// An FTDI adapter (0403:6001) at a MockMachine: a pseudo-terminal, with what it lacks answered.
+class MockSerialAdapter final : public NodeHandler {
+ public:
+  /// \param name  "ttyUSB0"  \param usb_port  "1-1"
+  MockSerialAdapter(MockMachine& machine, const std::string& name, const std::string& usb_port,
+                    const std::string& serial_number);
+  ~MockSerialAdapter() override { unplug(); }
+
+  /// What the device sends.
+  void send(std::string_view text) const;
+  void unplug();
+
+  bool handle_ioctl(UMockdevIoctlClient* client) override;
+
+ private:
+  MockMachine& machine_;
+  std::string node_;
+  std::string usb_path_;
+  int terminal_ = -1;
+  int modem_lines_;
+  serial_struct settings_{};
+};
+
+}  // namespace merkel

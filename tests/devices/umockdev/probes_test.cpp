@@ -1,0 +1,88 @@
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "drivers/files/trace_file.hpp"
+#include "drivers/transports/device_list.hpp"
+#include "tests/devices/umockdev/mock_hid_device.hpp"
+#include "tests/devices/umockdev/mock_serial_adapter.hpp"
+#include "tests/devices/umockdev/mock_usb_device.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+const Bytes kDescriptor = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x09, 0x02, 0x15, 0x00,
+                           0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0xc0};
+
+TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
+  MockMachine machine;
+  const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
+  const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kDescriptor);
+  const MockUsbDevice usb(machine, "1-2", 8, "SN42");
+  const auto run = run_program({"probes", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto devices = nlohmann::json::parse(run.out)["devices"];
+  const auto find = [&](const std::string& uri) {
+    const auto found = std::find_if(devices.begin(), devices.end(),
+                                    [&](const auto& device) { return device["uri"] == uri; });
+    EXPECT_NE(found, devices.end()) << uri << " is not in " << devices.dump(2);
+    return found == devices.end() ? nlohmann::json::object() : *found;
+  };
+  const auto serial = find("serial:/dev/ttyUSB0");
+  EXPECT_EQ(serial["serial_number"], "A1B2C3");
+  EXPECT_EQ(serial["latency_timer"], "16 ms");
+  EXPECT_EQ(serial["usable"], true);
+  EXPECT_EQ(find("hid:16c0:0486")["serial_number"], "HID77");
+  EXPECT_EQ(find("hid:16c0:0486")["name"], "PJRC RawHID");
+  EXPECT_EQ(find("usb:1209:0001")["serial_number"], "SN42");
+  EXPECT_EQ(find("usb:1209:0001")["name"], "Force Probe");
+  EXPECT_EQ(find("usb:1209:0001")["usable"], true);
+  EXPECT_EQ(find("usb:1209:0001")["mend"], "");
+}
+
+TEST(MockedProbes, WhatMayNotBeOpenedSaysWhyAndWhatToDo) {
+  MockMachine machine;
+  const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
+  const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kDescriptor);
+  const MockUsbDevice usb(machine, "1-2", 8, "SN42");
+  machine.set_rights("/dev/ttyUSB0", 0);
+  machine.set_rights(hid.node(), 0);
+  machine.set_rights(usb.node(), 0);
+  const Unprivileged nobody;
+  std::size_t refused = 0;
+  for (const DeviceEntry& device : list_devices()) {
+    EXPECT_FALSE(device.usable) << device.uri;
+    if (device.mend.find("no permission to open /dev/") == std::string::npos) continue;
+    EXPECT_NE(device.mend.find("70-merkel.rules"), std::string::npos) << device.mend;
+    ++refused;
+  }
+  EXPECT_EQ(refused, 3U);
+}
+
+TEST(MockedProbes, TheProgramRecordsFromAUsbDevice) {
+  MockMachine machine;
+  MockUsbDevice usb(machine, "1-2", 8, "SN42");
+  std::jthread sender([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      usb.send(MockUsbDevice::kBulkIn, "0.5\n");
+      std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    }
+  });
+  const TemporaryFolder folder;
+  const auto run = run_program({"record", "usb:1209:0001?protocol=csv&columns=force_N&serial=SN42",
+                                folder.path("t.csv"), "--duration-s", "0.3"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  auto trace = TraceReader::open(folder.path("t.csv"));
+  ASSERT_TRUE(trace);
+  std::vector<ProbeSample> samples(1000);
+  const std::size_t count = *trace->read(samples);
+  EXPECT_GE(count, 5U);
+  for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(samples[i].force_mN, 500.0);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,162 @@
+#include <functional>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/drivers/simulation/running_device.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using Json = nlohmann::json;
+using Counts = DeviceSimulator::Counts;
+
+/// How a device misbehaves, and what must be counted of it.
+struct Misbehaviour {
+  const char* name;
+  SimulatedFaults faults;
+  std::function<void(const Json& device, const Counts& did, const std::string& said)> check;
+};
+
+std::uint64_t count_of(const Json& device, const char* name) {
+  return device.at(name).get<std::uint64_t>();
+}
+
+void expect_nothing_lost(const Json& device) {
+  EXPECT_EQ(device["lost"], 0) << device;
+  EXPECT_EQ(device["damaged"], 0) << device;
+  EXPECT_EQ(device["outages"], 0) << device;
+}
+
+const std::vector<Misbehaviour>& misbehaviours() {
+  static const std::vector<Misbehaviour> all = {
+      {"dropped_frames",
+       {.drop_frame = 0.02},
+       [](const Json& device, const Counts& did, const std::string&) {
+         EXPECT_GT(count_of(device, "lost"), 5U);
+         EXPECT_LE(count_of(device, "lost"), did.frames_dropped);
+         EXPECT_EQ(device["damaged"], 0);
+       }},
+      {"dropped_bytes",
+       {.drop_byte = 0.001},
+       [](const Json& device, const Counts& did, const std::string&) {
+         EXPECT_GT(count_of(device, "damaged"), 3U);
+         EXPECT_LE(count_of(device, "damaged"), did.bytes_dropped);
+         EXPECT_GE(count_of(device, "lost") + 2, count_of(device, "damaged"));
+       }},
+      {"flipped_bytes",
+       {.flip_byte = 0.001},
+       [](const Json& device, const Counts& did, const std::string&) {
+         EXPECT_GT(count_of(device, "damaged"), 3U);
+         // A delimiter that comes to be makes two broken frames of one, and one that goes merges
+         // two.
+         EXPECT_LE(count_of(device, "damaged"), 2 * did.bytes_flipped);
+         EXPECT_GE(2 * count_of(device, "lost") + 2, count_of(device, "damaged"));
+       }},
+      {"split_and_merged_frames",
+       {.split = true},
+       [](const Json& device, const Counts&, const std::string&) { expect_nothing_lost(device); }},
+      {"batches_of_16_ms",
+       {.batch = milliseconds{16}},
+       [](const Json& device, const Counts&, const std::string&) {
+         expect_nothing_lost(device);
+         EXPECT_GE(count_of(device, "largest_batch"), 12U);
+       }},
+      {"a_stall",
+       {.stall_at = milliseconds{200}, .stall_for = milliseconds{60}},
+       [](const Json& device, const Counts&, const std::string&) {
+         expect_nothing_lost(device);
+         EXPECT_GE(count_of(device, "largest_batch"), 30U);
+       }},
+      {"a_reboot",
+       {.reboot_at = milliseconds{250}},
+       [](const Json& device, const Counts& did, const std::string&) {
+         EXPECT_EQ(device["reboots"], 1);
+         EXPECT_EQ(did.reboots, 1U);
+         EXPECT_EQ(device["outages"], 0);
+         EXPECT_EQ(device["damaged"], 0);
+       }},
+      {"an_echo",
+       {.echo = true},
+       [](const Json& device, const Counts&, const std::string& said) {
+         expect_nothing_lost(device);
+         EXPECT_NE(said.find("echo"), std::string::npos) << said;
+       }},
+      {"an_unplug",
+       {.unplug_at = milliseconds{250}, .unplug_for = milliseconds{150}},
+       [](const Json& device, const Counts& did, const std::string& said) {
+         EXPECT_EQ(device["outages"], 1);
+         EXPECT_EQ(did.unplugs, 1U);
+         EXPECT_GT(count_of(device, "lost"), 100U);
+         EXPECT_NE(said.find("is gone"), std::string::npos) << said;
+         EXPECT_NE(said.find("is back"), std::string::npos) << said;
+       }},
+      {"a_fast_clock",
+       {.drift_ppm = 200.0},
+       [](const Json& device, const Counts&, const std::string&) {
+         expect_nothing_lost(device);
+         EXPECT_EQ(device["device_clock"], true);
+       }},
+  };
+  return all;
+}
+
+class EveryMisbehaviour : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(EveryMisbehaviour, IsCountedByTheProgram) {
+  const Misbehaviour& misbehaviour = misbehaviours()[GetParam()];
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1", misbehaviour.faults, folder.path("tty"));
+  const auto run =
+      run_program({"record", device.uri(), folder.path("t.csv"), "--duration-s", "0.8", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto summary = Json::parse(run.out);
+  EXPECT_GT(count_of(summary, "samples"), 300U);
+  misbehaviour.check(summary["device"], device.finish(), run.err);
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, EveryMisbehaviour,
+                         testing::Range(std::size_t{0}, misbehaviours().size()),
+                         [](const auto& entry) { return misbehaviours()[entry.param].name; });
+
+/// All at once: each takes the two seconds after which it gives up.
+TEST(Misbehaviour, AWrongBaudRateIsNamedWithinTwoSecondsWhateverTheProtocol) {
+  std::vector<std::jthread> programs;
+  for (const ProtocolEntry& entry : protocol_table()) {
+    programs.emplace_back([&entry] {
+      RunningDevice device(entry.name, {});
+      std::string uri = device.uri();
+      const auto given = uri.find("&baud=");
+      if (given != std::string::npos) uri.erase(given, uri.find('&', given + 1) - given);
+      const TemporaryFolder folder;
+      const auto run = run_program({"record", uri + "&baud=9600", folder.path("t.csv")});
+      EXPECT_EQ(run.exit_code, 2) << entry.name;
+      EXPECT_NE(run.err.find("2.0 s"), std::string::npos) << run.err;
+      EXPECT_NE(run.err.find("the baud rate (it is read at 9600 Bd"), std::string::npos) << run.err;
+    });
+  }
+}
+
+/// A device that streams by itself; one that must be asked in its own language stays silent.
+TEST(Misbehaviour, AWrongProtocolIsToldTheLikelyOne) {
+  std::vector<std::jthread> programs;
+  for (const std::string asked :
+       {"mark10", "esm", "hbf1", "optoforce&counts_per_N=1", "zaber&um_per_step=1", "grbl"}) {
+    programs.emplace_back([asked] {
+      RunningDevice device("csv", {});
+      const std::string port = device.uri().substr(0, device.uri().find('?'));
+      const TemporaryFolder folder;
+      const auto run = run_program(
+          {"record", port + "?protocol=" + asked + "&baud=115200", folder.path("t.csv")});
+      EXPECT_EQ(run.exit_code, 2) << asked;
+      EXPECT_NE(run.err.find("so give protocol=csv"), std::string::npos) << asked << run.err;
+    });
+  }
+}
+
+}  // namespace
+}  // namespace merkel
