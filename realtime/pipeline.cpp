@@ -6,14 +6,14 @@
 #include <utility>
 
 #include "core/units.hpp"
-#include "realtime/fixed_step_loop.hpp"
-#include "realtime/frame_tap.hpp"
-#include "realtime/periodic_clock.hpp"
-#include "realtime/probe_channel.hpp"
-#include "realtime/probe_reader.hpp"
-#include "realtime/sink_writer.hpp"
-#include "realtime/thread_rights.hpp"
-#include "realtime/virtual_clock.hpp"
+#include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/clocks/virtual_clock.hpp"
+#include "realtime/input/frame_tap.hpp"
+#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_reader.hpp"
+#include "realtime/loop/fixed_step_loop.hpp"
+#include "realtime/output/sink_writer.hpp"
+#include "realtime/threads/thread_rights.hpp"
 
 namespace merkel {
 namespace {

@@ -14,13 +14,13 @@
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"
-#include "realtime/latency_histogram.hpp"
-#include "realtime/loop_statistics.hpp"
-#include "realtime/periodic_clock.hpp"
-#include "realtime/probe_input.hpp"
-#include "realtime/spike_fanout.hpp"
-#include "realtime/thread_setup.hpp"
-#include "realtime/tick_timing.hpp"
+#include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/input/probe_input.hpp"
+#include "realtime/loop/latency_histogram.hpp"
+#include "realtime/loop/loop_statistics.hpp"
+#include "realtime/loop/tick_timing.hpp"
+#include "realtime/output/spike_fanout.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
 

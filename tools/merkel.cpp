@@ -3,7 +3,7 @@
 
 #include "tools/command_line.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/crash_report.hpp"
+#include "tools/run/crash_report.hpp"
 
 int main(int argc, char** argv) {
   // A reader that goes away is an error of one sink, not the end of the program.

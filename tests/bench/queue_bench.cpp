@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/spike_event.hpp"
-#include "realtime/bounded_queue.hpp"
+#include "realtime/queues/bounded_queue.hpp"
 
 namespace merkel {
 namespace {

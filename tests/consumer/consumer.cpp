@@ -5,8 +5,8 @@
 
 #include <core/scene/tactile_model.hpp>
 #include <drivers/probes/open_probe.hpp>
+#include <realtime/output/spike_callback.hpp>
 #include <realtime/pipeline.hpp>
-#include <realtime/spike_callback.hpp>
 
 int main() {
   auto model = merkel::TactileModel::create({});

@@ -57,9 +57,9 @@ fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" drivers/uri.cpp \
 fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_reader,output_file}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml.cpp
-fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene_{file,table,presets}.cpp \
-  tools/loop_settings.cpp drivers/{uri,files/toml}.cpp core/skin/bar_contact.cpp \
-  core/neuron/integration_method.cpp realtime/thread_setup.cpp
+fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene/scene_{file,table,presets}.cpp \
+  tools/run/loop_settings.cpp drivers/{uri,files/toml}.cpp core/skin/bar_contact.cpp \
+  core/neuron/integration_method.cpp realtime/threads/thread_setup.cpp
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/score/recordings.cpp \
   core/skin/bar_contact.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "tools/scene_file.hpp"
+#include "tools/scene/scene_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;

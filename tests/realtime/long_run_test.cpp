@@ -8,8 +8,8 @@
 
 #include "core/random.hpp"
 #include "core/units.hpp"
-#include "realtime/fixed_step_loop.hpp"
-#include "realtime/virtual_clock.hpp"
+#include "realtime/clocks/virtual_clock.hpp"
+#include "realtime/loop/fixed_step_loop.hpp"
 
 namespace merkel {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "realtime/spike_callback.hpp"
-#include "realtime/spinning_team.hpp"
+#include "realtime/output/spike_callback.hpp"
+#include "realtime/threads/spinning_team.hpp"
 
 namespace merkel {
 namespace {

@@ -13,9 +13,9 @@
 #include "core/random.hpp"
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/sink_writer.hpp"
-#include "realtime/spike_fanout.hpp"
-#include "realtime/virtual_clock.hpp"
+#include "realtime/clocks/virtual_clock.hpp"
+#include "realtime/output/sink_writer.hpp"
+#include "realtime/output/spike_fanout.hpp"
 
 namespace {
 

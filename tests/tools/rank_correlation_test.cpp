@@ -1,4 +1,4 @@
-#include "tools/rank_correlation.hpp"
+#include "tools/report/rank_correlation.hpp"
 
 #include <vector>
 

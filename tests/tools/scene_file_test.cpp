@@ -1,11 +1,11 @@
-#include "tools/scene_file.hpp"
+#include "tools/scene/scene_file.hpp"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "core/random.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/score/fit.hpp"
 #include "tools/score/trials.hpp"
 

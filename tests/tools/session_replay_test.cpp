@@ -1,4 +1,4 @@
-#include "tools/session_replay.hpp"
+#include "tools/run/session_replay.hpp"
 
 #include <array>
 #include <atomic>
@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/fixed_step_loop.hpp"
-#include "realtime/sink_writer.hpp"
-#include "realtime/virtual_clock.hpp"
+#include "realtime/clocks/virtual_clock.hpp"
+#include "realtime/loop/fixed_step_loop.hpp"
+#include "realtime/output/sink_writer.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
-#include "tools/scene_presets.hpp"
-#include "tools/session_scene.hpp"
+#include "tools/scene/scene_presets.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 namespace {

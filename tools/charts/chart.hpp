@@ -3,7 +3,7 @@
 #include <string>
 
 #include "core/expected.hpp"
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace merkel {
 

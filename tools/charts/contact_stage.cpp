@@ -11,8 +11,8 @@
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/bench/measure.hpp"
 #include "tools/charts/chart.hpp"
-#include "tools/csv_table.hpp"
 #include "tools/reference/superposition.hpp"
+#include "tools/report/csv_table.hpp"
 
 namespace merkel {
 namespace {

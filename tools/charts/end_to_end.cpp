@@ -7,9 +7,9 @@
 #include "core/units.hpp"
 #include "tools/bench/measure.hpp"
 #include "tools/charts/chart.hpp"
-#include "tools/csv_table.hpp"
-#include "tools/scene_presets.hpp"
-#include "tools/spike_train_error.hpp"
+#include "tools/report/csv_table.hpp"
+#include "tools/report/spike_train_error.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {

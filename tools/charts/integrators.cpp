@@ -9,9 +9,9 @@
 #include "tools/bench/population_cost.hpp"
 #include "tools/charts/chart.hpp"
 #include "tools/charts/driven_neurons.hpp"
-#include "tools/csv_table.hpp"
-#include "tools/plot_runner.hpp"
-#include "tools/spike_train_error.hpp"
+#include "tools/report/csv_table.hpp"
+#include "tools/report/plot_runner.hpp"
+#include "tools/report/spike_train_error.hpp"
 #ifdef MERKEL_HAS_CVODE
 #include "tools/reference/cvode_membrane.hpp"
 #endif

@@ -6,7 +6,7 @@
 #include "core/neuron/lattice_coupling.hpp"
 #include "tools/charts/chart.hpp"
 #include "tools/charts/driven_neurons.hpp"
-#include "tools/csv_table.hpp"
+#include "tools/report/csv_table.hpp"
 
 namespace merkel {
 namespace {

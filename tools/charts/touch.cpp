@@ -5,8 +5,8 @@
 #include "core/units.hpp"
 #include "tools/bench/measure.hpp"
 #include "tools/charts/chart.hpp"
-#include "tools/csv_table.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/report/csv_table.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {

@@ -15,9 +15,9 @@
 #include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
-#include "tools/loop_summary.hpp"
-#include "tools/status_line.hpp"
-#include "tools/stop_signal.hpp"
+#include "tools/run/loop_summary.hpp"
+#include "tools/run/status_line.hpp"
+#include "tools/run/stop_signal.hpp"
 
 namespace merkel {
 namespace {

@@ -7,7 +7,7 @@
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/session_scene.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/figures/figure.hpp"
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace merkel {
 namespace {

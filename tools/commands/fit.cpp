@@ -11,8 +11,8 @@
 
 #include "drivers/files/output_file.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/report.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/report/report.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {

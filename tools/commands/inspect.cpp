@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "tools/commands/command.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {

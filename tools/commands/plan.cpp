@@ -3,7 +3,7 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/plan/plan_report.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {

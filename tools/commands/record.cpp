@@ -13,11 +13,11 @@
 #include "drivers/files/trace_file.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/frame_tap.hpp"
+#include "realtime/input/frame_tap.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/device_summary.hpp"
-#include "tools/machine_facts.hpp"
-#include "tools/session_scene.hpp"
+#include "tools/run/device_summary.hpp"
+#include "tools/run/machine_facts.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 namespace {

@@ -8,9 +8,9 @@
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/machine_facts.hpp"
-#include "tools/session_replay.hpp"
-#include "tools/session_scene.hpp"
+#include "tools/run/machine_facts.hpp"
+#include "tools/run/session_replay.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 namespace {

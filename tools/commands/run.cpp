@@ -14,15 +14,15 @@
 #include "drivers/probes/recording_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
-#include "realtime/spinning_team.hpp"
+#include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/crash_report.hpp"
 #include "tools/plan/plan.hpp"
-#include "tools/run_summary.hpp"
-#include "tools/scene_presets.hpp"
-#include "tools/session_scene.hpp"
-#include "tools/status_line.hpp"
-#include "tools/stop_signal.hpp"
+#include "tools/run/crash_report.hpp"
+#include "tools/run/run_summary.hpp"
+#include "tools/run/status_line.hpp"
+#include "tools/run/stop_signal.hpp"
+#include "tools/scene/scene_presets.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 namespace {

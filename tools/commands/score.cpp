@@ -6,9 +6,9 @@
 #include <string>
 
 #include "tools/commands/command.hpp"
-#include "tools/csv_table.hpp"
-#include "tools/report.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/report/csv_table.hpp"
+#include "tools/report/report.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/score/trials.hpp"
 
 namespace merkel {

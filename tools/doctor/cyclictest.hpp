@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "realtime/latency_histogram.hpp"
-#include "realtime/thread_setup.hpp"
+#include "realtime/loop/latency_histogram.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
 

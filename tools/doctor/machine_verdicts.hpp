@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "realtime/thread_setup.hpp"
+#include "realtime/threads/thread_setup.hpp"
 #include "tools/doctor/verdict.hpp"
 
 namespace merkel {

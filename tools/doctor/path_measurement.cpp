@@ -11,7 +11,7 @@
 
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "realtime/periodic_clock.hpp"
+#include "realtime/clocks/periodic_clock.hpp"
 #include "tools/doctor/spike_matcher.hpp"
 #include "tools/doctor/udp_loopback.hpp"
 #include "tools/doctor/zmq_loopback.hpp"

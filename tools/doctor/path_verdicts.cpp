@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/units.hpp"
-#include "tools/loop_summary.hpp"
+#include "tools/run/loop_summary.hpp"
 
 namespace merkel {
 namespace {

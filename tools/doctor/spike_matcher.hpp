@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <deque>
 
-#include "realtime/latency_histogram.hpp"
-#include "realtime/tick_timing.hpp"
+#include "realtime/loop/latency_histogram.hpp"
+#include "realtime/loop/tick_timing.hpp"
 
 namespace merkel {
 

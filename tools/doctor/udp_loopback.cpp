@@ -13,7 +13,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "realtime/thread_setup.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
 namespace {

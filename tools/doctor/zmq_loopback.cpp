@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/thread_setup.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 #ifdef MERKEL_WITH_ZMQ
 #include <zmq.hpp>

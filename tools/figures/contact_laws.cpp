@@ -1,9 +1,9 @@
 // Force against depth by all contact laws.
 #include "core/skin/sphere_law.hpp"
 #include "core/units.hpp"
-#include "tools/csv_table.hpp"
 #include "tools/figures/figure.hpp"
 #include "tools/figures/rates.hpp"
+#include "tools/report/csv_table.hpp"
 
 namespace merkel {
 

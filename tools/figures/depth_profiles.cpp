@@ -5,9 +5,9 @@
 #include "core/skin/hertz_contact.hpp"
 #include "core/skin/huber_stress.hpp"
 #include "core/skin/strain_energy_density.hpp"
-#include "tools/csv_table.hpp"
 #include "tools/figures/figure.hpp"
 #include "tools/figures/rates.hpp"
+#include "tools/report/csv_table.hpp"
 
 namespace merkel {
 namespace {

@@ -8,9 +8,9 @@
 #include "core/neuron/hodgkin_huxley_population.hpp"
 #include "core/skin/bar_stress_field.hpp"
 #include "core/skin/strain_energy_density.hpp"
-#include "tools/csv_table.hpp"
 #include "tools/figures/figure.hpp"
 #include "tools/figures/rates.hpp"
+#include "tools/report/csv_table.hpp"
 
 namespace merkel {
 namespace {

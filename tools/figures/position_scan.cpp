@@ -3,11 +3,11 @@
 #include <numeric>
 #include <vector>
 
-#include "tools/csv_table.hpp"
 #include "tools/figures/figure.hpp"
 #include "tools/figures/rates.hpp"
-#include "tools/rank_correlation.hpp"
-#include "tools/scene_presets.hpp"
+#include "tools/report/csv_table.hpp"
+#include "tools/report/rank_correlation.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 

@@ -9,10 +9,10 @@
 #include "core/parameter_error.hpp"
 #include "core/units.hpp"
 #include "tools/bench/measure.hpp"
-#include "tools/contact_sentence.hpp"
 #include "tools/plan/plan_report.hpp"
 #include "tools/plan/rehearsal.hpp"
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
+#include "tools/scene/contact_sentence.hpp"
 
 namespace merkel {
 namespace {

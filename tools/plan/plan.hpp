@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "tools/scene_file.hpp"
-#include "tools/spike_train_error.hpp"
+#include "tools/report/spike_train_error.hpp"
+#include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 

@@ -6,7 +6,7 @@
 
 #include "core/parameter_error.hpp"
 #include "core/units.hpp"
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace merkel {
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "drivers/probes/open_probe.hpp"
-#include "realtime/probe_channel.hpp"
-#include "realtime/probe_input.hpp"
+#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_input.hpp"
 
 namespace merkel {
 namespace {

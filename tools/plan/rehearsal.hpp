@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "tools/scene_file.hpp"
+#include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 

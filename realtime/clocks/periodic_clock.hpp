@@ -1,0 +1,59 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+
+#include "core/realtime_tag.hpp"
+#include "realtime/clocks/wake_up_margin.hpp"
+
+namespace merkel {
+
+class PublishBeat;
+class SpinningTeam;
+
+/// How the loop waits for its next tick.
+enum class LoopWait : std::uint8_t {
+  kHybrid,  ///< sleeps until shortly before, then spins: on time to a fraction of a microsecond
+  kSleep    ///< sleeps: late by the host's wake-up latency, but free of spinning
+};
+
+/// The host's monotonic clock and absolute sleeps on it, for one thread. Real-time: the sleep is
+/// the only blocking call of the simulation thread, and lives in this file.
+class PeriodicClock {
+ public:
+  struct Parameters {
+    LoopWait wait = LoopWait::kSleep;
+    std::chrono::nanoseconds period{1'000'000};
+    SpinningTeam* team = nullptr;  ///< told how long it may rest
+    PublishBeat* beat = nullptr;   ///< told when spikes are next to be expected
+  };
+
+  PeriodicClock() noexcept : PeriodicClock(Parameters{}) {}
+  explicit PeriodicClock(const Parameters& parameters) noexcept
+      : parameters_(parameters), margin_(parameters.period) {}
+
+  [[nodiscard]] static std::chrono::nanoseconds now() noexcept;
+  void wait_until(std::chrono::nanoseconds time) noexcept;
+  static bool wait_for_others() noexcept { return false; }
+
+  /// Measures this thread's wake-up latency by a few dozen short sleeps, once it has its final
+  /// priority. Takes about 15 ms.
+  void calibrate() noexcept;
+  /// How long before a deadline a hybrid wait wakes up now. Thread: any.
+  [[nodiscard]] std::chrono::nanoseconds margin() const noexcept {
+    return std::chrono::nanoseconds{margin_ns_.load(std::memory_order_relaxed)};
+  }
+
+  /// Sleeps until `time`, or not at all where it has passed.
+  static void sleep_until(std::chrono::nanoseconds time) noexcept;
+
+ private:
+  void sleep_measured(std::chrono::nanoseconds time) noexcept;
+
+  Parameters parameters_;
+  WakeUpMargin margin_;
+  std::atomic<std::int64_t> margin_ns_{margin_.margin().count()};
+};
+
+}  // namespace merkel

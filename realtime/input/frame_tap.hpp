@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "drivers/probe.hpp"
+#include "realtime/output/spike_fanout.hpp"
+
+namespace merkel {
+
+/// The queue through which a sink gets the bytes that go over one port of a probe. It listens as
+/// long as it lives, or until end().
+class FrameTap final : public PortListener {
+ public:
+  /// \param number  of the probe, from 0
+  /// \param port    of the probe, from 0
+  FrameTap(Probe& probe, std::size_t number, std::size_t port, std::size_t capacity)
+      : queue(capacity), probe_(probe), number_(number), port_(port) {
+    probe_.add_listener(port_, *this);
+  }
+  ~FrameTap() override { end(); }
+
+  void take(const RawFrame& frame) noexcept override {
+    if (!queue.items.try_push(frame)) queue.dropped.add();
+  }
+  void missed(std::uint64_t frames) noexcept override { queue.dropped.add(frames); }
+
+  /// Listens no more. Thread: any but the port's.
+  void end() {
+    probe_.remove_listener(port_, *this);
+    ended.store(true, std::memory_order_release);
+  }
+
+  [[nodiscard]] std::size_t probe() const noexcept { return number_; }
+  [[nodiscard]] std::size_t port() const noexcept { return port_; }
+
+  CountedQueue<RawFrame> queue;    ///< thread that reads the port → consumer
+  std::atomic<bool> ended{false};  ///< set after the last frame
+
+ private:
+  Probe& probe_;
+  std::size_t number_;
+  std::size_t port_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,77 @@
+#include "realtime/input/probe_input.hpp"
+
+namespace merkel {
+
+void ProbeInput::take_until(std::chrono::nanoseconds time) noexcept {
+  for (const ProbeSample* next = channel_.samples.front(); next != nullptr && next->time <= time;
+       next = channel_.samples.front()) {
+    (next->time <= simulated_ ? channel_.late : channel_.used).add();
+    last_ = *next;
+    channel_.samples.pop();
+  }
+}
+
+bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
+  take_until(time);
+  if (channel_.samples.front() != nullptr) return true;
+  // The flag is set after the last sample: look for one again once it is seen.
+  if (!channel_.ended.load(std::memory_order_acquire)) return false;
+  take_until(time);
+  return true;
+}
+
+bool ProbeInput::exhausted() const noexcept {
+  return channel_.ended.load(std::memory_order_acquire) && channel_.samples.front() == nullptr;
+}
+
+std::optional<std::chrono::nanoseconds> ProbeInput::first_time() const noexcept {
+  const ProbeSample* const first = channel_.samples.front();
+  return first == nullptr ? std::nullopt : std::optional(first->time);
+}
+
+ContactInput ProbeInput::contact_of(const ProbeSample& sample) const noexcept {
+  return {.depth_mm = sample.depth_mm,
+          .force_mN = sample.force_mN,
+          .x_mm = sample.has(ProbeSample::kX) ? sample.x_mm : parameters_.x_mm,
+          .y_mm = sample.has(ProbeSample::kY) ? sample.y_mm : parameters_.y_mm};
+}
+
+ContactInput ProbeInput::released(const ContactInput& last) const noexcept {
+  return {.depth_mm = 0.0, .force_mN = 0.0, .x_mm = last.x_mm, .y_mm = last.y_mm};
+}
+
+ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
+  take_until(time);
+  const bool ended = channel_.ended.load(std::memory_order_acquire);
+  take_until(time);  // a sample may have come just before the end was flagged
+  simulated_ = time;
+  const ProbeSample* const next = channel_.samples.front();
+
+  if (!last_) {
+    if (next != nullptr) return {contact_of(*next), State::kFollowing};
+    channel_.released_ticks.add();
+    return {{.x_mm = parameters_.x_mm, .y_mm = parameters_.y_mm}, State::kReleased};
+  }
+  const ContactInput before = contact_of(*last_);
+  if (last_->time == time) return {before, State::kFollowing};
+  if (next != nullptr && next->time - last_->time <= parameters_.stale_after) {
+    const ContactInput after = contact_of(*next);
+    const double fraction = static_cast<double>((time - last_->time).count()) /
+                            static_cast<double>((next->time - last_->time).count());
+    const auto between = [fraction](double a, double b) { return a + (b - a) * fraction; };
+    return {{.depth_mm = between(before.depth_mm, after.depth_mm),
+             .force_mN = between(before.force_mN, after.force_mN),
+             .x_mm = between(before.x_mm, after.x_mm),
+             .y_mm = between(before.y_mm, after.y_mm)},
+            State::kFollowing};
+  }
+  const bool over = ended && next == nullptr;
+  if (time - last_->time > parameters_.stale_after) {
+    if (!over) channel_.released_ticks.add();
+    return {released(before), over ? State::kEnded : State::kReleased};
+  }
+  if (!over) channel_.held_ticks.add();
+  return {before, over ? State::kEnded : State::kHeld};
+}
+
+}  // namespace merkel

@@ -1,0 +1,68 @@
+#include "realtime/input/probe_reader.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "realtime/threads/thread_setup.hpp"
+
+namespace merkel {
+
+ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, Parameters parameters)
+    : probe_(probe),
+      channel_(channel),
+      parameters_(std::move(parameters)),
+      thread_([this](const std::stop_token& stop) {
+        read_all(stop);
+        channel_.ended.store(true, std::memory_order_release);
+        for (SampleTap* const tap : parameters_.taps) {
+          tap->ended.store(true, std::memory_order_release);
+        }
+      }) {}
+
+void ProbeReader::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop) {
+  while (!channel_.samples.try_push(sample)) {
+    if (!probe_.info().replayed) {
+      channel_.dropped.add();
+      return true;
+    }
+    if (stop.stop_requested()) return false;
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
+  }
+  channel_.delivered.add();
+  return true;
+}
+
+void ProbeReader::tell(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop) {
+  while (!tap.queue.items.try_push(sample)) {
+    if (!parameters_.wait_for_taps || stop.stop_requested()) {
+      tap.queue.dropped.add();
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
+  }
+}
+
+void ProbeReader::read_all(const std::stop_token& stop) {
+  set_up_helper_thread("merkel-probe");
+  std::vector<ProbeSample> samples(1024);
+  while (!stop.stop_requested()) {
+    const auto count = probe_.read(samples, std::chrono::milliseconds{50});
+    if (!count) {
+      if (count.error() != ProbeError::kEndOfStream) trouble_ = probe_.trouble();
+      return;
+    }
+    for (std::size_t i = 0; i < *count; ++i) {
+      samples[i].time += parameters_.shift;
+      samples[i].arrival += parameters_.shift;
+      if (!deliver(samples[i], stop)) return;
+      for (SampleTap* const tap : parameters_.taps) tell(*tap, samples[i], stop);
+    }
+  }
+}
+
+}  // namespace merkel

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "drivers/probe.hpp"
+#include "realtime/input/probe_channel.hpp"
+#include "realtime/output/spike_fanout.hpp"
+
+namespace merkel {
+
+/// The queue through which a sink gets one probe's samples as the probe delivers them.
+struct SampleTap {
+  explicit SampleTap(std::size_t capacity) : queue(capacity) {}
+
+  CountedQueue<ProbeSample> queue;  ///< probe thread → consumer
+  std::atomic<bool> ended{false};   ///< set after the last sample
+};
+
+/// The thread of one probe: reads its samples and puts them into the loop's queue. A recording
+/// waits while the queue is full; a device's samples that find it full are dropped and counted.
+class ProbeReader {
+ public:
+  struct Parameters {
+    std::chrono::nanoseconds shift{0};  ///< added to every sample's times
+    std::vector<SampleTap*> taps;       ///< of sinks that want the samples
+    /// Waits where a tap is full instead of dropping: on a virtual clock only, since a sink must
+    /// not hold up real time.
+    bool wait_for_taps = false;
+  };
+
+  /// Starts reading.
+  ProbeReader(Probe& probe, ProbeChannel& channel, Parameters parameters);
+  ProbeReader(const ProbeReader&) = delete;
+  ProbeReader& operator=(const ProbeReader&) = delete;
+  /// Stops and joins.
+  ~ProbeReader() = default;
+
+  /// Stops reading and joins the thread.
+  void stop();
+
+  /// What ended the stream before its end, if anything did; read after the channel has ended.
+  [[nodiscard]] const std::string& trouble() const noexcept { return trouble_; }
+
+ private:
+  void read_all(const std::stop_token& stop);
+  bool deliver(const ProbeSample& sample, const std::stop_token& stop);
+  void tell(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop);
+
+  Probe& probe_;
+  ProbeChannel& channel_;
+  Parameters parameters_;
+  std::string trouble_;
+  std::jthread thread_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,252 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/loop_event.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/scene/contact_input.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "core/tick_record.hpp"
+#include "realtime/clocks/clock.hpp"
+#include "realtime/input/probe_input.hpp"
+#include "realtime/loop/loop_statistics.hpp"
+#include "realtime/loop/tick_timing.hpp"
+#include "realtime/output/spike_fanout.hpp"
+#include "realtime/queues/bounded_queue.hpp"
+
+namespace merkel {
+
+/// The simulation thread's work: one tick after the other, at fixed steps of probe time.
+///
+/// Tick k ends at T_k = start + k·tick in probe time and is due at wall time T_k + wall_offset +
+/// delay: the delay is a jitter buffer, in which the samples around T_k arrive. A tick reads the
+/// contacts at its end, steps the model from T_{k-1} to T_k and publishes the spikes.
+///
+/// When the loop falls behind, this is what happens, and only here: ticks that are due follow each
+/// other without waiting, up to `max_catch_up_ticks`; further behind, all ticks due are left out,
+/// which is counted and recorded as a gap event, and the loop goes on at the next point of the same
+/// grid. The membranes keep their state across a gap.
+template <Clock C>
+class FixedStepLoop {
+ public:
+  struct Parameters {
+    std::chrono::nanoseconds start{0};        ///< probe time at which the first tick begins
+    std::chrono::nanoseconds wall_offset{0};  ///< wall time − probe time
+    std::chrono::nanoseconds delay{0};        ///< jitter buffer
+    std::optional<std::chrono::nanoseconds> duration;  ///< how much to simulate; all, if not set
+    std::int64_t max_catch_up_ticks = 20;
+    BoundedQueue<TickTiming>* timings = nullptr;  ///< gets one for every tick with spikes
+  };
+
+  /// \param inputs  one an indenter of the model
+  FixedStepLoop(const Parameters& parameters, C& clock, TactileModel& model,
+                std::span<ProbeInput> inputs, SpikeFanout& fanout, LoopStatistics& statistics,
+                BoundedQueue<LoopEvent>& events)
+      : parameters_(parameters),
+        clock_(clock),
+        model_(model),
+        inputs_(inputs),
+        fanout_(fanout),
+        statistics_(statistics),
+        events_(events),
+        contacts_(inputs.size()),
+        records_(inputs.size()),
+        released_since_(inputs.size()),
+        spikes_of_neuron_(model.neurons()) {
+    std::size_t before = 0;
+    for (const std::size_t neurons : model.neurons_of_patch()) {
+      first_of_patch_.push_back(before);
+      before += neurons;
+    }
+  }
+
+  /// Runs until the probes' streams end, the duration is over, or `stop` is set.
+  /// Real-time: yes. Thread: simulation.
+  void run(const std::atomic<bool>& stop) noexcept MERKEL_REALTIME {
+    const auto tick = model_.parameters().tick;
+    const std::int64_t last_tick = parameters_.duration ? *parameters_.duration / tick : INT64_MAX;
+    now_ = clock_.now();
+    for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
+      if (exhausted()) break;
+      const auto due = parameters_.start + k * tick + parameters_.wall_offset + parameters_.delay;
+      const auto begun = wait_for(due, tick, stop);
+      if (begun < due) break;  // stopped
+      const std::int64_t behind = std::max<std::int64_t>(0, (begun - due) / tick);
+      if (behind > parameters_.max_catch_up_ticks) {
+        const std::int64_t ticks = std::min(behind, last_tick - k + 1);
+        leave_out(k, ticks, tick);
+        k += ticks - 1;
+        continue;
+      }
+      if (behind > 0) statistics_.catch_up_ticks.add();
+      simulate(k, due, begun, tick);
+      judge(due, begun, tick);
+    }
+    fanout_.end();
+  }
+
+  /// Spikes of every neuron so far; read after run().
+  [[nodiscard]] std::span<const std::uint64_t> spikes_of_neuron() const noexcept {
+    return spikes_of_neuron_;
+  }
+
+ private:
+  [[nodiscard]] bool exhausted() const noexcept {
+    return std::all_of(inputs_.begin(), inputs_.end(),
+                       [](const ProbeInput& input) { return input.exhausted(); });
+  }
+
+  /// Waits until a tick is due, in parts that `stop` can end. \return when it begins,
+  /// or a time before it is due
+  std::chrono::nanoseconds wait_for(std::chrono::nanoseconds due, std::chrono::nanoseconds tick,
+                                    const std::atomic<bool>& stop) noexcept {
+    while (due - now_ > 2 * tick && !stop.load(std::memory_order_relaxed)) {
+      clock_.wait_until(now_ + tick);
+      now_ = clock_.now();
+    }
+    if (due - now_ > 2 * tick) return now_;
+    const bool waits = now_ < due;
+    clock_.wait_until(due);
+    now_ = clock_.now();
+    if (waits) statistics_.wake_up.record(now_ - due);
+    return now_;
+  }
+
+  /// Counts an overrun and its cause. One that follows another has its cause, unless it would have
+  /// been one by itself.
+  void judge(std::chrono::nanoseconds due, std::chrono::nanoseconds begun,
+             std::chrono::nanoseconds tick) noexcept {
+    const auto overrun = now_ - (due + tick);
+    if (overrun.count() <= 0) {
+      overran_ = false;
+      return;
+    }
+    if (now_ - begun > tick) {
+      late_wake_up_ = false;
+    } else if (!overran_) {
+      late_wake_up_ = begun - due > now_ - begun;
+    }
+    overran_ = true;
+    statistics_.overruns.add();
+    (late_wake_up_ ? statistics_.late_wake_ups : statistics_.long_computes).add();
+    statistics_.longest_overrun_ns.raise_to(static_cast<std::uint64_t>(overrun.count()));
+  }
+
+  void leave_out(std::int64_t k, std::int64_t ticks, std::chrono::nanoseconds tick) noexcept {
+    statistics_.gaps.add();
+    statistics_.skipped_ticks.add(static_cast<std::uint64_t>(ticks));
+    raise({.time = parameters_.start + (k - 1) * tick,
+           .length = ticks * tick,
+           .subject = 0,
+           .kind = LoopEvent::Kind::kGap});
+  }
+
+  void simulate(std::int64_t k, std::chrono::nanoseconds due, std::chrono::nanoseconds begun,
+                std::chrono::nanoseconds tick) noexcept {
+    const auto begin = parameters_.start + (k - 1) * tick;
+    const auto end = begin + tick;
+    bool held = false;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const std::uint64_t late_before = inputs_[i].counts().late;
+      while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
+      }
+      const auto last_sample = inputs_[i].last_time();
+      const ProbeInput::Reading reading = inputs_[i].at(end);
+      contacts_[i] = reading.contact;
+      records_[i] = {.time = end,
+                     .contact = reading.contact,
+                     .number = statistics_.ticks.value() + 1,
+                     .probe = static_cast<std::uint32_t>(i),
+                     .late = static_cast<std::uint16_t>(
+                         std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
+                     .state = reading.state};
+      if (const auto arrival = inputs_[i].last_arrival())
+        statistics_.queue.record(begun - *arrival);
+      held = held || reading.state == ProbeInput::State::kHeld;
+      follow_release(i, reading.state, end, last_sample);
+    }
+    const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
+    for (SpikeEvent& spike : spikes) {
+      if (held) spike.flags |= SpikeEvent::kInputHeld;
+      ++spikes_of_neuron_[first_of_patch_[spike.patch] + spike.neuron - 1];
+    }
+    const auto computed = clock_.now();
+    fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
+    const auto published = now_ = clock_.now();
+    for (TickRecord& record : records_) record.latency = published - due;
+    fanout_.publish(std::span<const TickRecord>(records_), clock_);
+    fanout_.published(published - due);
+    statistics_.tick.record(computed - begun);
+    statistics_.publish.record(published - computed);
+    if (parameters_.timings != nullptr && !spikes.empty()) {
+      const TickTiming timing{.end = end,
+                              .arrival = inputs_.front().last_arrival().value_or(begun),
+                              .due = due,
+                              .begun = begun,
+                              .computed = computed,
+                              .published = published};
+      if (!parameters_.timings->try_push(timing)) statistics_.timings_dropped.add();
+    }
+    statistics_.spikes.add(spikes.size());
+    statistics_.neuron_resets.add(model_.resets().size());
+    for (const SpikeEvent& reset : model_.resets()) {
+      raise({.time = reset.time,
+             .length = std::chrono::nanoseconds{0},
+             .subject = static_cast<std::uint32_t>(first_of_patch_[reset.patch]) + reset.neuron,
+             .kind = LoopEvent::Kind::kNeuronReset});
+    }
+    statistics_.ticks.add();
+  }
+
+  /// Reports when a probe is released and when its samples come back.
+  void follow_release(std::size_t probe, ProbeInput::State state, std::chrono::nanoseconds time,
+                      std::optional<std::chrono::nanoseconds> last_sample) noexcept {
+    const bool released = state == ProbeInput::State::kReleased;
+    auto& since = released_since_[probe];
+    if (released == since.has_value()) return;
+    if (released) {
+      since = last_sample.value_or(time);
+      raise({.time = time,
+             .length = std::chrono::nanoseconds{0},
+             .subject = static_cast<std::uint32_t>(probe),
+             .kind = LoopEvent::Kind::kRelease});
+      return;
+    }
+    if (state != ProbeInput::State::kEnded) {
+      raise({.time = time,
+             .length = time - *since,
+             .subject = static_cast<std::uint32_t>(probe),
+             .kind = LoopEvent::Kind::kResume});
+    }
+    since.reset();
+  }
+
+  void raise(const LoopEvent& event) noexcept {
+    if (!events_.try_push(event)) statistics_.events_dropped.add();
+    fanout_.publish(event, clock_);
+  }
+
+  Parameters parameters_;
+  C& clock_;
+  TactileModel& model_;
+  std::span<ProbeInput> inputs_;
+  SpikeFanout& fanout_;
+  LoopStatistics& statistics_;
+  BoundedQueue<LoopEvent>& events_;
+  std::vector<ContactInput> contacts_;
+  std::vector<TickRecord> records_;
+  std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
+  std::vector<std::uint64_t> spikes_of_neuron_;
+  std::chrono::nanoseconds now_{0};          ///< when the clock was last looked at
+  bool overran_ = false;                     ///< the tick before
+  bool late_wake_up_ = false;                ///< the cause of its overrun
+  std::vector<std::size_t> first_of_patch_;  ///< offsets into spikes_of_neuron_
+};
+
+}  // namespace merkel

@@ -1,0 +1,134 @@
+#include "realtime/output/sink_writer.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <utility>
+
+#include "realtime/threads/thread_setup.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::chrono::milliseconds kFlushEvery{200};
+constexpr std::size_t kBatch = 1024;
+
+/// Moves what waits in a queue into `batch`, at most kBatch items.
+template <class T>
+void take(BoundedQueue<T>& queue, std::vector<T>& batch) {
+  batch.clear();
+  T item;
+  while (batch.size() < kBatch && queue.try_pop(item)) batch.push_back(item);
+}
+
+}  // namespace
+
+SinkWriter::SinkWriter(SpikeSink& sink, Sources sources)
+    : sink_(sink), sources_(std::move(sources)), thread_([this] { write_all(); }) {}
+
+void SinkWriter::keep(const Expected<void, SinkError>& result) {
+  if (result || !healthy()) return;
+  outcome_.trouble = result.error().sentence;
+  failed_.store(true, std::memory_order_release);
+}
+
+std::size_t SinkWriter::write_ticks_and_spikes() {
+  // Ticks are taken first and written last: the loop publishes a tick's spikes before its record,
+  // so all spikes of the ticks in hand are in the queue by now, and no more than those that are in
+  // it now need be taken.
+  SpikeChannel& channel = sources_.channel;
+  ticks_.clear();
+  if (channel.ticks) take(channel.ticks->items, ticks_);
+  const std::size_t waiting = channel.spikes.size_approx();
+  std::size_t taken = 0;
+  do {
+    take(channel.spikes, spikes_);
+    taken += spikes_.size();
+    outcome_.taken += spikes_.size();
+    if (!spikes_.empty() && healthy()) keep(sink_.write(spikes_));
+  } while (!spikes_.empty() && taken < waiting);
+  if (!ticks_.empty() && healthy()) keep(sink_.write_ticks(ticks_));
+  return taken + ticks_.size();
+}
+
+std::size_t SinkWriter::write_samples() {
+  std::size_t taken = 0;
+  for (std::size_t probe = 0; probe < sources_.taps.size(); ++probe) {
+    take(sources_.taps[probe]->queue.items, samples_);
+    taken += samples_.size();
+    if (!samples_.empty() && healthy()) keep(sink_.write_samples(probe, samples_));
+  }
+  return taken;
+}
+
+std::size_t SinkWriter::write_frames() {
+  std::size_t taken = 0;
+  for (const auto& tap : sources_.frames) {
+    take(tap->queue.items, frames_);
+    taken += frames_.size();
+    if (!frames_.empty() && healthy()) {
+      keep(sink_.write_frames(tap->probe(), tap->port(), frames_));
+    }
+  }
+  return taken;
+}
+
+std::size_t SinkWriter::write_events() {
+  if (!sources_.channel.events) return 0;
+  take(sources_.channel.events->items, events_);
+  if (!events_.empty() && healthy()) keep(sink_.write_events(events_));
+  return events_.size();
+}
+
+void SinkWriter::write_status() {
+  if ((sink_.wishes() & SpikeSink::kStatus) == 0U) return;
+  RunStatus status = sources_.status();
+  const SpikeChannel& channel = sources_.channel;
+  status.losses.spikes = channel.dropped.value();
+  if (channel.ticks) status.losses.ticks = channel.ticks->dropped.value();
+  if (channel.events) status.losses.events = channel.events->dropped.value();
+  for (const auto& tap : sources_.taps) status.losses.samples += tap->queue.dropped.value();
+  for (const auto& tap : sources_.frames) status.losses.frames += tap->queue.dropped.value();
+  keep(sink_.write_status(status));
+}
+
+bool SinkWriter::all_ended() const {
+  const auto ended = [](const auto& tap) { return tap->ended.load(std::memory_order_acquire); };
+  return sources_.channel.ended.load(std::memory_order_acquire) &&
+         std::all_of(sources_.taps.begin(), sources_.taps.end(), ended) &&
+         std::all_of(sources_.frames.begin(), sources_.frames.end(), ended);
+}
+
+void SinkWriter::write_all() {
+  set_up_helper_thread("merkel-sink");
+  spikes_.reserve(kBatch);
+  std::uint64_t seen = 0;
+  auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
+  for (;;) {
+    // Read the flags before the queues: they are set after the last item.
+    const bool ended = all_ended();
+    std::size_t taken = write_frames();
+    taken += write_samples();
+    taken += write_ticks_and_spikes();
+    taken += write_events();
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= next_flush && healthy()) {
+      write_status();
+      if (healthy()) keep(sink_.flush());
+      next_flush = now + kFlushEvery;
+    }
+    if (taken > 0) continue;
+    if (ended) break;
+    sources_.channel.beat.wait(seen);
+  }
+  if (healthy()) write_status();
+}
+
+SinkWriter::Outcome SinkWriter::finish(bool complete) {
+  if (thread_.joinable()) thread_.join();
+  if (healthy()) keep(complete ? sink_.close() : sink_.flush());
+  outcome_.delivered = sink_.delivered();
+  return outcome_;
+}
+
+}  // namespace merkel

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "drivers/spike_sink.hpp"
+#include "realtime/input/frame_tap.hpp"
+#include "realtime/input/probe_reader.hpp"
+#include "realtime/output/spike_fanout.hpp"
+
+namespace merkel {
+
+/// The thread of one sink: takes spikes, and what else it has asked for, from its queues and writes
+/// them. When the sink fails, it takes no more, and every later spike is counted as lost; the other
+/// sinks go on.
+class SinkWriter {
+ public:
+  struct Outcome {
+    std::uint64_t taken = 0;      ///< spikes taken from the queue
+    std::uint64_t delivered = 0;  ///< spikes known to have arrived
+    std::string trouble;          ///< empty, or why the sink failed
+  };
+
+  /// What a sink is fed from; everything outlives the writer.
+  struct Sources {
+    SpikeChannel& channel;
+    std::span<const std::unique_ptr<SampleTap>> taps;  ///< one a probe; empty if not asked for
+    std::span<const std::unique_ptr<FrameTap>> frames = {};  ///< one a port; empty if not asked for
+    std::function<RunStatus()> status;                       ///< the run's counters; any thread
+  };
+
+  SinkWriter(SpikeSink& sink, Sources sources);
+  SinkWriter(const SinkWriter&) = delete;
+  SinkWriter& operator=(const SinkWriter&) = delete;
+  ~SinkWriter() = default;
+
+  /// Waits until the last spike is written, and closes the sink; or, where `complete` is false
+  /// because the run failed, leaves it unfinished.
+  [[nodiscard]] Outcome finish(bool complete);
+
+  /// Why the sink has failed, once it has; empty until then. Thread: any, for one caller.
+  [[nodiscard]] std::string trouble() const {
+    return failed_.load(std::memory_order_acquire) ? outcome_.trouble : std::string();
+  }
+
+ private:
+  void write_all();
+  std::size_t write_ticks_and_spikes();
+  std::size_t write_samples();
+  std::size_t write_frames();
+  std::size_t write_events();
+  [[nodiscard]] bool all_ended() const;
+  void write_status();
+  void keep(const Expected<void, SinkError>& result);
+  [[nodiscard]] bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
+
+  SpikeSink& sink_;
+  Sources sources_;
+  std::vector<SpikeEvent> spikes_;
+  std::vector<TickRecord> ticks_;
+  std::vector<LoopEvent> events_;
+  std::vector<ProbeSample> samples_;
+  std::vector<RawFrame> frames_;
+  Outcome outcome_;
+  std::atomic<bool> failed_{false};
+  std::jthread thread_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/loop_event.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/spike_event.hpp"
+#include "core/tick_record.hpp"
+#include "realtime/clocks/clock.hpp"
+#include "realtime/queues/bounded_queue.hpp"
+#include "realtime/queues/counter.hpp"
+#include "realtime/queues/publish_beat.hpp"
+
+namespace merkel {
+
+/// A queue to one consumer, with its own count of drops.
+template <PlainData T>
+struct CountedQueue {
+  explicit CountedQueue(std::size_t capacity) : items(capacity) {}
+
+  BoundedQueue<T> items;
+  Counter dropped;  ///< items that found the queue full
+};
+
+/// The queues of one consumer. A slow or dead consumer costs its own items and nobody else's.
+struct SpikeChannel {
+  SpikeChannel(std::size_t capacity, const PublishBeat& the_beat)
+      : spikes(capacity), beat(the_beat) {}
+
+  BoundedQueue<SpikeEvent> spikes;  ///< simulation thread → consumer
+  Counter dropped;                  ///< spikes that found the queue full
+  std::atomic<bool> ended{false};   ///< set after the last item of the run
+  /// The same for what only some consumers want; null where it was not asked for.
+  std::unique_ptr<CountedQueue<TickRecord>> ticks;
+  std::unique_ptr<CountedQueue<LoopEvent>> events;
+  const PublishBeat& beat;  ///< for waiting until there may be more
+};
+
+/// Gives every spike to every consumer.
+class SpikeFanout {
+ public:
+  /// Adds a consumer; before the loop starts. The channel lives as long as the fan-out.
+  SpikeChannel& add_consumer(std::size_t capacity) {
+    return *channels_.emplace_back(std::make_unique<SpikeChannel>(capacity, beat_));
+  }
+
+  /// Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish(std::span<const SpikeEvent> spikes, C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      for (const SpikeEvent& spike : spikes) {
+        push(channel->spikes, channel->dropped, spike, clock);
+      }
+    }
+  }
+
+  /// The records of a tick, after its spikes. Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish(std::span<const TickRecord> ticks, C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      if (!channel->ticks) continue;
+      for (const TickRecord& tick : ticks) {
+        push(channel->ticks->items, channel->ticks->dropped, tick, clock);
+      }
+    }
+  }
+
+  /// Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish(const LoopEvent& event, C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      if (channel->events) push(channel->events->items, channel->events->dropped, event, clock);
+    }
+  }
+
+  /// Spikes that found any consumer's queue full. Thread: any, once the loop runs.
+  [[nodiscard]] std::uint64_t dropped() const noexcept {
+    std::uint64_t sum = 0;
+    for (const auto& channel : channels_) sum += channel->dropped.value();
+    return sum;
+  }
+  /// Tells every consumer, without waking it, that a tick's spikes are there: so long after the
+  /// tick was due. Real-time: yes. Thread: simulation.
+  void published(std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
+    beat_.published(after_due);
+  }
+  [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
+
+  /// Tells every consumer that no spike will follow. Thread: simulation.
+  void end() noexcept {
+    for (const auto& channel : channels_) channel->ended.store(true, std::memory_order_release);
+  }
+
+ private:
+  template <PlainData T, Clock C>
+  static void push(BoundedQueue<T>& queue, Counter& dropped, const T& item, C& clock) noexcept {
+    bool taken = queue.try_push(item);
+    while (!taken && clock.wait_for_others()) taken = queue.try_push(item);
+    if (!taken) dropped.add();
+  }
+
+  PublishBeat beat_;
+  std::vector<std::unique_ptr<SpikeChannel>> channels_;
+};
+
+}  // namespace merkel

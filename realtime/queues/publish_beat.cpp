@@ -1,0 +1,39 @@
+#include "realtime/queues/publish_beat.hpp"
+
+#include <algorithm>
+
+#include "realtime/clocks/periodic_clock.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr nanoseconds kLongest{5'000'000};
+constexpr nanoseconds kFirstNap{20'000};
+constexpr nanoseconds kLongestNap{1'000'000};
+
+}  // namespace
+
+void PublishBeat::wait(std::uint64_t& seen) const noexcept {
+  const nanoseconds begun = PeriodicClock::now();
+  nanoseconds nap = kFirstNap;
+  for (nanoseconds now = begun; now - begun < kLongest; now = PeriodicClock::now()) {
+    const std::uint64_t ticks = ticks_.load(std::memory_order_acquire);
+    if (ticks != seen) {
+      seen = ticks;
+      return;
+    }
+    const nanoseconds next{next_ns_.load(std::memory_order_relaxed)};
+    if (next.count() == 0) {  // virtual time: only the count tells
+      PeriodicClock::sleep_until(now + kLongestNap);
+    } else if (next > now) {
+      PeriodicClock::sleep_until(std::min(next, begun + kLongest));
+    } else {
+      PeriodicClock::sleep_until(now + nap);
+      nap = std::min(2 * nap, kLongestNap);
+    }
+  }
+}
+
+}  // namespace merkel

@@ -1,0 +1,57 @@
+#include "realtime/input/frame_tap.hpp"
+
+#include <gtest/gtest.h>
+
+#include "realtime/threads/thread_rights.hpp"
+
+namespace merkel {
+namespace {
+
+/// A probe with one port, over which the test says what goes.
+class OnePort final : public Probe {
+ public:
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample>,
+                                                       std::chrono::milliseconds) override {
+    return std::size_t{0};
+  }
+  [[nodiscard]] std::size_t ports() const noexcept override { return 1; }
+  void add_listener(std::size_t, PortListener& listener) override { listener_ = &listener; }
+  void remove_listener(std::size_t, PortListener&) override { listener_ = nullptr; }
+
+  void say(const RawFrame& frame) {
+    if (listener_ != nullptr) listener_->take(frame);
+  }
+
+ private:
+  ProbeInfo info_;
+  PortListener* listener_ = nullptr;
+};
+
+TEST(FrameTap, WhatFindsItFullIsCounted) {
+  OnePort probe;
+  FrameTap tap(probe, 1, 0, 16);
+  EXPECT_EQ(tap.probe(), 1U);
+  constexpr std::uint32_t kFrames = 500;
+  for (std::uint32_t i = 0; i < kFrames; ++i) probe.say({.parsed = i});
+  tap.end();
+  EXPECT_TRUE(tap.ended.load());
+  probe.say({});
+  std::uint32_t taken = 0;
+  // The oldest are kept, in their order.
+  for (RawFrame frame; tap.queue.items.try_pop(frame);) EXPECT_EQ(frame.parsed, taken++);
+  EXPECT_GE(taken, 16U);
+  EXPECT_EQ(taken + tap.queue.dropped.value(), kFrames);
+}
+
+TEST(ThreadRights, AreThoseOfTheKernel) {
+  const RunStatus::Rights rights = rights_of_this_thread();
+  EXPECT_EQ(rights.scheduling_class, 0);
+  EXPECT_EQ(rights.priority, 0);
+  EXPECT_GE(rights.locked_memory_kB, 0);
+  EXPECT_GT(rights.timer_slack_ns, 0);
+  EXPECT_EQ(rights.cpu_awake, -1);
+}
+
+}  // namespace
+}  // namespace merkel

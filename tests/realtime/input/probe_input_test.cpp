@@ -1,0 +1,124 @@
+#include "realtime/input/probe_input.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+using State = ProbeInput::State;
+using std::chrono::nanoseconds;
+
+nanoseconds ms(double time) { return units::nanoseconds_from_ms(time); }
+
+class ProbeInputTest : public testing::Test {
+ protected:
+  void arrives(double time_ms, double depth_mm) {
+    ASSERT_TRUE(channel_.samples.try_push({.time = ms(time_ms),
+                                           .arrival = ms(time_ms),
+                                           .depth_mm = depth_mm,
+                                           .channels = ProbeSample::kDepth}));
+  }
+  void ends() { channel_.ended = true; }
+  void expect(double time_ms, double depth_mm, State state) {
+    const auto reading = input_.at(ms(time_ms));
+    EXPECT_NEAR(reading.contact.depth_mm, depth_mm, 1e-12) << "at " << time_ms << " ms";
+    EXPECT_EQ(reading.state, state) << "at " << time_ms << " ms";
+  }
+
+  ProbeChannel channel_{1000};
+  ProbeInput input_{channel_, {.stale_after = ms(50), .x_mm = 15.0, .y_mm = 10.0}};
+};
+
+TEST_F(ProbeInputTest, InterpolatesBetweenTheSamplesAroundTheTime) {
+  arrives(0, 1.0);
+  arrives(2, 2.0);
+  arrives(4, 0.0);
+  expect(0, 1.0, State::kFollowing);
+  expect(0.5, 1.25, State::kFollowing);
+  expect(2, 2.0, State::kFollowing);
+  expect(3, 1.0, State::kFollowing);
+  EXPECT_EQ(input_.counts().used, 2U);
+  EXPECT_EQ(input_.counts().late, 0U);
+}
+
+TEST_F(ProbeInputTest, BeforeTheFirstSampleTheFirstHolds) {
+  arrives(10, 0.7);
+  expect(0, 0.7, State::kFollowing);
+  expect(9, 0.7, State::kFollowing);
+}
+
+TEST_F(ProbeInputTest, HoldsWhenNoSampleBeyondTheTimeHasCome) {
+  arrives(0, 1.0);
+  expect(1, 1.0, State::kHeld);
+  expect(2, 1.0, State::kHeld);
+  arrives(2.5, 2.0);
+  arrives(4, 3.5);
+  expect(3, 2.5, State::kFollowing);
+  EXPECT_EQ(input_.counts().held_ticks, 2U);
+  EXPECT_EQ(input_.counts().late, 0U);
+}
+
+TEST_F(ProbeInputTest, CountsSamplesWhoseTimeHadPassedAsLate) {
+  arrives(0, 1.0);
+  expect(5, 1.0, State::kHeld);
+  arrives(3, 2.0);  // its time had been simulated already
+  expect(6, 2.0, State::kHeld);
+  EXPECT_EQ(input_.counts().late, 1U);
+  EXPECT_EQ(input_.counts().used, 1U);
+}
+
+TEST_F(ProbeInputTest, ReleasesAfterTooLongASilenceAndResumes) {
+  arrives(0, 1.0);
+  expect(50, 1.0, State::kHeld);
+  expect(51, 0.0, State::kReleased);
+  arrives(200, 1.0);
+  arrives(201, 1.5);
+  expect(52, 0.0, State::kReleased);  // the silence was in the samples: no contact is invented
+  expect(199, 0.0, State::kReleased);
+  expect(200, 1.0, State::kFollowing);
+  EXPECT_EQ(input_.counts().released_ticks, 3U);
+}
+
+TEST_F(ProbeInputTest, ASilenceKnownBeforehandGivesWhatItGaveLive) {
+  arrives(0, 1.0);
+  arrives(200, 1.0);
+  arrives(201, 1.0);
+  expect(1, 1.0, State::kHeld);
+  expect(50, 1.0, State::kHeld);
+  expect(51, 0.0, State::kReleased);
+  expect(200.5, 1.0, State::kFollowing);
+}
+
+TEST_F(ProbeInputTest, TheEndOfTheStreamIsNotAMiss) {
+  arrives(0, 1.0);
+  ends();
+  EXPECT_TRUE(input_.ready_for(ms(5)));
+  expect(5, 1.0, State::kEnded);
+  expect(60, 0.0, State::kEnded);
+  EXPECT_TRUE(input_.exhausted());
+  EXPECT_EQ(input_.counts().held_ticks, 0U);
+  EXPECT_EQ(input_.counts().released_ticks, 0U);
+}
+
+TEST_F(ProbeInputTest, IsReadyOnceASampleBeyondTheTimeIsThere) {
+  EXPECT_FALSE(input_.ready_for(ms(1)));
+  arrives(0, 1.0);
+  EXPECT_FALSE(input_.ready_for(ms(1)));
+  arrives(1, 1.0);
+  EXPECT_FALSE(input_.ready_for(ms(1)));
+  arrives(2, 1.0);
+  EXPECT_TRUE(input_.ready_for(ms(1)));
+}
+
+TEST_F(ProbeInputTest, PositionsComeFromTheSamplesOrTheScene) {
+  ASSERT_TRUE(channel_.samples.try_push(
+      {.time = ms(0), .depth_mm = 1.0, .x_mm = 3.0, .channels = ProbeSample::kX}));
+  const auto reading = input_.at(ms(0));
+  EXPECT_EQ(reading.contact.x_mm, 3.0);
+  EXPECT_EQ(reading.contact.y_mm, 10.0);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,327 @@
+#include "realtime/loop/fixed_step_loop.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/units.hpp"
+#include "realtime/clocks/virtual_clock.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// A loop over one probe in scripted time: 1 ms ticks, wall time = probe time + delay.
+class FixedStepLoopTest : public testing::Test {
+ protected:
+  /// A sample every millisecond from 0 to `end_ms`, of the given depth, arriving when `arrival`
+  /// says; the stream ends with the last.
+  template <class Arrival>
+  void samples(int end_ms, double depth_mm, Arrival arrival) {
+    for (int k = 0; k <= end_ms; ++k) {
+      scheduled_.push_back({.time = milliseconds{k},
+                            .arrival = arrival(k),
+                            .depth_mm = depth_mm,
+                            .channels = ProbeSample::kDepth});
+    }
+  }
+
+  /// Runs until everything is used. \param wake  what the clock does to a wake-up
+  /// \param work  how long what begins at a time computes
+  template <class Wake>
+  void run(Wake wake, nanoseconds delay, std::int64_t max_catch_up = 20,
+           ScriptedClock::Work work = {}) {
+    std::size_t next = 0;
+    const auto deliver = [&](nanoseconds now) {
+      while (next < scheduled_.size() && scheduled_[next].arrival <= now) {
+        EXPECT_TRUE(channel_.samples.try_push(scheduled_[next++]));
+      }
+      channel_.ended = next == scheduled_.size();
+    };
+    deliver(nanoseconds{0});
+    ScriptedClock clock(
+        [&](nanoseconds until) {
+          const nanoseconds woken = wake(until);
+          deliver(woken);
+          return woken;
+        },
+        std::move(work));
+    std::vector<ProbeInput> inputs{ProbeInput(channel_, {})};
+    FixedStepLoop<ScriptedClock> loop({.start = nanoseconds{0},
+                                       .wall_offset = nanoseconds{0},
+                                       .delay = delay,
+                                       .duration = {},
+                                       .max_catch_up_ticks = max_catch_up,
+                                       .timings = timings_},
+                                      clock, model_, inputs, fanout_, statistics_, events_);
+    loop.run(stop_);
+    counts_ = inputs[0].counts();
+    LoopEvent event;
+    while (events_.try_pop(event)) raised_.push_back(event);
+  }
+  static nanoseconds on_time(nanoseconds until) { return until; }
+
+  TactileModel model_ = *TactileModel::create({});
+  ProbeChannel channel_{100'000};
+  std::vector<ProbeSample> scheduled_;
+  SpikeFanout fanout_;
+  LoopStatistics statistics_;
+  BoundedQueue<LoopEvent> events_{1000};
+  std::atomic<bool> stop_{false};
+  ProbeInput::Counts counts_;
+  std::vector<LoopEvent> raised_;
+  BoundedQueue<TickTiming>* timings_ = nullptr;
+};
+
+TEST_F(FixedStepLoopTest, PunctualSamplesAreAllUsedOnce) {
+  samples(100, 1.5, [](int k) { return milliseconds{k}; });
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 100U);
+  EXPECT_EQ(counts_.used, 101U);
+  EXPECT_EQ(counts_.late, 0U);
+  EXPECT_EQ(counts_.held_ticks, 0U);
+  EXPECT_EQ(statistics_.overruns.value(), 0U);
+  EXPECT_TRUE(raised_.empty());
+}
+
+TEST_F(FixedStepLoopTest, TheDelayAbsorbsJitterBelowIt) {
+  samples(100, 1.5, [](int k) { return milliseconds{k + (k % 3)}; });
+  run(on_time, milliseconds{3});
+  EXPECT_EQ(counts_.late, 0U);
+  EXPECT_EQ(counts_.held_ticks, 0U);
+}
+
+TEST_F(FixedStepLoopTest, SamplesLaterThanTheDelayAreHeldOverAndCounted) {
+  // Samples 40…44 arrive together with 45. With a delay of 2 ms, the ticks due at 41…45 (probe
+  // time 39…43) find nothing beyond their time except at 39; 40, 41 and 42 are late when they come.
+  samples(100, 1.5, [](int k) { return milliseconds{k >= 40 && k < 45 ? 45 : k}; });
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(counts_.held_ticks, 3U);
+  EXPECT_EQ(counts_.late, 3U);
+  EXPECT_EQ(counts_.used + counts_.late, 101U);
+  EXPECT_TRUE(raised_.empty());
+}
+
+TEST_F(FixedStepLoopTest, ASilentProbeIsReleasedAndResumed) {
+  for (int k = 0; k <= 300; ++k) {
+    if (k > 100 && k < 200) continue;
+    scheduled_.push_back({.time = milliseconds{k},
+                          .arrival = milliseconds{k},
+                          .depth_mm = 1.5,
+                          .channels = ProbeSample::kDepth});
+  }
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 300U);
+  EXPECT_EQ(counts_.held_ticks, 50U);      // 101…150
+  EXPECT_EQ(counts_.released_ticks, 49U);  // 151…199
+  ASSERT_EQ(raised_.size(), 2U);
+  EXPECT_EQ(raised_[0].kind, LoopEvent::Kind::kRelease);
+  EXPECT_EQ(raised_[0].time, milliseconds{151});
+  EXPECT_EQ(raised_[1].kind, LoopEvent::Kind::kResume);
+  EXPECT_EQ(raised_[1].time, milliseconds{200});
+  EXPECT_EQ(raised_[1].length, milliseconds{100});
+}
+
+TEST_F(FixedStepLoopTest, AShortStallIsCaughtUp) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  run([](nanoseconds until) { return until == milliseconds{52} ? until + milliseconds{7} : until; },
+      milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 200U);
+  EXPECT_EQ(statistics_.catch_up_ticks.value(), 7U);
+  EXPECT_EQ(statistics_.overruns.value(), 6U);  // the seventh ends exactly at its deadline
+  EXPECT_EQ(statistics_.longest_overrun_ns.value(), 6'000'000U);
+  EXPECT_EQ(statistics_.late_wake_ups.value(), 6U);
+  EXPECT_EQ(statistics_.gaps.value(), 0U);
+  EXPECT_EQ(counts_.late, 0U);
+  const auto wake_ups = statistics_.wake_up.snapshot();
+  EXPECT_EQ(wake_ups.count(), 200U - 7U);  // ticks that were caught up did not wait
+  EXPECT_EQ(wake_ups.longest(), milliseconds{7});
+  EXPECT_EQ(wake_ups.quantile(0.99), nanoseconds{0});
+}
+
+TEST_F(FixedStepLoopTest, ALongComputationIsToldFromALateWakeUp) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  // The tick due at 52 computes for 3.5 ms, so that it and the two after it overrun; all others
+  // compute for 0.1 ms, with which the third is in time again. The one due at 102 wakes 1.5 ms
+  // late, and is the only one that overruns.
+  run(
+      [](nanoseconds until) {
+        return until == milliseconds{102} ? until + units::nanoseconds_from_ms(1.5) : until;
+      },
+      milliseconds{2}, 20,
+      [](nanoseconds begun) {
+        return units::nanoseconds_from_ms(begun == milliseconds{52} ? 3.5 : 0.1);
+      });
+  EXPECT_EQ(statistics_.ticks.value(), 200U);
+  EXPECT_EQ(statistics_.overruns.value(), 4U);
+  EXPECT_EQ(statistics_.long_computes.value(), 3U);  // over by 2.5, 1.6 and 0.7 ms
+  EXPECT_EQ(statistics_.late_wake_ups.value(), 1U);  // by 0.6 ms
+  EXPECT_EQ(statistics_.longest_overrun_ns.value(), 2'500'000U);
+  EXPECT_EQ(statistics_.tick.snapshot().longest(), units::nanoseconds_from_ms(3.5));
+  EXPECT_EQ(statistics_.tick.snapshot().count(), 200U);
+}
+
+TEST_F(FixedStepLoopTest, AModelThatNeverKeepsUpLeavesGapsAndGoesOn) {
+  // Each tick computes for 2 ms of every 1 ms: after 20 ticks it is 20 behind, and at 21 it leaves
+  // these out.
+  samples(1000, 1.5, [](int k) { return milliseconds{k}; });
+  run(on_time, milliseconds{2}, 20, [](nanoseconds) { return milliseconds{2}; });
+  const std::uint64_t ticks = statistics_.ticks.value();
+  EXPECT_EQ(statistics_.gaps.value(), 24U);  // one every 42 ms: 21 ticks made, 21 left out
+  EXPECT_EQ(statistics_.skipped_ticks.value(), 24U * 21U);
+  EXPECT_EQ(ticks, 24U * 21U + 1U);  // the last gap reaches beyond the last sample
+  EXPECT_EQ(statistics_.overruns.value(), ticks);
+  EXPECT_EQ(statistics_.long_computes.value(), ticks);
+  EXPECT_EQ(raised_.size(), 24U);
+}
+
+TEST_F(FixedStepLoopTest, ALongStallLeavesAGapAndKeepsThePhase) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  run(
+      [](nanoseconds until) {
+        return until == milliseconds{52} ? until + units::nanoseconds_from_ms(30.4) : until;
+      },
+      milliseconds{2});
+  EXPECT_EQ(statistics_.gaps.value(), 1U);
+  EXPECT_EQ(statistics_.skipped_ticks.value(), 30U);
+  EXPECT_EQ(statistics_.ticks.value(), 170U);
+  ASSERT_EQ(raised_.size(), 1U);
+  EXPECT_EQ(raised_[0].kind, LoopEvent::Kind::kGap);
+  EXPECT_EQ(raised_[0].time, milliseconds{49});
+  EXPECT_EQ(raised_[0].length, milliseconds{30});
+}
+
+TEST_F(FixedStepLoopTest, StopsWithinATick) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  run(
+      [this](nanoseconds until) {
+        if (until == milliseconds{52}) stop_ = true;
+        return until;
+      },
+      milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 50U);
+}
+
+TEST_F(FixedStepLoopTest, ADriftingDeviceClockLosesNothing) {
+  // The mapped times run 1 % fast against the host, for a second: the loop follows them, and what
+  // the jitter buffer cannot absorb is held and late, never lost.
+  for (int k = 0; k <= 1000; ++k) {
+    scheduled_.push_back({.time = nanoseconds{k * 990'000LL},
+                          .arrival = milliseconds{k},
+                          .depth_mm = 1.5,
+                          .channels = ProbeSample::kDepth});
+  }
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(counts_.used + counts_.late, 1001U);
+  EXPECT_GT(counts_.late, 700U);
+  EXPECT_EQ(statistics_.gaps.value(), 0U);
+}
+
+TEST_F(FixedStepLoopTest, ASlowDeviceClockIsHeldForWhatItLacks) {
+  // The mapped times run 1 % slow against the host: sample k is of 1.01·k ms and comes at 1.01·k
+  // ms, but the host counts milliseconds. No sample is late, and none is missing for longer than
+  // the delay covers.
+  for (int k = 0; k <= 1000; ++k) {
+    scheduled_.push_back({.time = nanoseconds{k * 1'010'000LL},
+                          .arrival = nanoseconds{k * 1'010'000LL},
+                          .depth_mm = 1.5,
+                          .channels = ProbeSample::kDepth});
+  }
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 1010U);
+  EXPECT_EQ(counts_.used, 1001U);
+  EXPECT_EQ(counts_.late, 0U);
+  EXPECT_EQ(counts_.held_ticks, 0U);
+  EXPECT_EQ(counts_.released_ticks, 0U);
+  EXPECT_EQ(statistics_.gaps.value(), 0U);
+}
+
+TEST_F(FixedStepLoopTest, AFastDeviceThatIsMappedWellLosesNothing) {
+  // 1 % more samples than milliseconds, each mapped to the host's time: two fall into one tick now
+  // and then.
+  for (int k = 0; k <= 1010; ++k) {
+    scheduled_.push_back({.time = nanoseconds{k * 990'000LL},
+                          .arrival = nanoseconds{k * 990'000LL},
+                          .depth_mm = 1.5,
+                          .channels = ProbeSample::kDepth});
+  }
+  run(on_time, milliseconds{2});
+  EXPECT_EQ(statistics_.ticks.value(), 1000U);
+  EXPECT_EQ(counts_.used, 1011U);
+  EXPECT_EQ(counts_.late, 0U);
+  EXPECT_EQ(counts_.held_ticks, 0U);
+}
+
+TEST_F(FixedStepLoopTest, ADelayOfSecondsIsWaitedForInPartsThatStopEnds) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  nanoseconds latest{0};
+  run(
+      [&](nanoseconds until) {
+        latest = until;
+        if (until >= milliseconds{20}) stop_ = true;
+        return until;
+      },
+      std::chrono::seconds{10});
+  EXPECT_EQ(statistics_.ticks.value(), 0U);
+  EXPECT_EQ(latest, milliseconds{20});
+}
+
+TEST_F(FixedStepLoopTest, EveryTickWithSpikesIsTimed) {
+  BoundedQueue<TickTiming> timings(1000);
+  timings_ = &timings;
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  run([](nanoseconds until) { return until + std::chrono::microseconds{30}; }, milliseconds{2}, 20,
+      [](nanoseconds) { return std::chrono::microseconds{50}; });
+  TickTiming timing;
+  int count = 0;
+  for (; timings.try_pop(timing); ++count) {
+    EXPECT_EQ(timing.due, timing.end + milliseconds{2});
+    EXPECT_EQ(timing.arrival, timing.end);
+    EXPECT_EQ(timing.begun, timing.due + std::chrono::microseconds{30});
+    EXPECT_EQ(timing.computed, timing.begun + std::chrono::microseconds{50});
+    EXPECT_EQ(timing.published, timing.computed);
+  }
+  EXPECT_GT(count, 5);
+  EXPECT_EQ(statistics_.timings_dropped.value(), 0U);
+  EXPECT_EQ(statistics_.queue.snapshot().longest(),
+            milliseconds{2} + std::chrono::microseconds{30});
+}
+
+TEST_F(FixedStepLoopTest, AFullQueueCostsItsOwnConsumerOnly) {
+  SpikeChannel& slow = fanout_.add_consumer(4);
+  SpikeChannel& quick = fanout_.add_consumer(10'000);
+  samples(1000, 1.5, [](int k) { return milliseconds{k}; });
+  run(on_time, milliseconds{2});
+  const auto drain = [](SpikeChannel& channel) {
+    SpikeEvent spike;
+    std::uint64_t count = 0;
+    while (channel.spikes.try_pop(spike)) ++count;
+    return count;
+  };
+  const std::uint64_t made = statistics_.spikes.value();
+  EXPECT_GT(made, 100U);
+  EXPECT_EQ(drain(quick), made);
+  EXPECT_EQ(quick.dropped.value(), 0U);
+  const std::uint64_t taken = drain(slow);
+  EXPECT_LT(taken, made);
+  EXPECT_EQ(taken + slow.dropped.value(), made);
+}
+
+TEST_F(FixedStepLoopTest, SpikesMadeWhileHeldSaySo) {
+  SpikeChannel& consumer = fanout_.add_consumer(10'000);
+  samples(200, 1.5, [](int k) { return milliseconds{k >= 100 && k < 130 ? 130 : k}; });
+  run(on_time, milliseconds{2});
+  SpikeEvent spike;
+  int held = 0;
+  while (consumer.spikes.try_pop(spike)) {
+    const bool flagged = (spike.flags & SpikeEvent::kInputHeld) != 0;
+    held += flagged ? 1 : 0;
+    EXPECT_EQ(flagged, spike.time > milliseconds{99} && spike.time <= milliseconds{127});
+  }
+  EXPECT_GT(held, 0);
+}
+
+}  // namespace
+}  // namespace merkel

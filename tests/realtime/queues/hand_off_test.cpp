@@ -1,0 +1,85 @@
+// The hand-off between threads under random scheduling: first the protocol, in a model where every
+// step and every delay of memory is drawn by a seeded scheduler; then the queues themselves, with
+// threads that pause at random.
+#include <algorithm>
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/random.hpp"
+#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_input.hpp"
+#include "tests/realtime/queues/hand_off_model.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr int kSchedules = 3000;
+
+/// How many of many random schedules break what the hand-off promises: every item once, in order
+/// and as it was written, and the end seen after the last.
+int broken(const HandOffModel::Protocol& protocol) {
+  int count = 0;
+  for (int seed = 0; seed < kSchedules; ++seed) {
+    const int items = 1 + seed % 17;
+    const int capacity = 1 + seed % 5;
+    const auto outcome =
+        HandOffModel(protocol, items, capacity, static_cast<std::uint64_t>(seed)).run();
+    bool right = outcome.finished;
+    right = right && static_cast<int>(outcome.taken.size()) + outcome.dropped == items;
+    int before = -1;
+    for (const int item : outcome.taken) {
+      right = right && item > before;
+      before = item;
+    }
+    if (protocol.waits_when_full) right = right && outcome.dropped == 0;
+    if (!right) ++count;
+  }
+  return count;
+}
+
+TEST(HandOff, NoScheduleBreaksTheProtocol) {
+  EXPECT_EQ(broken({}), 0);
+  EXPECT_EQ(broken({.waits_when_full = false}), 0);
+}
+
+TEST(HandOff, EveryPartOfTheProtocolIsNeeded) {
+  EXPECT_GT(broken({.reads_flag_first = false}), 0);
+  EXPECT_GT(broken({.releases_items = false}), 0);
+  EXPECT_GT(broken({.releases_flag = false}), 0);
+}
+
+/// Two threads that give their cores away at random points, over the queue and flag of a probe.
+TEST(HandOff, AProbesSamplesAreEachCountedOnceUnderRandomScheduling) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    constexpr int kSamples = 2000;
+    ProbeChannel channel(64);
+    std::jthread writer([&channel, seed] {
+      Random random(seed);
+      for (int k = 1; k <= kSamples; ++k) {
+        const ProbeSample sample{.time = std::chrono::microseconds{100 * k},
+                                 .depth_mm = 1.0,
+                                 .channels = ProbeSample::kDepth};
+        (channel.samples.try_push(sample) ? channel.delivered : channel.dropped).add();
+        if (random.uniform() < 0.2) std::this_thread::yield();
+      }
+      channel.ended.store(true, std::memory_order_release);
+    });
+    ProbeInput input(channel, {});
+    Random random(seed + 1000);
+    std::chrono::nanoseconds time{0};
+    while (!input.exhausted()) {
+      time += std::chrono::microseconds{static_cast<std::int64_t>(400.0 * random.uniform()) + 1};
+      static_cast<void>(input.at(time));
+      if (random.uniform() < 0.3) std::this_thread::yield();
+    }
+    writer.join();
+    EXPECT_EQ(channel.delivered.value() + channel.dropped.value(), std::uint64_t{kSamples});
+    EXPECT_EQ(input.counts().used + input.counts().late, channel.delivered.value());
+  }
+}
+
+}  // namespace
+}  // namespace merkel

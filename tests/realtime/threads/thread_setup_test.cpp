@@ -1,0 +1,138 @@
+#include "realtime/threads/thread_setup.hpp"
+
+#include <array>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/prctl.h>
+
+namespace merkel {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(ThreadSetup, SaysWhichRightIsMissingAndHowToGetIt) {
+  const std::string at_home = fifo_refusal({.rtprio_limit = 20}, 70);
+  EXPECT_TRUE(contains(at_home, "CAP_SYS_NICE")) << at_home;
+  EXPECT_TRUE(contains(at_home, "at least 70 (it is 20)")) << at_home;
+  EXPECT_TRUE(contains(at_home, "\"@realtime - rtprio 70\" to /etc/security/limits.d")) << at_home;
+  const std::string contained = fifo_refusal({.container = true}, 50);
+  EXPECT_TRUE(contains(contained, "--cap-add=SYS_NICE --ulimit rtprio=50")) << contained;
+  for (const RightsFacts& facts :
+       {RightsFacts{.cap_sys_nice = true}, RightsFacts{.rtprio_limit = 70}}) {
+    const std::string group = fifo_refusal(facts, 70);
+    EXPECT_TRUE(contains(group, "RT_GROUP_SCHED")) << group;
+    EXPECT_TRUE(contains(group, "cpu.rt_runtime_us")) << group;
+  }
+  const std::string memory = memory_lock_refusal({.memlock_limit_bytes = 8U << 20U});
+  EXPECT_TRUE(contains(memory, "8192 KiB")) << memory;
+  EXPECT_TRUE(contains(memory, "memlock unlimited")) << memory;
+  EXPECT_TRUE(contains(memory_lock_refusal({.container = true}), "--ulimit memlock=-1"));
+}
+
+TEST(ThreadSetup, RefusesThePriorityOfTheKernelsThreads) {
+  EXPECT_TRUE(RealtimeSettings{.priority = 98}.check());
+  EXPECT_EQ(RealtimeSettings{.priority = 99}.check().error().key, "loop.priority");
+  EXPECT_FALSE(RealtimeSettings{.priority = 0}.check());
+  EXPECT_EQ(RealtimeSettings{.cpu = -1}.check().error().key, "loop.cpu");
+}
+
+/// Either it is raised, or it says why not and has a timer slack of 1 ns.
+TEST(ThreadSetup, RaisesItsOwnThreadAloneOrSaysWhyNot) {
+  std::jthread([] {
+    RealtimeRights rights;
+    set_up_simulation_thread({.priority = 5}, rights);
+    std::array<char, 16> name{};
+    ::pthread_getname_np(::pthread_self(), name.data(), name.size());
+    EXPECT_STREQ(name.data(), "merkel-sim");
+    const int policy = ::sched_getscheduler(0);
+    if (rights.fifo) {
+      EXPECT_EQ(policy, SCHED_FIFO | SCHED_RESET_ON_FORK);
+      EXPECT_EQ(rights.priority, 5);
+      EXPECT_TRUE(rights.missing.empty());
+      std::jthread([] { EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER); });
+    } else {
+      EXPECT_EQ(policy, SCHED_OTHER);
+      EXPECT_EQ(::prctl(PR_GET_TIMERSLACK), 1);
+      EXPECT_EQ(rights.missing.size(), 1U);
+    }
+  });
+  EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER);
+}
+
+#ifndef MERKEL_SANITIZED  // sanitizers hold signals back
+TEST(ThreadSetup, AThreadThatNeverSleepsIsPutBackIntoTheNormalClass) {
+  std::jthread([] {
+    RealtimeRights rights;
+    set_up_simulation_thread({.priority = 1}, rights);
+    if (!rights.fifo) GTEST_SKIP() << rights.missing.front();
+    EXPECT_FALSE(simulation_was_demoted());
+    // A second or so of computing is enough, unless the host gives the core to others.
+    for (std::uint64_t k = 0; k < 20'000'000'000 && !simulation_was_demoted(); ++k) {
+    }
+    EXPECT_TRUE(simulation_was_demoted());
+    EXPECT_EQ(::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, SCHED_OTHER);
+  });
+}
+#endif
+
+TEST(ThreadSetup, StaysInTheNormalClassWhenAskedTo) {
+  std::jthread([] {
+    RealtimeRights rights;
+    set_up_simulation_thread({.fifo = false}, rights);
+    EXPECT_FALSE(rights.fifo);
+    EXPECT_TRUE(rights.missing.empty());
+    EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER);
+    EXPECT_EQ(::prctl(PR_GET_TIMERSLACK), 1);
+  });
+}
+
+TEST(ThreadSetup, PinsToTheCoreOrSaysThatItCannot) {
+  std::jthread([] {
+    RealtimeRights rights;
+    set_up_simulation_thread({.fifo = false, .cpu = ::sched_getcpu()}, rights);
+    ASSERT_TRUE(rights.cpu);
+    EXPECT_EQ(::sched_getcpu(), *rights.cpu);
+  });
+  std::jthread([] {
+    RealtimeRights rights;
+    set_up_simulation_thread({.fifo = false, .cpu = CPU_SETSIZE - 1}, rights);
+    EXPECT_FALSE(rights.cpu);
+    ASSERT_EQ(rights.missing.size(), 1U);
+    EXPECT_TRUE(contains(rights.missing[0], "core 1023 is not open to merkel"));
+  });
+}
+
+TEST(ThreadSetup, EveryRefusalOfTheProcessHasASentence) {
+  RealtimeRights rights;
+  {
+    const ProcessSetup process({}, rights);
+    const std::size_t refused = (rights.memory_locked ? 0U : 1U) + (rights.cpu_awake ? 0U : 1U);
+    EXPECT_EQ(rights.missing.size(), refused);
+  }
+  RealtimeRights none;
+  const ProcessSetup process({.lock_memory = false, .cpu_awake = false}, none);
+  EXPECT_FALSE(none.memory_locked);
+  EXPECT_FALSE(none.cpu_awake);
+  EXPECT_TRUE(none.missing.empty());
+}
+
+TEST(ThreadUsage, CountsWhatTheThreadDid) {
+  const ThreadUsage before = ThreadUsage::of_this_thread();
+  constexpr std::size_t kPages = 64;
+  std::vector<char> pages(kPages * 65536);  // beyond malloc's own: fresh from the kernel
+  for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 1;
+  std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  const ThreadUsage since = ThreadUsage::of_this_thread().since(before);
+#ifndef MERKEL_SANITIZED  // a sanitizer's allocator may have touched the pages before
+  EXPECT_GT(since.minor_faults, 0U);
+#endif
+  EXPECT_GT(since.voluntary_switches, 0U);
+}
+
+}  // namespace
+}  // namespace merkel

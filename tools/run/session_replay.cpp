@@ -1,0 +1,102 @@
+#include "tools/run/session_replay.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/files/csv_text.hpp"
+
+namespace merkel {
+namespace {
+
+std::string sentence_of(const SpikeEvent& spike) {
+  std::string text = "neuron " + std::to_string(spike.neuron) + " at ";
+  append_seconds(text, spike.time);
+  text += " s";
+  if (spike.flags != 0) text += " (flags " + std::to_string(spike.flags) + ")";
+  return text;
+}
+
+}  // namespace
+
+SessionReplay::SessionReplay(TactileModel& model) : model_(model), contacts_(model.indenters()) {}
+
+void SessionReplay::differ(std::string sentence) {
+  if (verdict_.difference.empty()) verdict_.difference = std::move(sentence);
+}
+
+bool SessionReplay::take_tick(const TickRecord& record) {
+  const bool first_probe = probe_ == 0;
+  const std::uint64_t expected = last_ ? last_->number + (first_probe ? 1 : 0) : 1;
+  if (record.number != expected || record.probe != probe_ ||
+      (last_ && (first_probe ? record.time <= last_->time : record.time != last_->time))) {
+    differ("the record of tick " + std::to_string(expected) + ", probe " + std::to_string(probe_) +
+           " is missing: the recorder's queue was full, or the file was changed");
+    broken_ = true;
+    return false;
+  }
+  last_ = record;
+  contacts_[probe_] = record.contact;
+  held_ = held_ || record.state == TickRecord::State::kHeld;
+  verdict_.late_samples += record.late;
+  probe_ = (probe_ + 1) % contacts_.size();
+  return probe_ == 0;
+}
+
+void SessionReplay::compare(std::span<const SpikeEvent> spikes) {
+  for (const SpikeEvent& spike : spikes) {
+    ++verdict_.spikes;
+    if (!verdict_.identical()) continue;
+    if (recorded_.empty()) {
+      differ("the replay has a spike of " + sentence_of(spike) + ", the recording has none");
+    } else if (recorded_.front() != spike) {
+      differ("the replay has a spike of " + sentence_of(spike) + ", the recording one of " +
+             sentence_of(recorded_.front()));
+    } else {
+      recorded_.pop_front();
+    }
+  }
+}
+
+void SessionReplay::take(const SessionChunk& chunk,
+                         const std::function<void(std::span<const SpikeEvent>)>& made) {
+  if (verdict_.identical()) {
+    recorded_.insert(recorded_.end(), chunk.spikes.begin(), chunk.spikes.end());
+  }
+  for (const LoopEvent& event : chunk.events) {
+    if (event.kind == LoopEvent::Kind::kGap) ++verdict_.gaps;
+    if (event.kind == LoopEvent::Kind::kRelease) ++verdict_.releases;
+  }
+  if (!chunk.status.empty()) verdict_.losses = chunk.status.back().losses;
+  for (const TickRecord& record : chunk.ticks) {
+    // After a lost record the membranes' state is unknown: nothing more can be simulated.
+    if (broken_) return;
+    if (!take_tick(record)) continue;
+    ++verdict_.ticks;
+    if (held_) ++verdict_.held_ticks;
+    const std::span<SpikeEvent> spikes =
+        model_.step(contacts_, record.time - model_.parameters().tick);
+    for (SpikeEvent& spike : spikes) {
+      if (held_) spike.flags |= SpikeEvent::kInputHeld;
+    }
+    held_ = false;
+    compare(spikes);
+    if (made) made(spikes);
+  }
+}
+
+SessionReplay::Verdict SessionReplay::finish() {
+  // Spikes are recorded before the ticks they belong to: what lies beyond the last whole tick has
+  // nothing to be compared with.
+  if (!verdict_.identical()) return verdict_;
+  const auto beyond = std::find_if(recorded_.begin(), recorded_.end(), [this](const auto& spike) {
+    return !last_ || probe_ != 0 || spike.time > last_->time;
+  });
+  if (beyond != recorded_.begin()) {
+    differ("the recording has a spike of " + sentence_of(recorded_.front()) +
+           ", the replay has none");
+  }
+  verdict_.uncompared = static_cast<std::uint64_t>(recorded_.end() - beyond);
+  return verdict_;
+}
+
+}  // namespace merkel

@@ -1,0 +1,119 @@
+#include "tools/scene/scene_presets.hpp"
+
+#include <algorithm>
+
+namespace merkel {
+namespace {
+
+/// The fingertip of Yao & Wang 2019 under a sphere of 2 mm radius: all defaults.
+Scene paper() {
+  Scene scene;
+  scene.probes.push_back({.uri = "sim:ramp", .delay = {}, .input = {}, .control = {}});
+  return scene;
+}
+
+/// The same with the wide, low transduction of the paper's Figs 6 and 7.
+Scene paper_wide() {
+  Scene scene = paper();
+  scene.model.transduction.lambda_kPa = 2e-4;
+  scene.model.transduction.gamma_per_kPa = 2.5e4;
+  return scene;
+}
+
+/// The fingertip of afferents that match recordings: a curved finger, receptive fields of their
+/// own, adaptation, and noisy integrate-and-fire neurons. `merkel score` tells how well.
+Scene goodwin() {
+  Scene scene = paper();
+  TactileModel::Parameters& model = scene.model;
+  model.skin.radius_mm = 7.0;
+  model.patches.front().layout = ReceptorLayout::kFields;
+  model.neuron_kind = NeuronKind::kIntegrateAndFire;
+  model.network.gain = 0.0;
+  model.step = usual_step(model.neuron_kind);
+  return scene;
+}
+
+/// The same with Connor-Stevens neurons.
+Scene goodwin_hh() {
+  Scene scene = goodwin();
+  scene.model.neuron_kind = NeuronKind::kConnorStevens;
+  scene.model.step = usual_step(scene.model.neuron_kind);
+  return scene;
+}
+
+/// A hand: five fingertips and a palm, 4250 afferents of 28 receptors each, a probe on every patch.
+Scene hand() {
+  Scene scene;
+  TactileModel::Parameters& model = scene.model;
+  model.network.gain = 0.0;
+  model.patches.clear();
+  model.indenters.clear();
+  const auto add = [&](const char* name, const Patch& patch) {
+    const auto seed = static_cast<std::uint64_t>(model.patches.size() + 1);
+    model.patches.push_back({.name = name,
+                             .patch = patch,
+                             .receptors = {.seed = seed, .count = 28LL * patch.subregions()}});
+    model.indenters.push_back({.patch = model.indenters.size()});
+    scene.probes.push_back({.uri = "sim:ramp",
+                            .delay = {},
+                            .input = {.x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm},
+                            .control = {}});
+  };
+  for (const char* const finger : {"thumb", "index", "middle", "ring", "little"}) {
+    add(finger, {.length_mm = 30.0, .width_mm = 20.0, .columns = 25, .rows = 18});
+  }
+  add("palm", {.length_mm = 100.0, .width_mm = 80.0, .columns = 50, .rows = 40});
+  return scene;
+}
+
+struct Preset {
+  const char* name;
+  Scene (*make)();
+};
+
+constexpr Preset kPresets[] = {{"paper", paper},
+                               {"paper-wide", paper_wide},
+                               {"goodwin", goodwin},
+                               {"goodwin-hh", goodwin_hh},
+                               {"hand", hand}};
+
+}  // namespace
+
+std::chrono::nanoseconds usual_step(NeuronKind kind) noexcept {
+  switch (kind) {
+    case NeuronKind::kIntegrateAndFire:
+      return std::chrono::microseconds{500};
+    case NeuronKind::kConnorStevens:
+      return std::chrono::microseconds{50};
+    case NeuronKind::kHodgkinHuxley:
+      break;
+  }
+  return TactileModel::Parameters{}.step;
+}
+
+std::optional<Scene> preset_scene(std::string_view name) {
+  const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
+                                         [name](const Preset& p) { return name == p.name; });
+  if (found == std::end(kPresets)) return std::nullopt;
+  Scene scene = found->make();
+  scene.preset = name;
+  scene.text = "preset = \"" + std::string(name) + "\"\n";
+  return scene;
+}
+
+const std::vector<std::string>& preset_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Preset& preset : kPresets) all.emplace_back(preset.name);
+    return all;
+  }();
+  return names;
+}
+
+Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
+  if (name_or_file.empty()) return *preset_scene("paper");
+  if (auto preset = preset_scene(name_or_file)) return *preset;
+  return read_scene(name_or_file);
+}
+
+}  // namespace merkel

@@ -1,0 +1,132 @@
+#include "tools/scene/session_scene.hpp"
+
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "tools/run/machine_facts.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kMostProbes = 64;
+
+std::optional<std::uint64_t> to_seed(std::string_view text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return seed;
+}
+
+/// A seed of a scene that the command line may have set, apart from those of its patches.
+struct NamedSeed {
+  const char* name;
+  std::uint64_t* value;
+};
+
+std::array<NamedSeed, 4> seeds_of(TactileModel::Parameters& model) {
+  return {{{"network_seed", &model.network.seed},
+           {"afferent_seed", &model.adaptation.seed},
+           {"integrate_and_fire_seed", &model.integrate_and_fire.noise.seed},
+           {"connor_stevens_seed", &model.connor_stevens.noise.seed}}};
+}
+
+}  // namespace
+
+void add_probe_facts(const ProbeInfo& probe, RunDescription& run) {
+  for (const auto& [name, value] :
+       {std::pair("probe", &probe.uri), std::pair("probe_name", &probe.name),
+        std::pair("probe_serial_number", &probe.serial_number),
+        std::pair("probe_calibration_file", &probe.calibration_file),
+        std::pair("probe_calibration", &probe.calibration)}) {
+    run.facts.emplace_back(name, *value);
+  }
+}
+
+RunDescription describe_run(const Scene& scene, const TactileModel& model) {
+  RunDescription run;
+  run.model = model.parameters();
+  for (const TactilePatch& patch : model.patches()) {
+    const auto receptors = patch.drive().receptors();
+    run.receptors.emplace_back(receptors.begin(), receptors.end());
+  }
+  // The name of the file without its folders, or the preset.
+  const std::string& file = scene.file;
+  run.scene = file.empty() ? scene.preset : file.substr(file.find_last_of('/') + 1);
+  std::string controls;
+  for (const Indenter& indenter : run.model.indenters) {
+    controls += indenter.control == Indenter::Control::kDepth ? 'd' : 'f';
+  }
+  run.facts = {{"version", MERKEL_VERSION},
+               {"git_hash", kGitHash},
+               {"scene_text", scene.text},
+               {"controls", controls},
+               {"method", std::string(name_of(run.model.method))},
+               {"precision", std::string(name_of(run.model.precision))},
+               {"tick_ns", std::to_string(run.model.tick.count())},
+               {"step_ns", std::to_string(run.model.step.count())},
+               {"neurons", std::to_string(model.neurons())}};
+  for (const NamedSeed& seed : seeds_of(run.model)) {
+    run.facts.emplace_back(seed.name, std::to_string(*seed.value));
+  }
+  for (const TactileModel::PatchParameters& patch : run.model.patches) {
+    run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
+  }
+  for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
+  return run;
+}
+
+Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
+  if (session.fact("scene_text").empty()) {
+    return bad_input(
+        "the session was recorded without a simulation: only those of merkel run know a scene");
+  }
+  const std::string name = session.fact("scene");
+  auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name);
+  if (!scene) return scene;
+  const std::string controls = session.fact("controls");
+  if (controls.empty() || controls.size() > kMostProbes ||
+      controls.find_first_not_of("df") != std::string::npos) {
+    return bad_input("the session does not say what its probes measured: it is damaged");
+  }
+  auto& indenters = scene->model.indenters;
+  indenters.resize(controls.size(), indenters.back());
+  scene->probes.resize(controls.size(), scene->probes.back());
+  for (std::size_t i = 0; i < controls.size(); ++i) {
+    indenters[i].control =
+        controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
+  }
+  // The command line may have set other seeds than the scene.
+  for (const NamedSeed& each : seeds_of(scene->model)) {
+    const auto seed = to_seed(session.fact(each.name));
+    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    *each.value = *seed;
+  }
+  const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
+  if (receptor_seeds.size() != scene->model.patches.size()) {
+    return bad_input("the session does not say its seeds: it is damaged");
+  }
+  for (std::size_t i = 0; i < receptor_seeds.size(); ++i) {
+    const auto seed = to_seed(receptor_seeds[i]);
+    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    scene->model.patches[i].receptors.seed = *seed;
+  }
+  // A plan may have chosen another method than the scene's text says.
+  if (const auto method = integration_method_named(session.fact("method"))) {
+    scene->model.method = *method;
+  }
+  scene->model.precision = session.fact("precision") == name_of(Precision::kFloat)
+                               ? Precision::kFloat
+                               : Precision::kDouble;
+  if (const auto step = to_seed(session.fact("step_ns")); step && *step > 0) {
+    scene->model.step = std::chrono::nanoseconds{static_cast<std::int64_t>(*step)};
+  }
+  return scene;
+}
+
+}  // namespace merkel
