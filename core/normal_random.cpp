@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "core/random.hpp"
 
@@ -40,26 +41,13 @@ double normal_random(std::uint64_t seed, std::uint64_t stream, std::uint64_t ste
   const double q = std::floor(quarters + 0.5);
   const double f = (quarters - q) * (0.5 * std::numbers::pi);
   const double f2 = f * f;
-  double sine = -1.0 / 1307674368000.0;
-  double cosine = 1.0 / 20922789888000.0;
-  constexpr double kSine[] = {1.0 / 6227020800.0,
-                              -1.0 / 39916800.0,
-                              1.0 / 362880.0,
-                              -1.0 / 5040.0,
-                              1.0 / 120.0,
-                              -1.0 / 6.0,
-                              1.0};
-  constexpr double kCosine[] = {-1.0 / 87178291200.0,
-                                1.0 / 479001600.0,
-                                -1.0 / 3628800.0,
-                                1.0 / 40320.0,
-                                -1.0 / 720.0,
-                                1.0 / 24.0,
-                                -0.5,
-                                1.0};
-  for (const double c : kSine) sine = sine * f2 + c;
-  for (const double c : kCosine) cosine = cosine * f2 + c;
-  sine *= f;
+  const auto horner = [f2](std::span<const double> series) {
+    double sum = series[0];
+    for (const double c : series.subspan(1)) sum = sum * f2 + c;
+    return sum;
+  };
+  const double sine = f * horner(kSineSeries);
+  const double cosine = horner(kCosineSeries);
   const bool odd = q == 1.0 || q == 3.0;
   if (of.second) {
     const double value = odd ? cosine : sine;

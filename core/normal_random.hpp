@@ -20,6 +20,20 @@ struct NormalStream {
 /// Where a pair's SplitMix64 sequence begins.
 [[nodiscard]] std::uint64_t normal_key(std::uint64_t seed, std::uint64_t pair) noexcept;
 
+/// Taylor coefficients of sin(f)/f and of cos(f) in powers of f², from the highest.
+inline constexpr double kSineSeries[] = {
+    -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0,
+    -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0,        1.0};
+inline constexpr double kCosineSeries[] = {1.0 / 20922789888000.0,
+                                           -1.0 / 87178291200.0,
+                                           1.0 / 479001600.0,
+                                           -1.0 / 3628800.0,
+                                           1.0 / 40320.0,
+                                           -1.0 / 720.0,
+                                           1.0 / 24.0,
+                                           -0.5,
+                                           1.0};
+
 /// A standard normal number that depends on nothing but a seed, the number of a stream (an
 /// afferent, from 0) and the number of a step: no order of evaluation, chunk or vector width can
 /// change it. By Box and Muller from word `step` of the pair's SplitMix64 sequence; from +, −, ×, ÷

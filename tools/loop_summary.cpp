@@ -12,8 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-double us(std::chrono::nanoseconds time) { return 1e3 * units::ms_from(time); }
-
 std::string_view name_of(LoopWait wait) { return wait == LoopWait::kHybrid ? "hybrid" : "sleep"; }
 
 }  // namespace
@@ -21,17 +19,18 @@ std::string_view name_of(LoopWait wait) { return wait == LoopWait::kHybrid ? "hy
 Json latency_json(const LatencySummary& latency) {
   if (latency.count == 0) return {};
   return {{"count", latency.count},
-          {"p50_us", us(latency.p50)},
-          {"p99_us", us(latency.p99)},
-          {"p99.9_us", us(latency.p999)},
-          {"max_us", us(latency.longest)}};
+          {"p50_us", units::us_from(latency.p50)},
+          {"p99_us", units::us_from(latency.p99)},
+          {"p99.9_us", units::us_from(latency.p999)},
+          {"max_us", units::us_from(latency.longest)}};
 }
 
 std::string latency_text(const LatencySummary& latency) {
   if (latency.count == 0) return "not measured";
   std::array<char, 128> text{};
   std::snprintf(text.data(), text.size(), "p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f µs",
-                us(latency.p50), us(latency.p99), us(latency.p999), us(latency.longest));
+                units::us_from(latency.p50), units::us_from(latency.p99),
+                units::us_from(latency.p999), units::us_from(latency.longest));
   return text.data();
 }
 
@@ -42,7 +41,7 @@ std::string loop_text(const RunReport& report) {
   text.append(name_of(host.wait)).append(" wait");
   std::array<char, 256> line{};
   if (host.wait == LoopWait::kHybrid) {
-    std::snprintf(line.data(), line.size(), " (margin %.0f µs)", us(host.margin));
+    std::snprintf(line.data(), line.size(), " (margin %.0f µs)", units::us_from(host.margin));
     text += line.data();
   }
   text += host.rights.fifo ? ", SCHED_FIFO " + std::to_string(host.rights.priority)
@@ -64,23 +63,24 @@ std::string loop_text(const RunReport& report) {
 Json loop_json(const RunReport& report) {
   if (!report.host_time) return {};
   const HostTimeReport& host = *report.host_time;
-  return {{"wait", name_of(host.wait)},
-          {"margin_us", host.wait == LoopWait::kHybrid ? Json(us(host.margin)) : Json()},
-          {"scheduler", host.rights.fifo ? "fifo" : "normal"},
-          {"priority", host.rights.fifo ? Json(host.rights.priority) : Json()},
-          {"demoted", host.demoted},
-          {"cpu", host.rights.cpu ? Json(*host.rights.cpu) : Json()},
-          {"memory_locked", host.rights.memory_locked},
-          {"cpu_awake", host.rights.cpu_awake},
-          {"missing_rights", host.rights.missing},
-          {"minor_faults", host.usage.minor_faults},
-          {"major_faults", host.usage.major_faults},
-          {"involuntary_switches", host.usage.involuntary_switches},
-          {"voluntary_switches", host.usage.voluntary_switches},
-          {"wake_up", latency_json(host.wake_up)},
-          {"queue", latency_json(host.queue)},
-          {"tick", latency_json(host.tick)},
-          {"publish", latency_json(host.publish)}};
+  return {
+      {"wait", name_of(host.wait)},
+      {"margin_us", host.wait == LoopWait::kHybrid ? Json(units::us_from(host.margin)) : Json()},
+      {"scheduler", host.rights.fifo ? "fifo" : "normal"},
+      {"priority", host.rights.fifo ? Json(host.rights.priority) : Json()},
+      {"demoted", host.demoted},
+      {"cpu", host.rights.cpu ? Json(*host.rights.cpu) : Json()},
+      {"memory_locked", host.rights.memory_locked},
+      {"cpu_awake", host.rights.cpu_awake},
+      {"missing_rights", host.rights.missing},
+      {"minor_faults", host.usage.minor_faults},
+      {"major_faults", host.usage.major_faults},
+      {"involuntary_switches", host.usage.involuntary_switches},
+      {"voluntary_switches", host.usage.voluntary_switches},
+      {"wake_up", latency_json(host.wake_up)},
+      {"queue", latency_json(host.queue)},
+      {"tick", latency_json(host.tick)},
+      {"publish", latency_json(host.publish)}};
 }
 
 }  // namespace merkel

@@ -19,7 +19,7 @@ int make_report(ReportFolder folder, const std::string& heading, std::span<const
   std::error_code error;
   std::filesystem::create_directories(folder.folder, error);
   if (error) return refuse("cannot make the folder " + folder.folder + ": " + error.message());
-  auto report = OutputFile::create(folder.path("report.md"), folder.overwrite);
+  auto report = OutputFile::create(folder.path(folder.file), folder.overwrite);
   if (!report) return refuse(report.error());
   const bool terminal = ::isatty(STDERR_FILENO) == 1;
   std::string text = heading;

@@ -11,6 +11,7 @@ namespace merkel {
 /// Where a report's tables go, and who is told how far it is.
 struct ReportFolder {
   std::string folder;
+  std::string file = "report.md";  ///< for the text
   bool overwrite = false;
   std::function<void(double)> progress;  ///< called with the fraction done of a part; may be empty
 
@@ -26,8 +27,8 @@ struct ReportPart {
   std::function<Expected<std::string, SetupError>(const ReportFolder&)> make;
 };
 
-/// Makes all parts, writes the text to report.md, prints it, and draws the tables with a plot
-/// script. \param heading  the beginning of the text.  Returns the program's exit code.
+/// Makes all parts, writes the text to the folder's file, prints it, and draws the tables with a
+/// plot script. \param heading  the beginning of the text.  Returns the program's exit code.
 int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
                 const std::string& plot_script);
 

@@ -10,8 +10,6 @@ namespace {
 
 using Count = unsigned long long;
 
-double us(std::chrono::nanoseconds time) { return 1e3 * units::ms_from(time); }
-
 }  // namespace
 
 std::string StatusLine::text(const RunProgress& now) {
@@ -29,8 +27,9 @@ std::string StatusLine::text(const RunProgress& now) {
       "%.0f s  %.0f samples/s  %llu late  tick p50 %.0f p99 %.0f max %.0f µs  wake-up p99 "
       "%.1f µs  %llu overruns  %llu skipped  %.0f spikes/s  %llu dropped",
       units::s_from(now.wall), rate(now.samples, before.samples),
-      static_cast<Count>(now.samples_late), us(ticks.quantile(0.5)), us(ticks.quantile(0.99)),
-      us(ticks.longest()), us(wake_ups.quantile(0.99)), static_cast<Count>(now.overruns),
+      static_cast<Count>(now.samples_late), units::us_from(ticks.quantile(0.5)),
+      units::us_from(ticks.quantile(0.99)), units::us_from(ticks.longest()),
+      units::us_from(wake_ups.quantile(0.99)), static_cast<Count>(now.overruns),
       static_cast<Count>(now.skipped_ticks), rate(now.spikes, before.spikes),
       static_cast<Count>(now.samples_dropped) + static_cast<Count>(now.spikes_dropped));
   return line.data();

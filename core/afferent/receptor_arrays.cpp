@@ -71,8 +71,7 @@ void ReceptorArrays<Real>::add_bars(const PlacedContact& placed, std::size_t fir
     const BarStressField::Unit unit = placed.bars->at(static_cast<double>(x_[i]) - placed.x_mm,
                                                       static_cast<double>(y_[i]) - placed.y_mm);
     const double parts[kSums] = {unit.stress.sigma_x, unit.stress.sigma_y, unit.stress.sigma_z,
-                                 unit.stress.tau_xy,  unit.stress.tau_yz,  unit.stress.tau_zx,
-                                 unit.displacement};
+                                 unit.stress.tau_xy,  unit.stress.tau_yz,  unit.stress.tau_zx};
     for (std::size_t k = 0; k < kSums; ++k) {
       sums_[k][i] += static_cast<Real>(parts[k] * depth_mm);
     }
@@ -95,8 +94,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                 .sigma_z = sums_[2].data(),
                                 .tau_xy = sums_[3].data(),
                                 .tau_yz = sums_[4].data(),
-                                .tau_zx = sums_[5].data(),
-                                .displacement = sums_[kDisplacement].data()};
+                                .tau_zx = sums_[5].data()};
   for (const PlacedContact& placed : contacts) {
     if (placed.bars != nullptr) {
       add_bars(placed, receptors.first, receptors.last);

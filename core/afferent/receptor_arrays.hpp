@@ -47,14 +47,9 @@ class ReceptorArrays {
   [[nodiscard]] double energy_density_kPa(std::size_t receptor) const noexcept {
     return static_cast<double>(energy_[receptor]);
   }
-  /// Displacement of the surface by the contacts last superposed: of several, or of bars.
-  [[nodiscard]] double displacement_mm(std::size_t receptor) const noexcept {
-    return static_cast<double>(sums_[kDisplacement][receptor]);
-  }
 
  private:
-  static constexpr std::size_t kDisplacement = 6;
-  static constexpr std::size_t kSums = 7;
+  static constexpr std::size_t kSums = 6;
 
   [[nodiscard]] ReceptorArguments<Real> blocks(std::size_t first, std::size_t last) noexcept;
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
@@ -65,7 +60,7 @@ class ReceptorArrays {
   double receptor_depth_mm_;
   SigmoidConstants<Real> sigmoid_;
   AlignedArray<Real> x_, y_, energy_, current_;
-  AlignedArray<Real> sums_[kSums];  ///< of stresses and of the displacement
+  AlignedArray<Real> sums_[kSums];  ///< of stresses
 };
 
 extern template class ReceptorArrays<double>;

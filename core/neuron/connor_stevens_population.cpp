@@ -4,8 +4,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/neuron/event_recorder.hpp"
 #include "core/neuron/noise_keys.hpp"
-#include "core/neuron/spike_recorder.hpp"
+#include "core/neuron/shared_steps.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -17,8 +18,7 @@ ConnorStevensPopulation::ConnorStevensPopulation(const Parameters& parameters, s
       V_(whole_blocks(neurons)),
       current_begin_(whole_blocks(neurons)),
       current_change_(whole_blocks(neurons)),
-      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)),
-      shared_(neurons) {
+      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)) {
   assert(parameters.neuron.check());
   for (AlignedArray<double>& gate : gates_) gate = AlignedArray<double>(whole_blocks(neurons));
   const ConnorStevens::Gates gates = ConnorStevens::kinetics(resting_V_mV_).steady;
@@ -28,7 +28,7 @@ ConnorStevensPopulation::ConnorStevensPopulation(const Parameters& parameters, s
   // The state of rest is the one that a second without noise leads to; one neuron's is all's.
   current_begin_[0] = parameters.holding_current_uA_per_cm2;
   SpikeBuffer ignored(1);
-  SpikeRecorder recorder(ignored, std::chrono::nanoseconds{0}, parameters.step, 0);
+  SpikeRecorder recorder({}, ignored);
   ConnorStevensArguments settle =
       arguments(static_cast<int>(std::chrono::seconds{1} / parameters.step));
   settle.noise_per_step = 0.0;
@@ -74,8 +74,9 @@ void ConnorStevensPopulation::advance(std::span<const double> current_begin,
     current_change_[i] = current_end[i] - current_begin[i];
   }
   const ConnorStevensArguments all = arguments(steps);
-  shared_.run(team, spikes, [&](std::size_t first, std::size_t last, SpikeBuffer& own) noexcept {
-    SpikeRecorder recorder(own, start, parameters_.step, parameters_.patch);
+  const StepTimes times{start, parameters_.step, parameters_.patch};
+  share_steps(neurons_, team, [&](std::size_t first, std::size_t last, WorkerTeam*) noexcept {
+    SpikeRecorder recorder(times, spikes);
     ConnorStevensArguments part = all;
     part.first = first;
     part.last = last;

@@ -6,7 +6,6 @@
 
 #include "core/neuron/connor_stevens.hpp"
 #include "core/neuron/kernel/connor_stevens_kernel.hpp"
-#include "core/neuron/shared_steps.hpp"
 #include "core/neuron/spike_buffer.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/simd/aligned_array.hpp"
@@ -57,7 +56,6 @@ class ConnorStevensPopulation {
   double resting_V_mV_ = -68.0;
   double resting_gates_[GateTable::kGates] = {};
   std::uint64_t steps_taken_ = 0;
-  SharedSteps shared_;
 };
 
 }  // namespace merkel

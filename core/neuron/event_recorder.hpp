@@ -5,51 +5,66 @@
 #include <cstdint>
 
 #include "core/neuron/kernel/membrane_kernel.hpp"
+#include "core/neuron/kernel/spike_observer.hpp"
 #include "core/neuron/spike_buffer.hpp"
 #include "core/neuron/spike_detector.hpp"
 #include "core/spike_event.hpp"
 
 namespace merkel {
 
-/// Turns what a kernel tells into spike and reset events with probe times. Real-time: yes.
-class EventRecorder final : public StepObserver {
- public:
-  EventRecorder(SpikeBuffer& spikes, SpikeBuffer& resets) : spikes_(&spikes), resets_(&resets) {}
+/// The times of a kernel's call: turns a neuron and a place within a step into an event.
+struct StepTimes {
+  std::chrono::nanoseconds start{0};  ///< of the call
+  std::chrono::nanoseconds step{0};   ///< length
+  std::uint16_t patch = 0;            ///< written into every event
 
-  /// For the next call of a kernel.
-  void begin(std::chrono::nanoseconds start, std::chrono::nanoseconds step, double threshold_mV,
-             std::uint16_t patch) noexcept {
-    start_ = start;
-    step_ = step;
-    threshold_mV_ = threshold_mV;
-    patch_ = patch;
+  /// \param neuron  from 0.  \param number  of the step, from 0.  \param fraction  of it
+  [[nodiscard]] SpikeEvent event(std::size_t neuron, int number, double fraction) const noexcept {
+    const double within_ns = fraction * static_cast<double>(step.count());
+    return {.time = start + number * step + std::chrono::nanoseconds{std::llround(within_ns)},
+            .neuron = static_cast<std::uint32_t>(neuron + 1),
+            .patch = patch,
+            .flags = 0};
   }
+};
+
+/// Collects the spikes that a kernel of noisy neurons tells of. Real-time: yes.
+class SpikeRecorder final : public SpikeObserver {
+ public:
+  SpikeRecorder(const StepTimes& times, SpikeBuffer& spikes) : times_(times), spikes_(spikes) {}
+
+  void spiked(std::size_t neuron, int step, double fraction) noexcept override {
+    spikes_.push(times_.event(neuron, step, fraction));
+  }
+
+ private:
+  StepTimes times_;
+  SpikeBuffer& spikes_;
+};
+
+/// Collects the threshold crossings and resets that a kernel of membranes tells of. Real-time: yes.
+class MembraneRecorder final : public StepObserver {
+ public:
+  MembraneRecorder(const StepTimes& times, double threshold_mV, SpikeBuffer& spikes,
+                   SpikeBuffer& resets)
+      : times_(times), threshold_mV_(threshold_mV), spikes_(spikes), resets_(resets) {}
+
   void crossed(const Crossing& at) noexcept override {
     const double fraction = at.has_slopes
                                 ? hermite_crossing(at.V_before_mV, at.slope_before, at.V_after_mV,
                                                    at.slope_after, threshold_mV_)
                                 : linear_crossing(at.V_before_mV, at.V_after_mV, threshold_mV_);
-    spikes_->push(event(at.neuron, at.step, fraction));
+    spikes_.push(times_.event(at.neuron, at.step, fraction));
   }
   void reset(std::size_t neuron, int step) noexcept override {
-    resets_->push(event(neuron, step, 1.0));
+    resets_.push(times_.event(neuron, step, 1.0));
   }
 
  private:
-  [[nodiscard]] SpikeEvent event(std::size_t neuron, int step, double fraction) const noexcept {
-    const double within_ns = fraction * static_cast<double>(step_.count());
-    return {.time = start_ + step * step_ + std::chrono::nanoseconds{std::llround(within_ns)},
-            .neuron = static_cast<std::uint32_t>(neuron + 1),
-            .patch = patch_,
-            .flags = 0};
-  }
-
-  SpikeBuffer* spikes_;
-  SpikeBuffer* resets_;
-  std::chrono::nanoseconds start_{0};
-  std::chrono::nanoseconds step_{0};
-  double threshold_mV_ = 0.0;
-  std::uint16_t patch_ = 0;
+  StepTimes times_;
+  double threshold_mV_;
+  SpikeBuffer& spikes_;
+  SpikeBuffer& resets_;
 };
 
 }  // namespace merkel

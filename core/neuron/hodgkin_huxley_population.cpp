@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/neuron/event_recorder.hpp"
+#include "core/neuron/shared_steps.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
 namespace {
-
-constexpr int kMostParts = 16;
-/// Below so many neurons a part, sharing the work costs more than it saves.
-constexpr std::size_t kLeastPart = 1024;
 
 std::variant<Membranes<double>, Membranes<float>> make_membranes(
     const HodgkinHuxleyPopulation::Parameters& p, std::size_t neurons,
@@ -36,10 +34,6 @@ HodgkinHuxleyPopulation::HodgkinHuxleyPopulation(const Parameters& parameters, s
   assert(!network || network->neurons() == neurons);
   if (parameters.freeze_resting) {
     quiescence_.emplace(parameters.neuron, neurons, active(network) ? network->columns() : 0);
-  }
-  if (neurons < 2 * kLeastPart) return;
-  for (int part = 1; part < kMostParts; ++part) {
-    parts_.push_back({SpikeBuffer(neurons), SpikeBuffer(neurons / 2 + kNeuronBlock)});
   }
 }
 
@@ -71,12 +65,6 @@ void HodgkinHuxleyPopulation::reset() noexcept {
   resets_.clear();
 }
 
-int HodgkinHuxleyPopulation::parts_for(const WorkerTeam* team) const noexcept {
-  if (team == nullptr) return 1;
-  const int worth = static_cast<int>(std::min<std::size_t>(size() / kLeastPart, kMostParts));
-  return std::clamp(worth, 1, team->size());
-}
-
 void HodgkinHuxleyPopulation::advance(std::span<const double> current_begin,
                                       std::span<const double> current_end, int steps,
                                       std::chrono::nanoseconds start, SpikeBuffer& spikes,
@@ -95,64 +83,18 @@ void HodgkinHuxleyPopulation::advance(std::span<const double> current_begin,
       membranes_);
   if (resting_blocks_ > 0) frozen = quiescence_->frozen();
   resets_.clear();
-  run(parts_for(team), steps, frozen, start, spikes, team);
-  std::visit([steps](auto& membranes) { membranes.finish_steps(steps); }, membranes_);
-}
-
-/// What the parts of a team are told.
-struct HodgkinHuxleyPopulation::Work {
-  HodgkinHuxleyPopulation* self;
-  WorkerTeam* team;
-  int parts;
-  int steps;
-  const std::uint8_t* frozen;
-  std::chrono::nanoseconds start;
-  SpikeBuffer* spikes;
-
-  void do_part(int part) const noexcept {
-    const Parameters& p = self->parameters_;
-    const std::size_t blocks = (self->size() + kNeuronBlock - 1) / kNeuronBlock;
-    const auto border = [&](int index) {
-      const std::size_t block =
-          blocks * static_cast<std::size_t>(index) / static_cast<std::size_t>(parts);
-      return std::min(block * kNeuronBlock, self->size());
-    };
-    Part* const own = part == 0 ? nullptr : &self->parts_[static_cast<std::size_t>(part - 1)];
-    EventRecorder recorder(own == nullptr ? *spikes : own->spikes,
-                           own == nullptr ? self->resets_ : own->resets);
-    recorder.begin(start, p.step, p.neuron.spike_threshold_mV, p.patch);
-    const auto barrier = [](void* context) noexcept {
-      static_cast<WorkerTeam*>(context)->barrier();
-    };
-    std::visit(
-        [&](auto& membranes) {
-          membranes.step(border(part), border(part + 1), steps, frozen, recorder,
-                         parts > 1 ? +barrier : nullptr, team);
-        },
-        self->membranes_);
-  }
-};
-
-void HodgkinHuxleyPopulation::run(int parts, int steps, const std::uint8_t* frozen,
-                                  std::chrono::nanoseconds start, SpikeBuffer& spikes,
-                                  WorkerTeam* team) noexcept {
-  Work work{this, team, parts, steps, frozen, start, &spikes};
-  if (parts == 1) {
-    work.do_part(0);
-    return;
-  }
-  for (Part& part : parts_) {
-    part.spikes.clear();
-    part.resets.clear();
-  }
-  team->run(
-      parts,
-      [](void* context, int part) noexcept { static_cast<const Work*>(context)->do_part(part); },
-      &work);
-  for (const Part& part : parts_) {
-    for (const SpikeEvent& spike : part.spikes.events()) spikes.push(spike);
-    for (const SpikeEvent& reset : part.resets.events()) resets_.push(reset);
-  }
+  const StepTimes times{start, parameters_.step, parameters_.patch};
+  std::visit(
+      [&](auto& membranes) {
+        share_steps(size(), team,
+                    [&](std::size_t first, std::size_t last, WorkerTeam* peers) noexcept {
+                      MembraneRecorder recorder(times, parameters_.neuron.spike_threshold_mV,
+                                                spikes, resets_);
+                      membranes.step(first, last, steps, frozen, recorder, peers);
+                    });
+        membranes.finish_steps(steps);
+      },
+      membranes_);
 }
 
 }  // namespace merkel

@@ -6,9 +6,7 @@
 #include <optional>
 #include <span>
 #include <variant>
-#include <vector>
 
-#include "core/neuron/event_recorder.hpp"
 #include "core/neuron/hodgkin_huxley.hpp"
 #include "core/neuron/integration_method.hpp"
 #include "core/neuron/lattice_coupling.hpp"
@@ -74,19 +72,9 @@ class HodgkinHuxleyPopulation {
   }
 
  private:
-  struct Part {
-    SpikeBuffer spikes;
-    SpikeBuffer resets;
-  };
-  struct Work;
-  [[nodiscard]] int parts_for(const WorkerTeam* team) const noexcept;
-  void run(int parts, int steps, const std::uint8_t* frozen, std::chrono::nanoseconds start,
-           SpikeBuffer& spikes, WorkerTeam* team) noexcept;
-
   Parameters parameters_;
   std::variant<Membranes<double>, Membranes<float>> membranes_;
   std::optional<Quiescence> quiescence_;  ///< none where blocks at rest are stepped too
-  std::vector<Part> parts_;  ///< what the parts of a team find; the first part's goes out directly
   SpikeBuffer resets_;
   std::size_t resting_blocks_ = 0;
 };

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/neuron/event_recorder.hpp"
 #include "core/neuron/kernel/integrate_and_fire_kernel.hpp"
 #include "core/neuron/noise_keys.hpp"
-#include "core/neuron/spike_recorder.hpp"
+#include "core/neuron/shared_steps.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -18,8 +19,7 @@ IntegrateAndFirePopulation::IntegrateAndFirePopulation(const Parameters& paramet
       refractory_left_(whole_blocks(neurons)),
       current_begin_(whole_blocks(neurons)),
       current_change_(whole_blocks(neurons)),
-      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)),
-      shared_(neurons) {
+      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)) {
   assert(parameters.neuron.check(parameters.step));
   reset();
 }
@@ -54,8 +54,9 @@ void IntegrateAndFirePopulation::advance(std::span<const double> current_begin,
                                       .floor = neuron.floor,
                                       .refractory = 1e-3 * neuron.refractory_ms,
                                       .sigma = neuron.noise.sigma};
-  shared_.run(team, spikes, [&](std::size_t first, std::size_t last, SpikeBuffer& own) noexcept {
-    SpikeRecorder recorder(own, start, parameters_.step, parameters_.patch);
+  const StepTimes times{start, parameters_.step, parameters_.patch};
+  share_steps(neurons_, team, [&](std::size_t first, std::size_t last, WorkerTeam*) noexcept {
+    SpikeRecorder recorder(times, spikes);
     IntegrateAndFireArguments part = arguments;
     part.first = first;
     part.last = last;

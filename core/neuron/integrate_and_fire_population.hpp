@@ -5,7 +5,6 @@
 #include <span>
 
 #include "core/neuron/integrate_and_fire.hpp"
-#include "core/neuron/shared_steps.hpp"
 #include "core/neuron/spike_buffer.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/simd/aligned_array.hpp"
@@ -48,7 +47,6 @@ class IntegrateAndFirePopulation {
   AlignedArray<double> v_, refractory_left_, current_begin_, current_change_;
   AlignedArray<std::uint64_t> noise_key_;
   std::uint64_t steps_taken_ = 0;
-  SharedSteps shared_;
 };
 
 }  // namespace merkel

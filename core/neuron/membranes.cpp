@@ -130,7 +130,7 @@ void Membranes<Real>::set_currents(std::span<const double> begin,
 template <class Real>
 void Membranes<Real>::step(std::size_t first, std::size_t last, int steps,
                            const std::uint8_t* frozen, StepObserver& observer,
-                           void (*barrier)(void*) noexcept, void* barrier_context) noexcept {
+                           WorkerTeam* peers) noexcept {
   // The arguments are filled in here, not kept: moving the object moves what they point to.
   KernelArguments<Real> a = arguments_;
   a.V = V_.data();
@@ -150,8 +150,7 @@ void Membranes<Real>::step(std::size_t first, std::size_t last, int steps,
     a.coupling.from_previous_row = from_previous_row_.data();
     a.coupling.from_next_row = from_next_row_.data();
     a.coupling.outflow = outflow_.data();
-    a.barrier = barrier;
-    a.barrier_context = barrier_context;
+    a.peers = peers;
   }
   a.observer = &observer;
   if (runge_kutta_) {

@@ -26,10 +26,9 @@ class Membranes {
   void set_currents(std::span<const double> begin, std::span<const double> end) noexcept;
 
   /// Takes all steps of the neurons [first, last); first begins a block. Parts of a network step
-  /// together: each calls `barrier` after each exchange.
+  /// together: each waits for its peers after each exchange. \param peers  null: alone
   void step(std::size_t first, std::size_t last, int steps, const std::uint8_t* frozen,
-            StepObserver& observer, void (*barrier)(void*) noexcept,
-            void* barrier_context) noexcept MERKEL_REALTIME;
+            StepObserver& observer, WorkerTeam* peers) noexcept MERKEL_REALTIME;
   /// After all parts have stepped.
   void finish_steps(int steps) noexcept;
 

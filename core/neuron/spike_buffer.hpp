@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,30 +17,32 @@ class SpikeBuffer {
  public:
   explicit SpikeBuffer(std::size_t capacity) : events_(capacity) {}
 
-  /// Refuses and counts when full.
+  /// Drops the event and counts it when full. Thread: several at a time, whose events then lie in
+  /// no particular order.
   void push(const SpikeEvent& event) noexcept MERKEL_REALTIME {
-    if (size_ < events_.size()) {
-      events_[size_++] = event;
-    } else {
-      ++refused_;
-    }
+    const std::size_t place = std::atomic_ref(pushed_).fetch_add(1, std::memory_order_relaxed);
+    if (place < events_.size()) events_[place] = event;
   }
-  void clear() noexcept MERKEL_REALTIME { size_ = 0; }
-  void sort() noexcept MERKEL_REALTIME {
-    std::sort(begin(), begin() + static_cast<std::ptrdiff_t>(size_));
+  void clear() noexcept MERKEL_REALTIME {
+    refused_ = refused();
+    pushed_ = 0;
   }
+  void sort() noexcept MERKEL_REALTIME { std::sort(events().begin(), events().end()); }
   [[nodiscard]] std::span<const SpikeEvent> events() const noexcept {
-    return {events_.data(), size_};
+    return std::span(events_).first(std::min(pushed_, events_.size()));
   }
-  [[nodiscard]] std::span<SpikeEvent> events() noexcept { return {events_.data(), size_}; }
+  [[nodiscard]] std::span<SpikeEvent> events() noexcept {
+    return std::span(events_).first(std::min(pushed_, events_.size()));
+  }
   /// Spikes that found no room, since construction.
-  [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
+  [[nodiscard]] std::uint64_t refused() const noexcept {
+    return refused_ + (pushed_ - events().size());
+  }
 
  private:
-  std::vector<SpikeEvent>::iterator begin() noexcept { return events_.begin(); }
   std::vector<SpikeEvent> events_;
-  std::size_t size_ = 0;
-  std::uint64_t refused_ = 0;
+  std::size_t pushed_ = 0;     ///< since clear(), with those that found no room
+  std::uint64_t refused_ = 0;  ///< before clear()
 };
 
 }  // namespace merkel

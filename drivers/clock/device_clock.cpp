@@ -24,9 +24,10 @@ void DeviceClock::restart() noexcept {
   running_ = false;
   count_ = next_ = 0;
   least_.reset();
-  intercept_ns_ = slope_ = rms_ns_ = bias_ns_ = latency_ns_ = 0.0;
+  line_ = {};
+  bias_ns_ = latency_ns_ = 0.0;
   frames_ = 0;
-  round_trip_.reset();
+  exchange_.reset();
   biases_ = 0;
   // mapped_host_ stays: host time goes on.
   if (mapped_) mapped_device_ = nanoseconds::min();
@@ -64,9 +65,8 @@ nanoseconds DeviceClock::observe(nanoseconds device_time, nanoseconds arrival) {
   const Point point{device, arrival - device};
   if (!least_ || point.offset < least_->offset) least_ = point;
   if (count_ < kEnough) {
-    // Until there is a line, the least offset so far, and the device's rate taken as right.
-    intercept_ns_ =
-        std::min(intercept_ns_, static_cast<double>((point.offset - origin_.offset).count()));
+    line_.intercept_ns =
+        std::min(line_.intercept_ns, static_cast<double>((point.offset - origin_.offset).count()));
   }
   const double late_ns = static_cast<double>(point.offset.count()) - offset_ns(device);
   const double weight = std::max(kLatencyForgetting, 1.0 / static_cast<double>(frames_));
@@ -75,51 +75,39 @@ nanoseconds DeviceClock::observe(nanoseconds device_time, nanoseconds arrival) {
 }
 
 void DeviceClock::close_second() {
-  if (least_) {
+  const nanoseconds before = points_[(next_ + kPoints - 1) % kPoints].device;
+  if (least_ && (count_ == 0 || least_->device > before)) {
     points_[next_] = *least_;
     next_ = (next_ + 1) % kPoints;
     count_ = std::min(count_ + 1, kPoints);
     if (count_ >= kEnough) fit_line();
+    if (count_ == kEnough && exchange_ && biases_ == 0) take_bias(exchange_->answer);
   }
   second_ += (last_device_ - second_) / kSecond * kSecond;
   least_.reset();
 }
 
 void DeviceClock::fit_line() {
-  const Point& last = points_[(next_ + kPoints - 1) % kPoints];
-  const auto x_of = [&](const Point& point) {
-    return static_cast<double>((point.device - last.device).count());
-  };
-  const auto y_of = [&](const Point& point) {
-    return static_cast<double>((point.offset - last.offset).count());
-  };
-  const auto n = static_cast<double>(count_);
-  double mean_x = 0.0;
-  double mean_y = 0.0;
+  const std::size_t oldest = (next_ + kPoints - count_) % kPoints;
+  origin_ = points_[(next_ + kPoints - 1) % kPoints];
+  std::array<EnvelopePoint, kPoints> points;
   for (std::size_t i = 0; i < count_; ++i) {
-    mean_x += x_of(points_[i]) / n;
-    mean_y += y_of(points_[i]) / n;
+    const Point& point = points_[(oldest + i) % kPoints];
+    points[i] = {.x_ns = static_cast<double>((point.device - origin_.device).count()),
+                 .y_ns = static_cast<double>((point.offset - origin_.offset).count())};
   }
-  double xx = 0.0;
-  double xy = 0.0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    xx += (x_of(points_[i]) - mean_x) * (x_of(points_[i]) - mean_x);
-    xy += (x_of(points_[i]) - mean_x) * (y_of(points_[i]) - mean_y);
-  }
-  slope_ = xx > 0.0 ? xy / xx : 0.0;
-  origin_ = last;
-  intercept_ns_ = mean_y - slope_ * mean_x;
-  double squares = 0.0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const double rest = y_of(points_[i]) - intercept_ns_ - slope_ * x_of(points_[i]);
-    squares += rest * rest / n;
-  }
-  rms_ns_ = std::sqrt(squares);
+  line_ = fit_envelope(std::span(points).first(count_), line_.slope);
 }
 
 double DeviceClock::offset_ns(nanoseconds device_time) const noexcept {
-  return static_cast<double>(origin_.offset.count()) + intercept_ns_ - bias_ns_ +
-         slope_ * static_cast<double>((device_time - origin_.device).count());
+  if (count_ < kEnough) {
+    // The least offset so far, and the device's rate taken as right.
+    const double least_ns = static_cast<double>(origin_.offset.count()) + line_.intercept_ns;
+    return exchange_ ? std::min(least_ns, static_cast<double>(exchange_->answer.offset.count()))
+                     : least_ns;
+  }
+  return static_cast<double>(origin_.offset.count()) + line_.intercept_ns - bias_ns_ +
+         line_.slope * static_cast<double>((device_time - origin_.device).count());
 }
 
 void DeviceClock::observe(const ClockExchange& exchange) {
@@ -129,15 +117,17 @@ void DeviceClock::observe(const ClockExchange& exchange) {
   const nanoseconds trip = exchange.received - exchange.sent - std::max(busy, nanoseconds{0});
   if (trip < nanoseconds{0}) return;
   const nanoseconds offset = exchange.received - trip / 2 - device;
-  if (count_ < kEnough) {
-    intercept_ns_ = std::min(intercept_ns_, static_cast<double>((offset - origin_.offset).count()));
-    return;
-  }
-  if (!round_trip_ || 5 * trip < 4 * *round_trip_) biases_ = 0;
-  round_trip_ = std::min(round_trip_.value_or(trip), trip);
-  if (4 * trip > 5 * *round_trip_) return;
+  const nanoseconds shortest = exchange_ ? exchange_->round_trip : nanoseconds::max();
+  if (trip < shortest) exchange_ = {.answer = {device, offset}, .round_trip = trip};
+  if (count_ < kEnough || trip / 5 > shortest / 4) return;
+  if (trip < shortest / 5 * 4) biases_ = 0;
+  take_bias({device, offset});
+}
+
+void DeviceClock::take_bias(const Point& answer) {
   biases_ = std::min(biases_ + 1, kMostBiases);
-  const double bias_ns = offset_ns(device) + bias_ns_ - static_cast<double>(offset.count());
+  const double bias_ns =
+      offset_ns(answer.device) + bias_ns_ - static_cast<double>(answer.offset.count());
   bias_ns_ += (bias_ns - bias_ns_) / static_cast<double>(biases_);
 }
 
@@ -163,13 +153,14 @@ nanoseconds DeviceClock::host_time(nanoseconds device_time) {
 
 DeviceClock::Report DeviceClock::report() const noexcept {
   Report report{.settled = count_ >= kEnough,
-                .drift_ppm = -slope_ * 1e6,
-                .jitter_us = rms_ns_ * 1e-3,
+                .drift_ppm = -line_.slope * 1e6,
+                .jitter_us = line_.rms_ns * 1e-3,
                 .latency_us = latency_ns_ * 1e-3,
                 .uncertainty_us = std::nullopt,
                 .restarts = restarts_};
-  if (round_trip_) {
-    report.uncertainty_us = static_cast<double>(round_trip_->count()) * 0.5e-3 + report.jitter_us;
+  if (exchange_) {
+    report.uncertainty_us =
+        static_cast<double>(exchange_->round_trip.count()) * 0.5e-3 + report.jitter_us;
   }
   return report;
 }

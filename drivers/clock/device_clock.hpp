@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "drivers/clock/envelope_line.hpp"
 #include "drivers/protocols/protocol.hpp"
 
 namespace merkel {
@@ -14,11 +15,11 @@ namespace merkel {
 ///
 /// A frame is late by whatever the transport makes of it, never early: the least of (arrival −
 /// device time) over a second is a point of the lower envelope, and a line through the last 30 of
-/// them gives offset and rate of the clock, free of jitter and of batches. What even the fastest
-/// frame takes is no part of that; question and answer (SYNC) tell it: the exchanges with
-/// the shortest round trips, their midpoints taken for the host times of the device's answers, move
-/// the line. Mapped times never go back, and their distances differ from the device's by a tenth at
-/// most, also while the estimate settles.
+/// them, less those that were held up, gives offset and rate of the clock, free of jitter, of
+/// batches and of stalls. What even the fastest frame takes is no part of that; question and answer
+/// (SYNC) tell it: the exchanges with the shortest round trips, their midpoints taken for the host
+/// times of the device's answers, move the line. Mapped times never go back, and their distances
+/// differ from the device's by a tenth at most, also while the estimate settles.
 ///
 /// A counter that wraps is unwrapped; a device that starts anew, which is one whose clock goes back
 /// or ahead of the host's, is mapped from scratch. Real-time: no. Thread: probe.
@@ -69,6 +70,7 @@ class DeviceClock {
   std::chrono::nanoseconds follow(std::chrono::nanoseconds device_time,
                                   std::chrono::nanoseconds arrival);
   void close_second();
+  void take_bias(const Point& answer);
   void fit_line();
 
   std::optional<std::chrono::nanoseconds> wrap_;
@@ -84,17 +86,19 @@ class DeviceClock {
   std::optional<Point> least_;  ///< of the second that is under way
   std::chrono::nanoseconds second_{0};
 
-  // host − device = origin_.offset + intercept + slope · (device − origin_.device), less the bias
+  // host − device = origin_.offset + line_(device − origin_.device), less the bias
   Point origin_;
-  double intercept_ns_ = 0.0;
-  double slope_ = 0.0;
-  double rms_ns_ = 0.0;
+  EnvelopeLine line_;
 
   double latency_ns_ = 0.0;
   std::uint64_t frames_ = 0;
 
-  std::optional<std::chrono::nanoseconds> round_trip_;  ///< the shortest so far
-  double bias_ns_ = 0.0;  ///< mean of the line against the exchanges about that short
+  struct Exchange {
+    Point answer;  ///< as if it had taken half of the round trip
+    std::chrono::nanoseconds round_trip{0};
+  };
+  std::optional<Exchange> exchange_;  ///< the one with the shortest round trip so far
+  double bias_ns_ = 0.0;              ///< mean of the line against the exchanges about that short
   std::uint64_t biases_ = 0;
 
   bool mapped_ = false;

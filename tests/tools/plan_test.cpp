@@ -103,13 +103,7 @@ TEST(Plan, PredictsTheErrorThatCvodeMeasuresAndMeetsTheBudget) {
     const auto rehearsal = rehearse(scene, std::chrono::seconds{1});
     ASSERT_TRUE(rehearsal);
     TactileModel model = *TactileModel::create(scene.model);
-    std::vector<SpikeEvent> spikes;
-    std::chrono::nanoseconds time{0};
-    for (const auto& contacts : rehearsal->ticks) {
-      const auto made = model.step(contacts, time);
-      spikes.insert(spikes.end(), made.begin(), made.end());
-      time += scene.model.tick;
-    }
+    const std::vector<SpikeEvent> spikes = run_through(model, *rehearsal);
     const SpikeTrainError measured = spike_train_error(spikes, by_cvode(scene, *rehearsal));
     EXPECT_GT(measured.matched, 5U) << text;
     EXPECT_EQ(measured.unmatched, 0U) << text;

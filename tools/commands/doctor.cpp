@@ -58,14 +58,13 @@ void print(const DoctorRun& run, std::size_t number) {
   line("queue: from the sample's arrival to begun", host.queue);
   line("tick: from begun to spikes computed", host.tick);
   line("publish: to the consumers' queues", host.publish);
-  for (const auto& [name, of] :
-       {std::pair("polling", &path.in_process), std::pair("UDP", &path.udp)}) {
-    std::printf("  %s consumer: %llu spikes, %llu missing\n", name,
-                static_cast<unsigned long long>(of->spikes),
-                static_cast<unsigned long long>(of->missing));
-    line("  sink: from its queue to in hand", of->sink);
-    line("  software: from tick due to in hand", of->software);
-    line("  sample to spike: from arrival to in hand", of->sample_to_spike);
+  for (const ConsumerLatency& of : path.consumers) {
+    std::printf("  %s: %llu spikes, %llu missing\n", of.name,
+                static_cast<unsigned long long>(of.spikes),
+                static_cast<unsigned long long>(of.missing));
+    line("  sink: from its queue to in hand", of.sink);
+    line("  software: from tick due to in hand", of.software);
+    line("  sample to spike: from arrival to in hand", of.sample_to_spike);
   }
 }
 
@@ -91,24 +90,24 @@ Json json_of(const ConsumerLatency& consumer) {
 Json json_of(const DoctorRun& run) {
   const RunReport& report = run.path.report;
   const RunReport::OfProbe& probe = report.probes.front();
-  return {{"ticks", report.ticks},
-          {"missed", run.path.missed()},
-          {"missed_fraction", run.path.missed_fraction()},
-          {"overruns_by_late_wake_up", report.late_wake_ups},
-          {"overruns_by_long_compute", report.long_computes},
-          {"gaps", report.gaps},
-          {"skipped_ticks", report.skipped_ticks},
-          {"steal_ms", units::ms_from(run.path.steal)},
-          {"spikes", report.spikes},
-          {"samples_in", probe.samples_in},
-          {"samples_used", probe.counts.used},
-          {"samples_late", probe.counts.late},
-          {"samples_dropped", probe.dropped},
-          {"samples_unused", probe.unused},
-          {"loop", loop_json(report)},
-          {"in_process", json_of(run.path.in_process)},
-          {"udp", json_of(run.path.udp)},
-          {"cyclictest", run.cyclictest ? latency_json(*run.cyclictest) : Json()}};
+  Json json = {{"ticks", report.ticks},
+               {"missed", run.path.missed()},
+               {"missed_fraction", run.path.missed_fraction()},
+               {"overruns_by_late_wake_up", report.late_wake_ups},
+               {"overruns_by_long_compute", report.long_computes},
+               {"gaps", report.gaps},
+               {"skipped_ticks", report.skipped_ticks},
+               {"steal_ms", units::ms_from(run.path.steal)},
+               {"spikes", report.spikes},
+               {"samples_in", probe.samples_in},
+               {"samples_used", probe.counts.used},
+               {"samples_late", probe.counts.late},
+               {"samples_dropped", probe.dropped},
+               {"samples_unused", probe.unused},
+               {"loop", loop_json(report)},
+               {"cyclictest", run.cyclictest ? latency_json(*run.cyclictest) : Json()}};
+  for (const ConsumerLatency& consumer : run.path.consumers) json[consumer.key] = json_of(consumer);
+  return json;
 }
 
 int doctor(const DoctorOptions& options) {
@@ -180,7 +179,7 @@ void add_doctor_command(CommandLine& program) {
           "doctor",
           "Judges how well this machine keeps time: its rights and settings, those that devices "
           "need, and the whole "
-          "path from a live simulated probe to a polling and a UDP consumer, with the "
+          "path from a live simulated probe to a polling, a UDP and a ZeroMQ consumer, with the "
           "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
           "Each verdict comes with its mend.",
           "doctor --seconds 60")

@@ -80,14 +80,8 @@ int fit_command(const FitCommand& command) {
     return refuse("there is no preset \"" + command.preset +
                   "\" to start from: a fit starts from goodwin or goodwin-hh");
   }
-  Recordings recordings;
-  if (command.data.empty()) {
-    recordings = published_recordings();
-  } else {
-    auto read = read_recordings(command.data);
-    if (!read) return refuse(read.error());
-    recordings = std::move(*read);
-  }
+  const auto recordings = recordings_named(command.data);
+  if (!recordings) return refuse(recordings.error());
   auto out = OutputFile::create(command.out, command.overwrite);
   if (!out) return refuse(out.error());
   std::vector<std::string> names = command.parameters;
@@ -97,7 +91,7 @@ int fit_command(const FitCommand& command) {
     progress = [](double fraction) { std::fprintf(stderr, "\r%3.0f %% ", 100.0 * fraction); };
   }
   const auto result =
-      fit(scene->model, recordings.sets, names, static_cast<std::size_t>(command.trials),
+      fit(scene->model, recordings->sets, names, static_cast<std::size_t>(command.trials),
           static_cast<int>(command.evaluations), progress);
   if (progress) std::fprintf(stderr, "\r      \r");
   if (!result) return refuse(result.error());

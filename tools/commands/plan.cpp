@@ -1,9 +1,8 @@
-#include "tools/plan/plan.hpp"
-
 #include <cstdio>
 #include <memory>
 
 #include "tools/commands/command.hpp"
+#include "tools/plan/plan_report.hpp"
 #include "tools/scene_presets.hpp"
 
 namespace merkel {

@@ -1,17 +1,12 @@
 #include "tools/score/score.hpp"
 
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <string>
 
-#include <unistd.h>
-
 #include "tools/commands/command.hpp"
 #include "tools/csv_table.hpp"
-#include "tools/plot_runner.hpp"
 #include "tools/report.hpp"
 #include "tools/scene_presets.hpp"
 #include "tools/score/trials.hpp"
@@ -63,19 +58,12 @@ std::string declines(const std::vector<SetScore>& scores) {
 
 class Scorecard {
  public:
-  Scorecard(const ScoreCommand& command, const TactileModel::Parameters& scene,
+  Scorecard(const ReportFolder& folder, std::size_t trials, const TactileModel::Parameters& scene,
             const Recordings& recordings)
-      : command_(command), scene_(scene), recordings_(recordings) {}
+      : folder_(folder), trials_(trials), scene_(scene), recordings_(recordings) {}
 
   Expected<std::string, SetupError> make(const Scene& named) {
-    const auto trials = static_cast<std::size_t>(command_.trials);
-    std::function<void(double)> progress;
-    if (::isatty(STDERR_FILENO) == 1) {
-      progress = [](double fraction) {
-        std::fprintf(stderr, "\r%3.0f %% %s", 100.0 * fraction, fraction < 1.0 ? "" : "\n");
-      };
-    }
-    const auto scores = score_sets(scene_, recordings_.sets, trials, progress);
+    const auto scores = score_sets(scene_, recordings_.sets, trials_, folder_.progress);
     if (!scores) return bad_input(named.sentence(scores.error()));
     std::string text = table_of_sets(*scores) + declines(*scores);
     if (auto written = write_conditions(*scores); !written) {
@@ -95,7 +83,7 @@ class Scorecard {
                  largest_sd, recorded_sd().c_str());
     }
     for (const Recordings::FieldArea& area : recordings_.field_areas) {
-      const auto found = field_area_mm2(scene_, area.depth_mm, trials);
+      const auto found = field_area_mm2(scene_, area.depth_mm, trials_);
       if (!found) return bad_input(named.sentence(found.error()));
       text += format("- receptive field at %g mm: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
                      *found, area.area_mm2);
@@ -115,19 +103,17 @@ class Scorecard {
   }
 
  private:
-  [[nodiscard]] std::string path(const char* name) const { return command_.folder + "/" + name; }
-
   std::string recorded_sd() const {
     return recordings_.most_trial_sd ? format(" (recorded: below %g)", *recordings_.most_trial_sd)
                                      : "";
   }
 
   Expected<void, SetupError> write_conditions(const std::vector<SetScore>& scores) {
-    auto sets = CsvTable::create(path("sets.csv"), "set,points,rmse,r2", command_.overwrite);
+    auto sets = CsvTable::create(folder_.path("sets.csv"), "set,points,rmse,r2", folder_.overwrite);
     if (!sets) return Unexpected<SetupError>(sets.error());
     auto table =
-        CsvTable::create(path("conditions.csv"), "set,section,x_name,x,measured,predicted,count_sd",
-                         command_.overwrite);
+        CsvTable::create(folder_.path("conditions.csv"),
+                         "set,section,x_name,x,measured,predicted,count_sd", folder_.overwrite);
     if (!table) return Unexpected<SetupError>(table.error());
     for (const SetScore& score : scores) {
       const DataSet& set = *score.set;
@@ -146,13 +132,12 @@ class Scorecard {
   /// The rate over time in each hold whose decline was recorded.
   Expected<void, SetupError> write_holds(const std::vector<SetScore>& scores) {
     auto table =
-        CsvTable::create(path("holds.csv"), "set,level,time_s,rate_hz", command_.overwrite);
+        CsvTable::create(folder_.path("holds.csv"), "set,level,time_s,rate_hz", folder_.overwrite);
     if (!table) return Unexpected<SetupError>(table.error());
     for (const SetScore& score : scores) {
       if (score.set->y_name != "decline") continue;
       for (const DataSet::Point& point : score.set->points) {
-        auto model =
-            Trials::create(scene_, point.stimulus, static_cast<std::size_t>(command_.trials));
+        auto model = Trials::create(scene_, point.stimulus, trials_);
         if (!model) continue;  // score_sets would have refused it
         const auto times = model->run(point.stimulus);
         constexpr double kBin_s = 0.25;
@@ -176,10 +161,10 @@ class Scorecard {
 
   Expected<std::string, SetupError> regularity() {
     auto intervals =
-        CsvTable::create(path("intervals.csv"), "rate_hz,interval_ms", command_.overwrite);
+        CsvTable::create(folder_.path("intervals.csv"), "rate_hz,interval_ms", folder_.overwrite);
     if (!intervals) return Unexpected<SetupError>(intervals.error());
     auto curve =
-        CsvTable::create(path("rate_by_drive.csv"), "drive_hz,rate_hz", command_.overwrite);
+        CsvTable::create(folder_.path("rate_by_drive.csv"), "drive_hz,rate_hz", folder_.overwrite);
     if (!curve) return Unexpected<SetupError>(curve.error());
     std::string text;
     for (const double rate : {10.0, 20.0, 40.0}) {
@@ -199,7 +184,8 @@ class Scorecard {
     return text;
   }
 
-  const ScoreCommand& command_;
+  const ReportFolder& folder_;
+  std::size_t trials_;
   const TactileModel::Parameters& scene_;
   const Recordings& recordings_;
 };
@@ -207,30 +193,20 @@ class Scorecard {
 int score(const ScoreCommand& command) {
   const auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
-  Recordings recordings;
-  if (command.data.empty()) {
-    recordings = published_recordings();
-  } else {
-    auto read = read_recordings(command.data);
-    if (!read) return refuse(read.error());
-    recordings = std::move(*read);
-  }
-  std::error_code error;
-  std::filesystem::create_directories(command.folder, error);
-  if (error) return refuse("cannot make the folder " + command.folder + ": " + error.message());
-  auto report = OutputFile::create(command.folder + "/score.md", command.overwrite);
-  if (!report) return refuse(report.error());
-  const auto made = Scorecard(command, scene->model, recordings).make(*scene);
-  if (!made) return refuse(made.error());
-  const std::string text = "# Score of " + command.scene + " against " +
-                           (command.data.empty() ? "published recordings" : command.data) + "\n\n" +
-                           *made;
-  if (!report->write(text) || !report->close()) return fail(report->error());
-  std::fputs(text.c_str(), stdout);
-  if (auto drawn = draw_plots("score", command.folder); !drawn) {
-    return fail(drawn.error().sentence);
-  }
-  return kDone;
+  const auto recordings = recordings_named(command.data);
+  if (!recordings) return refuse(recordings.error());
+  const ReportPart parts[] = {{"scorecard", [&](const ReportFolder& folder) {
+                                 return Scorecard(folder, static_cast<std::size_t>(command.trials),
+                                                  scene->model, *recordings)
+                                     .make(*scene);
+                               }}};
+  return make_report({.folder = command.folder,
+                      .file = "score.md",
+                      .overwrite = command.overwrite,
+                      .progress = {}},
+                     "# Score of " + command.scene + " against " +
+                         (command.data.empty() ? "published recordings" : command.data) + "\n\n",
+                     parts, "score");
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "realtime/periodic_clock.hpp"
 #include "tools/doctor/spike_matcher.hpp"
 #include "tools/doctor/udp_loopback.hpp"
+#include "tools/doctor/zmq_loopback.hpp"
 
 namespace merkel {
 namespace {
@@ -34,7 +35,10 @@ std::chrono::nanoseconds stolen() {
 
 /// The arrivals at one consumer, on their way from its thread to the matcher.
 struct Arrivals {
-  explicit Arrivals(std::chrono::nanoseconds tick) : matcher(tick) {}
+  Arrivals(const char* of, const char* json_key, std::chrono::nanoseconds tick)
+      : name(of), key(json_key), matcher(tick) {}
+  const char* name;
+  const char* key;
   BoundedQueue<SpikeArrival> queue{kQueue};
   SpikeMatcher matcher;
   std::atomic<std::uint64_t> count{0};
@@ -50,7 +54,9 @@ struct Arrivals {
     matcher.match();
   }
   [[nodiscard]] ConsumerLatency latency(std::uint64_t made) const {
-    return {.spikes = count.load(),
+    return {.name = name,
+            .key = key,
+            .spikes = count.load(),
             .missing = made - count.load(),
             .sink = matcher.sink(),
             .software = matcher.software(),
@@ -82,21 +88,27 @@ Expected<PathMeasurement, SetupError> measure_path(
   auto probe = open_probe(probe_uri(settings.duration));
   if (!probe) return Unexpected<SetupError>(probe.error());
 
-  Arrivals in_process(settings.tick);
-  Arrivals by_udp(settings.tick);
+  Arrivals in_process("polling consumer", "in_process", settings.tick);
+  Arrivals by_udp("UDP consumer", "udp", settings.tick);
+  Arrivals by_zmq("ZeroMQ consumer", "zmq", settings.tick);
   auto loopback = UdpLoopback::open(
       [&by_udp](std::chrono::nanoseconds spike) { by_udp.note(spike, PeriodicClock::now()); });
   if (!loopback) return Unexpected<SetupError>(loopback.error());
+  const auto neurons = model->neurons_of_patch();
+  auto publisher = ZmqLoopback::open(NeuronNumbering(neurons), [&](std::chrono::nanoseconds spike) {
+    by_zmq.note(spike, PeriodicClock::now());
+  });
+  if (!publisher) return Unexpected<SetupError>(publisher.error());
+  std::vector<Arrivals*> all = {&in_process, &by_udp};
+  if (*publisher) all.push_back(&by_zmq);
 
   BoundedQueue<TickTiming> timings(kQueue);
   const auto match = [&] {
     TickTiming timing;
     while (timings.try_pop(timing)) {
-      in_process.matcher.add(timing);
-      by_udp.matcher.add(timing);
+      for (Arrivals* const at : all) at->matcher.add(timing);
     }
-    in_process.match();
-    by_udp.match();
+    for (Arrivals* const at : all) at->match();
   };
   Pipeline pipeline(*model, {.duration = settings.duration,
                              .wait = settings.wait,
@@ -108,6 +120,7 @@ Expected<PathMeasurement, SetupError> measure_path(
                              }});
   pipeline.add_probe(std::move(*probe), {});
   pipeline.add_sink((*loopback)->sink());
+  if (*publisher) pipeline.add_sink((*publisher)->sink());
   SpikeChannel& channel = pipeline.add_consumer(kQueue);
   std::jthread consumer([&in_process, &channel](const std::stop_token& stop) {
     set_up_helper_thread("merkel-poll");
@@ -131,11 +144,13 @@ Expected<PathMeasurement, SetupError> measure_path(
   }
   consumer.join();
   (*loopback)->settle();
+  if (*publisher) (*publisher)->settle(report->spikes);
   match();
   PathMeasurement measured{
-      .report = std::move(*report), .in_process = {}, .udp = {}, .steal = stolen() - stolen_before};
-  measured.in_process = in_process.latency(measured.report.spikes);
-  measured.udp = by_udp.latency(measured.report.spikes);
+      .report = std::move(*report), .consumers = {}, .steal = stolen() - stolen_before};
+  for (const Arrivals* const at : all) {
+    measured.consumers.push_back(at->latency(measured.report.spikes));
+  }
   return measured;
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "realtime/pipeline.hpp"
@@ -11,6 +12,8 @@ namespace merkel {
 
 /// What spikes suffered on their way to one kind of consumer.
 struct ConsumerLatency {
+  const char* name = "";           ///< for people
+  const char* key = "";            ///< in JSON
   std::uint64_t spikes = 0;        ///< that it got
   std::uint64_t missing = 0;       ///< that it did not
   LatencySummary sink;             ///< published → in hand
@@ -18,11 +21,12 @@ struct ConsumerLatency {
   LatencySummary sample_to_spike;  ///< sample arrived → in hand
 };
 
-/// The whole path measured: a live simulated probe, the paper's fingertip, and two consumers.
+/// The whole path measured: a live simulated probe, the paper's fingertip, and its consumers.
 struct PathMeasurement {
   RunReport report;
-  ConsumerLatency in_process;         ///< polls its queue, on the publishing beat
-  ConsumerLatency udp;                ///< receives datagrams on loopback
+  /// One that polls its queue on the publishing beat, one that receives datagrams on loopback and,
+  /// where there is ZeroMQ, one that subscribes to the zmq: sink.
+  std::vector<ConsumerLatency> consumers;
   std::chrono::nanoseconds steal{0};  ///< the hypervisor's: time it kept a core from this host
 
   /// Ticks that were not done when the next was due, or left out; of all.

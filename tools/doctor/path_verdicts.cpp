@@ -87,21 +87,20 @@ LatencySummary median_of(std::vector<LatencySummary> summaries) {
 
 std::vector<Verdict> path_verdicts(const std::vector<DoctorRun>& runs) {
   std::vector<LatencySummary> wake_ups;
-  std::vector<LatencySummary> in_process;
-  std::vector<LatencySummary> udp;
   std::vector<LatencySummary> cyclictests;
   std::uint64_t missing = 0;
   for (const DoctorRun& run : runs) {
     wake_ups.push_back(run.path.report.host_time->wake_up);
-    in_process.push_back(run.path.in_process.software);
-    udp.push_back(run.path.udp.software);
-    missing += run.path.in_process.missing + run.path.udp.missing;
+    for (const ConsumerLatency& consumer : run.path.consumers) missing += consumer.missing;
     if (run.cyclictest) cyclictests.push_back(*run.cyclictest);
   }
   const LatencySummary wake_up = median_of(wake_ups);
-  std::vector<Verdict> verdicts = {of_wake_up(wake_up), of_missed(runs),
-                                   of_software("polling consumer", median_of(in_process)),
-                                   of_software("UDP consumer", median_of(udp))};
+  std::vector<Verdict> verdicts = {of_wake_up(wake_up), of_missed(runs)};
+  for (std::size_t i = 0; i < runs.front().path.consumers.size(); ++i) {
+    std::vector<LatencySummary> software;
+    for (const DoctorRun& run : runs) software.push_back(run.path.consumers[i].software);
+    verdicts.push_back(of_software(runs.front().path.consumers[i].name, median_of(software)));
+  }
   verdicts.push_back({missing == 0 ? Grade::kGood : Grade::kPoor, "spikes that did not arrive",
                       std::to_string(missing),
                       missing == 0 ? "" : "a consumer was too slow: take load off this machine"});

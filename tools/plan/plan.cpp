@@ -6,12 +6,11 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "core/parameter_error.hpp"
 #include "core/units.hpp"
 #include "tools/bench/measure.hpp"
 #include "tools/contact_sentence.hpp"
+#include "tools/plan/plan_report.hpp"
 #include "tools/plan/rehearsal.hpp"
 #include "tools/report.hpp"
 
@@ -24,43 +23,7 @@ constexpr double kReferenceStep_us = 2.5;
 struct Performance {
   std::vector<SpikeEvent> spikes;
   double tick_us = 0.0;
-  double reached_share = 0.0;
-  double active_share = 0.0;
 };
-
-/// Runs all ticks of a rehearsal once.
-std::vector<SpikeEvent> run_through(TactileModel& model, const Rehearsal& rehearsal) {
-  model.reset();
-  std::vector<SpikeEvent> spikes;
-  std::chrono::nanoseconds time{0};
-  for (const auto& contacts : rehearsal.ticks) {
-    const auto made = model.step(contacts, time);
-    spikes.insert(spikes.end(), made.begin(), made.end());
-    time += model.parameters().tick;
-  }
-  return spikes;
-}
-
-/// The shares of afferents that are reached and of neurons that are active, over touched ticks.
-void note_shares(TactileModel& model, const Rehearsal& rehearsal, Performance& performance) {
-  model.reset();
-  double reached = 0.0;
-  double active = 0.0;
-  std::chrono::nanoseconds time{0};
-  for (const auto& contacts : rehearsal.ticks) {
-    model.step(contacts, time);
-    time += model.parameters().tick;
-    for (const TactilePatch& patch : model.patches()) {
-      reached += static_cast<double>(patch.drive().afferents_reached());
-      active += static_cast<double>(patch.active_neurons());
-    }
-  }
-  const auto neurons = static_cast<double>(model.neurons());
-  const double ticks = static_cast<double>(rehearsal.ticks.size());
-  const double touched = ticks - static_cast<double>(rehearsal.untouched);
-  performance.reached_share = touched > 0.0 ? reached / (touched * neurons) : 0.0;
-  performance.active_share = active / (ticks * neurons);
-}
 
 Expected<Performance, SetupError> perform(const Scene& scene, const Rehearsal& rehearsal) {
   auto model = TactileModel::create(scene.model);
@@ -69,8 +32,30 @@ Expected<Performance, SetupError> perform(const Scene& scene, const Rehearsal& r
   const Measurement cost =
       measure([&] { performance.spikes = run_through(*model, rehearsal); }, 3, 0.005);
   performance.tick_us = 1e6 * cost.median_s / static_cast<double>(rehearsal.ticks.size());
-  note_shares(*model, rehearsal, performance);
   return performance;
+}
+
+/// The shares of afferents that are reached and of neurons that are active, over touched ticks.
+Expected<void, SetupError> note_shares(const Scene& scene, const Rehearsal& rehearsal, Plan& plan) {
+  auto model = TactileModel::create(scene.model);
+  if (!model) return bad_input(scene.sentence(model.error()));
+  double reached = 0.0;
+  double active = 0.0;
+  std::chrono::nanoseconds time{0};
+  for (const auto& contacts : rehearsal.ticks) {
+    model->step(contacts, time);
+    time += scene.model.tick;
+    for (const TactilePatch& patch : model->patches()) {
+      reached += static_cast<double>(patch.drive().afferents_reached());
+      active += static_cast<double>(patch.active_neurons());
+    }
+  }
+  const auto neurons = static_cast<double>(model->neurons());
+  const double ticks = static_cast<double>(rehearsal.ticks.size());
+  const double touched = ticks - static_cast<double>(rehearsal.untouched);
+  plan.reached_share = touched > 0.0 ? reached / (touched * neurons) : 0.0;
+  plan.active_share = active / (ticks * neurons);
+  return {};
 }
 
 void set_option(TactileModel::Parameters& model, const PlanOption& option) {
@@ -115,26 +100,6 @@ std::vector<PlanOption> options_by_cost(const TactileModel::Parameters& model, d
     options.push_back({.method = candidate.method, .precision = candidate.precision, .step = step});
   }
   return options;
-}
-
-std::string name_of_option(const PlanOption& option) {
-  return std::string(name_of(option.method)) + " in " + std::string(name_of(option.precision)) +
-         " at " + shortest_decimal(units::us_from(option.step)) + " µs";
-}
-
-/// How the neurons will be stepped.
-std::string name_of_neurons(const Plan& plan) {
-  const std::string step =
-      " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) + " µs";
-  switch (plan.kind) {
-    case NeuronKind::kIntegrateAndFire:
-      return "integrate_and_fire" + step;
-    case NeuronKind::kConnorStevens:
-      return "connor_stevens" + step;
-    case NeuronKind::kHodgkinHuxley:
-      return name_of_option(plan.chosen);
-  }
-  return "";
 }
 
 std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
@@ -197,8 +162,6 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
     PlanOption tried = option;
     tried.tick_us = performance->tick_us;
     tried.error = spike_train_error(performance->spikes, reference);
-    plan.reached_share = performance->reached_share;
-    plan.active_share = performance->active_share;
     plan.tried.push_back(tried);
     return tried;
   };
@@ -246,72 +209,14 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   plan.receptors = exact_model->receptors();
   plan.untouched_share =
       static_cast<double>(rehearsal->untouched) / static_cast<double>(rehearsal->ticks.size());
+  if (auto noted = note_shares(scene, *rehearsal, plan); !noted) {
+    return Unexpected<SetupError>(noted.error());
+  }
   plan.left_out = left_out(scene, plan);
   for (std::size_t i = 0; i < exact_model->indenters(); ++i) {
     plan.validity.push_back(contact_sentence(exact_model->deepest()[i], *exact_model, i));
   }
   return plan;
-}
-
-std::string plan_text(const Plan& plan) {
-  std::string text =
-      format("rehearsed %.3g s%s: %zu neurons, %zu receptors, %zu spikes\n", plan.rehearsed_s,
-             plan.stand_in ? " with a ramp-and-hold in the device's place" : "", plan.neurons,
-             plan.receptors, plan.spikes);
-  if (plan.budget_us) {
-    text += format("spike times are to be within %g µs (rms): tried, from the cheapest:\n",
-                   *plan.budget_us);
-    for (const PlanOption& option : plan.tried) {
-      text += format("  %-40s %8.2f µs a tick, error %.3g µs%s\n", name_of_option(option).c_str(),
-                     option.tick_us, option.error_us(),
-                     option.error.unmatched > 0
-                         ? format(", %zu spikes without a partner", option.error.unmatched).c_str()
-                         : "");
-    }
-  }
-  text += "will be computed with " + name_of_neurons(plan) + "\n";
-  text += format(
-      "predicted: %.2f µs a tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
-      plan.chosen.tick_us, plan.tick_ms, 1e3 * plan.tick_ms / plan.chosen.tick_us,
-      plan.chosen.error_us(),
-      plan.chosen.error.unmatched > 0 ? format(" and %.1f %% of the spikes without a partner",
-                                               100.0 * plan.chosen.error.share_unmatched())
-                                            .c_str()
-                                      : "");
-  text += "left out:\n";
-  for (const std::string& sentence : plan.left_out) text += "  " + sentence + "\n";
-  for (std::size_t i = 0; i < plan.validity.size(); ++i) {
-    text += format("contact law of probe %zu: %s\n", i + 1, plan.validity[i].c_str());
-  }
-  return text;
-}
-
-std::string plan_json(const Plan& plan) {
-  using Json = nlohmann::ordered_json;
-  const auto option_json = [](const PlanOption& option) {
-    return Json{{"method", name_of(option.method)},
-                {"precision", name_of(option.precision)},
-                {"step_us", units::us_from(option.step)},
-                {"tick_us", option.tick_us},
-                {"error_us", option.error_us()},
-                {"spikes_without_partner", option.error.unmatched}};
-  };
-  Json tried = Json::array();
-  for (const PlanOption& option : plan.tried) tried.push_back(option_json(option));
-  const Json json = {{"spike_time_us", plan.budget_us ? Json(*plan.budget_us) : Json()},
-                     {"chosen", option_json(plan.chosen)},
-                     {"tried", std::move(tried)},
-                     {"rehearsed_s", plan.rehearsed_s},
-                     {"stand_in", plan.stand_in},
-                     {"neurons", plan.neurons},
-                     {"receptors", plan.receptors},
-                     {"spikes", plan.spikes},
-                     {"reached_share", plan.reached_share},
-                     {"active_share", plan.active_share},
-                     {"untouched_share", plan.untouched_share},
-                     {"left_out", plan.left_out},
-                     {"contact_law", plan.validity}};
-  return json.dump(2) + "\n";
 }
 
 }  // namespace merkel

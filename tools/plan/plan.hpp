@@ -49,7 +49,4 @@ struct Plan {
 /// budget: the best is named. Takes seconds. Real-time: no.
 [[nodiscard]] Expected<Plan, SetupError> make_plan(Scene& scene);
 
-[[nodiscard]] std::string plan_text(const Plan& plan);
-[[nodiscard]] std::string plan_json(const Plan& plan);
-
 }  // namespace merkel

@@ -76,4 +76,16 @@ Expected<Rehearsal, SetupError> rehearse(Scene& scene, std::chrono::nanoseconds 
   return rehearsal;
 }
 
+std::vector<SpikeEvent> run_through(TactileModel& model, const Rehearsal& rehearsal) {
+  model.reset();
+  std::vector<SpikeEvent> spikes;
+  std::chrono::nanoseconds time{0};
+  for (const auto& contacts : rehearsal.ticks) {
+    const auto made = model.step(contacts, time);
+    spikes.insert(spikes.end(), made.begin(), made.end());
+    time += model.parameters().tick;
+  }
+  return spikes;
+}
+
 }  // namespace merkel

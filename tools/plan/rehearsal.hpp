@@ -19,4 +19,7 @@ struct Rehearsal {
 /// cannot be opened. \param most  how long at most
 [[nodiscard]] Expected<Rehearsal, SetupError> rehearse(Scene& scene, std::chrono::nanoseconds most);
 
+/// All spikes of a model, from rest, as a rehearsal's probes press it.
+[[nodiscard]] std::vector<SpikeEvent> run_through(TactileModel& model, const Rehearsal& rehearsal);
+
 }  // namespace merkel

@@ -464,4 +464,8 @@ Recordings published_recordings() {
   return parse_recordings(kPublishedRecordings, "physiology.json").value();
 }
 
+Expected<Recordings, SetupError> recordings_named(const std::string& path) {
+  return path.empty() ? published_recordings() : read_recordings(path);
+}
+
 }  // namespace merkel

@@ -69,5 +69,7 @@ struct Recordings {
                                                                 const std::string& name);
 /// Those that come with the program.
 [[nodiscard]] Recordings published_recordings();
+/// Those of a file, or where it is empty the published ones.
+[[nodiscard]] Expected<Recordings, SetupError> recordings_named(const std::string& path);
 
 }  // namespace merkel

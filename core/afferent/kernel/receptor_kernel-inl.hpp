@@ -117,35 +117,6 @@ struct Receptors {
                        Math::mul(sum, set(f.distortional)));
   }
 
-  /// U(r) of hertz_contact.hpp.
-  static HWY_INLINE X displacement(const SphereField<Real>& f, const X& r2) {
-    const V one = set(Real(1));
-    const Real inverse_a2 = f.inverse_a * f.inverse_a;
-    const X ratio2 = Math::mul(r2, set(inverse_a2));  // (r/a)²
-    const X inside = Math::fused_negative(ratio2, set(Real(0.5)), one);
-    // asin(q) = atan(q/√(1−q²)) with q = a/r; beyond r = 20 a the bracket cancels: a series in q.
-    const X q2 = Math::div(one, Math::max(ratio2, one));
-    const X q = Math::sqrt(q2);
-    const X root = Math::sqrt(Math::sub(one, q2));
-    const X y2 = Math::div(q2, Math::max(Math::sub(one, q2), set(Real(1e-30))));
-    const X inverse_y2 = Math::div(Math::sub(one, q2), q2);
-    const X rest = arctangent_rest(Math::min(y2, inverse_y2));
-    const X y = Math::div(q, Math::max(root, set(Real(1e-15))));
-    const X near_axis = Math::mul(y, Math::fused_negative(y2, rest, one));
-    const X inverse_y = Math::div(root, q);
-    const X near_rim = Math::sub(set(Real(1.57079632679489661923)),
-                                 Math::mul(inverse_y, Math::fused_negative(inverse_y2, rest, one)));
-    const X asin_q = Math::choose(Math::less(y2, one), near_axis, near_rim);
-    const X bracket =
-        Math::add(Math::mul(Math::sub(set(Real(2)), ratio2), asin_q), Math::div(root, q));
-    constexpr double kSeries[] = {1.0, 1.0 / 10.0, 9.0 / 280.0, 5.0 / 336.0, 35.0 / 4224.0};
-    const X far = Math::mul(Math::mul(q, Math::polynomial(q2, kSeries)), set(Real(4.0 / 3.0)));
-    const X outside = Math::mul(
-        Math::choose(Math::less(q2, set(Real(sizeof(Real) == 8 ? 0.0025 : 0.04))), far, bracket),
-        set(Real(0.31830988618379067154)));
-    return Math::mul(Math::choose(Math::less(ratio2, one), inside, outside), set(f.depth));
-  }
-
   static HWY_INLINE void add_stress(const SphereField<Real>& f, const X& x, const X& y,
                                     const StressArrays<Real>& sums, std::size_t i) {
     const HuberTerms<X> h = huber(f, x, y);
@@ -168,7 +139,6 @@ struct Receptors {
     add(sums.tau_xy, Math::mul(Math::sub(sigma_r, sigma_theta), xy));
     add(sums.tau_yz, Math::mul(shear, h.dy));
     add(sums.tau_zx, Math::mul(shear, h.dx));
-    add(sums.displacement, displacement(f, h.r2));
   }
 
   static HWY_INLINE X energy_of(const StressArrays<Real>& sums, std::size_t i, Real distortional,

@@ -108,7 +108,6 @@ SphereField<Real>::SphereField(const SphereContact& contact, double x_mm, double
   p0 = real(contact.peak_pressure_kPa);
   distortional = real(p2 / (12.0 * skin.shear_modulus_kPa()));
   volumetric = real(kind == EnergyDensity::kFull ? p2 / (18.0 * skin.bulk_modulus_kPa()) : 0.0);
-  depth = real(contact.depth_mm);
 }
 
 template struct SphereField<double>;

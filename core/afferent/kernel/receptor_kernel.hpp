@@ -27,7 +27,6 @@ struct SphereField {
   Real p0 = 0;
   Real distortional = 0;  ///< p0²/(12G): energy per (σ_i−σ_j)² in units of p0
   Real volumetric = 0;    ///< p0²/(18K), or 0
-  Real depth = 0;         ///< d, for the surface displacement
 };
 
 /// Receptors as structure of arrays; all arrays are padded to whole vectors.
@@ -40,7 +39,7 @@ struct ReceptorArguments {
   Real* energy = nullptr;  ///< strain energy density, kPa
 };
 
-/// Sums of stresses of several contacts at every receptor, kPa, and of displacements, mm.
+/// Sums of stresses of several contacts at every receptor, kPa.
 template <class Real>
 struct StressArrays {
   Real* sigma_x = nullptr;
@@ -49,7 +48,6 @@ struct StressArrays {
   Real* tau_xy = nullptr;
   Real* tau_yz = nullptr;
   Real* tau_zx = nullptr;
-  Real* displacement = nullptr;
 };
 
 /// The sigmoid of Eq. 7 as the kernel wants it: α/(1+e^{γλ − γ·SED}).
@@ -67,7 +65,7 @@ void sphere_energy(const SphereField<double>& field,
 void sphere_energy(const SphereField<float>& field,
                    const ReceptorArguments<float>& receptors) noexcept;
 
-/// Adds the stress and the surface displacement of one sphere to the sums.
+/// Adds the stress of one sphere to the sums.
 void add_sphere_stress(const SphereField<double>& field, const ReceptorArguments<double>& receptors,
                        const StressArrays<double>& sums) noexcept;
 void add_sphere_stress(const SphereField<float>& field, const ReceptorArguments<float>& receptors,

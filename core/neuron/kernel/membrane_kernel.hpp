@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/neuron/kernel/membrane_constants.hpp"
+#include "core/worker_team.hpp"
 
 namespace merkel {
 
@@ -84,9 +85,8 @@ struct KernelArguments {
   Real current_phase = Real(0.5);        ///< where in the step the current is taken
   const std::uint8_t* frozen = nullptr;  ///< by block, 1 = skip; null where none is
   CouplingArguments<Real> coupling;
-  int seen_at_begin = 0;                      ///< which of `seen` holds the first step's beginning
-  void (*barrier)(void*) noexcept = nullptr;  ///< waits for the other parts; null where alone
-  void* barrier_context = nullptr;
+  int seen_at_begin = 0;        ///< which of `seen` holds the first step's beginning
+  WorkerTeam* peers = nullptr;  ///< step the other parts at the same time; null where alone
   StepObserver* observer = nullptr;
 };
 

@@ -6,7 +6,7 @@
 #define CORE_NEURON_KERNEL_MEMBRANE_RATES_INL_HPP
 #endif
 
-#include "core/neuron/kernel/membrane_constants.hpp"
+#include "core/neuron/kernel/membrane_kernel.hpp"
 #include "core/simd/vector_math-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -101,6 +101,20 @@ struct Membrane {
   using Constants = MembraneConstants<Real>;
 
   static constexpr bool kDouble = sizeof(Real) == 8;
+
+  /// Adds to `driven` what the four neighbours' potentials drive into the neurons from i on.
+  static HWY_INLINE X add_inflow(const CouplingArguments<Real>& net, int seen, std::size_t i,
+                                 X driven) {
+    const Real* const seen_V = net.seen[seen] + i;
+    const auto flows_in = [&](const Real* conductances, std::ptrdiff_t offset) HWY_ATTR {
+      driven = Math::fused(Math::load(conductances + i), Math::load(seen_V + offset), driven);
+    };
+    flows_in(net.from_previous_column, -1);
+    flows_in(net.from_next_column, 1);
+    flows_in(net.from_previous_row, -net.columns);
+    flows_in(net.from_next_row, net.columns);
+    return driven;
+  }
 
   /// Mends numerator and denominator of rate·x/(eˣ−1) near x = 0, where both vanish, to
   /// rate/(1 + x/2 + x²/6 + x³/24).

@@ -67,16 +67,8 @@ class RungeKutta {
                                            Math::load(a_.current_begin + i)));
     X conductance = open.conductance;
     if (coupled()) {
-      const CouplingArguments<Real>& net = a_.coupling;
-      const Real* const seen_V = net.seen[seen_] + i;
-      const auto flows_in = [&](const Real* conductances, std::ptrdiff_t offset) HWY_ATTR {
-        driven = Math::fused(Math::load(conductances + i), Math::load(seen_V + offset), driven);
-      };
-      flows_in(net.from_previous_column, -1);
-      flows_in(net.from_next_column, 1);
-      flows_in(net.from_previous_row, -net.columns);
-      flows_in(net.from_next_row, net.columns);
-      conductance = Math::add(conductance, Math::load(net.outflow + i));
+      driven = Neurons::add_inflow(a_.coupling, seen_, i, driven);
+      conductance = Math::add(conductance, Math::load(a_.coupling.outflow + i));
     }
     return {Math::div(Math::fused_negative(conductance, V, driven), c_.capacitance_per_step),
             change(r.n, n), change(r.m, m), change(r.h, h)};
@@ -133,7 +125,7 @@ class RungeKutta {
       }
       if (!coupled()) continue;
       seen_ = 1 - seen_;
-      if (a_.barrier != nullptr) a_.barrier(a_.barrier_context);
+      if (a_.peers != nullptr) a_.peers->barrier();
     }
     if (!HWY_UNLIKELY(rare_)) return;
     for (std::size_t i = begin; i < end; i += lanes) {

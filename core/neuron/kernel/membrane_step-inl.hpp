@@ -91,18 +91,10 @@ HWY_INLINE void step_some(D d, const KernelArguments<hn::TFromD<D>>& a, const Ve
   X conductance = open.conductance;
   X implicit = Math::fused(conductance, c.half, c.capacitance_per_step);
   if constexpr (kCoupled) {
-    const CouplingArguments<Real>& net = a.coupling;
-    const Real* const seen_V = net.seen[seen] + i;
-    const X outflow = Math::load(net.outflow + i);
-    const auto flows_in = [&](const Real* conductances, std::ptrdiff_t offset) HWY_ATTR {
-      driven = Math::fused(Math::load(conductances + i), Math::load(seen_V + offset), driven);
-    };
-    flows_in(net.from_previous_column, -1);
-    flows_in(net.from_next_column, 1);
-    flows_in(net.from_previous_row, -net.columns);
-    flows_in(net.from_next_row, net.columns);
+    const X outflow = Math::load(a.coupling.outflow + i);
+    driven = Neurons::add_inflow(a.coupling, seen, i, driven);
     conductance = Math::add(conductance, outflow);
-    implicit = Math::fused(outflow, hn::Set(d, net.outflow_implicitness), implicit);
+    implicit = Math::fused(outflow, hn::Set(d, a.coupling.outflow_implicitness), implicit);
   }
 
   X after;
@@ -211,7 +203,7 @@ HWY_INLINE void step_coupled(D d, const KernelArguments<hn::TFromD<D>>& argument
       }
     }
     seen = 1 - seen;
-    if (a.barrier != nullptr) a.barrier(a.barrier_context);
+    if (a.peers != nullptr) a.peers->barrier();
   }
 }
 

@@ -54,6 +54,13 @@ struct NormalNoise {
   }
   static HWY_INLINE V multiply_add(V a, V b, V c) { return hn::Add(hn::Mul(a, b), c); }
 
+  template <std::size_t kCount>
+  static HWY_INLINE V horner(const double (&series)[kCount], V x) {
+    V sum = set(series[0]);
+    for (std::size_t k = 1; k < kCount; ++k) sum = multiply_add(sum, x, set(series[k]));
+    return sum;
+  }
+
   static HWY_INLINE V logarithm(V x) {
     const Word border = set(0x3fe6a09e00000000U);
     const Word shifted = hn::Add(hn::BitCast(U(), x), hn::Sub(set(0x3ff0000000000000U), border));
@@ -89,26 +96,8 @@ struct NormalNoise {
       const V q = hn::Floor(hn::Add(quarters, set(0.5)));
       const V f = hn::Mul(hn::Sub(quarters, q), set(0.5 * std::numbers::pi));
       const V f2 = hn::Mul(f, f);
-      V sine = set(-1.0 / 1307674368000.0);
-      V cosine = set(1.0 / 20922789888000.0);
-      constexpr double kSine[] = {1.0 / 6227020800.0,
-                                  -1.0 / 39916800.0,
-                                  1.0 / 362880.0,
-                                  -1.0 / 5040.0,
-                                  1.0 / 120.0,
-                                  -1.0 / 6.0,
-                                  1.0};
-      constexpr double kCosine[] = {-1.0 / 87178291200.0,
-                                    1.0 / 479001600.0,
-                                    -1.0 / 3628800.0,
-                                    1.0 / 40320.0,
-                                    -1.0 / 720.0,
-                                    1.0 / 24.0,
-                                    -0.5,
-                                    1.0};
-      for (const double c : kSine) sine = multiply_add(sine, f2, set(c));
-      for (const double c : kCosine) cosine = multiply_add(cosine, f2, set(c));
-      sine = hn::Mul(sine, f);
+      const V sine = hn::Mul(horner(kSineSeries, f2), f);
+      const V cosine = horner(kCosineSeries, f2);
       const auto is = [&](double value) HWY_ATTR { return hn::Eq(q, set(value)); };
       const auto odd = hn::Or(is(1.0), is(3.0));
       const V first = hn::IfThenElse(odd, sine, cosine);

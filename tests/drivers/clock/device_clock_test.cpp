@@ -142,6 +142,49 @@ TEST(DeviceClock, MappedTimesKeepTheDevicesPace) {
   EXPECT_LE(reached.widest_step, 1.11);
 }
 
+TEST(DeviceClock, FramesHeldUpForSecondsMoveNothing) {
+  Random random(7);
+  DeviceClock clock;
+  double worst_us = 0.0;
+  for (int k = 0; k < 120'000; ++k) {
+    const double t = k * 0.001;
+    const double fast = t * (1.0 + 80e-6);
+    const bool held = (t > 20.0 && t < 22.0) || (t > 60.0 && t < 65.0);
+    const double sent = held ? (t < 30.0 ? 22.0 : 65.0) : t;
+    const double arrival = sent + 0.0001 + 0.0005 * random.uniform();
+    const nanoseconds device =
+        clock.observe(nanoseconds{static_cast<std::int64_t>(fast * 1e9)}, Device::host(arrival));
+    const nanoseconds host = clock.host_time(device);
+    if (t < 10.0) continue;
+    const nanoseconds error = host - Device::host(t + 0.0001);
+    worst_us = std::max(worst_us, std::fabs(static_cast<double>(error.count()) * 1e-3));
+  }
+  EXPECT_LT(worst_us, 30.0);
+  EXPECT_NEAR(clock.report().drift_ppm, 80.0, 1.0);
+  EXPECT_EQ(clock.report().restarts, 0U);
+}
+
+TEST(DeviceClock, OneSlowQuestionDoesNotMakeTheFirstSecondsLate) {
+  DeviceClock clock;
+  const auto ask = [&](double t, double there_s, double back_s) {
+    const nanoseconds device = seconds{7} + nanoseconds{std::llround((t + there_s) * 1e9)};
+    clock.observe({.sent = Device::host(t),
+                   .received = Device::host(t + there_s + back_s),
+                   .device_received = device,
+                   .device_sent = device});
+  };
+  for (int k = 0; k < 8; ++k) ask(0.003 * k, 0.0002, 0.0002);
+  ask(0.030, 0.0400, 0.0002);  // the device was busy: half of this trip is 20 ms
+  for (int k = 100; k < 6000; ++k) {
+    const double t = k * 0.001;
+    if (k == 4500) ask(t, 0.0400, 0.0002);
+    const nanoseconds device =
+        clock.observe(seconds{7} + nanoseconds{std::llround(t * 1e9)}, Device::host(t + 0.0005));
+    const nanoseconds error = clock.host_time(device) - Device::host(t);
+    EXPECT_LT(std::fabs(static_cast<double>(error.count())), 2000.0) << t;
+  }
+}
+
 TEST(DeviceClock, TheWrapOfACounterChangesNothing) {
   const nanoseconds wrap = microseconds{std::int64_t{1} << 32U};
   DeviceClock clock(wrap);

@@ -1,0 +1,103 @@
+#include "core/scene/model_check.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
+  ParameterCheck all;
+  const bool fields = std::any_of(p.patches.begin(), p.patches.end(), [](const auto& patch) {
+    return patch.layout == ReceptorLayout::kFields;
+  });
+  switch (p.neuron_kind) {
+    case NeuronKind::kHodgkinHuxley:
+      return all.also(p.neuron.check())
+          .require(!fields || p.network.gain == 0.0, "network.gain",
+                   "must be 0 where afferents have receptive fields of their own: the network "
+                   "couples the neurons of neighbouring subregions")
+          .result();
+    case NeuronKind::kIntegrateAndFire:
+      all.also(p.integrate_and_fire.check(p.step));
+      break;
+    case NeuronKind::kConnorStevens:
+      all.also(p.connor_stevens.check())
+          .not_negative("neuron.compression_ms", p.compression_ms)
+          .require(p.step <= std::chrono::microseconds{100}, "neuron.step_us",
+                   "must be at most 100 for neuron.kind \"connor_stevens\"");
+      break;
+  }
+  return all.also(p.adaptation.check())
+      .require(p.network.gain == 0.0, "network.gain",
+               "must be 0 for this neuron.kind: only \"hodgkin_huxley\" neurons are coupled")
+      .require(p.precision == Precision::kDouble, "neuron.precision",
+               "must be \"double\" for this neuron.kind")
+      .result();
+}
+
+constexpr double kSmallestStep_ms = 1e-4;
+
+/// A step that divides the tick and is no longer than a bound, as the shortest decimal of µs.
+std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
+  std::int64_t parts = 1;
+  while (tick.count() % parts != 0 ||
+         units::ms_from(tick) > bound_ms * static_cast<double>(parts)) {
+    ++parts;
+  }
+  return shortest_decimal(units::us_from(tick / parts));
+}
+
+}  // namespace
+
+Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
+  ParameterCheck all;
+  all.also(p.skin.check())
+      .also(p.transduction.check())
+      .also(p.network.check())
+      .in_range("accuracy.cull_tolerance", p.accuracy.cull_tolerance, 0.0, 1.0)
+      .require(!p.patches.empty(), "patch", "is missing: a scene needs at least one patch of skin")
+      .require(!p.indenters.empty(), "probe", "is missing: a scene needs at least one probe")
+      .require(p.tick.count() > 0, "loop.tick_us", "must be a positive number of microseconds")
+      .require(p.step.count() > 0, "neuron.step_us", "must be a positive number of microseconds");
+  for (const auto& patch : p.patches) all.also(patch.patch.check());
+  for (const Indenter& indenter : p.indenters) {
+    all.also(indenter.check(p.skin))
+        .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene")
+        .require(indenter.control == p.indenters.front().control, "probe.control", kMixedControl);
+  }
+  if (const auto checked = all.result(); !checked) return checked;
+  return ParameterCheck()
+      .also(check_neuron(p))
+      .require(p.tick.count() % p.step.count() == 0, "neuron.step_us",
+               "must divide loop.tick_us without remainder")
+      .result();
+}
+
+Expected<void, ParameterError> check_step(const TactileModel::Parameters& p,
+                                          const std::optional<LatticeCoupling>& network) {
+  const double exchange_per_ms =
+      network ? network->largest_conductance() / p.neuron.capacitance_uF_per_cm2 : 0.0;
+  const double bound_ms = largest_step_ms(p.method, exchange_per_ms);
+  if (units::ms_from(p.step) <= bound_ms) return {};
+  const std::string given = shortest_decimal(units::us_from(p.step));
+  const std::string bound = shortest_decimal(std::floor(1e4 * bound_ms + 1e-6) / 10.0);
+  const std::string method(name_of(p.method));
+  if (bound_ms < kSmallestStep_ms) {
+    return Unexpected<ParameterError>(
+        {.key = "network.gain",
+         .reason =
+             "couples the neurons so strongly that no step is small enough: make it smaller"});
+  }
+  return Unexpected<ParameterError>({.key = "neuron.step_us",
+                                     .reason = "must be at most " + bound + " for " + method +
+                                               (network ? " in this network" : "") + ", but is " +
+                                               given + ": " + step_below(bound_ms, p.tick) +
+                                               " would do"});
+}
+
+}  // namespace merkel

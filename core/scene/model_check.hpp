@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+
+#include "core/expected.hpp"
+#include "core/neuron/lattice_coupling.hpp"
+#include "core/parameter_error.hpp"
+#include "core/scene/tactile_model.hpp"
+
+namespace merkel {
+
+/// Refuses parameters that contradict each other or that no scene can have.
+[[nodiscard]] Expected<void, ParameterError> check(const TactileModel::Parameters& p);
+
+/// Refuses a step at which the method would diverge or give wrong spike counts.
+[[nodiscard]] Expected<void, ParameterError> check_step(
+    const TactileModel::Parameters& p, const std::optional<LatticeCoupling>& network);
+
+}  // namespace merkel

@@ -1,0 +1,91 @@
+#include "drivers/clock/envelope_line.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace merkel {
+namespace {
+
+constexpr double kMostSlope = 0.02;           ///< of any oscillator against another
+constexpr double kHeldUp = 4.0;               ///< times the median distance
+constexpr double kLeastHeldUp_ns = 20'000.0;  ///< less is the noise of every transport
+
+bool turns_up(const EnvelopePoint& a, const EnvelopePoint& b, const EnvelopePoint& c) {
+  return (b.y_ns - a.y_ns) * (c.x_ns - b.x_ns) < (c.y_ns - b.y_ns) * (b.x_ns - a.x_ns);
+}
+
+std::vector<EnvelopePoint> lower_hull(std::span<const EnvelopePoint> points) {
+  std::vector<EnvelopePoint> hull;
+  for (const EnvelopePoint& point : points) {
+    while (hull.size() > 1 && !turns_up(hull[hull.size() - 2], hull.back(), point)) hull.pop_back();
+    hull.push_back(point);
+  }
+  return hull;
+}
+
+/// Of the edge that lies below the points' mean x, which is the nearest to all of them; none where
+/// no clock has it.
+std::optional<double> hull_slope(std::span<const EnvelopePoint> points) {
+  const std::vector<EnvelopePoint> hull = lower_hull(points);
+  double mean_ns = 0.0;
+  for (const EnvelopePoint& point : points) {
+    mean_ns += point.x_ns / static_cast<double>(points.size());
+  }
+  for (std::size_t i = 1; i < hull.size(); ++i) {
+    if (hull[i].x_ns < mean_ns) continue;
+    const double slope = (hull[i].y_ns - hull[i - 1].y_ns) / (hull[i].x_ns - hull[i - 1].x_ns);
+    return std::fabs(slope) <= kMostSlope ? std::optional(slope) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+EnvelopeLine least_squares(std::span<const EnvelopePoint> points, double otherwise) {
+  const auto n = static_cast<double>(points.size());
+  double mean_x = 0.0;
+  double mean_y = 0.0;
+  for (const EnvelopePoint& point : points) {
+    mean_x += point.x_ns / n;
+    mean_y += point.y_ns / n;
+  }
+  double xx = 0.0;
+  double xy = 0.0;
+  for (const EnvelopePoint& point : points) {
+    xx += (point.x_ns - mean_x) * (point.x_ns - mean_x);
+    xy += (point.x_ns - mean_x) * (point.y_ns - mean_y);
+  }
+  EnvelopeLine line;
+  line.slope = points.size() > 2 && xx > 0.0 ? xy / xx : otherwise;
+  line.intercept_ns = mean_y - line.slope * mean_x;
+  double squares = 0.0;
+  for (const EnvelopePoint& point : points) {
+    const double rest = point.y_ns - line.intercept_ns - line.slope * point.x_ns;
+    squares += rest * rest / n;
+  }
+  line.rms_ns = std::sqrt(squares);
+  return line;
+}
+
+}  // namespace
+
+EnvelopeLine fit_envelope(std::span<const EnvelopePoint> points, double slope) {
+  const std::optional<double> hull = hull_slope(points);
+  const double below = hull.value_or(slope);
+  const auto height = [below](const EnvelopePoint& point) {
+    return point.y_ns - below * point.x_ns;
+  };
+  std::vector<double> heights;
+  for (const EnvelopePoint& point : points) heights.push_back(height(point));
+  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+  std::nth_element(heights.begin(), middle, heights.end());
+  const double lowest = *std::min_element(heights.begin(), heights.end());
+  if (!hull) return {.intercept_ns = lowest, .slope = slope, .rms_ns = *middle - lowest};
+  const double highest = lowest + std::max(kHeldUp * (*middle - lowest), kLeastHeldUp_ns);
+  std::vector<EnvelopePoint> good;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(good),
+               [&](const EnvelopePoint& point) { return height(point) <= highest; });
+  return least_squares(good, below);
+}
+
+}  // namespace merkel

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "tools/scene_file.hpp"
+
+namespace merkel {
+
+struct InspectOptions {
+  std::string scene;
+  std::optional<double> radius_mm;
+  std::optional<double> depth_mm;
+  std::optional<double> force_N;
+  std::vector<double> r_mm;
+  std::vector<double> z_mm;
+  bool printed = false;
+  std::optional<double> current;
+  std::vector<double> ramp;
+  double duration_ms = 200.0;
+  std::string method = "crank_nicolson";
+  double step_us = 25.0;
+  std::vector<std::string> settings;
+};
+
+/// The scene that is asked for, with the given sphere as its first probe's.
+[[nodiscard]] Expected<Scene, SetupError> scene_of(const InspectOptions& options);
+
+// Each prints a part of the model and returns the program's exit code.
+int inspect_contact(const InspectOptions& options);
+int inspect_field(const InspectOptions& options);
+int inspect_neuron(const InspectOptions& options);
+
+}  // namespace merkel

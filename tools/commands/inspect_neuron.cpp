@@ -1,0 +1,120 @@
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "core/neuron/hodgkin_huxley_population.hpp"
+#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/commands/inspect.hpp"
+
+namespace merkel {
+namespace {
+
+/// Sets a neuron parameter by its name, "gCaL=0" or "g_CaL=0".
+Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxley& neuron) {
+  struct Named {
+    const char* name;
+    double HodgkinHuxley::*member;
+  };
+  constexpr std::array<Named, 10> kNamed = {{{"gNa", &HodgkinHuxley::g_Na},
+                                             {"gK", &HodgkinHuxley::g_K},
+                                             {"gL", &HodgkinHuxley::g_L},
+                                             {"gCaL", &HodgkinHuxley::g_CaL},
+                                             {"ENa", &HodgkinHuxley::E_Na},
+                                             {"EK", &HodgkinHuxley::E_K},
+                                             {"ECa", &HodgkinHuxley::E_Ca},
+                                             {"Vrest", &HodgkinHuxley::V_rest},
+                                             {"C", &HodgkinHuxley::capacitance_uF_per_cm2},
+                                             {"threshold", &HodgkinHuxley::spike_threshold_mV}}};
+  const auto equals = setting.find('=');
+  std::string name = setting.substr(0, equals);
+  std::erase(name, '_');
+  const auto value =
+      equals == std::string::npos ? std::nullopt : parse_number(setting.substr(equals + 1));
+  for (const Named& named : kNamed) {
+    if (name != named.name) continue;
+    if (!value) break;
+    neuron.*named.member = *value;
+    return {};
+  }
+  return bad_input("--set " + setting +
+                   " is not understood: write NAME=NUMBER with gNa, gK, gL, gCaL, ENa, EK, ECa, "
+                   "V_rest, C or threshold");
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
+  return text;
+}
+
+/// The injected current at a time: constant, or 0 to t0, up to I at t1, held to t2, 0 from t3.
+double injected(const InspectOptions& options, double time_ms) {
+  if (options.current) return *options.current;
+  const double t0 = options.ramp[0];
+  const double t1 = options.ramp[1];
+  const double t2 = options.ramp[2];
+  const double t3 = options.ramp[3];
+  const double peak = options.ramp[4];
+  if (time_ms < t0 || time_ms >= t3) return 0.0;
+  if (time_ms < t1) return peak * (time_ms - t0) / (t1 - t0);
+  if (time_ms <= t2) return peak;
+  return peak * (t3 - time_ms) / (t3 - t2);
+}
+
+}  // namespace
+
+int inspect_neuron(const InspectOptions& options) {
+  auto scene = scene_of(options);
+  if (!scene) return refuse(scene.error());
+  HodgkinHuxley& neuron = scene->model.neuron;
+  for (const std::string& setting : options.settings) {
+    if (auto set = apply_setting(setting, neuron); !set) return refuse(set.error());
+  }
+  const auto method = integration_method_named(options.method);
+  const std::chrono::nanoseconds step = units::nanoseconds_from_us(options.step_us);
+  const bool ordered = options.ramp.empty() ||
+                       (options.ramp[0] <= options.ramp[1] && options.ramp[1] <= options.ramp[2] &&
+                        options.ramp[2] <= options.ramp[3]);
+  const auto checked =
+      ParameterCheck()
+          .also(neuron.check())
+          .require(method.has_value(), "--method",
+                   "must be one of " + joined(integration_method_names()))
+          .require(step.count() > 0, "--step-us", "must be at least 0.001")
+          .require(options.current.has_value() == options.ramp.empty(), "--current",
+                   "or --ramp must be given, and not both")
+          .require(ordered, "--ramp", "must have its times in order: t0,t1,t2,t3,I")
+          .result();
+  if (!checked) {
+    return refuse(checked.error().key + " " + checked.error().reason);
+  }
+
+  HodgkinHuxleyPopulation population(
+      {.neuron = neuron, .method = *method, .step = step, .freeze_resting = false}, 1,
+      std::nullopt);
+  SpikeBuffer spikes(2);
+  std::printf("spike,time_ms\n");
+  std::uint64_t number = 0;
+  std::uint64_t resets = 0;
+  const auto end = units::nanoseconds_from_ms(options.duration_ms);
+  for (std::chrono::nanoseconds time{0}; time < end; time += step) {
+    const double begin_current = injected(options, units::ms_from(time));
+    const double end_current = injected(options, units::ms_from(time + step));
+    spikes.clear();
+    population.advance({&begin_current, 1}, {&end_current, 1}, 1, time, spikes);
+    resets += population.resets().size();
+    for (const SpikeEvent& spike : std::as_const(spikes).events()) {
+      std::printf("%llu,%.6f\n", static_cast<unsigned long long>(++number),
+                  units::ms_from(spike.time));
+    }
+  }
+  if (resets > 0) {
+    return fail("the membrane's state became non-finite " + std::to_string(resets) +
+                " times: make --step-us smaller");
+  }
+  return kDone;
+}
+
+}  // namespace merkel

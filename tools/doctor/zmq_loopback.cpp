@@ -1,0 +1,106 @@
+#include "tools/doctor/zmq_loopback.hpp"
+
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "drivers/sinks/open_sink.hpp"
+#include "realtime/thread_setup.hpp"
+
+#ifdef MERKEL_WITH_ZMQ
+#include <zmq.hpp>
+
+namespace merkel {
+
+struct ZmqLoopback::Subscriber {
+  zmq::context_t context;
+  zmq::socket_t socket{context, zmq::socket_type::sub};
+};
+
+Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(
+    const NeuronNumbering& numbering, Receive receive) {
+  auto subscriber = std::make_unique<Subscriber>();
+  try {
+    // A port that is free: what another socket was given, and has left.
+    std::string endpoint;
+    {
+      zmq::context_t context;  // its end is the port's
+      zmq::socket_t scout(context, zmq::socket_type::pub);
+      scout.bind("tcp://127.0.0.1:*");
+      endpoint = scout.get(zmq::sockopt::last_endpoint);
+    }
+    subscriber->socket.set(zmq::sockopt::rcvtimeo, 50);
+    subscriber->socket.set(zmq::sockopt::rcvhwm, 0);
+    subscriber->socket.set(zmq::sockopt::reconnect_ivl, 5);
+    subscriber->socket.set(zmq::sockopt::subscribe, "");
+    subscriber->socket.connect(endpoint);
+    auto sink =
+        open_sink("zmq:" + endpoint + "?subscribers=1&wait_s=5",
+                  {.numbering = numbering, .overwrite = false, .allow_remote = false, .run = {}});
+    if (!sink) return Unexpected<SetupError>(sink.error());
+    return std::unique_ptr<ZmqLoopback>(
+        new ZmqLoopback(std::move(subscriber), std::move(*sink), std::move(receive)));
+  } catch (const zmq::error_t& error) {
+    return Unexpected<SetupError>(
+        {.kind = SetupError::Kind::kUnavailable,
+         .sentence = std::string("cannot send to this host by ZeroMQ: ") + error.what() +
+                     "; bring up the loopback interface (ip link set lo up)"});
+  }
+}
+
+void ZmqLoopback::receive_all(const std::stop_token& stop) {
+  set_up_helper_thread("merkel-zmq");
+  zmq::message_t message;
+  while (!stop.stop_requested()) {
+    if (!subscriber_->socket.recv(message) || message.more()) continue;
+    const auto json = nlohmann::json::parse(message.to_string_view(), nullptr, false);
+    const auto time = json.find("time_ns");
+    if (json.is_discarded() || time == json.end()) continue;
+    receive_(std::chrono::nanoseconds{time->get<std::int64_t>()});
+    ++received_;
+  }
+}
+
+}  // namespace merkel
+
+#else
+
+namespace merkel {
+
+struct ZmqLoopback::Subscriber {};
+
+Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(const NeuronNumbering&,
+                                                                     Receive) {
+  return std::unique_ptr<ZmqLoopback>();
+}
+
+void ZmqLoopback::receive_all(const std::stop_token&) {}
+
+}  // namespace merkel
+
+#endif
+
+namespace merkel {
+
+ZmqLoopback::ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<SpikeSink> sink,
+                         Receive receive)
+    : subscriber_(std::move(subscriber)),
+      sink_(std::move(sink)),
+      receive_(std::move(receive)),
+      thread_([this](const std::stop_token& stop) { receive_all(stop); }) {}
+
+ZmqLoopback::~ZmqLoopback() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+std::unique_ptr<SpikeSink> ZmqLoopback::sink() { return std::move(sink_); }
+
+void ZmqLoopback::settle(std::uint64_t spikes) const {
+  for (int i = 0; i < 200 && received_.load() < spikes; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+}
+
+}  // namespace merkel
