@@ -228,43 +228,6 @@ class CsvLines final : public Protocol {
   bool restarted_ = false;
 };
 
-class CsvDevice final : public SimulatedDevice {
- public:
-  explicit CsvDevice(std::uint32_t channels) : channels_(channels) {}
-
-  void boot(nanoseconds /*now*/, Bytes& out) override {
-    sequence_ = 0;
-    append(header() + "\r\n", out);
-  }
-
-  [[nodiscard]] std::string uri_options() const override { return "columns=" + header(); }
-
-  void measure(const ProbeSample& sample, nanoseconds now, Bytes& out) override {
-    const auto time_us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-    std::string line =
-        std::to_string(static_cast<std::uint32_t>(time_us)) + "," + std::to_string(sequence_++);
-    if (has(ProbeSample::kForce)) line += "," + shifted_decimal(sample.force_mN, -3);
-    if (has(ProbeSample::kDepth)) line += "," + shortest_decimal(sample.depth_mm);
-    if (has(ProbeSample::kX)) line += "," + shortest_decimal(sample.x_mm);
-    if (has(ProbeSample::kY)) line += "," + shortest_decimal(sample.y_mm);
-    append(line + "\r\n", out);
-  }
-
- private:
-  [[nodiscard]] std::string header() const {
-    return std::string("time_us,seq") + (has(ProbeSample::kForce) ? ",force_N" : "") +
-           (has(ProbeSample::kDepth) ? ",depth_mm" : "") + (has(ProbeSample::kX) ? ",x_mm" : "") +
-           (has(ProbeSample::kY) ? ",y_mm" : "");
-  }
-  [[nodiscard]] bool has(std::uint32_t channel) const { return (channels_ & channel) != 0U; }
-  static void append(std::string_view text, Bytes& out) {
-    out.insert(out.end(), text.begin(), text.end());
-  }
-
-  std::uint32_t channels_;
-  std::uint32_t sequence_ = 0;
-};
-
 }  // namespace
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options) {
@@ -295,10 +258,6 @@ std::size_t lines_of_numbers(std::span<const std::uint8_t> bytes) {
     if (line->find_first_not_of("0123456789+-.eE,; \t") == std::string_view::npos) ++count;
   }
   return count;
-}
-
-std::unique_ptr<SimulatedDevice> make_csv_device(std::uint32_t channels) {
-  return std::make_unique<CsvDevice>(channels);
 }
 
 }  // namespace merkel

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/units.hpp"
+#include "drivers/protocols/hbf1_channels.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
@@ -27,35 +28,23 @@ constexpr int kSyncsARound = 8;
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
 constexpr nanoseconds kAhead = std::chrono::seconds{60};  ///< frames may have waited so long
 
-enum class Format : std::uint8_t { kInt16 = 0, kInt32 = 1, kFloat = 2 };
-
 /// One channel of a HELLO.
 struct Channel {
   std::optional<DeviceChannel> channel;  ///< not set: nothing we use
-  Format format = Format::kFloat;
+  Hbf1Format format = Hbf1Format::kFloat;
   double scale = 1.0;
   double offset = 0.0;
-  [[nodiscard]] std::size_t bytes() const noexcept { return format == Format::kInt16 ? 2 : 4; }
+  [[nodiscard]] std::size_t bytes() const noexcept { return format == Hbf1Format::kInt16 ? 2 : 4; }
 };
 
 constexpr std::size_t kChannelBytes = 11;
 constexpr std::uint8_t kLastKind = 9;
-constexpr std::array<DeviceChannel, 8> kKinds = {
-    DeviceChannel::kForce, DeviceChannel::kForceX, DeviceChannel::kForceY, DeviceChannel::kForceZ,
-    DeviceChannel::kDepth, DeviceChannel::kX,      DeviceChannel::kY,      DeviceChannel::kZ};
-constexpr std::uint8_t kUnitMicrometre = 3;
-constexpr std::uint8_t kLastUnit = 4;
-
 constexpr std::array<std::string_view, 4> kStatusWords = {
     "overload", "a saturated channel", "that it is not calibrated", "that its own buffer ran over"};
 constexpr unsigned kOverloadOrSaturated = 3;  ///< bits of the status
 
 float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {
   return std::bit_cast<float>(read_u32(bytes));
-}
-
-void append_f32(double value, Bytes& bytes) {
-  append_u32(std::bit_cast<std::uint32_t>(static_cast<float>(value)), bytes);
 }
 
 class Hbf1Protocol final : public Protocol {
@@ -82,11 +71,14 @@ class Hbf1Protocol final : public Protocol {
   void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
             DeviceStream& stream) override {
     stream.counts.bytes += bytes.size();
+    const auto damaged = [this] { return decoder_.counts().damaged + malformed_; };
+    const std::uint64_t damaged_before = damaged();
+    const std::uint64_t frames_before = decoder_.counts().frames;
     for (const std::uint8_t byte : bytes) {
       if (const auto frame = decoder_.take(byte)) read_frame(*frame, arrival, stream);
     }
-    stream.counts.frames = decoder_.counts().frames;
-    stream.counts.damaged = decoder_.counts().damaged + malformed_;
+    stream.counts.frames += decoder_.counts().frames - frames_before;
+    stream.counts.damaged += damaged() - damaged_before;
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
@@ -253,25 +245,25 @@ class Hbf1Protocol final : public Protocol {
       const std::uint8_t kind = entry[0];
       const std::uint8_t unit = entry[2];
       Channel channel{.channel = std::nullopt,
-                      .format = static_cast<Format>(entry[1]),
+                      .format = static_cast<Hbf1Format>(entry[1]),
                       .scale = static_cast<double>(read_f32(entry.subspan<3, 4>())),
                       .offset = static_cast<double>(read_f32(entry.subspan<7, 4>()))};
-      if (kind > kLastKind || channel.format > Format::kFloat || !std::isfinite(channel.scale) ||
-          !std::isfinite(channel.offset)) {
+      if (kind > kLastKind || channel.format > Hbf1Format::kFloat ||
+          !std::isfinite(channel.scale) || !std::isfinite(channel.offset)) {
         return false;
       }
-      if (unit > kLastUnit) {
+      if (unit > kHbf1LastUnit) {
         trouble_ = "its HELLO gives channel " + std::to_string(i + 1) + " in the unknown unit " +
                    std::to_string(unit) + ": known are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
         return false;
       }
-      if (unit == kUnitMicrometre) {
+      if (unit == kHbf1Micrometre) {
         channel.scale = units::mm_from_um(channel.scale);
         channel.offset = units::mm_from_um(channel.offset);
       }
-      if (kind < kKinds.size()) {
-        channel.channel = kKinds[kind];
-        channels |= bit_of(kKinds[kind]);
+      if (kind < kHbf1Kinds.size()) {
+        channel.channel = kHbf1Kinds[kind];
+        channels |= bit_of(kHbf1Kinds[kind]);
       }
       layout.push_back(channel);
     }
@@ -315,16 +307,16 @@ class Hbf1Protocol final : public Protocol {
     for (const Channel& channel : layout_) {
       double raw = 0.0;
       switch (channel.format) {
-        case Format::kInt16: {
+        case Hbf1Format::kInt16: {
           const auto counts = static_cast<std::int16_t>(read_u16(rest.first<2>()));
           reading.saturated = reading.saturated || counts == INT16_MAX || counts == INT16_MIN;
           raw = counts;
           break;
         }
-        case Format::kInt32:
+        case Hbf1Format::kInt32:
           raw = static_cast<std::int32_t>(read_u32(rest.first<4>()));
           break;
-        case Format::kFloat:
+        case Hbf1Format::kFloat:
           raw = static_cast<double>(read_f32(rest.first<4>()));
           break;
       }
@@ -383,102 +375,11 @@ class Hbf1Protocol final : public Protocol {
   std::array<Sent, 32> sent_{};
 };
 
-class Hbf1Device final : public SimulatedDevice {
- public:
-  explicit Hbf1Device(std::uint32_t channels) : channels_(channels) {}
-
-  void boot(nanoseconds now, Bytes& out) override {
-    decoder_.reset(false);
-    sequence_ = 0;
-    started_ = false;
-    out.push_back(0);
-    hello(now, out);
-  }
-
-  void take(std::span<const std::uint8_t> bytes, nanoseconds now, Bytes& out) override {
-    for (const std::uint8_t byte : bytes) {
-      const auto frame = decoder_.take(byte);
-      if (!frame) continue;
-      if (frame->header.type == Hbf1Type::kSyncRequest && frame->body.size() == 4) {
-        Bytes body(frame->body.begin(), frame->body.end());
-        append_u32(clock_us(now), body);
-        send(Hbf1Type::kSyncResponse, now, body, out);
-      }
-      if (frame->header.type != Hbf1Type::kCommand || frame->body.empty()) continue;
-      const auto command = static_cast<Hbf1Command>(frame->body[0]);
-      if (command == Hbf1Command::kHello) hello(now, out);
-      if (command == Hbf1Command::kStart) started_ = true;
-      if (command == Hbf1Command::kStop) started_ = false;
-      const Bytes body = {frame->body[0], 0};
-      send(Hbf1Type::kAcknowledge, now, body, out);
-    }
-  }
-
-  void measure(const ProbeSample& sample, nanoseconds now, Bytes& out) override {
-    if (!started_) return;
-    Bytes body;
-    append_u16(0, body);
-    if (sample.has(ProbeSample::kForce)) append_f32(units::N_from_mN(sample.force_mN), body);
-    if (sample.has(ProbeSample::kDepth)) append_f32(sample.depth_mm, body);
-    if (sample.has(ProbeSample::kX)) append_f32(sample.x_mm, body);
-    if (sample.has(ProbeSample::kY)) append_f32(sample.y_mm, body);
-    send(Hbf1Type::kSample, now, body, out);
-  }
-
-  [[nodiscard]] bool started() const noexcept override { return started_; }
-
- private:
-  static std::uint32_t clock_us(nanoseconds now) {
-    return static_cast<std::uint32_t>(std::chrono::duration_cast<microseconds>(now).count());
-  }
-
-  void send(Hbf1Type type, nanoseconds now, std::span<const std::uint8_t> body, Bytes& out) {
-    append_hbf1_frame({.type = type, .sequence = sequence_++, .time_us = clock_us(now)}, body, out);
-  }
-
-  void hello(nanoseconds now, Bytes& out) {
-    constexpr std::uint8_t kNewton = 1;
-    constexpr std::uint8_t kMillimetre = 2;
-    Bytes list;
-    std::uint8_t count = 0;
-    const auto add = [&](std::uint32_t bit, DeviceChannel channel, std::uint8_t unit) {
-      if ((channels_ & bit) == 0U) return;
-      const auto kind = std::find(kKinds.begin(), kKinds.end(), channel) - kKinds.begin();
-      list.insert(list.end(), {static_cast<std::uint8_t>(kind),
-                               static_cast<std::uint8_t>(Format::kFloat), unit});
-      append_f32(1.0, list);
-      append_f32(0.0, list);
-      ++count;
-    };
-    add(ProbeSample::kForce, DeviceChannel::kForce, kNewton);
-    add(ProbeSample::kDepth, DeviceChannel::kDepth, kMillimetre);
-    add(ProbeSample::kX, DeviceChannel::kX, kMillimetre);
-    add(ProbeSample::kY, DeviceChannel::kY, kMillimetre);
-    Bytes body = {1, count};
-    append_u16(1000, body);
-    for (const std::string_view name : {"SIM1", "simulated"}) {
-      body.push_back(static_cast<std::uint8_t>(name.size()));
-      body.insert(body.end(), name.begin(), name.end());
-    }
-    body.insert(body.end(), list.begin(), list.end());
-    send(Hbf1Type::kHello, now, body, out);
-  }
-
-  std::uint32_t channels_;
-  Hbf1Decoder decoder_;
-  std::uint16_t sequence_ = 0;
-  bool started_ = false;
-};
-
 }  // namespace
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_hbf1(UriOptions& options) {
   const auto rate_Hz = options.whole("rate_hz", 0, 1, 20'000);
   return std::make_unique<Hbf1Protocol>(static_cast<std::uint16_t>(rate_Hz));
-}
-
-std::unique_ptr<SimulatedDevice> make_hbf1_device(std::uint32_t channels) {
-  return std::make_unique<Hbf1Device>(channels);
 }
 
 }  // namespace merkel
