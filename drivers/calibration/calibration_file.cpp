@@ -103,8 +103,8 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
 std::string calibration_text(const ProbeCalibration& calibration, const std::string& comment) {
   std::ostringstream text;
   text << "# " << comment << "\n# sample = gain · (reading − zero); forces in N, lengths in mm\n"
-       << "serial_number = \"" << calibration.serial_number << "\"\ndate = \"" << calibration.date
-       << "\"\n";
+       << "serial_number = " << toml::value<std::string>(calibration.serial_number)
+       << "\ndate = " << toml::value<std::string>(calibration.date) << "\n";
   for (std::size_t i = 0; i < calibration.channels.size(); ++i) {
     const auto& channel = calibration.channels[i];
     if (!channel) continue;
