@@ -100,11 +100,22 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
   return calibration;
 }
 
+namespace {
+
+std::string quoted(const std::string& text) {
+  const toml::value<std::string> value(text);
+  std::ostringstream written;
+  written << toml::toml_formatter(value, toml::format_flags::allow_unicode_strings);
+  return written.str();
+}
+
+}  // namespace
+
 std::string calibration_text(const ProbeCalibration& calibration, const std::string& comment) {
   std::ostringstream text;
   text << "# " << comment << "\n# sample = gain · (reading − zero); forces in N, lengths in mm\n"
-       << "serial_number = " << toml::value<std::string>(calibration.serial_number)
-       << "\ndate = " << toml::value<std::string>(calibration.date) << "\n";
+       << "serial_number = " << quoted(calibration.serial_number)
+       << "\ndate = " << quoted(calibration.date) << "\n";
   for (std::size_t i = 0; i < calibration.channels.size(); ++i) {
     const auto& channel = calibration.channels[i];
     if (!channel) continue;

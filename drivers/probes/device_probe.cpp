@@ -15,7 +15,6 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kLongestBackoff{2000};
-constexpr milliseconds kWidestBatch{50};  ///< readings that came together are spread over so much
 constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::size_t kMostNotices = 256;
@@ -25,9 +24,9 @@ constexpr std::size_t kMostNotices = 256;
 DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri& uri) {
   Settings settings{.uri = uri.text};
   const std::string times = options.word("clock", "mapped", "mapped|device|arrival");
-  settings.times = times == "mapped"   ? Settings::Times::kMapped
-                   : times == "device" ? Settings::Times::kDevice
-                                       : Settings::Times::kArrival;
+  settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
+                   : times == "device" ? ReadingTimes::Rule::kDevice
+                                       : ReadingTimes::Rule::kArrival;
   settings.calibration = options.text("calibration", "");
   settings.silence = milliseconds{options.whole("timeout_ms", 2000, 100, 60'000)};
   return settings;
@@ -38,6 +37,7 @@ DeviceProbe::DeviceProbe(std::unique_ptr<Transport> transport, std::unique_ptr<P
     : settings_(std::move(settings)),
       transport_(std::move(transport)),
       protocol_(std::move(protocol)),
+      times_(settings_.times),
       buffer_(4096) {}
 
 DeviceProbe::~DeviceProbe() {
@@ -72,8 +72,8 @@ Expected<void, SetupError> DeviceProbe::listen() {
       return unavailable(settings_.uri + " was unplugged while it was being opened");
     }
     stream_.readings.clear();
-    clock_.set_wrap(protocol_->clock_wrap());
-    for (const ClockExchange& answer : std::exchange(stream_.exchanges, {})) clock_.observe(answer);
+    times_.set_wrap(protocol_->clock_wrap());
+    times_.observe(std::exchange(stream_.exchanges, {}));
   }
   info_ = {.uri = settings_.uri,
            .name = settings_.protocol + " at " + transport_->info().name,
@@ -249,54 +249,12 @@ void DeviceProbe::take_readings() {
   for (std::string& sentence : std::exchange(stream_.notices, {})) {
     notice(info_.name + ": " + sentence);
   }
-  for (const ClockExchange& answer : std::exchange(stream_.exchanges, {})) clock_.observe(answer);
-
+  times_.set_wrap(protocol_->clock_wrap());
+  times_.observe(std::exchange(stream_.exchanges, {}));
   const std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
-  const bool by_device = !readings.empty() && readings[0].device_time.has_value() &&
-                         settings_.times != Settings::Times::kArrival;
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
-  if (by_device) {
-    clock_.set_wrap(protocol_->clock_wrap());
-    // The last of a batch tells most about the clock: all of them first, then their times.
-    std::vector<std::pair<const DeviceReading*, Time>> observed;
-    const auto flush = [&] {
-      for (const auto& [reading, device] : observed) {
-        Time time = clock_.host_time(device);
-        if (settings_.times == Settings::Times::kDevice) {
-          if (!device_start_) device_start_ = {device, time};
-          time = device_start_->second + (device - device_start_->first);
-        }
-        deliver(*reading, time);
-      }
-      observed.clear();
-    };
-    for (const DeviceReading& reading : readings) {
-      if (reading.rebooted) {
-        flush();
-        clock_.restart();
-        device_start_.reset();
-      }
-      observed.emplace_back(&reading, clock_.observe(*reading.device_time, reading.arrival));
-    }
-    flush();
-  } else {
-    for (std::size_t i = 0; i < readings.size(); ++i) {
-      const DeviceReading& reading = readings[i];
-      if (reading.asked) {
-        const Time trip = reading.arrival - *reading.asked;
-        round_trip_us_ += (round_trip_us_ == 0.0 ? 1.0 : 0.05) *
-                          (static_cast<double>(trip.count()) * 1e-3 - round_trip_us_);
-        deliver(reading, *reading.asked + trip / 2);
-        continue;
-      }
-      // They were measured one after the other since the batch before.
-      const Time begin = std::max(last_batch_, reading.arrival - kWidestBatch);
-      const auto part = static_cast<std::int64_t>(i + 1);
-      deliver(reading, begin + (reading.arrival - begin) * part /
-                                   static_cast<std::int64_t>(readings.size()));
-    }
-    if (!readings.empty()) last_batch_ = readings.back().arrival;
-  }
+  const std::vector<Time> times = times_.of(readings);
+  for (std::size_t i = 0; i < readings.size(); ++i) deliver(readings[i], times[i]);
 
   const Time time = now();
   if (stream_.counts.frames != frames_at_last_sense_) {
@@ -329,7 +287,6 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     counts_.rate_Hz =
         static_cast<double>(counts_.readings - 1) / units::s_from(reading.arrival - first_reading_);
   }
-  counts_.device_clock = reading.device_time && settings_.times != Settings::Times::kArrival;
   ready_.push_back(sample);
 }
 
@@ -356,15 +313,7 @@ void DeviceProbe::publish() {
   counts_.refused = protocol.refused;
   counts_.duplicates = protocol.duplicates;
   counts_.reboots = protocol.reboots;
-  if (counts_.device_clock) {
-    const DeviceClock::Report report = clock_.report();
-    counts_.drift_ppm = report.drift_ppm;
-    counts_.jitter_us = report.jitter_us;
-    counts_.latency_us = report.latency_us;
-    counts_.uncertainty_us = report.uncertainty_us;
-  } else if (round_trip_us_ > 0.0) {
-    counts_.uncertainty_us = round_trip_us_ / 2.0;
-  }
+  times_.describe(counts_);
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
 }

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "drivers/calibration/probe_calibration.hpp"
-#include "drivers/clock/device_clock.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
+#include "drivers/probes/reading_times.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -27,9 +27,7 @@ class DeviceProbe final : public Probe {
   struct Settings {
     std::string uri;
     std::string protocol;  ///< its name, for messages
-    /// Which times samples get: the device's clock mapped to the host's; that clock taken as right,
-    /// from the first sample on; or their arrival.
-    enum class Times : std::uint8_t { kMapped, kDevice, kArrival } times = Times::kMapped;
+    ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;  ///< file; empty for none
     std::chrono::milliseconds silence{2000};
     std::string hint;  ///< what else to check when nothing sensible comes ("the baud rate, …")
@@ -84,7 +82,7 @@ class DeviceProbe final : public Probe {
   std::unique_ptr<Protocol> protocol_;
   ProbeInfo info_;
   ProbeCalibration calibration_;
-  DeviceClock clock_;
+  ReadingTimes times_;
   DeviceStream stream_;
   PortLog log_;
   Bytes heard_;  ///< the first bytes, to tell another protocol by
@@ -97,15 +95,12 @@ class DeviceProbe final : public Probe {
   Time try_again_{0};
   Time backoff_{0};
   Time last_time_{0};
-  Time last_batch_{0};
   std::uint32_t sequence_ = 0;
-  std::optional<std::pair<Time, Time>> device_start_;  ///< device and host time of the first sample
   Time first_reading_{0};
   Time last_sense_{0};  ///< when the last whole frame came
   std::uint64_t frames_at_last_sense_ = 0;
   std::uint64_t bytes_at_last_sense_ = 0;
   bool nonsense_noticed_ = false;
-  double round_trip_us_ = 0.0;
   bool saturated_ = false;
   Time saturation_again_{0};  ///< when it may be said again
 

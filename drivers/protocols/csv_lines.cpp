@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"
-#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {
@@ -89,7 +89,7 @@ Expected<std::vector<Column>, std::string> columns_named(std::string_view names,
   return columns;
 }
 
-class CsvLines final : public Protocol {
+class CsvLines final : public LineProtocol {
  public:
   CsvLines(std::vector<Column> columns, char separator, unsigned sequence_bits, unsigned clock_bits)
       : separator_(separator), sequence_(sequence_bits), clock_bits_(clock_bits) {
@@ -98,15 +98,6 @@ class CsvLines final : public Protocol {
 
   void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {
     lines_.reset(columns_.empty());  // a header may be the very first line
-  }
-
-  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
-            DeviceStream& stream) override {
-    stream.counts.bytes += bytes.size();
-    for (const std::uint8_t byte : bytes) {
-      if (const auto line = lines_.take(byte)) read_line(trimmed(*line), arrival, stream);
-    }
-    stream.counts.damaged += lines_.take_too_long();
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
@@ -125,7 +116,8 @@ class CsvLines final : public Protocol {
     }
   }
 
-  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
+  void read_line(std::string_view whole, nanoseconds arrival, DeviceStream& stream) override {
+    const std::string_view line = trimmed(whole);
     if (line.empty() || line.front() == '#') return;
     if (columns_.empty()) {
       if (auto columns = columns_named(line, separator_)) {
@@ -220,7 +212,6 @@ class CsvLines final : public Protocol {
   char separator_;
   SequenceCounter sequence_;
   unsigned clock_bits_;
-  LineSplitter lines_;
   std::vector<Column> columns_;
   std::uint32_t channels_ = 0;
   std::optional<nanoseconds> wrap_;

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
 namespace merkel {
@@ -33,7 +33,7 @@ std::optional<Vector> read_vector(std::string_view text) noexcept {
   return vector;
 }
 
-class Grbl final : public Protocol {
+class Grbl final : public LineProtocol {
  public:
   Grbl(double rate_Hz, std::optional<double> mm_per_unit)
       : period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
@@ -49,15 +49,6 @@ class Grbl final : public Protocol {
     stream.send(asks_unit_ ? "\n$$\n" : "\n");
   }
 
-  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
-            DeviceStream& stream) override {
-    stream.counts.bytes += bytes.size();
-    for (const std::uint8_t byte : bytes) {
-      if (const auto line = lines_.take(byte)) read_line(*line, arrival, stream);
-    }
-    stream.counts.damaged += lines_.take_too_long();
-  }
-
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
     const auto turn = timer_.turn(now);
     if (turn != RequestTimer::Turn::kWait) stream.send("?");
@@ -69,7 +60,7 @@ class Grbl final : public Protocol {
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
  private:
-  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
+  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
     if (line.starts_with('<') && line.ends_with('>')) {
       read_report(line.substr(1, line.size() - 2), arrival, stream);
       return;
@@ -136,7 +127,6 @@ class Grbl final : public Protocol {
   RequestTimer timer_;
   bool asks_unit_;
   double mm_per_unit_;
-  LineSplitter lines_;
   std::optional<Vector> offset_;  ///< WCO: machine − work position
   bool greeted_ = false;
   bool rebooted_ = false;
@@ -188,10 +178,10 @@ class GrblDevice final : public SimulatedDevice {
     append(">\r\n", out);
   }
 
-  LineSplitter lines_;
   Vector position_{15.0, 10.0, 0.0};
   int reports_ = 0;
   bool asked_ = false;
+  LineSplitter lines_;
 };
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"
-#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/number_with_unit.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
@@ -22,8 +22,8 @@ constexpr milliseconds kQuiet{1000};  ///< a gauge silent for so long is told to
 constexpr milliseconds kPatience{200};
 
 /// Reads "travel and force" in any order, told apart by their units.
-bool read_line(std::string_view line, double plain_factor, DeviceReading& reading,
-               std::string& trouble) {
+bool parse_line(std::string_view line, double plain_factor, DeviceReading& reading,
+                std::string& trouble) {
   std::string_view rest = line;
   while (!rest.empty()) {
     const auto number = take_number_with_unit(rest);
@@ -52,7 +52,7 @@ std::string_view meaning_of_error(std::string_view code) {
   return "an error that is not documented";
 }
 
-class Mark10 final : public Protocol {
+class Mark10 final : public LineProtocol {
  public:
   Mark10(int rate_Hz, double plain_factor) : rate_Hz_(rate_Hz), plain_factor_(plain_factor) {}
 
@@ -63,30 +63,23 @@ class Mark10 final : public Protocol {
   }
   void end(DeviceStream& stream) override { stream.send("AOUT0\r"); }
 
-  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
-            DeviceStream& stream) override {
-    stream.counts.bytes += bytes.size();
-    for (const std::uint8_t byte : bytes) {
-      const auto line = lines_.take(byte);
-      if (!line) continue;
-      if (line->front() == '*') {
-        ++stream.counts.frames;
-        stream.notice("the gauge answers " + std::string(*line) + ": " +
-                      std::string(meaning_of_error(*line)));
-        continue;
-      }
-      DeviceReading reading;
-      reading.arrival = heard_ = arrival;
-      if (!read_line(*line, plain_factor_, reading, trouble_) ||
-          reading.channels != bit_of(DeviceChannel::kForce)) {
-        ++stream.counts.damaged;
-        continue;
-      }
-      trouble_.clear();
+  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
+    if (line.front() == '*') {
       ++stream.counts.frames;
-      stream.accept(reading);
+      stream.notice("the gauge answers " + std::string(line) + ": " +
+                    std::string(meaning_of_error(line)));
+      return;
     }
-    stream.counts.damaged += lines_.take_too_long();
+    DeviceReading reading;
+    reading.arrival = heard_ = arrival;
+    if (!parse_line(line, plain_factor_, reading, trouble_) ||
+        reading.channels != bit_of(DeviceChannel::kForce)) {
+      ++stream.counts.damaged;
+      return;
+    }
+    trouble_.clear();
+    ++stream.counts.frames;
+    stream.accept(reading);
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
@@ -111,13 +104,12 @@ class Mark10 final : public Protocol {
 
   int rate_Hz_;
   double plain_factor_;  ///< N of a number without unit; 0: not allowed
-  LineSplitter lines_;
   std::string trouble_;
   nanoseconds heard_{0};
   nanoseconds asked_{0};
 };
 
-class EsmStand final : public Protocol {
+class EsmStand final : public LineProtocol {
  public:
   explicit EsmStand(double rate_Hz)
       : period_(units::nanoseconds_from_s(1.0 / rate_Hz)), timer_(period_, kPatience) {}
@@ -128,33 +120,26 @@ class EsmStand final : public Protocol {
     stream.send("i");  // millimetres
   }
 
-  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
-            DeviceStream& stream) override {
-    stream.counts.bytes += bytes.size();
-    for (const std::uint8_t byte : bytes) {
-      const auto line = lines_.take(byte);
-      if (!line) continue;
-      DeviceReading reading;
-      reading.arrival = arrival;
-      if (!read_line(*line, 0.0, reading, trouble_) || !reading.has(DeviceChannel::kDepth)) {
-        ++stream.counts.damaged;
-        continue;
-      }
-      trouble_.clear();
-      ++stream.counts.frames;
-      reading.asked = timer_.answered();
-      if (!reading.asked) {
-        ++stream.counts.duplicates;
-        continue;
-      }
-      if (channels_ == 0U) channels_ = reading.channels;
-      if (reading.channels != channels_) {
-        ++stream.counts.damaged;
-        continue;
-      }
-      stream.accept(reading);
+  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
+    DeviceReading reading;
+    reading.arrival = arrival;
+    if (!parse_line(line, 0.0, reading, trouble_) || !reading.has(DeviceChannel::kDepth)) {
+      ++stream.counts.damaged;
+      return;
     }
-    stream.counts.damaged += lines_.take_too_long();
+    trouble_.clear();
+    ++stream.counts.frames;
+    reading.asked = timer_.answered();
+    if (!reading.asked) {
+      ++stream.counts.duplicates;
+      return;
+    }
+    if (channels_ == 0U) channels_ = reading.channels;
+    if (reading.channels != channels_) {
+      ++stream.counts.damaged;
+      return;
+    }
+    stream.accept(reading);
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
@@ -171,7 +156,6 @@ class EsmStand final : public Protocol {
  private:
   nanoseconds period_;
   RequestTimer timer_;
-  LineSplitter lines_;
   std::uint32_t channels_ = 0;
   std::string trouble_;
 };
@@ -204,9 +188,9 @@ class Mark10Device final : public SimulatedDevice {
   [[nodiscard]] bool started() const noexcept override { return streaming_; }
 
  private:
-  LineSplitter lines_;
   std::string reading_ = "0.000 N\r\n";
   bool streaming_ = false;
+  LineSplitter lines_;
 };
 
 class EsmDevice final : public SimulatedDevice {

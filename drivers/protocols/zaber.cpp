@@ -10,7 +10,7 @@
 
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
 namespace merkel {
@@ -46,7 +46,7 @@ bool take_checksum(std::string_view& message) noexcept {
   return given && static_cast<unsigned>(*given) == (0U - sum) % 256U;
 }
 
-class Zaber final : public Protocol {
+class Zaber final : public LineProtocol {
  public:
   Zaber(double mm_per_step, DeviceChannel channel, int address, int axis, double rate_Hz)
       : mm_per_step_(mm_per_step),
@@ -62,23 +62,16 @@ class Zaber final : public Protocol {
     stream.send("\n");
   }
 
-  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
-            DeviceStream& stream) override {
-    stream.counts.bytes += bytes.size();
-    for (const std::uint8_t byte : bytes) {
-      const auto line = lines_.take(byte);
-      if (!line) continue;
-      std::string_view message = *line;
-      const bool known =
-          (message.front() == '@' || message.front() == '#' || message.front() == '!') &&
-          take_checksum(message);
-      if (!known || !read_message(message, arrival, stream)) {
-        ++stream.counts.damaged;
-      } else {
-        ++stream.counts.frames;
-      }
+  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
+    std::string_view message = line;
+    const bool known =
+        (message.front() == '@' || message.front() == '#' || message.front() == '!') &&
+        take_checksum(message);
+    if (!known || !read_message(message, arrival, stream)) {
+      ++stream.counts.damaged;
+    } else {
+      ++stream.counts.frames;
     }
-    stream.counts.damaged += lines_.take_too_long();
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
@@ -143,7 +136,6 @@ class Zaber final : public Protocol {
   int axis_;
   nanoseconds period_;
   RequestTimer timer_;
-  LineSplitter lines_;
   std::string warning_ = "--";
 };
 
@@ -172,9 +164,9 @@ class ZaberDevice final : public SimulatedDevice {
   [[nodiscard]] std::string uri_options() const override { return "um_per_step=0.9765625"; }
 
  private:
-  LineSplitter lines_;
   long steps_ = 0;
   bool asked_ = false;
+  LineSplitter lines_;
 };
 
 }  // namespace

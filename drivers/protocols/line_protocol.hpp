@@ -1,0 +1,29 @@
+#pragma once
+
+#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/protocol.hpp"
+
+namespace merkel {
+
+/// A protocol of lines of text: cuts the bytes, counts those of lines too long, and leaves each
+/// line to what knows the language.
+class LineProtocol : public Protocol {
+ public:
+  void take(std::span<const std::uint8_t> bytes, std::chrono::nanoseconds arrival,
+            DeviceStream& stream) final {
+    stream.counts.bytes += bytes.size();
+    for (const std::uint8_t byte : bytes) {
+      if (const auto line = lines_.take(byte)) read_line(*line, arrival, stream);
+    }
+    stream.counts.damaged += lines_.take_too_long();
+  }
+
+ protected:
+  /// \param line  not empty, without its end.  \param arrival  of its last byte
+  virtual void read_line(std::string_view line, std::chrono::nanoseconds arrival,
+                         DeviceStream& stream) = 0;
+
+  LineSplitter lines_;
+};
+
+}  // namespace merkel
