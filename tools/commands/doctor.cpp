@@ -31,6 +31,7 @@ struct DoctorOptions {
   bool sleep = false;
   bool normal = false;
   bool stress = false;
+  bool zeromq = false;
   bool json = false;
 };
 
@@ -113,6 +114,7 @@ Json json_of(const DoctorRun& run) {
 int doctor(const DoctorOptions& options) {
   PathSettings settings{.duration = units::nanoseconds_from_s(options.seconds),
                         .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
+                        .zeromq = options.zeromq,
                         .wait = options.sleep ? LoopWait::kSleep : LoopWait::kHybrid};
   settings.realtime.fifo = !options.normal;
   auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
@@ -178,7 +180,7 @@ void add_doctor_command(CommandLine& program) {
       .subcommand(
           "doctor",
           "Judges how well this machine keeps time: its rights and settings, those that devices "
-          "need, and the whole path from a live simulated probe to a polling, a UDP and a ZeroMQ "
+          "need, and the whole path from a live simulated probe to a polling and a UDP "
           "consumer, with the "
           "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
           "Each verdict comes with its mend.",
@@ -189,6 +191,7 @@ void add_doctor_command(CommandLine& program) {
       .flag("--sleep", options->sleep, "Pure sleep in place of the hybrid wait")
       .flag("--normal", options->normal, "The normal scheduling class, even where FIFO is granted")
       .flag("--stress", options->stress, "Under the load of stress-ng --cpu 2")
+      .flag("--zeromq", options->zeromq, "A ZeroMQ subscriber in place of the UDP consumer")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return doctor(*options); });
 }

@@ -1,6 +1,7 @@
 #include "tools/doctor/path_measurement.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <fstream>
 #include <string>
@@ -90,17 +91,24 @@ Expected<PathMeasurement, SetupError> measure_path(
 
   Arrivals in_process("polling consumer", "in_process", settings.tick);
   Arrivals by_udp("UDP consumer", "udp", settings.tick);
-  Arrivals by_zmq("ZeroMQ consumer", "zmq", settings.tick);
-  auto loopback = UdpLoopback::open(
-      [&by_udp](std::chrono::nanoseconds spike) { by_udp.note(spike, PeriodicClock::now()); });
-  if (!loopback) return Unexpected<SetupError>(loopback.error());
-  const auto neurons = model->neurons_of_patch();
-  auto publisher = ZmqLoopback::open(NeuronNumbering(neurons), [&](std::chrono::nanoseconds spike) {
-    by_zmq.note(spike, PeriodicClock::now());
-  });
-  if (!publisher) return Unexpected<SetupError>(publisher.error());
-  std::vector<Arrivals*> all = {&in_process, &by_udp};
-  if (*publisher) all.push_back(&by_zmq);
+  Arrivals by_zmq("ZeroMQ subscriber", "zmq", settings.tick);
+  Arrivals& outside = settings.zeromq ? by_zmq : by_udp;
+  const auto note = [&outside](std::chrono::nanoseconds spike) {
+    outside.note(spike, PeriodicClock::now());
+  };
+  std::unique_ptr<UdpLoopback> udp;
+  std::unique_ptr<ZmqLoopback> zmq;
+  if (settings.zeromq) {
+    const auto neurons = model->neurons_of_patch();
+    auto opened = ZmqLoopback::open(NeuronNumbering(neurons), note);
+    if (!opened) return Unexpected<SetupError>(opened.error());
+    zmq = std::move(*opened);
+  } else {
+    auto opened = UdpLoopback::open(note);
+    if (!opened) return Unexpected<SetupError>(opened.error());
+    udp = std::move(*opened);
+  }
+  const std::array<Arrivals*, 2> all = {&in_process, &outside};
 
   BoundedQueue<TickTiming> timings(kQueue);
   const auto match = [&] {
@@ -119,8 +127,7 @@ Expected<PathMeasurement, SetupError> measure_path(
                                if (on_progress) on_progress(progress);
                              }});
   pipeline.add_probe(std::move(*probe), {});
-  pipeline.add_sink((*loopback)->sink());
-  if (*publisher) pipeline.add_sink((*publisher)->sink());
+  pipeline.add_sink(zmq ? zmq->sink() : udp->sink());
   SpikeChannel& channel = pipeline.add_consumer(kQueue);
   std::jthread consumer([&in_process, &channel](const std::stop_token& stop) {
     set_up_helper_thread("merkel-poll");
@@ -143,8 +150,8 @@ Expected<PathMeasurement, SetupError> measure_path(
     return Unexpected<SetupError>(report.error());
   }
   consumer.join();
-  (*loopback)->settle();
-  if (*publisher) (*publisher)->settle(report->spikes);
+  if (zmq) zmq->settle(report->spikes);
+  if (udp) udp->settle();
   match();
   PathMeasurement measured{
       .report = std::move(*report), .consumers = {}, .steal = stolen() - stolen_before};

@@ -24,8 +24,8 @@ struct ConsumerLatency {
 /// The whole path measured: a live simulated probe, the paper's fingertip, and its consumers.
 struct PathMeasurement {
   RunReport report;
-  /// One that polls its queue on the publishing beat, one that receives datagrams on loopback and,
-  /// where there is ZeroMQ, one that subscribes to the zmq: sink.
+  /// One that polls its queue on the publishing beat, and one that receives datagrams on loopback
+  /// or subscribes to the zmq: sink.
   std::vector<ConsumerLatency> consumers;
   std::chrono::nanoseconds steal{0};  ///< the hypervisor's: time it kept a core from this host
 
@@ -39,6 +39,7 @@ struct PathMeasurement {
 struct PathSettings {
   std::chrono::nanoseconds duration{10'000'000'000};
   std::chrono::nanoseconds tick{1'000'000};
+  bool zeromq = false;  ///< a ZeroMQ subscriber in place of the UDP consumer
   LoopWait wait = LoopWait::kHybrid;
   RealtimeSettings realtime;
 };

@@ -17,7 +17,7 @@ class ZmqLoopback {
   /// Called in the receiver's thread with each spike's probe time.
   using Receive = std::function<void(std::chrono::nanoseconds spike)>;
 
-  /// Returns null where merkel was built without ZeroMQ. Fails where no port can be opened.
+  /// Fails where no port can be opened, or where merkel was built without ZeroMQ.
   [[nodiscard]] static Expected<std::unique_ptr<ZmqLoopback>, SetupError> open(
       const NeuronNumbering& numbering, Receive receive);
   ZmqLoopback(const ZmqLoopback&) = delete;
