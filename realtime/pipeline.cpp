@@ -28,7 +28,6 @@ constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs
 constexpr std::size_t kSpikeQueue = 65536;
 constexpr std::size_t kTickQueue = 16384;
 constexpr std::size_t kEventQueue = 1024;
-constexpr std::size_t kFrameQueue = 16384;
 constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for so long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
 constexpr nanoseconds kProgressEvery{1'000'000'000};
@@ -110,7 +109,7 @@ void Pipeline::add_frame_taps() {
     for (std::size_t i = 0; i < probes_.size(); ++i) {
       Probe& probe = *probes_[i]->probe;
       for (std::size_t port = 0; port < probe.ports(); ++port) {
-        line->frames.push_back(std::make_unique<FrameTap>(probe, i, port, kFrameQueue));
+        line->frames.push_back(std::make_unique<FrameTap>(probe, i, port));
       }
     }
   }

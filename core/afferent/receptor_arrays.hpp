@@ -40,9 +40,6 @@ class ReceptorArrays {
   /// kPa, likewise.
   [[nodiscard]] double sum_of_energy_densities(std::size_t first,
                                                std::size_t last) const noexcept MERKEL_REALTIME;
-  [[nodiscard]] double current_uA_per_cm2(std::size_t receptor) const noexcept {
-    return static_cast<double>(current_[receptor]);
-  }
   void silence(std::size_t receptor) noexcept { current_[receptor] = Real(0); }
   [[nodiscard]] double energy_density_kPa(std::size_t receptor) const noexcept {
     return static_cast<double>(energy_[receptor]);

@@ -25,7 +25,6 @@ class RateCurrentTable {
   /// Whether the neuron fires steadily under any current from 7 to 60 µA/cm².
   [[nodiscard]] bool valid() const noexcept { return rate_.size() > 2; }
   [[nodiscard]] double onset_uA_per_cm2() const noexcept { return current_[1]; }
-  [[nodiscard]] double highest_rate_Hz() const noexcept { return rate_.back(); }
 
  private:
   std::vector<double> rate_;     ///< rising, from 0

@@ -13,6 +13,13 @@ namespace {
 const std::array<std::string, 6> kKeys = {"source",     "gain",  "zero",
                                           "saturation", "noise", "residual"};
 
+std::string quoted(const std::string& text) {
+  const toml::value<std::string> value(text);
+  std::ostringstream written;
+  written << toml::toml_formatter(value, toml::format_flags::allow_unicode_strings);
+  return written.str();
+}
+
 std::string at(const std::string& path, const toml::node& node) {
   return path + ":" + std::to_string(node.source().begin.line) + ": ";
 }
@@ -99,17 +106,6 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
   }
   return calibration;
 }
-
-namespace {
-
-std::string quoted(const std::string& text) {
-  const toml::value<std::string> value(text);
-  std::ostringstream written;
-  written << toml::toml_formatter(value, toml::format_flags::allow_unicode_strings);
-  return written.str();
-}
-
-}  // namespace
 
 std::string calibration_text(const ProbeCalibration& calibration, const std::string& comment) {
   std::ostringstream text;

@@ -1,10 +1,8 @@
 #include "drivers/transports/device_list.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +11,7 @@
 
 #include "drivers/transports/descriptor.hpp"
 #include "drivers/transports/serial_port.hpp"
+#include "drivers/transports/usb_name.hpp"
 
 namespace merkel {
 namespace {
@@ -91,11 +90,8 @@ void list_usb(std::vector<DeviceEntry>& entries) {
                       .name = line_of(device / "product"),
                       .serial_number = line_of(device / "serial"),
                       .latency = {}};
-    std::array<char, 32> node{};
-    std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03ld/%03ld",
-                  std::strtol(line_of(device / "busnum").c_str(), nullptr, 10),
-                  std::strtol(line_of(device / "devnum").c_str(), nullptr, 10));
-    judge(entry, node.data());
+    judge(entry, usb_node(std::strtol(line_of(device / "busnum").c_str(), nullptr, 10),
+                          std::strtol(line_of(device / "devnum").c_str(), nullptr, 10)));
     entries.push_back(std::move(entry));
   }
 }

@@ -38,4 +38,10 @@ std::string UsbName::text() const {
   return text.data();
 }
 
+std::string usb_node(long bus, long address) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "/dev/bus/usb/%03ld/%03ld", bus, address);
+  return text.data();
+}
+
 }  // namespace merkel

@@ -21,4 +21,7 @@ struct UsbName {
   [[nodiscard]] std::string text() const;
 };
 
+/// The file by which the system hands out a USB device: "/dev/bus/usb/001/002".
+[[nodiscard]] std::string usb_node(long bus, long address);
+
 }  // namespace merkel

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <deque>
 #include <utility>
 #include <vector>
@@ -157,10 +156,7 @@ class UsbPort final : public Transport {
     }
     libusb_device_handle* handle = nullptr;
     if (const int opened = libusb_open(device, &handle); opened != 0) {
-      std::array<char, 32> node{};
-      std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d",
-                    libusb_get_bus_number(device), libusb_get_device_address(device));
-      node_ = node.data();
+      node_ = usb_node(libusb_get_bus_number(device), libusb_get_device_address(device));
       return opened;
     }
     std::array<unsigned char, 128> text{};

@@ -15,7 +15,7 @@ class FrameTap final : public PortListener {
  public:
   /// \param number  of the probe, from 0
   /// \param port    of the probe, from 0
-  FrameTap(Probe& probe, std::size_t number, std::size_t port, std::size_t capacity)
+  FrameTap(Probe& probe, std::size_t number, std::size_t port, std::size_t capacity = 16384)
       : queue(capacity), probe_(probe), number_(number), port_(port) {
     probe_.add_listener(port_, *this);
   }

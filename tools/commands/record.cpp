@@ -30,8 +30,6 @@ struct RecordOptions {
   bool json = false;
 };
 
-constexpr std::size_t kFrameQueue = 16384;
-
 std::atomic<bool> g_stop{false};
 
 void stop_recording(int /*signal*/) { g_stop.store(true); }
@@ -54,7 +52,7 @@ class Recording {
       if (!sink) return Unexpected<SetupError>(sink.error());
       recording.session_ = std::move(*sink);
       for (std::size_t port = 0; port < probe.ports(); ++port) {
-        recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port, kFrameQueue));
+        recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port));
       }
       return recording;
     }
