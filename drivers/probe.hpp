@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/raw_frame.hpp"
 
 namespace merkel {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 
 namespace merkel {
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/loop_event.hpp"
-#include "core/probe_sample.hpp"
-#include "core/run_status.hpp"
-#include "core/spike_event.hpp"
-#include "core/tick_record.hpp"
+#include "core/records/loop_event.hpp"
+#include "core/records/probe_sample.hpp"
+#include "core/records/run_status.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/tick_record.hpp"
 #include "drivers/raw_frame.hpp"
 
 namespace merkel {

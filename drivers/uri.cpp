@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/nearest_name.hpp"
-#include "core/parameter_error.hpp"
+#include "core/parameters/nearest_name.hpp"
+#include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/loop_event.hpp"
+#include "core/records/loop_event.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "core/skin/huber_stress.hpp"
+#include "core/contact/huber_stress.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
 namespace merkel {

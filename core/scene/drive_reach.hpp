@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "core/afferent/sigmoid_transduction.hpp"
+#include "core/contact/tip_contact.hpp"
 #include "core/realtime_tag.hpp"
-#include "core/scene/tip_contact.hpp"
+#include "core/receptors/sigmoid_transduction.hpp"
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {

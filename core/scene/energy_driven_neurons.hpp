@@ -6,13 +6,13 @@
 #include <variant>
 #include <vector>
 
-#include "core/afferent/adaptation.hpp"
-#include "core/neuron/connor_stevens_population.hpp"
-#include "core/neuron/integrate_and_fire_population.hpp"
-#include "core/neuron/rate_current_table.hpp"
-#include "core/neuron/spike_buffer.hpp"
+#include "core/neurons/connor_stevens/connor_stevens_population.hpp"
+#include "core/neurons/connor_stevens/rate_current_table.hpp"
+#include "core/neurons/integrate_and_fire/integrate_and_fire_population.hpp"
+#include "core/neurons/spike_buffer.hpp"
 #include "core/realtime_tag.hpp"
-#include "core/spike_event.hpp"
+#include "core/receptors/adaptation.hpp"
+#include "core/records/spike_event.hpp"
 #include "core/worker_team.hpp"
 
 namespace merkel {

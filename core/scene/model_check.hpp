@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "core/expected.hpp"
-#include "core/neuron/lattice_coupling.hpp"
-#include "core/parameter_error.hpp"
+#include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
 
 namespace merkel {

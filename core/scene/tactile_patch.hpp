@@ -7,15 +7,15 @@
 #include <variant>
 #include <vector>
 
-#include "core/afferent/placed_contact.hpp"
-#include "core/afferent/receptor_drive.hpp"
-#include "core/afferent/receptor_placement.hpp"
-#include "core/neuron/hodgkin_huxley_population.hpp"
-#include "core/neuron/lattice_coupling.hpp"
-#include "core/neuron/spike_buffer.hpp"
+#include "core/contact/placed_contact.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
+#include "core/neurons/spike_buffer.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/receptors/receptor_drive.hpp"
+#include "core/receptors/receptor_placement.hpp"
+#include "core/records/spike_event.hpp"
 #include "core/scene/energy_driven_neurons.hpp"
-#include "core/spike_event.hpp"
 #include "core/worker_team.hpp"
 
 namespace merkel {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
 

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/nearest_name.hpp"
-#include "core/parameter_error.hpp"
+#include "core/parameters/nearest_name.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/files/toml.hpp"
 

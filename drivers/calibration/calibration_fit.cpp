@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/expected.hpp"
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/protocols/device_reading.hpp"
 #include "drivers/uri.hpp"
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 
 namespace merkel {

@@ -4,8 +4,8 @@
 #include <array>
 #include <utility>
 
-#include "core/nearest_name.hpp"
-#include "core/parameter_error.hpp"
+#include "core/parameters/nearest_name.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/sample_limits.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "drivers/files/output_file.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/expected.hpp"
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/uri.hpp"
 

@@ -1,7 +1,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/csv_lines.hpp"
 

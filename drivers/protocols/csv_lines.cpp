@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "core/nearest_name.hpp"
-#include "core/parameter_error.hpp"
+#include "core/parameters/nearest_name.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"

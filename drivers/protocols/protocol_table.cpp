@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "core/nearest_name.hpp"
-#include "core/probe_sample.hpp"
+#include "core/parameters/nearest_name.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/protocols/csv_lines.hpp"
 #include "drivers/protocols/grbl.hpp"
 #include "drivers/protocols/hbf1.hpp"

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/protocols/protocol.hpp"
 
 namespace merkel {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/probe_sample.hpp"
-#include "core/random.hpp"
+#include "core/math/random.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/simulation/pty_master.hpp"
 

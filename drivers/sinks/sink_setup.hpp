@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/afferent/receptor_placement.hpp"
+#include "core/receptors/receptor_placement.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/spike_sink.hpp"
 

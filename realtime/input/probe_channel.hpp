@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cstddef>
 
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/queues/counter.hpp"
 

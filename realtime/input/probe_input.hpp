@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/probe_sample.hpp"
 #include "core/realtime_tag.hpp"
-#include "core/scene/contact_input.hpp"
-#include "core/tick_record.hpp"
+#include "core/records/contact_input.hpp"
+#include "core/records/probe_sample.hpp"
+#include "core/records/tick_record.hpp"
 #include "realtime/input/probe_channel.hpp"
 
 namespace merkel {

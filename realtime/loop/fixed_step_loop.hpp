@@ -8,11 +8,11 @@
 #include <span>
 #include <vector>
 
-#include "core/loop_event.hpp"
 #include "core/realtime_tag.hpp"
-#include "core/scene/contact_input.hpp"
+#include "core/records/contact_input.hpp"
+#include "core/records/loop_event.hpp"
+#include "core/records/tick_record.hpp"
 #include "core/scene/tactile_model.hpp"
-#include "core/tick_record.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/loop_statistics.hpp"

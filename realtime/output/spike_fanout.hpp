@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "core/loop_event.hpp"
 #include "core/realtime_tag.hpp"
-#include "core/spike_event.hpp"
-#include "core/tick_record.hpp"
+#include "core/records/loop_event.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/tick_record.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/queues/counter.hpp"

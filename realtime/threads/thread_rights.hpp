@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/run_status.hpp"
+#include "core/records/run_status.hpp"
 
 namespace merkel {
 

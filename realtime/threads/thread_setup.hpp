@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
 

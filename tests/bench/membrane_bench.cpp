@@ -3,7 +3,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "core/neuron/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
 
 namespace merkel {
 namespace {

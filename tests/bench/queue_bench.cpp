@@ -1,7 +1,7 @@
 // What does handing a spike from one thread to another cost the one that gives it?
 #include <benchmark/benchmark.h>
 
-#include "core/spike_event.hpp"
+#include "core/records/spike_event.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 
 namespace merkel {

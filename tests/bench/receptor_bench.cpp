@@ -3,8 +3,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include "core/afferent/receptor_drive.hpp"
-#include "core/skin/hertz_contact.hpp"
+#include "core/contact/hertz_contact.hpp"
+#include "core/receptors/receptor_drive.hpp"
 
 namespace merkel {
 namespace {

@@ -6,15 +6,15 @@
 
 #include <gtest/gtest.h>
 
-#include "core/afferent/patch.hpp"
-#include "core/afferent/receptor_placement.hpp"
-#include "core/neuron/hodgkin_huxley.hpp"
-#include "core/neuron/hodgkin_huxley_population.hpp"
-#include "core/skin/hertz_contact.hpp"
-#include "core/skin/huber_stress.hpp"
+#include "core/contact/hertz_contact.hpp"
+#include "core/contact/huber_stress.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/receptors/patch.hpp"
+#include "core/receptors/receptor_placement.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
-#include "tools/reference/superposition.hpp"
+#include "tools/studies/reference/superposition.hpp"
 
 namespace merkel {
 namespace {

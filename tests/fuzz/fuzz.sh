@@ -44,7 +44,7 @@ fuzz() {
   echo "$name: no fault"
 }
 
-words=(core/{nearest_name,parameter_error}.cpp drivers/files/csv_text.cpp)
+words=(core/parameters/{nearest_name,parameter_error}.cpp drivers/files/csv_text.cpp)
 protocols=("${words[@]}" drivers/uri.cpp)
 for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols/${file##*/}"); done
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
@@ -58,8 +58,8 @@ fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_r
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml.cpp
 fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene/scene_{file,table,presets}.cpp \
-  tools/run/loop_settings.cpp drivers/{uri,files/toml}.cpp core/skin/bar_contact.cpp \
-  core/neuron/integration_method.cpp realtime/threads/thread_setup.cpp
-fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/score/recordings.cpp \
-  core/skin/bar_contact.cpp
+  tools/run/loop_settings.cpp drivers/{uri,files/toml}.cpp core/contact/bar_contact.cpp \
+  core/neurons/hodgkin_huxley/integration_method.cpp realtime/threads/thread_setup.cpp
+fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/recordings.cpp \
+  core/contact/bar_contact.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "tools/score/recordings.hpp"
+#include "tools/studies/score/recordings.hpp"
 
 // The program's own recordings, which a build puts here, are not asked for.
 namespace merkel {

@@ -18,8 +18,8 @@ plant() {  # FILE LINE
   fi
   grep -q "$1" "$copy/said"
 }
-plant core/random.hpp '#include "drivers/probe.hpp"'
-plant core/random.hpp '#include <thread>'
+plant core/math/random.hpp '#include "drivers/probe.hpp"'
+plant core/math/random.hpp '#include <thread>'
 plant drivers/probe.hpp '#include "realtime/pipeline.hpp"'
 plant realtime/pipeline.cpp '#include "drivers/files/trace_file.hpp"'
 plant tools/scene/scene_file.cpp '# include "tests/tools/program.hpp"'

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/clocks/virtual_clock.hpp"

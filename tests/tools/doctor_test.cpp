@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/doctor/child_process.hpp"

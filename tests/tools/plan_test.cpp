@@ -1,4 +1,4 @@
-#include "tools/plan/plan.hpp"
+#include "tools/studies/plan/plan.hpp"
 
 #include <cmath>
 #include <string>
@@ -8,8 +8,8 @@
 
 #include "core/units.hpp"
 #include "tests/tools/program.hpp"
-#include "tools/plan/rehearsal.hpp"
-#include "tools/reference/cvode_membrane.hpp"
+#include "tools/studies/plan/rehearsal.hpp"
+#include "tools/studies/reference/cvode_membrane.hpp"
 
 namespace merkel {
 namespace {

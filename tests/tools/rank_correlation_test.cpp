@@ -1,4 +1,4 @@
-#include "tools/report/rank_correlation.hpp"
+#include "tools/studies/report/rank_correlation.hpp"
 
 #include <vector>
 

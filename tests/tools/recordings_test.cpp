@@ -1,10 +1,10 @@
-#include "tools/score/recordings.hpp"
+#include "tools/studies/score/recordings.hpp"
 
 #include <string>
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 
 namespace merkel {
 namespace {

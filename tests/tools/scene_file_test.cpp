@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {

@@ -1,4 +1,4 @@
-#include "tools/score/score.hpp"
+#include "tools/studies/score/score.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -9,8 +9,8 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/scene/scene_presets.hpp"
-#include "tools/score/fit.hpp"
-#include "tools/score/trials.hpp"
+#include "tools/studies/score/fit.hpp"
+#include "tools/studies/score/trials.hpp"
 
 namespace merkel {
 namespace {

@@ -9,11 +9,11 @@
 #include "core/simd/simd_target.hpp"
 #include "core/units.hpp"
 #include "realtime/threads/spinning_team.hpp"
-#include "tools/bench/fma_peak.hpp"
-#include "tools/bench/population_cost.hpp"
-#include "tools/bench/tick_cost.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/studies/bench/fma_peak.hpp"
+#include "tools/studies/bench/population_cost.hpp"
+#include "tools/studies/bench/tick_cost.hpp"
 
 namespace merkel {
 namespace {

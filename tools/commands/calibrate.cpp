@@ -11,7 +11,7 @@
 
 #include <unistd.h>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/calibration/calibration_fit.hpp"
 #include "drivers/files/output_file.hpp"

@@ -1,4 +1,4 @@
-#include "tools/charts/chart.hpp"
+#include "tools/studies/charts/chart.hpp"
 
 #include <memory>
 #include <string>

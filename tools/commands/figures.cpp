@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "tools/commands/command.hpp"
-#include "tools/figures/figure.hpp"
-#include "tools/report/report.hpp"
+#include "tools/studies/figures/figure.hpp"
+#include "tools/studies/report/report.hpp"
 
 namespace merkel {
 namespace {

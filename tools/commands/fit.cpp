@@ -1,4 +1,4 @@
-#include "tools/score/fit.hpp"
+#include "tools/studies/score/fit.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -11,8 +11,8 @@
 
 #include "drivers/files/output_file.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/report/report.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/studies/report/report.hpp"
 
 namespace merkel {
 namespace {

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/neuron/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "tools/commands/command.hpp"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/commands/command.hpp"

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/scene/tip_contact.hpp"
-#include "core/skin/contact_validity.hpp"
-#include "core/skin/hertz_contact.hpp"
-#include "core/skin/huber_stress.hpp"
+#include "core/contact/contact_validity.hpp"
+#include "core/contact/hertz_contact.hpp"
+#include "core/contact/huber_stress.hpp"
+#include "core/contact/pin_contact.hpp"
+#include "core/contact/tip_contact.hpp"
 #include "core/skin/line_load.hpp"
-#include "core/skin/pin_contact.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "tools/commands/command.hpp"
-#include "tools/plan/plan_report.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/studies/plan/plan_report.hpp"
 
 namespace merkel {
 namespace {

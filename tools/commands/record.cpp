@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "drivers/probes/open_probe.hpp"

@@ -16,13 +16,13 @@
 #include "realtime/pipeline.hpp"
 #include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/plan/plan.hpp"
 #include "tools/run/crash_report.hpp"
 #include "tools/run/run_summary.hpp"
 #include "tools/run/status_line.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
+#include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/score/score.hpp"
+#include "tools/studies/score/score.hpp"
 
 #include <cmath>
 #include <limits>
@@ -6,10 +6,10 @@
 #include <string>
 
 #include "tools/commands/command.hpp"
-#include "tools/report/csv_table.hpp"
-#include "tools/report/report.hpp"
 #include "tools/scene/scene_presets.hpp"
-#include "tools/score/trials.hpp"
+#include "tools/studies/report/csv_table.hpp"
+#include "tools/studies/report/report.hpp"
+#include "tools/studies/score/trials.hpp"
 
 namespace merkel {
 namespace {

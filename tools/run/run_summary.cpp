@@ -10,7 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/skin/contact_validity.hpp"
+#include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/loop_summary.hpp"

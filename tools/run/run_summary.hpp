@@ -4,7 +4,7 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
-#include "tools/plan/plan.hpp"
+#include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
 

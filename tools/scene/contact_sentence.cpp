@@ -1,6 +1,6 @@
 #include "tools/scene/contact_sentence.hpp"
 
-#include "core/skin/contact_validity.hpp"
+#include "core/contact/contact_validity.hpp"
 
 namespace merkel {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tools/run/loop_settings.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "core/nearest_name.hpp"
+#include "core/parameters/nearest_name.hpp"
 
 namespace merkel {
 

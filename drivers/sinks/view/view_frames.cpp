@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "core/parameter_error.hpp"
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/sinks/json_text.hpp"
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/run_status.hpp"
-#include "core/scene/tip_contact.hpp"
-#include "core/spike_event.hpp"
-#include "core/tick_record.hpp"
+#include "core/contact/tip_contact.hpp"
+#include "core/records/run_status.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/tick_record.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 
 namespace merkel {

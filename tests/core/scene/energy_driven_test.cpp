@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/contact/huber_stress.hpp"
 #include "core/scene/tactile_model.hpp"
-#include "core/skin/huber_stress.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tests/core/every_simd_target.hpp"
 

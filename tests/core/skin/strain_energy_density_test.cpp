@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/skin/hertz_contact.hpp"
-#include "core/skin/huber_stress.hpp"
+#include "core/contact/hertz_contact.hpp"
+#include "core/contact/huber_stress.hpp"
 
 namespace merkel {
 namespace {

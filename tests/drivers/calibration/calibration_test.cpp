@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/calibration/calibration_fit.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "tests/temporary_folder.hpp"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 
 namespace merkel {
 namespace {

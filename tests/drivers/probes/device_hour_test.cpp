@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/protocols/protocol_table.hpp"

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
 
 namespace merkel {

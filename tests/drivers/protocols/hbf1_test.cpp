@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 

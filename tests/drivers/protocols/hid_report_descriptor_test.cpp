@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/protocols/hid_fields.hpp"
 
 namespace merkel {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/protocols/hid_fields.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
 

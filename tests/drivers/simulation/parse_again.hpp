@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/probe_sample.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/raw_frame.hpp"

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.hpp"
+#include "core/math/random.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tests/realtime/queues/hand_off_model.hpp"

@@ -1,0 +1,76 @@
+#include "core/contact/contact_validity.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "core/contact/bonded_layer.hpp"
+#include "core/contact/hertz_contact.hpp"
+#include "core/contact/sneddon_contact.hpp"
+
+namespace merkel {
+
+ContactValidity validity_of(const SphereContact& contact, const SkinParameters& skin,
+                            double radius_mm) {
+  ContactValidity validity;
+  validity.thickness_given = skin.layered();
+  if (skin.layered()) {
+    validity.thickness_mm = skin.thickness_mm;
+    validity.largest_layer_ratio = skin.layer_law == LayerLaw::kExact
+                                       ? BondedLayer(skin.poisson_ratio).largest_chi()
+                                       : ContactValidity::kLargestDimitriadisRatio;
+  }
+  if (!contact.touching()) return validity;
+
+  const double modulus = SkinMaterial(skin).reduced_modulus_kPa();
+  const HertzContact hertz(radius_mm, skin.radius_mm, modulus);
+  const double R = hertz.effective_radius_mm();
+  const double depth = contact.depth_mm;
+  const double hertz_force = hertz.at_depth(depth).force_mN;
+  validity.radius_ratio = contact.contact_radius_mm / std::min(radius_mm, skin.radius_mm);
+  validity.exact_sphere = skin.contact_law == ContactLaw::kSneddon;
+  if (!validity.exact_sphere) {
+    validity.sphere_force_error =
+        hertz_force / SneddonContact(R, modulus).at_depth(depth).force_mN - 1.0;
+  }
+  validity.layer_ratio = std::sqrt(R * depth) / validity.thickness_mm;
+  const double exact_factor = BondedLayer(skin.poisson_ratio).force_factor(validity.layer_ratio);
+  const double used_factor = skin.layered() ? contact.force_mN / hertz_force : 1.0;
+  validity.layer_force_error = used_factor / exact_factor - 1.0;
+  validity.within =
+      (validity.exact_sphere || validity.radius_ratio <= ContactValidity::kLargestRadiusRatio) &&
+      (!validity.thickness_given || validity.layer_ratio <= validity.largest_layer_ratio);
+  return validity;
+}
+
+std::string ContactValidity::sentence() const {
+  std::array<char, 600> text{};
+  int length = 0;
+  const auto append = [&](const char* format, auto... values) {
+    const auto used = static_cast<std::size_t>(length);
+    length += std::snprintf(text.data() + used, text.size() - used, format, values...);
+  };
+  append("a/R = %.3f", radius_ratio);
+  if (exact_sphere) {
+    append("%s", " (exact sphere)");
+  } else {
+    append(" (%s %.1f; the force is %.1f %% above an exact sphere's)",
+           radius_ratio <= kLargestRadiusRatio ? "within" : "beyond", kLargestRadiusRatio,
+           100.0 * sphere_force_error);
+  }
+  if (thickness_given) {
+    append("; √(Rd)/h = %.3f (%s %.2g; the force is %.1f %% from that of skin bonded to bone)",
+           layer_ratio, layer_ratio <= largest_layer_ratio ? "within" : "beyond",
+           largest_layer_ratio, 100.0 * layer_force_error);
+  } else if (layer_ratio > kLargestHalfSpaceRatio) {
+    append(
+        "; the skin is taken as a half-space: bone %.0f mm below it, √(Rd)/h = %.3f, would make "
+        "the "
+        "force %.2f times as large (set skin.thickness_mm)",
+        thickness_mm, layer_ratio, 1.0 / (1.0 + layer_force_error));
+  }
+  return text.data();
+}
+
+}  // namespace merkel

@@ -1,0 +1,37 @@
+#include "core/contact/indenter.hpp"
+
+#include <cmath>
+
+namespace merkel {
+
+Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const {
+  if (tip == Tip::kBars) {
+    return ParameterCheck()
+        .also(bars.check())
+        .require(
+            std::isinf(skin.radius_mm) && !skin.layered() && skin.contact_law == ContactLaw::kHertz,
+            "probe.tip",
+            "\"bars\" press on flat skin without a layer: leave out skin.radius_mm, "
+            "skin.thickness_mm and skin.contact_law")
+        .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+                 "must be at least 0.05 under bars, whose edges press infinitely hard")
+        .result();
+  }
+  if (tip == Tip::kPin) {
+    return ParameterCheck()
+        .also(pin.check())
+        .require(!skin.layered() && skin.contact_law == ContactLaw::kHertz, "probe.tip",
+                 "\"pin\" presses on skin without a layer: leave out skin.thickness_mm and "
+                 "skin.contact_law")
+        .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+                 "must be at least 0.05 under a pin, whose rim presses infinitely hard")
+        .result();
+  }
+  return ParameterCheck()
+      .positive_or_infinite("probe.radius_mm", radius_mm)
+      .require(std::isfinite(radius_mm) || std::isfinite(skin.radius_mm), "probe.radius_mm",
+               "may be inf (a flat plate) only on a curved finger: set skin.radius_mm")
+      .result();
+}
+
+}  // namespace merkel

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+#include "core/contact/bar_contact.hpp"
+#include "core/contact/pin_contact.hpp"
+#include "core/parameters/parameter_error.hpp"
+#include "core/skin/skin_material.hpp"
+
+namespace merkel {
+
+/// Why a scene's probes cannot be controlled each in its own way.
+inline constexpr std::string_view kMixedControl =
+    "must be the same for all probes, but mixes \"depth\" and \"force\": press by the one or the "
+    "other with each";
+
+/// The rigid tip of a probe.
+struct Indenter {
+  enum class Tip { kSphere, kBars, kPin };
+  /// Which reading of the probe drives the contact.
+  enum class Control { kDepth, kForce };
+
+  Tip tip = Tip::kSphere;
+  double radius_mm = 2.0;  ///< of the sphere; infinity is a flat plate, on curved skin only
+  BarTip bars;             ///< where the tip is bars
+  PinTip pin;              ///< where the tip is a pin
+  Control control = Control::kDepth;
+  std::size_t patch = 0;  ///< which of the model's patches it presses on
+
+  [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
+};
+
+}  // namespace merkel

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "core/contact/sphere_contact.hpp"
+#include "core/realtime_tag.hpp"
+
+namespace merkel {
+
+/// Contact of a rigid sphere of exactly spherical shape with an elastic half-space: where a/R is
+/// large, Hertz's paraboloid is not a sphere.
+///
+/// d = a/2·ln((R+a)/(R−a)), F = E*·[(R²+a²)/2·ln((R+a)/(R−a)) − aR]
+/// Sneddon, Int. J. Engng Sci. 3 (1965) 47. The pressure returned is the semi-ellipse
+/// p0·√(1−r²/a²) of the same force and radius. Real-time: yes (a bisection of bounded length).
+class SneddonContact {
+ public:
+  /// \param radius_mm  R > 0, finite
+  SneddonContact(double radius_mm, double reduced_modulus_kPa) noexcept;
+
+  /// The contact at an indentation depth; ≤ 0 does not touch.
+  [[nodiscard]] SphereContact at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
+  /// The contact under a force; ≤ 0 does not touch.
+  [[nodiscard]] SphereContact at_force(double force_mN) const noexcept MERKEL_REALTIME;
+
+ private:
+  [[nodiscard]] SphereContact at_radius_ratio(double q) const noexcept;
+
+  double radius_mm_;
+  double reduced_modulus_kPa_;
+};
+
+}  // namespace merkel

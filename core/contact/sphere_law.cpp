@@ -1,0 +1,52 @@
+#include "core/contact/sphere_law.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace merkel {
+
+SphereLaw::SphereLaw(const SkinParameters& skin, double radius_mm)
+    : hertz_(radius_mm, skin.radius_mm, SkinMaterial(skin).reduced_modulus_kPa()),
+      thickness_mm_(skin.thickness_mm),
+      poisson_ratio_(skin.poisson_ratio) {
+  if (skin.contact_law == ContactLaw::kSneddon) {
+    sneddon_.emplace(hertz_.effective_radius_mm(), SkinMaterial(skin).reduced_modulus_kPa());
+  } else if (skin.layered() && skin.layer_law == LayerLaw::kExact) {
+    exact_layer_ = std::make_shared<BondedLayer>(skin.poisson_ratio);
+  }
+}
+
+double SphereLaw::layer_factor(double chi) const noexcept {
+  return exact_layer_ ? exact_layer_->force_factor(chi) : dimitriadis_factor(chi, poisson_ratio_);
+}
+
+SphereContact SphereLaw::at_depth(double depth_mm) const noexcept {
+  if (sneddon_) return sneddon_->at_depth(depth_mm);
+  SphereContact contact = hertz_.at_depth(depth_mm);
+  if (std::isinf(thickness_mm_) || !contact.touching()) return contact;
+  const double chi = contact.contact_radius_mm / thickness_mm_;
+  contact.force_mN *= layer_factor(chi);
+  if (exact_layer_) contact.contact_radius_mm *= exact_layer_->radius_factor(chi);
+  contact.peak_pressure_kPa =
+      1.5 * contact.force_mN /
+      (std::numbers::pi * contact.contact_radius_mm * contact.contact_radius_mm);
+  return contact;
+}
+
+SphereContact SphereLaw::at_force(double force_mN) const noexcept {
+  if (sneddon_) return sneddon_->at_force(force_mN);
+  SphereContact contact = hertz_.at_force(force_mN);
+  if (std::isinf(thickness_mm_) || !contact.touching()) return contact;
+  // A layer is stiffer than the half-space, so its depth lies below Hertz's; force rises with it.
+  double low = 0.0;
+  double high = contact.depth_mm;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (at_depth(middle).force_mN < force_mN ? low : high) = middle;
+  }
+  contact = at_depth(high);
+  contact.force_mN = force_mN;
+  return contact;
+}
+
+}  // namespace merkel

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/indenter.hpp"
+#include "core/contact/sphere_law.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/records/contact_input.hpp"
+
+namespace merkel {
+
+/// The contact of any tip with the skin at one instant.
+struct Press {
+  SphereContact contact;  ///< of a sphere; of a flat tip, depth and force only
+  double x_mm = 0.0;      ///< its centre
+  double y_mm = 0.0;
+
+  [[nodiscard]] bool touching() const noexcept { return contact.depth_mm > 0.0; }
+};
+
+/// Turns what a probe says into the contact its tip makes. Real-time: yes, after construction.
+class TipContact {
+ public:
+  TipContact(const Indenter& indenter, const SkinParameters& skin);
+
+  [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
+  /// The unit field of bars or a pin; null for a sphere.
+  [[nodiscard]] const BarStressField* bars() const noexcept { return bars_.get(); }
+  /// The contact law of a sphere; null for a flat tip.
+  [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
+
+ private:
+  bool by_force_;
+  std::optional<SphereLaw> sphere_;
+  std::optional<SkinParameters::Apex> apex_;
+  double offset_kept_ = 1.0;  ///< of the axis from the apex: k/(k + 1/R_skin), k = 1/R
+  std::shared_ptr<const BarStressField> bars_;
+};
+
+}  // namespace merkel

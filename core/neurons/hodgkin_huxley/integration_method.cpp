@@ -1,0 +1,79 @@
+#include "core/neurons/hodgkin_huxley/integration_method.hpp"
+
+#include <algorithm>
+
+namespace merkel {
+
+std::string_view name_of(IntegrationMethod method) noexcept {
+  switch (method) {
+    case IntegrationMethod::kForwardEuler:
+      return "forward_euler";
+    case IntegrationMethod::kExponentialEuler:
+      return "exponential_euler";
+    case IntegrationMethod::kBackwardEuler:
+      return "backward_euler";
+    case IntegrationMethod::kRushLarsen:
+      return "rush_larsen";
+    case IntegrationMethod::kCrankNicolson:
+      return "crank_nicolson";
+    case IntegrationMethod::kHeun:
+      return "heun";
+    case IntegrationMethod::kRk4:
+      return "rk4";
+  }
+  return "";
+}
+
+std::string_view name_of(Precision precision) noexcept {
+  return precision == Precision::kDouble ? "double" : "float";
+}
+
+const std::vector<std::string>& integration_method_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (int i = 0; i <= static_cast<int>(IntegrationMethod::kRk4); ++i) {
+      all.emplace_back(name_of(static_cast<IntegrationMethod>(i)));
+    }
+    return all;
+  }();
+  return names;
+}
+
+const std::vector<std::string>& precision_names() {
+  static const std::vector<std::string> names = {std::string(name_of(Precision::kDouble)),
+                                                 std::string(name_of(Precision::kFloat))};
+  return names;
+}
+
+std::optional<IntegrationMethod> integration_method_named(std::string_view name) {
+  const auto& names = integration_method_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<IntegrationMethod>(found - names.begin());
+}
+
+double largest_step_ms(IntegrationMethod method, double exchange_per_ms) noexcept {
+  const auto of_explicit = [=](double alone_ms, double interval) {
+    return 1.0 / (1.0 / alone_ms + 2.0 * exchange_per_ms / interval);
+  };
+  const auto of_implicit = [=](double alone_ms) {
+    return exchange_per_ms > 0.0 ? std::min(alone_ms, kLargestExchange / exchange_per_ms)
+                                 : alone_ms;
+  };
+  switch (method) {
+    case IntegrationMethod::kForwardEuler:
+    case IntegrationMethod::kHeun:
+      return of_explicit(0.055, 2.0);
+    case IntegrationMethod::kRk4:
+      return of_explicit(0.08, 2.785);
+    case IntegrationMethod::kExponentialEuler:
+      return of_implicit(0.055);
+    case IntegrationMethod::kBackwardEuler:
+    case IntegrationMethod::kRushLarsen:
+    case IntegrationMethod::kCrankNicolson:
+      return of_implicit(0.125);
+  }
+  return 0.0;
+}
+
+}  // namespace merkel

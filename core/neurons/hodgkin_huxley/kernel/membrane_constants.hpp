@@ -1,0 +1,56 @@
+#pragma once
+
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
+
+namespace merkel {
+
+/// The numbers of a Hodgkin-Huxley neuron as the kernels want them, in the precision they work in.
+/// All rates are per step, so that a gate goes on by ẋ·dt = (p − s·x)/D without a factor.
+///
+/// Slopes of 80, 20, 18 and 10 mV are whole multiples of one another over 720 mV: with
+/// b = e^{−w/720}, w = u − 45 mV, the exponentials of u/80, u/20, u/18 and u/10 are powers 9, 36,
+/// 40 and 72 of b. On the range of a membrane, b is a short polynomial. Where the slopes are not in
+/// these ratios, or potentials can leave the range, every exponential is computed by itself.
+template <class Real>
+struct MembraneConstants {
+  static constexpr double kCentre_mV = 45.0;                 ///< u where w is 0
+  static constexpr double kHalfRange_mV = 90.0;              ///< w is clamped to ± this
+  static constexpr int kTerms = sizeof(Real) == 8 ? 10 : 6;  ///< of the polynomial
+
+  MembraneConstants(const HodgkinHuxley& neuron, double step_ms);
+
+  bool shared_exponential;
+  Real V_rest;
+  Real threshold;
+
+  // Shared path.
+  Real offset;                                              ///< V where w is 0
+  Real b_series[kTerms];                                    ///< b = Σ c_k·w^k
+  Real p_n_slope, p_n_at_centre, p_m_slope, p_m_at_centre;  ///< p = rate·x = at_centre + slope·w
+  Real p_n_border, p_m_border;    ///< |p| where x is so small that eˣ−1 loses digits
+  Real inverse_p_n, inverse_p_m;  ///< x = p·inverse
+  Real e_n, e_m, e_h;             ///< e^x over b^72, for α_n, α_m and β_h
+  Real beta_n, beta_m, alpha_h;   ///< rates over b^9, b^40, b^36
+
+  // General path: exponents are (shift − V)·inverse slope; shifts are absolute, mV.
+  Real n_shift, n_inverse, m_shift, m_inverse, h_shift, h_inverse;
+  Real beta_n_inverse, beta_m_inverse, alpha_h_inverse;
+  Real beta_n_rate, beta_m_rate, alpha_h_rate;  ///< at V_r
+
+  Real alpha_n_rate, alpha_m_rate, beta_h_rate;
+
+  Real g_L, g_K, g_Na, g_Ca;
+  Real gE_L, gE_K, gE_Na, gE_Ca;
+  Real capacitance_per_step;
+  Real rest_n, rest_m, rest_h;
+};
+
+/// Where |x| is below this, x and eˣ−1 are both divided by x: the border balances the error of a
+/// short series against the loss of digits in eˣ−1.
+template <class Real>
+inline constexpr double kLinoidBorder = sizeof(Real) == 8 ? 1.0 / 1024 : 1.0 / 8;
+
+extern template struct MembraneConstants<double>;
+extern template struct MembraneConstants<float>;
+
+}  // namespace merkel

@@ -1,0 +1,71 @@
+#include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
+
+#include <algorithm>
+
+#include "core/math/random.hpp"
+
+namespace merkel {
+
+Expected<void, ParameterError> NetworkParameters::check() const {
+  return ParameterCheck()
+      .not_negative("network.gain", gain)
+      .not_negative("network.weight_min", weight_min)
+      .not_negative("network.weight_max", weight_max)
+      .require(weight_min <= weight_max, "network.weight_min", "must not exceed weight_max")
+      .result();
+}
+
+LatticeCoupling::LatticeCoupling(double gain, int columns, int rows)
+    : gain_(gain),
+      columns_(static_cast<std::size_t>(columns)),
+      to_next_column_(columns_ * static_cast<std::size_t>(rows)),
+      to_next_row_(to_next_column_.size()),
+      conductance_(to_next_column_.size()) {}
+
+Expected<LatticeCoupling, ParameterError> LatticeCoupling::create(
+    const NetworkParameters& parameters, int columns, int rows) {
+  if (const auto checked = parameters.check(); !checked) {
+    return Unexpected<ParameterError>(checked.error());
+  }
+  LatticeCoupling network(parameters.gain, columns, rows);
+  Random random(parameters.seed);
+  const auto draw = [&] {
+    return parameters.gain * random.uniform(parameters.weight_min, parameters.weight_max);
+  };
+  const std::size_t count = network.neurons();
+  for (std::size_t n = 0; n < count; ++n) {
+    if ((n + 1) % network.columns_ != 0) network.to_next_column_[n] = draw();
+    if (n + network.columns_ < count) network.to_next_row_[n] = draw();
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    if (n + 1 < count) {
+      network.conductance_[n] += network.to_next_column_[n];
+      network.conductance_[n + 1] += network.to_next_column_[n];
+    }
+    if (n + network.columns_ < count) {
+      network.conductance_[n] += network.to_next_row_[n];
+      network.conductance_[n + network.columns_] += network.to_next_row_[n];
+    }
+  }
+  return network;
+}
+
+std::size_t LatticeCoupling::edges() const noexcept {
+  const std::size_t rows = neurons() / columns_;
+  return (columns_ - 1) * rows + columns_ * (rows - 1);
+}
+
+double LatticeCoupling::largest_conductance() const noexcept {
+  return *std::max_element(conductance_.begin(), conductance_.end());
+}
+
+double LatticeCoupling::inflow(std::span<const double> V_mV, std::size_t n) const noexcept {
+  double sum = 0.0;
+  if (n >= 1) sum += to_next_column_[n - 1] * V_mV[n - 1];
+  if (n + 1 < V_mV.size()) sum += to_next_column_[n] * V_mV[n + 1];
+  if (n >= columns_) sum += to_next_row_[n - columns_] * V_mV[n - columns_];
+  if (n + columns_ < V_mV.size()) sum += to_next_row_[n] * V_mV[n + columns_];
+  return sum;
+}
+
+}  // namespace merkel

@@ -1,0 +1,42 @@
+#include "core/neurons/hodgkin_huxley/quiescence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace merkel {
+
+Quiescence::Quiescence(const HodgkinHuxley& neuron, std::size_t neurons, std::size_t columns)
+    : resting_states_(std::make_shared<RestingStates>(neuron)),
+      neurons_(neurons),
+      columns_(columns),
+      reach_((columns + kNeuronBlock - 1) / kNeuronBlock),
+      current_(neurons),
+      resting_((neurons + kNeuronBlock - 1) / kNeuronBlock),
+      frozen_(resting_.size()) {}
+
+void Quiescence::wake() noexcept { std::fill(frozen_.begin(), frozen_.end(), std::uint8_t{0}); }
+
+bool Quiescence::at_rest(const RestingStates::State& state, double current) const noexcept {
+  if (!resting_states_->covers(current)) return false;
+  const RestingStates::State fixed = resting_states_->at(current);
+  return std::fabs(state.V - fixed.V) < kEpsilon_mV &&
+         std::fabs(state.gates.n - fixed.gates.n) < kEpsilonGate &&
+         std::fabs(state.gates.m - fixed.gates.m) < kEpsilonGate &&
+         std::fabs(state.gates.h - fixed.gates.h) < kEpsilonGate;
+}
+
+std::size_t Quiescence::freeze() noexcept {
+  std::size_t count = 0;
+  for (std::size_t block = 0; block < resting_.size(); ++block) {
+    const std::size_t first = block > reach_ ? block - reach_ : 0;
+    const std::size_t last = std::min(block + reach_ + 1, resting_.size());
+    const bool all = std::all_of(resting_.begin() + static_cast<std::ptrdiff_t>(first),
+                                 resting_.begin() + static_cast<std::ptrdiff_t>(last),
+                                 [](std::uint8_t rests) { return rests != 0; });
+    frozen_[block] = all ? 1 : 0;
+    count += all ? 1 : 0;
+  }
+  return count;
+}
+
+}  // namespace merkel

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
+#include "core/neurons/hodgkin_huxley/kernel/membrane_kernel.hpp"
+#include "core/neurons/hodgkin_huxley/resting_states.hpp"
+#include "core/realtime_tag.hpp"
+
+namespace merkel {
+
+/// Which blocks of neurons need no stepping: those whose neurons all stay where they are.
+///
+/// A neuron is at rest when its current does not change within the call, all four of its states lie
+/// within ε of the stable fixed point under that current and what its neighbours give it, and the
+/// same is true of its whole block and of every block it is coupled to. (That V does not move is
+/// not enough: it hardly moves before a spike either.) ε is 1e-3 mV for V, 1e-5 for the gates.
+/// Real-time: yes, after construction.
+class Quiescence {
+ public:
+  static constexpr double kEpsilon_mV = 1e-3;
+  static constexpr double kEpsilonGate = 1e-5;
+
+  /// \param columns  of the grid on which neighbours are coupled; 0 where there is no network
+  Quiescence(const HodgkinHuxley& neuron, std::size_t neurons, std::size_t columns);
+
+  /// Nothing is known to be at rest.
+  void wake() noexcept;
+
+  /// Finds the blocks to skip. \param state  neuron → RestingStates::State
+  /// \param exchange  neuron → current from its neighbours, µA/cm²
+  /// \return how many there are; frozen() tells which
+  template <class State, class Exchange>
+  std::size_t find(std::span<const double> current_begin, std::span<const double> current_end,
+                   State state, Exchange exchange) noexcept MERKEL_REALTIME {
+    for (std::size_t block = 0; block < resting_.size(); ++block) {
+      const std::size_t first = block * kNeuronBlock;
+      const std::size_t last = std::min(first + kNeuronBlock, neurons_);
+      bool rests = true;
+      for (std::size_t i = first; rests && i < last; ++i) {
+        rests = current_begin[i] == current_end[i];
+      }
+      // A block skipped last time has not moved: with the same current, it still rests.
+      const bool known = frozen_[block] != 0 && columns_ == 0;
+      for (std::size_t i = first; rests && i < last; ++i) {
+        if (known && current_begin[i] == current_[i]) continue;
+        rests = at_rest(state(i), current_begin[i] + exchange(i));
+      }
+      for (std::size_t i = first; i < last; ++i) current_[i] = current_end[i];
+      resting_[block] = rests ? 1 : 0;
+    }
+    return freeze();
+  }
+
+  /// By block: 1 = skip.
+  [[nodiscard]] const std::uint8_t* frozen() const noexcept { return frozen_.data(); }
+
+ private:
+  [[nodiscard]] bool at_rest(const RestingStates::State& state, double current) const noexcept;
+  std::size_t freeze() noexcept;
+
+  std::shared_ptr<const RestingStates> resting_states_;
+  std::size_t neurons_;
+  std::size_t columns_;
+  std::size_t reach_;  ///< in blocks, of a neuron's coupling
+  std::vector<double> current_;
+  std::vector<std::uint8_t> resting_;
+  std::vector<std::uint8_t> frozen_;
+};
+
+}  // namespace merkel

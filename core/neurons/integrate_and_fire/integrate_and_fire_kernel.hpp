@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/neurons/spike_observer.hpp"
+
+namespace merkel {
+
+/// Integrate-and-fire neurons as structure of arrays, and what to do with them. Times in s, rates
+/// in Hz. All arrays are padded to whole blocks.
+struct IntegrateAndFireArguments {
+  double* v = nullptr;
+  double* refractory_left = nullptr;         ///< s
+  const double* current_begin = nullptr;     ///< Hz at the first step's beginning
+  const double* current_change = nullptr;    ///< by the last step's end
+  const std::uint64_t* noise_key = nullptr;  ///< of each block's eight pairs of neurons
+  std::size_t first = 0;  ///< neurons [first, last) are stepped; first in whole blocks
+  std::size_t last = 0;
+  int steps = 0;
+  std::uint64_t steps_before = 0;  ///< since reset: the number of the first step
+  double step = 0.0;
+  double inverse_tau = 0.0;
+  double threshold = 1.0;
+  double reset = 0.0;
+  double floor = -1.0;
+  double refractory = 0.0;
+  double sigma = 0.0;
+  SpikeObserver* observer = nullptr;
+};
+
+/// Takes all steps by the Euler-Maruyama method. Bit-identical on every instruction set.
+/// Real-time: yes.
+void step_integrate_and_fire(const IntegrateAndFireArguments& arguments) noexcept;
+
+}  // namespace merkel

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/realtime_tag.hpp"
+#include "core/records/spike_event.hpp"
+
+namespace merkel {
+
+/// The spikes of one tick, in memory reserved beforehand. Real-time: yes, after construction.
+class SpikeBuffer {
+ public:
+  explicit SpikeBuffer(std::size_t capacity) : events_(capacity) {}
+
+  /// Drops the event and counts it when full. Thread: several at a time, whose events then lie in
+  /// no particular order.
+  void push(const SpikeEvent& event) noexcept MERKEL_REALTIME {
+    const std::size_t place = std::atomic_ref(pushed_).fetch_add(1, std::memory_order_relaxed);
+    if (place < events_.size()) events_[place] = event;
+  }
+  void clear() noexcept MERKEL_REALTIME {
+    refused_ = refused();
+    pushed_ = 0;
+  }
+  void sort() noexcept MERKEL_REALTIME { std::sort(events().begin(), events().end()); }
+  [[nodiscard]] std::span<const SpikeEvent> events() const noexcept {
+    return std::span(events_).first(std::min(pushed_, events_.size()));
+  }
+  [[nodiscard]] std::span<SpikeEvent> events() noexcept {
+    return std::span(events_).first(std::min(pushed_, events_.size()));
+  }
+  /// Spikes that found no room, since construction.
+  [[nodiscard]] std::uint64_t refused() const noexcept {
+    return refused_ + (pushed_ - events().size());
+  }
+
+ private:
+  std::vector<SpikeEvent> events_;
+  std::size_t pushed_ = 0;     ///< since clear(), with those that found no room
+  std::uint64_t refused_ = 0;  ///< before clear()
+};
+
+}  // namespace merkel

@@ -1,0 +1,70 @@
+#include "core/receptors/adaptation.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/math/normal_random.hpp"
+#include "core/math/portable_math.hpp"
+#include "core/units.hpp"
+
+namespace merkel {
+
+Expected<void, ParameterError> AdaptationParameters::check() const {
+  return ParameterCheck()
+      .not_negative("afferent.gain_Hz_per_kPa", gain_Hz_per_kPa)
+      .not_negative("afferent.fast_weight", fast_weight)
+      .not_negative("afferent.slow_weight", slow_weight)
+      .positive("afferent.fast_ms", fast_ms)
+      .positive("afferent.slow_ms", slow_ms)
+      .in_range("afferent.gain_spread", gain_spread, 0.0, 2.0)
+      .result();
+}
+
+Adaptation::Adaptation(const AdaptationParameters& parameters, std::size_t afferents)
+    : parameters_(parameters),
+      gain_(afferents, parameters.gain_Hz_per_kPa),
+      fast_(afferents),
+      slow_(afferents) {
+  if (parameters.gain_spread <= 0.0) return;
+  for (std::size_t n = 0; n < afferents; ++n) {
+    gain_[n] *= portable_exp(parameters.gain_spread * normal_random(parameters.seed, n, 0));
+  }
+}
+
+void Adaptation::reset() noexcept {
+  std::fill(fast_.begin(), fast_.end(), 0.0);
+  std::fill(slow_.begin(), slow_.end(), 0.0);
+}
+
+Adaptation::Decay Adaptation::decay_of(double interval_ms, double tau_ms) noexcept {
+  // x(T) = x(0)·e^{−r} + ∫ u(t)·e^{−(T−t)/τ} dt/τ with r = T/τ and u linear.
+  const double r = interval_ms / tau_ms;
+  const double kept = portable_exp(-r);
+  const double mean = -portable_expm1(-r) / r;
+  return {.kept = kept, .of_begin = mean - kept, .of_end = 1.0 - mean};
+}
+
+void Adaptation::advance(std::span<const double> energy_begin, std::span<const double> energy_end,
+                         std::chrono::nanoseconds interval, std::span<double> drive_Hz) noexcept {
+  assert(energy_begin.size() == gain_.size() && energy_end.size() == gain_.size());
+  assert(drive_Hz.size() == gain_.size() && interval.count() > 0);
+  if (interval != interval_) {
+    interval_ = interval;
+    fast_decay_ = decay_of(units::ms_from(interval), parameters_.fast_ms);
+    slow_decay_ = decay_of(units::ms_from(interval), parameters_.slow_ms);
+  }
+  const double k1 = parameters_.fast_weight;
+  const double k3 = parameters_.slow_weight;
+  for (std::size_t n = 0; n < gain_.size(); ++n) {
+    const double begin = gain_[n] * energy_begin[n];
+    const double end = gain_[n] * energy_end[n];
+    const auto go_on = [&](double x, const Decay& decay) {
+      return decay.kept * x + (decay.of_begin * begin + decay.of_end * end);
+    };
+    fast_[n] = go_on(fast_[n], fast_decay_);
+    slow_[n] = go_on(slow_[n], slow_decay_);
+    drive_Hz[n] = std::max(0.0, (1.0 + k1 + k3) * end - k1 * fast_[n] - k3 * slow_[n]);
+  }
+}
+
+}  // namespace merkel

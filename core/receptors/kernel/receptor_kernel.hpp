@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+
+#include "core/contact/sphere_contact.hpp"
+#include "core/skin/skin_material.hpp"
+
+namespace merkel {
+
+/// A sphere's contact as the receptor kernels want it (Huber's closed form, see huber_stress.hpp).
+template <class Real>
+struct SphereField {
+  SphereField() = default;
+  /// \param receptor_depth_mm  > 0
+  SphereField(const SphereContact& contact, double x_mm, double y_mm, const SkinMaterial& skin,
+              EnergyDensity kind, double receptor_depth_mm);
+
+  Real x = 0, y = 0;   ///< where the axis is
+  Real z = 1;          ///< depth of the receptors
+  Real a2 = 0;         ///< a²
+  Real inverse_a = 0;  ///< 1/a
+  Real a_over_z2 = 0;  ///< (a/z)²
+  Real z2_minus_a2 = 0;
+  Real a2_z2 = 0;  ///< a²z²
+  Real one_minus_nu = 0, one_plus_nu = 0;
+  Real third = 0;  ///< (1−2ν)/3
+  Real p0 = 0;
+  Real distortional = 0;  ///< p0²/(12G): energy per (σ_i−σ_j)² in units of p0
+  Real volumetric = 0;    ///< p0²/(18K), or 0
+};
+
+/// Receptors as structure of arrays; all arrays are padded to whole vectors.
+template <class Real>
+struct ReceptorArguments {
+  const Real* x = nullptr;
+  const Real* y = nullptr;
+  std::size_t first = 0;  ///< receptors [first, last)
+  std::size_t last = 0;
+  Real* energy = nullptr;  ///< strain energy density, kPa
+};
+
+/// Sums of stresses of several contacts at every receptor, kPa.
+template <class Real>
+struct StressArrays {
+  Real* sigma_x = nullptr;
+  Real* sigma_y = nullptr;
+  Real* sigma_z = nullptr;
+  Real* tau_xy = nullptr;
+  Real* tau_yz = nullptr;
+  Real* tau_zx = nullptr;
+};
+
+/// The sigmoid of Eq. 7 as the kernel wants it: α/(1+e^{γλ − γ·SED}).
+template <class Real>
+struct SigmoidConstants {
+  Real alpha = 0;
+  Real gamma = 0;
+  Real gamma_lambda = 0;
+};
+
+/// Energy density under one sphere. All of these are bit-identical on every instruction set.
+/// Real-time: yes.
+void sphere_energy(const SphereField<double>& field,
+                   const ReceptorArguments<double>& receptors) noexcept;
+void sphere_energy(const SphereField<float>& field,
+                   const ReceptorArguments<float>& receptors) noexcept;
+
+/// Adds the stress of one sphere to the sums.
+void add_sphere_stress(const SphereField<double>& field, const ReceptorArguments<double>& receptors,
+                       const StressArrays<double>& sums) noexcept;
+void add_sphere_stress(const SphereField<float>& field, const ReceptorArguments<float>& receptors,
+                       const StressArrays<float>& sums) noexcept;
+
+/// Energy density of the summed stresses; distortional and volumetric factors are 1/(12G) and
+/// 1/(18K).
+void stress_energy(const StressArrays<double>& sums, const ReceptorArguments<double>& receptors,
+                   double distortional, double volumetric) noexcept;
+void stress_energy(const StressArrays<float>& sums, const ReceptorArguments<float>& receptors,
+                   double distortional, double volumetric) noexcept;
+
+/// Currents of receptors from their energy densities, by the sigmoid.
+void sigmoid_currents(const SigmoidConstants<double>& sigmoid,
+                      const ReceptorArguments<double>& receptors, double* current) noexcept;
+void sigmoid_currents(const SigmoidConstants<float>& sigmoid,
+                      const ReceptorArguments<float>& receptors, float* current) noexcept;
+
+}  // namespace merkel

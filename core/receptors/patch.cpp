@@ -1,0 +1,38 @@
+#include "core/receptors/patch.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace merkel {
+
+Expected<void, ParameterError> Patch::check() const {
+  return ParameterCheck()
+      .positive("receptors.length_mm", length_mm)
+      .positive("receptors.width_mm", width_mm)
+      .whole_in_range("receptors.columns", columns, 1, 1000)
+      .whole_in_range("receptors.rows", rows, 1, 1000)
+      .result();
+}
+
+bool Patch::contains(double x_mm, double y_mm) const noexcept {
+  return x_mm >= 0.0 && x_mm <= length_mm && y_mm >= 0.0 && y_mm <= width_mm;
+}
+
+std::uint32_t Patch::neuron_at(double x_mm, double y_mm) const noexcept {
+  assert(contains(x_mm, y_mm));
+  const int column = std::min(static_cast<int>(x_mm * columns / length_mm), columns - 1);
+  const int row = std::min(static_cast<int>(y_mm * rows / width_mm), rows - 1);
+  return static_cast<std::uint32_t>(row * columns + column + 1);
+}
+
+double Patch::centre_x_mm(std::uint32_t neuron) const noexcept {
+  const int column = static_cast<int>(neuron - 1) % columns;
+  return (column + 0.5) * length_mm / columns;
+}
+
+double Patch::centre_y_mm(std::uint32_t neuron) const noexcept {
+  const int row = static_cast<int>(neuron - 1) / columns;
+  return (row + 0.5) * width_mm / rows;
+}
+
+}  // namespace merkel

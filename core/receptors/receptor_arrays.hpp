@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "core/contact/placed_contact.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/receptors/kernel/receptor_kernel.hpp"
+#include "core/receptors/receptor_placement.hpp"
+#include "core/receptors/sigmoid_transduction.hpp"
+#include "core/simd/aligned_array.hpp"
+#include "core/skin/skin_material.hpp"
+
+namespace merkel {
+
+/// Receptors are worked on in whole blocks of so many, so that which of them are does not depend on
+/// the width of the vectors in use.
+inline constexpr std::size_t kReceptorBlock = 16;
+
+/// The receptors of a patch as structure of arrays in one precision, and the calls of the kernels
+/// that work on them. Real-time: yes, after construction.
+template <class Real>
+class ReceptorArrays {
+ public:
+  ReceptorArrays(std::span<const Receptor> receptors, const SkinParameters& skin,
+                 const SigmoidTransduction& transduction);
+
+  /// Energy densities under the sum of all contacts, at the receptors [first, last) and those that
+  /// share a block with them.
+  void press(std::span<const PlacedContact> contacts, std::size_t first,
+             std::size_t last) noexcept MERKEL_REALTIME;
+  /// Their currents without the threshold, from their energy densities.
+  void transduce(std::size_t first, std::size_t last) noexcept MERKEL_REALTIME;
+  /// Nothing presses on the receptors [first, last) and those that share a block with them.
+  void clear_energy(std::size_t first, std::size_t last) noexcept MERKEL_REALTIME;
+
+  /// µA/cm², of receptors [first, last) in a fixed order, whatever the instruction set.
+  [[nodiscard]] double sum_of_currents(std::size_t first,
+                                       std::size_t last) const noexcept MERKEL_REALTIME;
+  /// kPa, likewise.
+  [[nodiscard]] double sum_of_energy_densities(std::size_t first,
+                                               std::size_t last) const noexcept MERKEL_REALTIME;
+  void silence(std::size_t receptor) noexcept { current_[receptor] = Real(0); }
+  [[nodiscard]] double energy_density_kPa(std::size_t receptor) const noexcept {
+    return static_cast<double>(energy_[receptor]);
+  }
+
+ private:
+  static constexpr std::size_t kSums = 6;
+
+  [[nodiscard]] ReceptorArguments<Real> blocks(std::size_t first, std::size_t last) noexcept;
+  [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
+  void add_bars(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
+
+  SkinMaterial skin_;
+  EnergyDensity kind_;
+  double receptor_depth_mm_;
+  SigmoidConstants<Real> sigmoid_;
+  AlignedArray<Real> x_, y_, energy_, current_;
+  AlignedArray<Real> sums_[kSums];  ///< of stresses
+};
+
+extern template class ReceptorArrays<double>;
+extern template class ReceptorArrays<float>;
+
+}  // namespace merkel

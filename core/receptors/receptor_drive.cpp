@@ -1,0 +1,244 @@
+#include "core/receptors/receptor_drive.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/contact/hertz_contact.hpp"
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+double square(double x) { return x * x; }
+
+std::variant<ReceptorArrays<double>, ReceptorArrays<float>> make_arrays(
+    std::span<const Receptor> receptors, const ReceptorDrive::Parameters& p) {
+  if (p.precision == Precision::kFloat) {
+    return ReceptorArrays<float>(receptors, p.skin, p.transduction);
+  }
+  return ReceptorArrays<double>(receptors, p.skin, p.transduction);
+}
+
+std::vector<Receptor> by_neuron(std::span<const Receptor> receptors) {
+  std::vector<Receptor> sorted(receptors.begin(), receptors.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Receptor& a, const Receptor& b) { return a.neuron < b.neuron; });
+  return sorted;
+}
+
+}  // namespace
+
+double ReceptorDrive::Box::nearest2(double x, double y) const noexcept {
+  return square(std::max({left - x, x - right, 0.0})) +
+         square(std::max({bottom - y, y - top, 0.0}));
+}
+
+double ReceptorDrive::Box::farthest2(double x, double y) const noexcept {
+  return square(std::max(x - left, right - x)) + square(std::max(y - bottom, top - y));
+}
+
+ReceptorDrive::ReceptorDrive(std::span<const Receptor> receptors, std::size_t neurons,
+                             const Parameters& parameters)
+    : parameters_(parameters),
+      receptors_(by_neuron(receptors)),
+      first_of_neuron_(neurons + 1),
+      arrays_(make_arrays(receptors_, parameters)),
+      resting_current_(parameters.transduction.current_uA_per_cm2(0.0)),
+      current_(neurons) {
+  contacts_.reserve(parameters.most_contacts);
+  ranges_.reserve(parameters.most_contacts);
+  pressed_.reserve(neurons);
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  constexpr Box kNothing{kInfinite, -kInfinite, kInfinite, -kInfinite};
+  const auto include = [](Box& box, const Receptor& receptor) {
+    box.left = std::min(box.left, receptor.x_mm);
+    box.right = std::max(box.right, receptor.x_mm);
+    box.bottom = std::min(box.bottom, receptor.y_mm);
+    box.top = std::max(box.top, receptor.y_mm);
+  };
+  box_ = kNothing;
+  box_of_neuron_.assign(neurons, kNothing);
+  for (const Receptor& receptor : receptors_) {
+    assert(receptor.neuron >= 1 && receptor.neuron <= neurons);
+    ++first_of_neuron_[receptor.neuron];
+    include(box_of_neuron_[receptor.neuron - 1], receptor);
+    include(box_, receptor);
+  }
+  for (std::size_t n = 1; n <= neurons; ++n) first_of_neuron_[n] += first_of_neuron_[n - 1];
+}
+
+double ReceptorDrive::energy_density_kPa(std::size_t receptor) const noexcept {
+  return std::visit([=](const auto& arrays) { return arrays.energy_density_kPa(receptor); },
+                    arrays_);
+}
+
+void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcept {
+  ranges_.clear();
+  all_displaced_ = false;
+  const double threshold_mm = units::mm_from_um(parameters_.transduction.threshold_um);
+  const double share_mm = threshold_mm / static_cast<double>(contacts.size());
+  for (const PlacedContact& placed : contacts) {
+    const double farthest2 = box_.farthest2(placed.x_mm, placed.y_mm);
+    Ranges ranges{.reach2 = square(placed.reach_mm), .displaced2 = 0.0, .may_displace2 = 0.0};
+    if (placed.bars != nullptr) {
+      // All of the force acts within half a diagonal of the axis, so U lies between what it would
+      // do from the near and from the far side.
+      const double half_diagonal = placed.bars->half_diagonal_mm();
+      const double at_1_mm = placed.contact.depth_mm * placed.bars->far_displacement_mm();
+      ranges.displaced2 = square(std::max(0.0, at_1_mm / threshold_mm - half_diagonal));
+      ranges.may_displace2 = square(at_1_mm / share_mm + half_diagonal);
+    } else if (HertzContact::surface_displacement_mm(placed.contact, std::sqrt(farthest2)) >=
+               threshold_mm) {
+      ranges.displaced2 = ranges.may_displace2 = std::numeric_limits<double>::infinity();
+    } else {
+      ranges.displaced2 =
+          square(HertzContact::radius_of_displacement_mm(placed.contact, threshold_mm));
+      ranges.may_displace2 =
+          contacts.size() == 1
+              ? ranges.displaced2
+              : square(HertzContact::radius_of_displacement_mm(placed.contact, share_mm) + 1e-6);
+    }
+    all_displaced_ = all_displaced_ || farthest2 <= ranges.displaced2;
+    ranges_.push_back(ranges);
+  }
+}
+
+bool ReceptorDrive::reaches(const Box& box) const noexcept {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (box.nearest2(contacts_[i].x_mm, contacts_[i].y_mm) <= ranges_[i].reach2) return true;
+  }
+  return false;
+}
+
+ReceptorDrive::Displaced ReceptorDrive::displaced(const Box& box) const noexcept {
+  if (all_displaced_) return Displaced::kAll;
+  Displaced found = Displaced::kNone;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const double x = contacts_[i].x_mm;
+    const double y = contacts_[i].y_mm;
+    if (box.farthest2(x, y) <= ranges_[i].displaced2) return Displaced::kAll;
+    if (box.nearest2(x, y) <= ranges_[i].may_displace2) found = Displaced::kSome;
+  }
+  return found;
+}
+
+/// Whether the surface above a receptor is displaced by the threshold, by all contacts together.
+bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
+  const double x = receptors_[receptor].x_mm;
+  const double y = receptors_[receptor].y_mm;
+  double sum_mm = 0.0;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const double dx = x - contacts_[i].x_mm;
+    const double dy = y - contacts_[i].y_mm;
+    const double r2 = dx * dx + dy * dy;
+    if (r2 <= ranges_[i].displaced2) return true;
+    if (contacts_.size() == 1 && contacts_[i].bars == nullptr) return false;
+    sum_mm += contacts_[i].bars != nullptr
+                  ? contacts_[i].bars->at(dx, dy).displacement * contacts_[i].contact.depth_mm
+                  : HertzContact::surface_displacement_mm(contacts_[i].contact, std::sqrt(r2));
+  }
+  return sum_mm >= units::mm_from_um(parameters_.transduction.threshold_um);
+}
+
+void ReceptorDrive::rest_unreached(std::size_t neuron) noexcept {
+  const std::size_t first = first_of_neuron_[neuron];
+  const std::size_t last = first_of_neuron_[neuron + 1];
+  std::size_t count = 0;
+  switch (displaced(box_of_neuron_[neuron])) {
+    case Displaced::kAll:
+      count = last - first;
+      break;
+    case Displaced::kSome:
+      for (std::size_t i = first; i < last; ++i) count += displaced(i) ? 1 : 0;
+      break;
+    case Displaced::kNone:
+      break;
+  }
+  current_[neuron] = static_cast<double>(count) * resting_current_;
+}
+
+/// Afferents [first_neuron, last_neuron), whose receptors lie side by side.
+template <class Arrays>
+void ReceptorDrive::drive_reached(Arrays& arrays, std::size_t first_neuron,
+                                  std::size_t last_neuron) noexcept {
+  const std::size_t begin = first_of_neuron_[first_neuron];
+  const std::size_t end = first_of_neuron_[last_neuron];
+  if (begin == end) return;
+  arrays.press(contacts_, begin, end);
+  pressed_.push_back({.first = begin, .last = end});
+  arrays.transduce(begin, end);
+  for (std::size_t n = first_neuron; n < last_neuron; ++n) {
+    const std::size_t first = first_of_neuron_[n];
+    const std::size_t last = first_of_neuron_[n + 1];
+    const Displaced above = displaced(box_of_neuron_[n]);
+    if (above != Displaced::kAll) {
+      for (std::size_t i = first; i < last; ++i) {
+        if (above == Displaced::kNone || !displaced(i)) arrays.silence(i);
+      }
+    }
+    current_[n] = arrays.sum_of_currents(first, last);
+  }
+}
+
+/// The same for the mean energy densities.
+template <class Arrays>
+void ReceptorDrive::average_reached(Arrays& arrays, std::size_t first_neuron,
+                                    std::size_t last_neuron) noexcept {
+  const std::size_t begin = first_of_neuron_[first_neuron];
+  const std::size_t end = first_of_neuron_[last_neuron];
+  if (begin == end) return;
+  arrays.press(contacts_, begin, end);
+  for (std::size_t n = first_neuron; n < last_neuron; ++n) {
+    const std::size_t first = first_of_neuron_[n];
+    const std::size_t last = first_of_neuron_[n + 1];
+    if (first == last) continue;
+    current_[n] = arrays.sum_of_energy_densities(first, last) / static_cast<double>(last - first);
+  }
+}
+
+bool ReceptorDrive::compute(std::span<const PlacedContact> contacts) noexcept {
+  assert(contacts.size() <= parameters_.most_contacts);
+  if (std::equal(contacts.begin(), contacts.end(), contacts_.begin(), contacts_.end())) {
+    return false;
+  }
+  contacts_.assign(contacts.begin(), contacts.end());
+  reached_ = 0;
+  std::visit(
+      [this](auto& arrays) {
+        for (const Pressed& run : pressed_) arrays.clear_energy(run.first, run.last);
+      },
+      arrays_);
+  pressed_.clear();
+  if (contacts_.empty()) {
+    std::fill(current_.begin(), current_.end(), 0.0);
+    return true;
+  }
+  const bool average = parameters_.output == Output::kMeanEnergy;
+  find_ranges(contacts_);
+  std::size_t begun = 0;
+  for (std::size_t n = 0; n <= current_.size(); ++n) {
+    if (n < current_.size() && reaches(box_of_neuron_[n])) continue;
+    if (begun < n) {
+      std::visit(
+          [&](auto& arrays) {
+            average ? average_reached(arrays, begun, n) : drive_reached(arrays, begun, n);
+          },
+          arrays_);
+      reached_ += n - begun;
+    }
+    if (n < current_.size()) {
+      if (average) {
+        current_[n] = 0.0;
+      } else {
+        rest_unreached(n);
+      }
+    }
+    begun = n + 1;
+  }
+  return true;
+}
+
+}  // namespace merkel

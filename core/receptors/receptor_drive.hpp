@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "core/contact/placed_contact.hpp"
+#include "core/precision.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/receptors/receptor_arrays.hpp"
+#include "core/receptors/receptor_placement.hpp"
+#include "core/receptors/sigmoid_transduction.hpp"
+#include "core/skin/skin_material.hpp"
+
+namespace merkel {
+
+/// From contacts to the current of every afferent: I_n = Σ over its receptors of the sigmoid of
+/// the strain energy density at receptor depth (Eq. 14); or to the mean of these energy densities.
+///
+/// Several contacts act together: their stresses and displacements add (the half-space is linear),
+/// and the energy density is that of the sum. Afferents whose receptors all lie beyond the
+/// contacts' reach are not looked at: their receptors feel no energy. Contacts that have not
+/// changed cost nothing. Real-time: yes, after construction.
+class ReceptorDrive {
+ public:
+  /// What is found for every afferent.
+  enum class Output : std::uint8_t { kCurrent, kMeanEnergy };
+  struct Parameters {
+    SkinParameters skin;
+    SigmoidTransduction transduction;
+    Precision precision = Precision::kDouble;
+    std::size_t most_contacts = 1;  ///< that compute() will be given at once
+    Output output = Output::kCurrent;
+  };
+
+  /// \param neurons  number of afferents; each receptor names one, from 1
+  ReceptorDrive(std::span<const Receptor> receptors, std::size_t neurons,
+                const Parameters& parameters);
+
+  /// Finds the current, or the mean energy density, of every afferent.
+  /// \return whether any may differ from the call before.
+  bool compute(std::span<const PlacedContact> contacts) noexcept MERKEL_REALTIME;
+
+  /// Of every afferent, as computed last, µA/cm².
+  [[nodiscard]] std::span<const double> current_uA_per_cm2() const noexcept { return current_; }
+  /// The same where the output is the mean energy density, kPa.
+  [[nodiscard]] std::span<const double> mean_energy_kPa() const noexcept { return current_; }
+  /// Afferents within the reach of the contacts last computed.
+  [[nodiscard]] std::size_t afferents_reached() const noexcept { return reached_; }
+
+  /// The receptors, grouped by afferent.
+  [[nodiscard]] std::span<const Receptor> receptors() const noexcept { return receptors_; }
+  /// Strain energy density at a receptor, in the order of receptors(), as computed last, kPa; 0
+  /// beyond the reach.
+  [[nodiscard]] double energy_density_kPa(std::size_t receptor) const noexcept;
+
+ private:
+  /// The rectangle that holds some receptors.
+  struct Box {
+    double left, right, bottom, top;
+    [[nodiscard]] double nearest2(double x, double y) const noexcept;
+    [[nodiscard]] double farthest2(double x, double y) const noexcept;
+  };
+  /// Squares of the distances from a contact's axis within which things happen, mm².
+  struct Ranges {
+    double reach2;
+    double displaced2;     ///< its displacement alone is above the threshold
+    double may_displace2;  ///< beyond, even all contacts together do not displace that far
+  };
+  enum class Displaced : std::uint8_t { kNone, kSome, kAll };
+
+  void find_ranges(std::span<const PlacedContact> contacts) noexcept;
+  [[nodiscard]] bool reaches(const Box& box) const noexcept;
+  [[nodiscard]] Displaced displaced(const Box& box) const noexcept;
+  [[nodiscard]] bool displaced(std::size_t receptor) const noexcept;
+  template <class Arrays>
+  void drive_reached(Arrays& arrays, std::size_t first_neuron, std::size_t last_neuron) noexcept;
+  template <class Arrays>
+  void average_reached(Arrays& arrays, std::size_t first_neuron, std::size_t last_neuron) noexcept;
+  void rest_unreached(std::size_t neuron) noexcept;
+
+  Parameters parameters_;
+  std::vector<Receptor> receptors_;
+  std::vector<std::size_t> first_of_neuron_;  ///< N+1 offsets into receptors_
+  std::vector<Box> box_of_neuron_;
+  Box box_{};
+  std::variant<ReceptorArrays<double>, ReceptorArrays<float>> arrays_;
+  double resting_current_;  ///< of a receptor that is displaced but feels no energy
+  std::vector<PlacedContact> contacts_;
+  std::vector<Ranges> ranges_;
+  std::vector<double> current_;
+  /// Receptors [first, last) whose energy density was computed last.
+  struct Pressed {
+    std::size_t first, last;
+  };
+  std::vector<Pressed> pressed_;
+  std::size_t reached_ = 0;
+  bool all_displaced_ = false;
+};
+
+}  // namespace merkel

@@ -1,0 +1,48 @@
+#include "core/contact/contact_validity.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/contact/sphere_law.hpp"
+
+namespace merkel {
+namespace {
+
+ContactValidity validity(const SkinParameters& skin, double radius_mm, double depth_mm) {
+  return validity_of(SphereLaw(skin, radius_mm).at_depth(depth_mm), skin, radius_mm);
+}
+
+TEST(ContactValidity, ShallowPressesAreWithinAndDeepOnesAreNot) {
+  EXPECT_TRUE(validity({}, 2.0, 0.1).within);
+  EXPECT_FALSE(validity({}, 2.0, 1.5).within);
+  EXPECT_TRUE(validity({.contact_law = ContactLaw::kSneddon}, 2.0, 1.5).within);
+}
+
+TEST(ContactValidity, SaysHowFarTheForceIsFromAnExactSphere) {
+  EXPECT_NEAR(validity({}, 1.0, 0.3).sphere_force_error, 1.0 / 0.970 - 1.0, 5e-4);
+}
+
+TEST(ContactValidity, SaysWhatBoneWouldChange) {
+  const ContactValidity half_space = validity({}, 2.0, 1.5);
+  EXPECT_FALSE(half_space.thickness_given);
+  EXPECT_NEAR(half_space.layer_ratio, 0.433, 5e-4);
+  EXPECT_NEAR(1.0 / (1.0 + half_space.layer_force_error), 1.85, 0.005);
+  EXPECT_NE(half_space.sentence().find("1.85 times as large (set skin.thickness_mm)"),
+            std::string::npos);
+
+  const ContactValidity layer = validity({.thickness_mm = 4.0}, 5.0, 1.0);
+  EXPECT_TRUE(layer.thickness_given);
+  EXPECT_FALSE(layer.within);
+  EXPECT_NEAR(layer.layer_force_error, -0.088, 0.001);
+  EXPECT_NEAR(
+      validity({.thickness_mm = 4.0, .layer_law = LayerLaw::kExact}, 5.0, 1.0).layer_force_error,
+      0.0, 1e-12);
+}
+
+TEST(ContactValidity, AFlatPlateIsJudgedByTheFinger) {
+  const SkinParameters finger{.radius_mm = 7.0};
+  const double plate = std::numeric_limits<double>::infinity();
+  EXPECT_NEAR(validity(finger, plate, 0.7).radius_ratio, std::sqrt(0.1), 1e-9);
+}
+
+}  // namespace
+}  // namespace merkel

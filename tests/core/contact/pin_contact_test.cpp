@@ -1,0 +1,90 @@
+#include "core/contact/pin_contact.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/huber_stress.hpp"
+#include "core/skin/point_load.hpp"
+#include "core/skin/strain_energy_density.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kPoisson = 0.48;
+
+/// The pressure under a pin is the slope, by a, of that under a sphere with p0 = P·a/(2πa₀²).
+AxisymmetricStress by_slope(double force, double radius, double r, double z) {
+  constexpr double kStep = 1e-4;
+  const auto sphere = [&](double a) {
+    return huber_stress(
+        {.depth_mm = 1.0,
+         .force_mN = 1.0,
+         .contact_radius_mm = a,
+         .peak_pressure_kPa = force * a / (2.0 * std::numbers::pi * radius * radius)},
+        kPoisson, r, z);
+  };
+  const AxisymmetricStress above = sphere(radius + kStep);
+  const AxisymmetricStress below = sphere(radius - kStep);
+  const auto slope = [](double up, double down) { return (up - down) / (2.0 * kStep); };
+  return {.sigma_r = slope(above.sigma_r, below.sigma_r),
+          .sigma_theta = slope(above.sigma_theta, below.sigma_theta),
+          .sigma_z = slope(above.sigma_z, below.sigma_z),
+          .tau_rz = slope(above.tau_rz, below.tau_rz)};
+}
+
+TEST(PinContact, StressIsThatOfGrowingSpheres) {
+  for (const double r : {0.0, 0.2, 0.5, 0.8, 3.0}) {
+    for (const double z : {0.1, 0.65, 2.0}) {
+      const AxisymmetricStress pin = pin_stress(100.0, 0.5, kPoisson, r, z);
+      const AxisymmetricStress slope = by_slope(100.0, 0.5, r, z);
+      EXPECT_NEAR(pin.sigma_r, slope.sigma_r, 1e-3) << r << " " << z;
+      EXPECT_NEAR(pin.sigma_theta, slope.sigma_theta, 1e-3) << r << " " << z;
+      EXPECT_NEAR(pin.sigma_z, slope.sigma_z, 1e-3) << r << " " << z;
+      EXPECT_NEAR(pin.tau_rz, slope.tau_rz, 1e-3) << r << " " << z;
+    }
+  }
+}
+
+TEST(PinContact, FarAwayItIsAPointLoad) {
+  const AxisymmetricStress pin = pin_stress(100.0, 0.5, kPoisson, 30.0, 20.0);
+  const AxisymmetricStress point = point_load_stress(100.0, kPoisson, 30.0, 20.0);
+  EXPECT_NEAR(pin.sigma_r, point.sigma_r, 1e-3 * std::fabs(point.sigma_r));
+  EXPECT_NEAR(pin.sigma_z, point.sigma_z, 1e-3 * std::fabs(point.sigma_z));
+  EXPECT_NEAR(pin.tau_rz, point.tau_rz, 1e-3 * std::fabs(point.tau_rz));
+}
+
+TEST(PinContact, CarriesItsForce) {
+  // ∫ σz·2πr dr at a depth is −P.
+  double sum = 0.0;
+  constexpr double kStep = 0.01;
+  for (double r = 0.5 * kStep; r < 200.0; r += kStep) {
+    sum -= pin_stress(100.0, 0.5, kPoisson, r, 0.65).sigma_z * 2.0 * std::numbers::pi * r * kStep;
+  }
+  EXPECT_NEAR(sum, 100.0, 0.01);
+}
+
+TEST(PinContact, TheGridRepeatsTheClosedForm) {
+  const SkinParameters skin;
+  const SkinMaterial material(skin);
+  const BarStressField field(PinTip{.diameter_mm = 1.0}, skin);
+  const double force = field.force_mN_per_mm();
+  EXPECT_NEAR(force, 2.0 * 0.5 * material.reduced_modulus_kPa(), 1e-9);
+  for (const double x : {-1.3, -0.4, 0.0, 0.33, 0.7}) {
+    for (const double y : {-0.9, 0.01, 0.5}) {
+      const double grid = energy_density_kPa(field.at(x, y).stress, material, skin.energy_density);
+      const double exact = energy_density_kPa(
+          cartesian(pin_stress(force, 0.5, kPoisson, std::hypot(x, y), 0.65), x, y), material,
+          skin.energy_density);
+      EXPECT_NEAR(grid, exact, 3e-3 * 8.6) << x << " " << y;
+    }
+  }
+  EXPECT_EQ(pin_displacement_mm(0.3, 0.5, 0.4), 0.3);
+  EXPECT_NEAR(pin_displacement_mm(1.0, 0.5, 50.0),
+              force / (std::numbers::pi * material.reduced_modulus_kPa() * 50.0), 1e-5);
+}
+
+}  // namespace
+}  // namespace merkel

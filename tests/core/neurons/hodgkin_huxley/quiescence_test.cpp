@@ -1,0 +1,81 @@
+#include "core/neurons/hodgkin_huxley/quiescence.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/math/random.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+TEST(RestingStates, AreFixedPointsOfTheMembrane) {
+  const HodgkinHuxley neuron;
+  const RestingStates resting(neuron);
+  EXPECT_TRUE(resting.covers(0.0));
+  EXPECT_TRUE(resting.covers(5.0));
+  EXPECT_FALSE(resting.covers(20.0));
+  EXPECT_FALSE(resting.covers(std::nan("")));
+  for (const double current : {-1.0, 0.0, 0.15, 2.0, 7.0}) {
+    const auto state = resting.at(current);
+    const auto membrane = neuron.membrane(state.gates, neuron.leak_reversal_mV());
+    EXPECT_NEAR(membrane.conductance * state.V - membrane.driven, current, 1e-4);
+    EXPECT_NEAR(state.gates.h, neuron.steady_gates(state.V).h, 1e-6);
+  }
+}
+
+struct Recorded {
+  std::vector<SpikeEvent> spikes;
+  std::size_t blocks_skipped = 0;
+};
+
+/// A press that wanders over a grid of neurons, with pauses: most are at rest most of the time.
+Recorded wandering_press(bool freeze, double gain) {
+  constexpr int kColumns = 24;
+  constexpr int kRows = 12;
+  constexpr std::size_t kNeurons = kColumns * kRows;
+  const auto network = LatticeCoupling::create({.gain = gain}, kColumns, kRows);
+  HodgkinHuxleyPopulation population({.freeze_resting = freeze}, kNeurons, *network);
+  Random random(11);
+  SpikeBuffer spikes(100'000);
+  std::vector<double> begin(kNeurons, 0.15);
+  std::vector<double> end(kNeurons, 0.15);
+  Recorded run;
+  for (int tick = 0; tick < 900; ++tick) {
+    begin = end;
+    if (tick % 150 == 0) {
+      // Onto a new place, or off the skin.
+      std::fill(end.begin(), end.end(), 0.15);
+      if (tick % 300 == 0) {
+        const auto place = static_cast<std::size_t>(random.uniform() * (kNeurons - 30));
+        for (std::size_t i = place; i < place + 12; ++i) end[i] = random.uniform(4.0, 25.0);
+      }
+    }
+    population.advance(begin, end, 40, tick * std::chrono::milliseconds{1}, spikes);
+    run.blocks_skipped += population.resting_blocks();
+  }
+  spikes.sort();
+  run.spikes.assign(spikes.events().begin(), spikes.events().end());
+  return run;
+}
+
+TEST(Quiescence, FreezingMovesNoSpikeByMoreThanAMicrosecond) {
+  for (const double gain : {0.0, 0.1}) {
+    const Recorded all = wandering_press(false, gain);
+    const Recorded frozen = wandering_press(true, gain);
+    EXPECT_EQ(all.blocks_skipped, 0U);
+    EXPECT_GT(frozen.blocks_skipped, 900U * 18 / 3);
+    ASSERT_EQ(frozen.spikes.size(), all.spikes.size());
+    ASSERT_GT(all.spikes.size(), 100U);
+    for (std::size_t i = 0; i < all.spikes.size(); ++i) {
+      EXPECT_EQ(frozen.spikes[i].neuron, all.spikes[i].neuron);
+      EXPECT_LE(std::abs((frozen.spikes[i].time - all.spikes[i].time).count()), 1000);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace merkel

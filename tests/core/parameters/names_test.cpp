@@ -1,0 +1,29 @@
+#include <array>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/neurons/hodgkin_huxley/integration_method.hpp"
+#include "core/parameters/nearest_name.hpp"
+
+namespace merkel {
+namespace {
+
+TEST(NearestName, FindsTheKeyThatWasMeant) {
+  const std::array<std::string, 3> keys = {"radius_mm", "delay_ms", "uri"};
+  EXPECT_EQ(nearest_name("raduis_mm", keys), "radius_mm");
+  EXPECT_EQ(nearest_name("delay", keys), "delay_ms");
+  EXPECT_EQ(nearest_name("completely_different", keys), "");
+}
+
+TEST(IntegrationMethod, NamesReadBack) {
+  EXPECT_EQ(integration_method_names().size(), 7U);
+  for (int i = 0; i < 7; ++i) {
+    const auto method = static_cast<IntegrationMethod>(i);
+    EXPECT_EQ(integration_method_named(name_of(method)), method);
+  }
+  EXPECT_FALSE(integration_method_named("euler"));
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,63 @@
+#include "core/receptors/receptive_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace merkel {
+namespace {
+
+TEST(ReceptiveField, IsAVogelSpiral) {
+  const auto receptors = place_fields(ReceptiveField{}, {{15.0, 10.0}, {3.0, 4.0}}, Patch{});
+  ASSERT_TRUE(receptors);
+  ASSERT_EQ(receptors->size(), 56U);
+  for (std::size_t k = 0; k < 56; ++k) {
+    const auto turn = static_cast<double>(k % 28);
+    const double r = std::sqrt((turn + 0.5) / 28.0);
+    const double angle = turn * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const Receptor& receptor = (*receptors)[k];
+    EXPECT_NEAR(receptor.x_mm, (k < 28 ? 15.0 : 3.0) + r * std::cos(angle), 1e-13);
+    EXPECT_NEAR(receptor.y_mm, (k < 28 ? 10.0 : 4.0) + r * std::sin(angle), 1e-13);
+    EXPECT_EQ(receptor.neuron, k < 28 ? 1U : 2U);
+  }
+}
+
+TEST(ReceptiveField, AfferentsFollowTheDensityLaw) {
+  for (const auto placement :
+       {ReceptorParameters::Placement::kRandom, ReceptorParameters::Placement::kLattice}) {
+    const ReceptorParameters afferents{.placement = placement, .seed = 4};
+    const auto receptors = place_fields(ReceptiveField{}, afferents, Patch{});
+    const auto centres = place_receptors(afferents, Patch{});
+    ASSERT_TRUE(receptors && centres);
+    ASSERT_EQ(centres->size(), 450U);
+    ASSERT_EQ(receptors->size(), 12'600U);
+    for (std::size_t n = 0; n < 450; ++n) {
+      double x = 0.0;
+      for (std::size_t k = 0; k < 28; ++k) {
+        const Receptor& receptor = (*receptors)[28 * n + k];
+        EXPECT_EQ(receptor.neuron, n + 1);
+        x += receptor.x_mm / 28.0;
+        EXPECT_LE(
+            std::hypot(receptor.x_mm - (*centres)[n].x_mm, receptor.y_mm - (*centres)[n].y_mm),
+            1.0);
+      }
+      EXPECT_NEAR(x, (*centres)[n].x_mm, 0.05);
+    }
+  }
+}
+
+TEST(ReceptiveField, RefusesWhatCannotBe) {
+  EXPECT_EQ(place_fields({.receptors = 0}, ReceptorParameters{}, Patch{}).error().key,
+            "receptors.field_receptors");
+  EXPECT_EQ(place_fields({.radius_mm = 10.5}, ReceptorParameters{}, Patch{}).error().key,
+            "receptors.field_radius_mm");
+  EXPECT_EQ(place_fields({}, {{31.0, 5.0}}, Patch{}).error().key, "receptors.centres_mm");
+  EXPECT_EQ(
+      place_fields({.receptors = 10'000}, ReceptorParameters{.count = 2000}, Patch{}).error().key,
+      "receptors.count");
+}
+
+}  // namespace
+}  // namespace merkel

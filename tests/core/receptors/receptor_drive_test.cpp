@@ -1,0 +1,252 @@
+#include "core/receptors/receptor_drive.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/contact/hertz_contact.hpp"
+#include "core/contact/huber_stress.hpp"
+#include "core/math/random.hpp"
+#include "core/scene/drive_reach.hpp"
+#include "core/skin/strain_energy_density.hpp"
+#include "core/units.hpp"
+#include "tests/core/every_simd_target.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kAfferents = 20;
+
+std::vector<Receptor> receptors_of_the_paper() { return *place_receptors({}, {}); }
+
+/// What the drive computes, receptor by receptor from the scalar closed forms.
+struct Reference {
+  SkinParameters skin;
+  SigmoidTransduction transduction;
+
+  [[nodiscard]] double energy(const Receptor& receptor,
+                              const std::vector<PlacedContact>& contacts) const {
+    CartesianStress sum;
+    for (const PlacedContact& placed : contacts) {
+      const double dx = receptor.x_mm - placed.x_mm;
+      const double dy = receptor.y_mm - placed.y_mm;
+      if (placed.bars != nullptr) {
+        sum += placed.bars->at(dx, dy).stress * placed.contact.depth_mm;
+      } else {
+        sum += cartesian(huber_stress(placed.contact, skin.poisson_ratio, std::hypot(dx, dy),
+                                      skin.receptor_depth_mm),
+                         dx, dy);
+      }
+    }
+    return energy_density_kPa(sum, SkinMaterial(skin), skin.energy_density);
+  }
+  [[nodiscard]] double displacement_mm(const Receptor& receptor,
+                                       const std::vector<PlacedContact>& contacts) const {
+    double sum = 0.0;
+    for (const PlacedContact& placed : contacts) {
+      const double dx = receptor.x_mm - placed.x_mm;
+      const double dy = receptor.y_mm - placed.y_mm;
+      sum += placed.bars != nullptr
+                 ? placed.bars->at(dx, dy).displacement * placed.contact.depth_mm
+                 : HertzContact::surface_displacement_mm(placed.contact, std::hypot(dx, dy));
+    }
+    return sum;
+  }
+  [[nodiscard]] std::vector<double> currents(const std::vector<Receptor>& receptors,
+                                             const std::vector<PlacedContact>& contacts) const {
+    std::vector<double> all(kAfferents);
+    for (const Receptor& receptor : receptors) {
+      if (displacement_mm(receptor, contacts) < units::mm_from_um(transduction.threshold_um)) {
+        continue;
+      }
+      all[receptor.neuron - 1] += transduction.current_uA_per_cm2(energy(receptor, contacts));
+    }
+    return all;
+  }
+};
+
+PlacedContact sphere(double depth_mm, double x_mm, double y_mm, const SkinParameters& skin = {}) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  return {
+      .contact =
+          HertzContact(2.0, infinite, SkinMaterial(skin).reduced_modulus_kPa()).at_depth(depth_mm),
+      .x_mm = x_mm,
+      .y_mm = y_mm};
+}
+
+ReceptorDrive drive_of(const Reference& reference, Precision precision = Precision::kDouble) {
+  return ReceptorDrive(receptors_of_the_paper(), kAfferents,
+                       {.skin = reference.skin,
+                        .transduction = reference.transduction,
+                        .precision = precision,
+                        .most_contacts = 4});
+}
+
+void expect_currents(const ReceptorDrive& drive, const std::vector<double>& expected,
+                     double tolerance) {
+  for (std::size_t n = 0; n < kAfferents; ++n) {
+    EXPECT_NEAR(drive.current_uA_per_cm2()[n], expected[n], tolerance) << "afferent " << n + 1;
+  }
+}
+
+/// Presses of all sorts: from hardly touching to deep, on the patch and beside it.
+std::vector<std::vector<PlacedContact>> presses(const SkinParameters& skin) {
+  Random random(7);
+  std::vector<std::vector<PlacedContact>> all;
+  for (int count = 1; count <= 3; ++count) {
+    for (int k = 0; k < 40; ++k) {
+      std::vector<PlacedContact> contacts;
+      for (int i = 0; i < count; ++i) {
+        const double depth = std::pow(10.0, -5.0 + 5.4 * random.uniform());
+        contacts.push_back(
+            sphere(depth, 40.0 * random.uniform() - 5.0, 30.0 * random.uniform() - 5.0, skin));
+      }
+      all.push_back(contacts);
+    }
+  }
+  return all;
+}
+
+TEST(ReceptorDrive, AgreesWithTheScalarClosedForms) {
+  for (const auto kind : {EnergyDensity::kDistortional, EnergyDensity::kFull}) {
+    Reference reference;
+    reference.skin.energy_density = kind;
+    const auto receptors = receptors_of_the_paper();
+    ReceptorDrive drive = drive_of(reference);
+    ReceptorDrive single = drive_of(reference, Precision::kFloat);
+    for (const auto& contacts : presses(reference.skin)) {
+      drive.compute(contacts);
+      single.compute(contacts);
+      // 30 receptors an afferent, each to rounding (single: 1e-5 of the energy, times γ).
+      const auto expected = reference.currents(receptors, contacts);
+      expect_currents(drive, expected, 1e-10);
+      expect_currents(single, expected, 2e-2);
+      for (std::size_t i = 0; i < receptors.size(); ++i) {
+        const double energy = reference.energy(drive.receptors()[i], contacts);
+        ASSERT_NEAR(drive.energy_density_kPa(i), energy, 1e-12 + 1e-11 * energy);
+        ASSERT_NEAR(single.energy_density_kPa(i), energy, 1e-6 + 1e-4 * energy);
+      }
+    }
+  }
+}
+
+TEST(ReceptorDrive, ReceptorsAtAnyDepthAgreeWithTheScalarClosedForms) {
+  for (const double z : {0.0, 1e-4, 0.05, 3.0}) {
+    Reference reference;
+    reference.skin.receptor_depth_mm = z;
+    reference.transduction.lambda_kPa = 10.0;
+    ReceptorDrive drive = drive_of(reference);
+    const std::vector<PlacedContact> contacts = {sphere(1.0, 15.0, 10.0)};
+    drive.compute(contacts);
+    for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
+      const double energy = reference.energy(drive.receptors()[i], contacts);
+      // On the surface itself, the kernel looks a nanometre below.
+      const double tolerance = z > 0.0 ? 1e-9 * (1.0 + energy) : 1e-3 * energy;
+      EXPECT_NEAR(drive.energy_density_kPa(i), energy, tolerance) << z;
+    }
+  }
+}
+
+TEST(ReceptorDrive, BarsAndSpheresActTogether) {
+  const Reference reference;
+  const BarStressField bars(BarTip{}, reference.skin);
+  ReceptorDrive drive = drive_of(reference);
+  for (const double depth : {0.001, 0.003, 0.4}) {
+    const std::vector<PlacedContact> contacts = {
+        {.contact = {.depth_mm = depth}, .bars = &bars, .x_mm = 14.0, .y_mm = 9.0},
+        sphere(0.01, 4.0, 4.0)};
+    drive.compute(contacts);
+    expect_currents(drive, reference.currents(receptors_of_the_paper(), contacts), 1e-10);
+    drive.compute({contacts.data(), 1});
+    expect_currents(drive, reference.currents(receptors_of_the_paper(), {contacts[0]}), 1e-10);
+  }
+}
+
+TEST(ReceptorDrive, GivesTheSameBitsOnEveryInstructionSet) {
+  for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
+    on_every_simd_target([&] {
+      const Reference reference;
+      ReceptorDrive drive = drive_of(reference, precision);
+      std::vector<double> bits;
+      for (const auto& contacts : presses(reference.skin)) {
+        drive.compute(contacts);
+        bits.insert(bits.end(), drive.current_uA_per_cm2().begin(),
+                    drive.current_uA_per_cm2().end());
+        for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
+          bits.push_back(drive.energy_density_kPa(i));
+        }
+      }
+      return bits;
+    });
+  }
+}
+
+TEST(ReceptorDrive, LooksAgainOnlyWhenAContactChanges) {
+  ReceptorDrive drive = drive_of({});
+  const std::vector<PlacedContact> contacts = {sphere(1.0, 15.0, 10.0)};
+  EXPECT_FALSE(drive.compute({}));
+  EXPECT_TRUE(drive.compute(contacts));
+  EXPECT_FALSE(drive.compute(contacts));
+  EXPECT_TRUE(drive.compute({}));
+  EXPECT_EQ(drive.current_uA_per_cm2()[7], 0.0);
+}
+
+TEST(DriveReach, BoundsWhatIsLeftOut) {
+  const Reference reference;
+  const auto receptors = receptors_of_the_paper();
+  const double tolerance = 1e-4;
+  const TipContact tip(Indenter{}, reference.skin);
+  for (const std::size_t tips : {1U, 3U}) {
+    const DriveReach reach(tip, reference.skin, reference.transduction, tolerance, tips);
+    ReceptorDrive drive = drive_of(reference);
+    std::size_t left_out = 0;
+    for (auto contacts : presses(reference.skin)) {
+      if (contacts.size() != tips) continue;
+      const auto expected = reference.currents(receptors, contacts);
+      for (PlacedContact& placed : contacts) {
+        placed.reach_mm = reach.radius_mm(placed.contact.depth_mm);
+      }
+      drive.compute(contacts);
+      left_out += kAfferents - drive.afferents_reached();
+      expect_currents(drive, expected, 60 * tolerance * reference.transduction.alpha_uA_per_cm2);
+    }
+    EXPECT_GT(left_out, 100U);
+  }
+}
+
+TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
+  const Reference reference;
+  const SkinMaterial material(reference.skin);
+  for (const auto shape : {Indenter::Tip::kSphere, Indenter::Tip::kBars}) {
+    const TipContact tip({.tip = shape}, reference.skin);
+    const DriveReach reach(tip, reference.skin, reference.transduction, 1e-4, 1);
+    const double limit = DriveReach::energy_of_tolerance_kPa(reference.transduction, 1e-4);
+    EXPECT_NEAR(reference.transduction.current_uA_per_cm2(limit) -
+                    reference.transduction.current_uA_per_cm2(0.0),
+                1e-4, 1e-15);
+    double before = 0.0;
+    for (double depth = 0.01; depth < 5.0; depth *= 1.3) {
+      const double radius = reach.radius_mm(depth);
+      EXPECT_GE(radius, before);
+      before = radius;
+      ASSERT_TRUE(std::isfinite(radius));
+      PlacedContact placed{.contact = {.depth_mm = depth}, .bars = tip.bars()};
+      if (tip.sphere() != nullptr) placed.contact = tip.sphere()->at_depth(depth);
+      for (double r = radius; r < 60.0; r += 0.37) {
+        for (double angle = 0.0; angle < 6.3; angle += 0.21) {
+          const Receptor receptor{.x_mm = r * std::cos(angle), .y_mm = r * std::sin(angle)};
+          // Between the directions looked at, bars may reach a little further.
+          ASSERT_LE(reference.energy(receptor, {placed}), 1.1 * limit) << depth << " " << r;
+        }
+      }
+    }
+    EXPECT_TRUE(std::isinf(reach.radius_mm(1e3)));
+  }
+  const DriveReach all(TipContact(Indenter{}, reference.skin), reference.skin,
+                       reference.transduction, 0.0, 1);
+  EXPECT_TRUE(std::isinf(all.radius_mm(0.1)));
+}
+
+}  // namespace
+}  // namespace merkel

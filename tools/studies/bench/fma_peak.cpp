@@ -1,0 +1,72 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tools/studies/bench/fma_peak.cpp"
+#include "tools/studies/bench/fma_peak.hpp"
+
+#include <hwy/foreach_target.h>  // before highway.h: compiles this file once for each target
+#include <hwy/highway.h>
+
+#include "tools/studies/bench/measure.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace merkel {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr int kRounds = 10'000;
+constexpr int kChains = 10;  // independent of each other: more than latency times ports
+
+/// Ten chains of multiply-adds. \return the operations done; the sum keeps them from being left
+/// out.
+template <class Real>
+double run_chains(Real seed, Real& sum) {
+  const hn::ScalableTag<Real> d;
+  const auto factor = hn::Set(d, seed * Real(1e-9) + Real(0.999999));
+  const auto term = hn::Set(d, seed * Real(1e-6));
+  auto a = hn::Set(d, seed), b = a, c = a, e = a, f = a, g = a, h = a, k = a, l = a, m = a;
+  for (int round = 0; round < kRounds; ++round) {
+    a = hn::MulAdd(a, factor, term);
+    b = hn::MulAdd(b, factor, term);
+    c = hn::MulAdd(c, factor, term);
+    e = hn::MulAdd(e, factor, term);
+    f = hn::MulAdd(f, factor, term);
+    g = hn::MulAdd(g, factor, term);
+    h = hn::MulAdd(h, factor, term);
+    k = hn::MulAdd(k, factor, term);
+    l = hn::MulAdd(l, factor, term);
+    m = hn::MulAdd(m, factor, term);
+  }
+  const auto all = hn::Add(hn::Add(hn::Add(a, b), hn::Add(c, e)),
+                           hn::Add(hn::Add(hn::Add(f, g), hn::Add(h, k)), hn::Add(l, m)));
+  sum += hn::GetLane(all);
+  return 2.0 * kChains * kRounds * static_cast<double>(hn::Lanes(d));
+}
+
+double run_double(double seed, double& sum) { return run_chains(seed, sum); }
+double run_float(float seed, float& sum) { return run_chains(seed, sum); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace merkel
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace merkel {
+
+HWY_EXPORT(run_double);
+HWY_EXPORT(run_float);
+
+double fma_peak_gflops(Precision precision) {
+  double operations = 0.0;
+  double sum = 0.0;
+  float float_sum = 0.0F;
+  const Measurement measured = measure([&] {
+    operations = precision == Precision::kDouble ? HWY_DYNAMIC_DISPATCH(run_double)(1.0, sum)
+                                                 : HWY_DYNAMIC_DISPATCH(run_float)(1.0F, float_sum);
+  });
+  volatile double keep = sum + static_cast<double>(float_sum);
+  static_cast<void>(keep);
+  return operations / measured.median_s * 1e-9;
+}
+
+}  // namespace merkel
+#endif

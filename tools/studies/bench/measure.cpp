@@ -1,0 +1,29 @@
+#include "tools/studies/bench/measure.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+namespace merkel {
+namespace {
+
+double seconds_of(const std::function<void()>& work, int repeats) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < repeats; ++i) work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() / repeats;
+}
+
+}  // namespace
+
+Measurement measure(const std::function<void()>& work, int runs, double run_s) {
+  const double first = seconds_of(work, 1);
+  const double warm = std::max(1e-9, std::min(first, seconds_of(work, 1)));
+  const int repeats = static_cast<int>(std::clamp(std::ceil(run_s / warm), 1.0, 1e7));
+  std::vector<double> seconds;
+  for (int run = 0; run < runs; ++run) seconds.push_back(seconds_of(work, repeats));
+  std::sort(seconds.begin(), seconds.end());
+  return {.median_s = seconds[seconds.size() / 2], .least_s = seconds.front()};
+}
+
+}  // namespace merkel

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+
+namespace merkel {
+
+/// The spikes of neurons under constant currents from rest, for a while.
+struct DrivenNeurons {
+  std::vector<SpikeEvent> spikes;  ///< in order of time
+  std::size_t resets = 0;          ///< states that turned non-finite
+};
+
+/// \param current  of each neuron, µA/cm².  \param duration_ms  cut to whole steps
+[[nodiscard]] DrivenNeurons drive_neurons(const std::vector<double>& current, double duration_ms,
+                                          IntegrationMethod method, Precision precision,
+                                          double step_us,
+                                          const std::optional<LatticeCoupling>& network = {});
+
+}  // namespace merkel

@@ -1,0 +1,164 @@
+// Chart 1: speed against accuracy of the integration methods.
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "core/units.hpp"
+#include "drivers/files/output_file.hpp"
+#include "tools/studies/bench/population_cost.hpp"
+#include "tools/studies/charts/chart.hpp"
+#include "tools/studies/charts/driven_neurons.hpp"
+#include "tools/studies/report/csv_table.hpp"
+#include "tools/studies/report/plot_runner.hpp"
+#include "tools/studies/report/spike_train_error.hpp"
+#ifdef MERKEL_HAS_CVODE
+#include "tools/studies/reference/cvode_membrane.hpp"
+#endif
+
+namespace merkel {
+namespace {
+
+constexpr double kDuration_ms = 500.0;
+constexpr std::size_t kTimedNeurons = 2000;
+
+std::vector<double> currents() {
+  std::vector<double> all;
+  for (int i = 0; i < 8; ++i) all.push_back(8.0 + 6.0 * i / 8.0);
+  return all;
+}
+
+const char* enumerator_of(IntegrationMethod method) {
+  switch (method) {
+    case IntegrationMethod::kForwardEuler:
+      return "kForwardEuler";
+    case IntegrationMethod::kExponentialEuler:
+      return "kExponentialEuler";
+    case IntegrationMethod::kBackwardEuler:
+      return "kBackwardEuler";
+    case IntegrationMethod::kRushLarsen:
+      return "kRushLarsen";
+    case IntegrationMethod::kCrankNicolson:
+      return "kCrankNicolson";
+    case IntegrationMethod::kHeun:
+      return "kHeun";
+    case IntegrationMethod::kRk4:
+      return "kRk4";
+  }
+  return "";
+}
+
+/// Cost of a neuron for a simulated second, µs.
+double cost_us(double s_per_step, double step_us) { return 1e6 * s_per_step * 1e6 / step_us; }
+
+#ifdef MERKEL_HAS_CVODE
+struct CvodeRun {
+  std::vector<SpikeEvent> spikes;
+  double cost_us = 0.0;
+};
+CvodeRun run_cvode(double tolerance) {
+  CvodeRun run;
+  const std::vector<double> all = currents();
+  const auto begin = std::chrono::steady_clock::now();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    reference::CvodeMembranes membranes;
+    membranes.relative_tolerance = tolerance;
+    membranes.absolute_tolerance = 0.01 * tolerance;
+    membranes.current = [&, i](int, double) { return all[i]; };
+    for (const auto& spike : membranes.spikes_until(kDuration_ms)) {
+      run.spikes.push_back({.time = units::nanoseconds_from_ms(spike.time_ms),
+                            .neuron = static_cast<std::uint32_t>(i + 1)});
+    }
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  run.cost_us = 1e6 * took.count() / static_cast<double>(all.size()) / (1e-3 * kDuration_ms);
+  return run;
+}
+#endif
+
+}  // namespace
+
+Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& folder) {
+  auto table = CsvTable::create(folder.path("integrators.csv"),
+                                "method,precision,step_us,cost_us_per_neuron_second,rms_error_ms,"
+                                "share_unmatched",
+                                folder.overwrite);
+  if (!table) return Unexpected<SetupError>(table.error());
+  // RK4 at this step is within 1e-7 ms of CVODE at 1e-12.
+  const auto reference =
+      drive_neurons(currents(), kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 0.5);
+  std::string text =
+      "## Speed against accuracy of the integrators\n\nEight neurons under 8 to 14 µA/cm² for "
+      "500 ms; spike times against RK4 at 0.5 µs; cost of one neuron for a simulated second among "
+      "2000 uncoupled on one core (`integrators.csv`). \"–\": wrong spike counts or diverged.\n\n"
+      "| method | precision | 100 µs | 50 µs | 25 µs | 12.5 µs |\n|---|---|---|---|---|---|\n";
+  const std::vector<double> steps_us = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
+  // What `merkel plan` knows beforehand: tools/studies/plan/method_table.inc is renewed with this.
+  auto known = OutputFile::create(folder.path("method_table.inc"), folder.overwrite);
+  if (!known) return Unexpected<SetupError>(known.error());
+  std::string known_text =
+      "// Written by `merkel chart` (integrators): cost of a neuron for a simulated second, µs, "
+      "and rms "
+      "error\n// of its spike times, µs; infinite where spike counts are wrong.\n";
+  const auto& names = integration_method_names();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto method = static_cast<IntegrationMethod>(k);
+    for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
+      const std::string label = names[k] + "," + std::string(name_of(precision));
+      std::string cells;
+      for (const double step_us : steps_us) {
+        const auto driven = drive_neurons(currents(), kDuration_ms, method, precision, step_us);
+        const SpikeTrainError error = spike_train_error(driven.spikes, reference.spikes);
+        const double cost = cost_us(neuron_step_cost({.neurons = kTimedNeurons,
+                                                      .method = method,
+                                                      .precision = precision,
+                                                      .step_us = step_us},
+                                                     3)
+                                        .median_s,
+                                    step_us);
+        const bool right = driven.resets == 0 && error.unmatched == 0;
+        known_text +=
+            format("{IntegrationMethod::%s, Precision::%s, %g, %.0f, %s},\n", enumerator_of(method),
+                   precision == Precision::kDouble ? "kDouble" : "kFloat", step_us, cost,
+                   right ? format("%.3g", 1e3 * error.rms_ms).c_str() : "kInfinite");
+        table->row(label, {step_us, cost, error.rms_ms,
+                           driven.resets > 0 ? 1.0 : error.share_unmatched()});
+        if (step_us > 100.0 || step_us < 10.0) continue;
+        cells += right ? format(" %.0f µs → %.2g ms |", cost, error.rms_ms)
+                       : format(" %.0f µs → – |", cost);
+      }
+      text += "| " + names[k] + " | " + std::string(name_of(precision)) + " |" + cells + "\n";
+      folder.report((static_cast<double>(k) + (precision == Precision::kFloat ? 1.0 : 0.5)) /
+                    static_cast<double>(names.size()));
+    }
+  }
+#ifdef MERKEL_HAS_CVODE
+  text += "\n| CVODE tolerance | cost | rms error |\n|---|---|---|\n";
+  for (int power = 3; power <= 10; ++power) {
+    const double tolerance = std::pow(10.0, -power);
+    const CvodeRun run = run_cvode(tolerance);
+    const SpikeTrainError error = spike_train_error(run.spikes, reference.spikes);
+    table->row("cvode,double", {tolerance, run.cost_us, error.rms_ms, error.share_unmatched()});
+    text += format("| 1e-%d | %.0f µs | %.2g ms |\n", power, run.cost_us, error.rms_ms);
+  }
+#else
+  text += "\nCVODE is not in this build: install libsundials-dev and build again.\n";
+#endif
+  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  if (!known->write(known_text) || !known->close()) return unavailable(known->error());
+  // Brian2 beside it, where it is installed.
+  if (python_has("brian2")) {
+    if (auto run =
+            run_script("compare_brian2", {std::filesystem::read_symlink("/proc/self/exe").string(),
+                                          "--csv", folder.path("brian2.csv")});
+        !run) {
+      return Unexpected<SetupError>(run.error());
+    }
+    text += "\nBrian2's point is in `brian2.csv`.\n";
+  } else {
+    text += "\nBrian2 is not installed (python3-brian): its point is missing.\n";
+  }
+  return text + "\n";
+}
+
+}  // namespace merkel

@@ -1,0 +1,78 @@
+// Chart 5: what a tick costs against what is touched.
+#include <numbers>
+#include <vector>
+
+#include "core/units.hpp"
+#include "tools/scene/scene_presets.hpp"
+#include "tools/studies/bench/measure.hpp"
+#include "tools/studies/charts/chart.hpp"
+#include "tools/studies/report/csv_table.hpp"
+
+namespace merkel {
+namespace {
+
+struct Skin {
+  std::int64_t receptors;
+  Patch patch;
+};
+const Skin kSkins[] = {
+    {450, {}},
+    {5000, {.length_mm = 30.0, .width_mm = 20.0, .columns = 15, .rows = 12}},
+    {120'000, {.length_mm = 100.0, .width_mm = 80.0, .columns = 68, .rows = 63}}};
+
+}  // namespace
+
+Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
+  auto table = CsvTable::create(folder.path("touch.csv"),
+                                "receptors,afferents,depth_mm,contact_area_mm2,afferents_reached,"
+                                "active_afferents,cost_us_per_tick",
+                                folder.overwrite);
+  if (!table) return Unexpected<SetupError>(table.error());
+  std::string text =
+      "## Cost against what is touched\n\nA sphere of 5 mm radius on the middle of patches without "
+      "a network, pressed to 3 mm (`touch.csv`). Active are afferents that are not at rest.\n\n| "
+      "receptors | afferents | depth (mm) | contact (mm²) | reached | active | µs a tick |\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const Skin& skin : kSkins) {
+    TactileModel::Parameters parameters = preset_scene("paper")->model;
+    parameters.patches[0].patch = skin.patch;
+    parameters.patches[0].receptors.count = skin.receptors;
+    parameters.network.gain = 0.0;
+    parameters.indenters[0].radius_mm = 5.0;
+    // The same current per receptor would silence large patches and block small ones.
+    parameters.transduction.alpha_uA_per_cm2 =
+        22.5 * skin.patch.subregions() / static_cast<double>(skin.receptors);
+    TactileModel model = *TactileModel::create(parameters);
+    for (const double depth_mm : {0.0, 0.01, 0.1, 0.3, 1.0, 2.0, 3.0}) {
+      model.reset();
+      ContactInput input{.depth_mm = depth_mm,
+                         .x_mm = 0.5 * skin.patch.length_mm,
+                         .y_mm = 0.5 * skin.patch.width_mm};
+      std::chrono::nanoseconds time{0};
+      const auto tick = [&] {
+        // A probe is never quite still.
+        input.depth_mm = depth_mm * ((time / parameters.tick) % 2 == 0 ? 1.0 : 1.0 - 1e-6);
+        model.step({&input, 1}, time);
+        time += parameters.tick;
+      };
+      for (int k = 0; k < 300; ++k) tick();
+      const double cost_us = 1e6 * measure(tick, 5).median_s;
+      const TactilePatch& patch = model.patches()[0];
+      const std::size_t active = patch.active_neurons();
+      const double a = model.press(0, input).contact.contact_radius_mm;
+      const double area = std::numbers::pi * a * a;
+      const std::size_t reached = depth_mm > 0.0 ? patch.drive().afferents_reached() : 0;
+      table->row({static_cast<double>(skin.receptors), static_cast<double>(patch.neurons()),
+                  depth_mm, area, static_cast<double>(reached), static_cast<double>(active),
+                  cost_us});
+      text += format("| %lld | %zu | %g | %.1f | %zu | %zu | %.2f |\n",
+                     static_cast<long long>(skin.receptors), patch.neurons(), depth_mm, area,
+                     reached, active, cost_us);
+    }
+    folder.report((static_cast<double>(&skin - kSkins) + 1.0) / std::size(kSkins));
+  }
+  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  return text + "\n";
+}
+
+}  // namespace merkel

@@ -1,0 +1,116 @@
+// Figs 6 and 7: rates of the 20 afferents under a press at the centre, against the distance and
+// number of their receptors.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "tools/scene/scene_presets.hpp"
+#include "tools/studies/figures/figure.hpp"
+#include "tools/studies/figures/rates.hpp"
+#include "tools/studies/report/csv_table.hpp"
+#include "tools/studies/report/rank_correlation.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr ContactInput kPress{.depth_mm = 1.5, .force_mN = 0.0, .x_mm = 15.0, .y_mm = 10.0};
+constexpr double kDuration_s = 1.0;
+
+double percentile(std::vector<double> values, double fraction) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
+}
+
+/// Mean and 5th to 95th percentile.
+std::string spread(const std::vector<double>& values) {
+  const double mean =
+      std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  return format("%.2f (%.2f … %.2f)", mean, percentile(values, 0.05), percentile(values, 0.95));
+}
+
+struct Statistics {
+  std::vector<double> with_distance;
+  std::vector<double> with_count;
+  int neuron_13_highest = 0;
+  int far_above_near = 0;
+  int far_has_more = 0;
+
+  /// Whether nine draws of ten have rates fall with distance and rise with the receptor count.
+  [[nodiscard]] bool joint() const {
+    return percentile(with_distance, 0.95) < 0.0 && percentile(with_count, 0.05) > 0.0;
+  }
+  void add(const PressedPatch& patch) {
+    with_distance.push_back(
+        partial_spearman(patch.rate_hz, patch.mean_distance_mm, patch.receptors));
+    with_count.push_back(partial_spearman(patch.rate_hz, patch.receptors, patch.mean_distance_mm));
+    const std::vector<double>& rate = patch.rate_hz;
+    const double highest = *std::max_element(rate.begin(), rate.end());
+    neuron_13_highest += rate[12] == highest && rate[12] > rate[7] ? 1 : 0;
+    const bool more = patch.receptors[17] > patch.receptors[7];
+    far_has_more += more ? 1 : 0;
+    far_above_near += more && rate[17] > rate[7] ? 1 : 0;
+  }
+};
+
+}  // namespace
+
+Expected<std::string, SetupError> make_centre_press(const ReportFolder& options, int seeds) {
+  auto rates = CsvTable::create(options.path("fig6_centre_press.csv"),
+                                "set,neuron,receptors,mean_distance_mm,rate_hz", options.overwrite);
+  if (!rates) return Unexpected<SetupError>(rates.error());
+  auto draws =
+      CsvTable::create(options.path("fig7_draws.csv"),
+                       "set,seed,neuron,receptors,mean_distance_mm,rate_hz", options.overwrite);
+  if (!draws) return Unexpected<SetupError>(draws.error());
+
+  std::string report = format(
+      "## Figs 6 and 7: a press at the centre\n\nSphere of 2 mm radius, 1.5 mm deep at (15, 10) mm "
+      "for 1 s, from rest, over %d receptor draws (seeds 1 to %d) of each parameter set "
+      "(`fig6_centre_press.csv`: seed 1; `fig7_draws.csv`: all). Partial rank correlations over "
+      "the "
+      "20 afferents: mean (5th … 95th percentile).\n\n| set | rate with distance, given the count "
+      "| "
+      "rate with count, given the distance | both at once | 13 alone on top | 18 above 8, where it "
+      "has more receptors |\n|---|---|---|---|---|---|\n",
+      seeds, seeds);
+  const std::vector<std::string> sets = {"paper", "paper-wide"};
+  for (std::size_t set = 0; set < sets.size(); ++set) {
+    TactileModel::Parameters parameters = preset_scene(sets[set])->model;
+    Statistics statistics;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      options.report((static_cast<double>(set) + static_cast<double>(seed) / seeds) /
+                     static_cast<double>(sets.size()));
+      parameters.patches[0].receptors.seed = parameters.network.seed =
+          static_cast<std::uint64_t>(seed);
+      const PressedPatch patch = press_patch(parameters, kPress, kDuration_s);
+      statistics.add(patch);
+      for (std::size_t n = 0; n < patch.rate_hz.size(); ++n) {
+        const auto neuron = static_cast<double>(n + 1);
+        if (seed == 1) {
+          rates->row(sets[set],
+                     {neuron, patch.receptors[n], patch.mean_distance_mm[n], patch.rate_hz[n]});
+        }
+        draws->row(sets[set], {static_cast<double>(seed), neuron, patch.receptors[n],
+                               patch.mean_distance_mm[n], patch.rate_hz[n]});
+      }
+    }
+    report +=
+        format("| %s | %s | %s | %s | %d of %d | %d of %d |\n", sets[set].c_str(),
+               spread(statistics.with_distance).c_str(), spread(statistics.with_count).c_str(),
+               statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, seeds,
+               statistics.far_above_near, statistics.far_has_more);
+  }
+  for (auto* const table : {&*rates, &*draws}) {
+    if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  }
+  report +=
+      "\nThe joint dependence on distance and receptor count is **reproduced** by a set that says "
+      "\"yes\": nine draws of ten have both signs. The paper's own picture, 13 on top and 18 above "
+      "8, takes the wide set and a rare draw of receptors; with the default set, 8 and 13 share "
+      "the "
+      "top by symmetry and 18 is silent.\n\n";
+  return report;
+}
+
+}  // namespace merkel

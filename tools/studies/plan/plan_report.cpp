@@ -1,0 +1,98 @@
+#include "tools/studies/plan/plan_report.hpp"
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "tools/studies/report/report.hpp"
+
+namespace merkel {
+
+std::string name_of_option(const PlanOption& option) {
+  return std::string(name_of(option.method)) + " in " + std::string(name_of(option.precision)) +
+         " at " + shortest_decimal(units::us_from(option.step)) + " µs";
+}
+
+namespace {
+
+/// How the neurons will be stepped.
+std::string name_of_neurons(const Plan& plan) {
+  const std::string step =
+      " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) + " µs";
+  switch (plan.kind) {
+    case NeuronKind::kIntegrateAndFire:
+      return "integrate_and_fire" + step;
+    case NeuronKind::kConnorStevens:
+      return "connor_stevens" + step;
+    case NeuronKind::kHodgkinHuxley:
+      return name_of_option(plan.chosen);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string plan_text(const Plan& plan) {
+  std::string text =
+      format("rehearsed %.3g s%s: %zu neurons, %zu receptors, %zu spikes\n", plan.rehearsed_s,
+             plan.stand_in ? " with a ramp-and-hold in the device's place" : "", plan.neurons,
+             plan.receptors, plan.spikes);
+  if (plan.budget_us) {
+    text += format("spike times are to be within %g µs (rms): tried, from the cheapest:\n",
+                   *plan.budget_us);
+    for (const PlanOption& option : plan.tried) {
+      text += format("  %-40s %8.2f µs a tick, error %.3g µs%s\n", name_of_option(option).c_str(),
+                     option.tick_us, option.error_us(),
+                     option.error.unmatched > 0
+                         ? format(", %zu spikes without a partner", option.error.unmatched).c_str()
+                         : "");
+    }
+  }
+  text += "will be computed with " + name_of_neurons(plan) + "\n";
+  text += format(
+      "predicted: %.2f µs a tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
+      plan.chosen.tick_us, plan.tick_ms, 1e3 * plan.tick_ms / plan.chosen.tick_us,
+      plan.chosen.error_us(),
+      plan.chosen.error.unmatched > 0 ? format(" and %.1f %% of the spikes without a partner",
+                                               100.0 * plan.chosen.error.share_unmatched())
+                                            .c_str()
+                                      : "");
+  text += "left out:\n";
+  for (const std::string& sentence : plan.left_out) text += "  " + sentence + "\n";
+  for (std::size_t i = 0; i < plan.validity.size(); ++i) {
+    text += format("contact law of probe %zu: %s\n", i + 1, plan.validity[i].c_str());
+  }
+  return text;
+}
+
+std::string plan_json(const Plan& plan) {
+  using Json = nlohmann::ordered_json;
+  const auto option_json = [](const PlanOption& option) {
+    return Json{{"method", name_of(option.method)},
+                {"precision", name_of(option.precision)},
+                {"step_us", units::us_from(option.step)},
+                {"tick_us", option.tick_us},
+                {"error_us", option.error_us()},
+                {"spikes_without_partner", option.error.unmatched}};
+  };
+  Json tried = Json::array();
+  for (const PlanOption& option : plan.tried) tried.push_back(option_json(option));
+  const Json json = {{"spike_time_us", plan.budget_us ? Json(*plan.budget_us) : Json()},
+                     {"chosen", option_json(plan.chosen)},
+                     {"tried", std::move(tried)},
+                     {"rehearsed_s", plan.rehearsed_s},
+                     {"stand_in", plan.stand_in},
+                     {"neurons", plan.neurons},
+                     {"receptors", plan.receptors},
+                     {"spikes", plan.spikes},
+                     {"reached_share", plan.reached_share},
+                     {"active_share", plan.active_share},
+                     {"untouched_share", plan.untouched_share},
+                     {"left_out", plan.left_out},
+                     {"contact_law", plan.validity}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace merkel

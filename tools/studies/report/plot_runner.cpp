@@ -1,0 +1,80 @@
+#include "tools/studies/report/plot_runner.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace merkel {
+
+/// Name and text of a plot script; the table is generated from tools/plots/*.py.
+struct PlotScript {
+  const char* name;
+  const char* text;
+};
+extern const PlotScript kPlotScripts[];
+extern const std::size_t kPlotScriptCount;
+
+namespace {
+
+/// Debian's own interpreter first: its packages are not seen by others.
+const char* python() {
+  constexpr const char* kDebian = "/usr/bin/python3";
+  return ::access(kDebian, X_OK) == 0 ? kDebian : "python3";
+}
+
+/// Runs a program; its exit code, or -1 where it could not be started or was killed.
+int run_and_wait(std::vector<std::string> arguments) {
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  pid_t child = 0;
+  if (::posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return -1;
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace
+
+bool python_has(const std::string& module) {
+  return run_and_wait({python(), "-c",
+                       "import importlib.util, sys; "
+                       "sys.exit(importlib.util.find_spec(sys.argv[1]) is None)",
+                       module}) == 0;
+}
+
+Expected<void, SetupError> run_script(const std::string& script,
+                                      const std::vector<std::string>& arguments) {
+  namespace fs = std::filesystem;
+  std::string folder = (fs::temp_directory_path() / "merkel-plots-XXXXXX").string();
+  if (::mkdtemp(folder.data()) == nullptr) {
+    return unavailable("cannot make a temporary folder for the plot scripts");
+  }
+  for (std::size_t i = 0; i < kPlotScriptCount; ++i) {
+    std::ofstream(fs::path(folder) / kPlotScripts[i].name) << kPlotScripts[i].text;
+  }
+  std::vector<std::string> command = {python(), (fs::path(folder) / (script + ".py")).string()};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  const int code = run_and_wait(std::move(command));
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+  if (code != 0) return unavailable("the script " + script + ".py failed: see above");
+  return {};
+}
+
+Expected<void, SetupError> draw_plots(const std::string& script, const std::string& folder) {
+  if (!python_has("matplotlib")) {
+    return unavailable("the tables are written to " + folder +
+                       ", but not drawn: install python3-matplotlib and run again");
+  }
+  return run_script(script, {folder});
+}
+
+}  // namespace merkel

@@ -1,0 +1,54 @@
+#include "tools/studies/report/report.hpp"
+
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include <unistd.h>
+
+#include "drivers/files/output_file.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/studies/report/plot_runner.hpp"
+
+namespace merkel {
+
+int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
+                const std::string& plot_script) {
+  std::error_code error;
+  std::filesystem::create_directories(folder.folder, error);
+  if (error) return refuse("cannot make the folder " + folder.folder + ": " + error.message());
+  auto report = OutputFile::create(folder.path(folder.file), folder.overwrite);
+  if (!report) return refuse(report.error());
+  const bool terminal = ::isatty(STDERR_FILENO) == 1;
+  std::string text = heading;
+  for (const ReportPart& part : parts) {
+    if (terminal) {
+      folder.progress = [&part](double fraction) {
+        std::fprintf(stderr, "\r%s: %3.0f %% ", part.name, 100.0 * fraction);
+      };
+    }
+    const auto made = part.make(folder);
+    if (terminal) std::fprintf(stderr, "\r%s: done   \n", part.name);
+    if (!made) return refuse(made.error());
+    text += *made;
+  }
+  if (!report->write(text) || !report->close()) return fail(report->error());
+  std::fputs(text.c_str(), stdout);
+  if (auto drawn = draw_plots(plot_script, folder.folder); !drawn) {
+    return fail(drawn.error().sentence);
+  }
+  return kDone;
+}
+
+std::string format(const char* pattern, ...) {
+  std::array<char, 2000> text{};
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text.data(), text.size(), pattern, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+}  // namespace merkel

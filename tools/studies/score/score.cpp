@@ -1,0 +1,214 @@
+#include "tools/studies/score/score.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "core/scene/energy_driven_neurons.hpp"
+#include "core/units.hpp"
+#include "tools/studies/score/trials.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+double squared_correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() < 3) return kNone;
+  const auto n = static_cast<double>(a.size());
+  double sa = 0.0;
+  double sb = 0.0;
+  double saa = 0.0;
+  double sbb = 0.0;
+  double sab = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sa += a[i];
+    sb += b[i];
+    saa += a[i] * a[i];
+    sbb += b[i] * b[i];
+    sab += a[i] * b[i];
+  }
+  const double covariance = sab - sa * sb / n;
+  const double variances = (saa - sa * sa / n) * (sbb - sb * sb / n);
+  return variances > 0.0 ? covariance * covariance / variances : kNone;
+}
+
+/// Neurons of the scene's kind that take energy densities for drives in Hz, without adaptation.
+EnergyDrivenNeurons driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
+  EnergyDrivenNeurons::Parameters parameters = TactileModel::energy_driven(
+      scene, 0,
+      scene.neuron_kind == NeuronKind::kConnorStevens
+          ? std::make_shared<RateCurrentTable>(scene.connor_stevens, scene.step)
+          : nullptr);
+  parameters.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0};
+  return {parameters, count};
+}
+
+/// Spike times of each neuron under constant drives, s, after a second's settling.
+std::vector<std::vector<double>> trains(EnergyDrivenNeurons& neurons, nanoseconds step,
+                                        const std::vector<double>& drive, double seconds) {
+  neurons.reset();
+  std::vector<std::vector<double>> times(drive.size());
+  SpikeBuffer spikes(drive.size() * 12);
+  const int steps = std::max(1, static_cast<int>(milliseconds{10} / step));
+  const nanoseconds end = units::nanoseconds_from_s(1.0 + seconds);
+  for (nanoseconds time{0}; time < end; time += steps * step) {
+    spikes.clear();
+    neurons.advance(drive, drive, steps, time, spikes, nullptr);
+    spikes.sort();
+    for (const SpikeEvent& spike : spikes.events()) {
+      const double at = units::s_from(spike.time) - 1.0;
+      if (at >= 0.0) times[spike.neuron - 1].push_back(at);
+    }
+  }
+  return times;
+}
+
+double mean_rate(const std::vector<std::vector<double>>& times, double seconds) {
+  double sum = 0.0;
+  for (const auto& train : times) sum += static_cast<double>(train.size());
+  return sum / (seconds * static_cast<double>(times.size()));
+}
+
+}  // namespace
+
+double root_mean_square_error(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+Expected<std::vector<SetScore>, ParameterError> score_sets(
+    const TactileModel::Parameters& scene, const std::vector<DataSet>& sets, std::size_t trials,
+    const std::function<void(double)>& progress) {
+  std::size_t points = 0;
+  for (const DataSet& set : sets) points += set.points.size();
+  std::size_t done = 0;
+  std::vector<SetScore> scores;
+  std::optional<Trials> model;
+  for (const DataSet& set : sets) {
+    SetScore score;
+    score.set = &set;
+    std::vector<double> measured;
+    for (const DataSet::Point& point : set.points) {
+      if (!model || !model->fits(point.stimulus)) {
+        auto made = Trials::create(scene, point.stimulus, trials);
+        if (!made) return Unexpected<ParameterError>(made.error());
+        model.emplace(std::move(*made));
+      }
+      const Answer answer = answer_of(point.stimulus, model->run(point.stimulus));
+      score.predicted.push_back(answer.value);
+      score.count_sd.push_back(answer.count_sd);
+      measured.push_back(point.measured);
+      if (progress) progress(static_cast<double>(++done) / static_cast<double>(points));
+    }
+    score.rmse = root_mean_square_error(score.predicted, measured);
+    score.r2 = squared_correlation(score.predicted, measured);
+    scores.push_back(std::move(score));
+  }
+  return scores;
+}
+
+Regularity regularity_at(const TactileModel::Parameters& scene, double rate_hz) {
+  constexpr std::size_t kNeurons = 32;
+  constexpr double kSeconds = 10.0;
+  EnergyDrivenNeurons neurons = driven_neurons(scene, kNeurons);
+  // The leak takes some of the drive: corrected until the rate is right.
+  double drive = rate_hz;
+  std::vector<std::vector<double>> times;
+  Regularity found{.wanted_hz = rate_hz};
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    times = trains(neurons, scene.step, std::vector<double>(kNeurons, drive), kSeconds);
+    found.rate_hz = mean_rate(times, kSeconds);
+    drive += rate_hz - found.rate_hz;
+  }
+  double sum = 0.0;
+  double sum2 = 0.0;
+  double seconds = 0.0;
+  double counts = 0.0;
+  double counts2 = 0.0;
+  for (const auto& train : times) {
+    for (std::size_t k = 1; k < train.size(); ++k) {
+      const double interval = 1e3 * (train[k] - train[k - 1]);
+      found.intervals_ms.push_back(interval);
+      sum += interval;
+      sum2 += interval * interval;
+    }
+    for (int second = 0; second < static_cast<int>(kSeconds); ++second) {
+      const auto count =
+          static_cast<double>(std::count_if(train.begin(), train.end(), [second](double t) {
+            return t >= second && t < second + 1;
+          }));
+      seconds += 1.0;
+      counts += count;
+      counts2 += count * count;
+    }
+  }
+  const auto n = static_cast<double>(std::max<std::size_t>(1, found.intervals_ms.size()));
+  const double mean = sum / n;
+  found.cv = mean > 0.0 ? std::sqrt(std::max(0.0, sum2 / n - mean * mean)) / mean : kNone;
+  found.count_sd =
+      std::sqrt(std::max(0.0, counts2 / seconds - counts / seconds * counts / seconds));
+  return found;
+}
+
+std::vector<DriveRate> rates_by_drive(const TactileModel::Parameters& scene) {
+  constexpr double kSeconds = 4.0;
+  std::vector<double> drives;
+  for (int k = 0; k <= 100; ++k) drives.push_back(5.0 * k);
+  EnergyDrivenNeurons neurons = driven_neurons(scene, drives.size());
+  const auto times = trains(neurons, scene.step, drives, kSeconds);
+  std::vector<DriveRate> rates;
+  for (std::size_t k = 0; k < drives.size(); ++k) {
+    rates.push_back(
+        {.drive_hz = drives[k], .rate_hz = static_cast<double>(times[k].size()) / kSeconds});
+  }
+  return rates;
+}
+
+Expected<double, ParameterError> field_area_mm2(const TactileModel::Parameters& scene,
+                                                double depth_mm, std::size_t trials) {
+  Stimulus stimulus;
+  stimulus.indenter.tip = Indenter::Tip::kPin;
+  stimulus.indenter.pin.diameter_mm = 0.5;
+  auto model = Trials::create(scene, stimulus, trials);
+  if (!model) return Unexpected<ParameterError>(model.error());
+  const double none = answer_of(stimulus, model->run(stimulus)).value;
+  stimulus.level = depth_mm;
+  const auto evokes = [&](double offset_mm) {
+    stimulus.offset_mm = offset_mm;
+    return answer_of(stimulus, model->run(stimulus)).value >= none + 1.0;
+  };
+  double inside = 0.0;
+  double outside = 6.0;
+  if (!evokes(0.0)) return 0.0;
+  while (outside - inside > 0.02) {
+    const double middle = 0.5 * (inside + outside);
+    (evokes(middle) ? inside : outside) = middle;
+  }
+  return std::numbers::pi * inside * inside;
+}
+
+PeerScores peers_of(const std::string& set_name) {
+  struct Row {
+    const char* set;
+    PeerScores scores;
+  };
+  // TouchSim: Saal et al. 2017 (doi 10.1073/pnas.1704856114).
+  static const Row kRows[] = {{"curvature × force, 0.098 N", {32.0, 35.0}},
+                              {"curvature × force, 0.196 N", {57.0, 54.0}},
+                              {"vibration, 20 Hz", {2.0, kNone}},
+                              {"vibration, 100 Hz", {6.7, kNone}}};
+  for (const Row& row : kRows) {
+    if (set_name == row.set) return row.scores;
+  }
+  return {kNone, kNone};
+}
+
+}  // namespace merkel
