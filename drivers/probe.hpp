@@ -54,6 +54,10 @@ struct DeviceCounts {
   double jitter_us = 0.0;                ///< of the mapped times
   double latency_us = 0.0;               ///< mean of arrival after the mapped time
   std::optional<double> uncertainty_us;  ///< of the sample times, where it can be known
+  std::uint64_t clock_outliers = 0;      ///< times of that clock that cannot be: arrivals were used
+  std::uint64_t clock_anchors = 0;       ///< times it was mapped from scratch, having jumped
+  double clock_rate = 1.0;               ///< its seconds per second of the host
+  bool clock_mistrusted = false;         ///< its rate is not the host's: arrivals are used
 };
 
 /// Gets the bytes that go over a port of a probe.

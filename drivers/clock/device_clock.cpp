@@ -8,11 +8,12 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kSecond{1'000'000'000};
-constexpr nanoseconds kBehind{2'000'000'000};  ///< answers may overtake samples by so much
-constexpr nanoseconds kAhead{60'000'000'000};  ///< frames may have waited for us for so long
-constexpr std::size_t kEnough = 3;             ///< points that make a line
-constexpr std::uint64_t kMostBiases = 1000;    ///< over which their mean is taken
+constexpr nanoseconds kInterval{1'000'000'000};
+constexpr nanoseconds kFirstInterval{250'000'000};  ///< while there are few points
+constexpr std::size_t kFew = 8;
+constexpr nanoseconds kWrongAnswer{50'000'000};
+constexpr std::size_t kEnough = 3;           ///< points that make a line
+constexpr std::uint64_t kMostBiases = 1000;  ///< over which their mean is taken
 constexpr double kLeastPace = 0.9;
 constexpr double kMostPace = 1.1;
 constexpr double kLatencyForgetting = 1e-3;
@@ -33,7 +34,7 @@ void DeviceClock::restart() noexcept {
   if (mapped_) mapped_device_ = nanoseconds::min();
 }
 
-nanoseconds DeviceClock::unwrap(nanoseconds device_time, nanoseconds host) const noexcept {
+nanoseconds DeviceClock::unwrapped(nanoseconds device_time, nanoseconds host) const noexcept {
   if (!running_ || !wrap_) return device_time;
   // The reading that is nearest to where the clock must be by now.
   const nanoseconds expected = last_device_ + std::max(host - last_host_, nanoseconds{0});
@@ -41,17 +42,17 @@ nanoseconds DeviceClock::unwrap(nanoseconds device_time, nanoseconds host) const
   return expected + (ahead < *wrap_ / 2 ? ahead : ahead - *wrap_);
 }
 
-/// Unwraps a time of the device, and notices when it has started anew.
+std::optional<nanoseconds> DeviceClock::estimate(nanoseconds device_time) const noexcept {
+  if (!running_) return std::nullopt;
+  return device_time + nanoseconds{std::llround(offset_ns(device_time))};
+}
+
 nanoseconds DeviceClock::follow(nanoseconds device_time, nanoseconds arrival) {
-  nanoseconds device = unwrap(device_time, arrival);
-  if (running_ && (device < last_device_ - kBehind ||
-                   device > last_device_ + (arrival - last_host_) + kAhead)) {
-    restart();
-  }
+  nanoseconds device = unwrapped(device_time, arrival);
   if (!running_) {
     running_ = true;
     origin_ = {device_time, arrival - device_time};
-    second_ = last_device_ = device = device_time;
+    interval_begin_ = last_device_ = device = device_time;
   }
   last_device_ = std::max(device, last_device_);
   last_host_ = arrival;
@@ -61,7 +62,7 @@ nanoseconds DeviceClock::follow(nanoseconds device_time, nanoseconds arrival) {
 nanoseconds DeviceClock::observe(nanoseconds device_time, nanoseconds arrival) {
   const nanoseconds device = follow(device_time, arrival);
   ++frames_;
-  if (device - second_ >= kSecond) close_second();
+  if (device - interval_begin_ >= interval()) close_interval();
   const Point point{device, arrival - device};
   if (!least_ || point.offset < least_->offset) least_ = point;
   if (count_ < kEnough) {
@@ -74,7 +75,12 @@ nanoseconds DeviceClock::observe(nanoseconds device_time, nanoseconds arrival) {
   return device;
 }
 
-void DeviceClock::close_second() {
+nanoseconds DeviceClock::interval() const noexcept {
+  return count_ < kFew ? kFirstInterval : kInterval;
+}
+
+void DeviceClock::close_interval() {
+  const nanoseconds length = interval();
   const nanoseconds before = points_[(next_ + kPoints - 1) % kPoints].device;
   if (least_ && (count_ == 0 || least_->device > before)) {
     points_[next_] = *least_;
@@ -83,7 +89,7 @@ void DeviceClock::close_second() {
     if (count_ >= kEnough) fit_line();
     if (count_ == kEnough && exchange_ && biases_ == 0) take_bias(exchange_->answer);
   }
-  second_ += (last_device_ - second_) / kSecond * kSecond;
+  interval_begin_ += (last_device_ - interval_begin_) / length * length;
   least_.reset();
 }
 
@@ -112,6 +118,13 @@ double DeviceClock::offset_ns(nanoseconds device_time) const noexcept {
 
 void DeviceClock::observe(const ClockExchange& exchange) {
   // No point of the envelope: an answer comes at another phase of the transport than a sample.
+  const nanoseconds answered = unwrapped(exchange.device_sent, exchange.received);
+  const auto expected = estimate(answered);
+  // Half of a slow trip is no disagreement.
+  const nanoseconds slack = kWrongAnswer + (exchange.received - exchange.sent);
+  if (expected && (*expected > exchange.received + slack || *expected < exchange.sent - slack)) {
+    return;
+  }
   const nanoseconds device = follow(exchange.device_sent, exchange.received);
   const nanoseconds busy = exchange.device_sent - exchange.device_received;
   const nanoseconds trip = exchange.received - exchange.sent - std::max(busy, nanoseconds{0});
@@ -131,7 +144,7 @@ void DeviceClock::take_bias(const Point& answer) {
   bias_ns_ += (bias_ns - bias_ns_) / static_cast<double>(biases_);
 }
 
-nanoseconds DeviceClock::host_time(nanoseconds device_time) {
+nanoseconds DeviceClock::host_time(nanoseconds device_time, nanoseconds latest) {
   const nanoseconds mapped =
       device_time + nanoseconds{static_cast<std::int64_t>(std::llround(offset_ns(device_time)))};
   nanoseconds host = mapped;
@@ -145,6 +158,7 @@ nanoseconds DeviceClock::host_time(nanoseconds device_time) {
                                                kLeastPace * step, kMostPace * step))};
     host = std::max(host, mapped_host_ + nanoseconds{1});
   }
+  if (host > latest) host = mapped_ ? std::max(latest, mapped_host_ + nanoseconds{1}) : latest;
   mapped_ = true;
   mapped_device_ = device_time;
   mapped_host_ = host;

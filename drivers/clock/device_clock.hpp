@@ -14,15 +14,15 @@ namespace merkel {
 /// Maps the times of a device's own clock to host time.
 ///
 /// A frame is late by whatever the transport makes of it, never early: the least of (arrival −
-/// device time) over a second is a point of the lower envelope, and a line through the last 30 of
-/// them, less those that were held up, gives offset and rate of the clock, free of jitter, of
-/// batches and of stalls. What even the fastest frame takes is no part of that; question and answer
-/// (SYNC) tell it: the exchanges with the shortest round trips, their midpoints taken for the host
-/// times of the device's answers, move the line. Mapped times never go back, and their distances
-/// differ from the device's by a tenth at most, also while the estimate settles.
+/// device time) over a second (at first a quarter) is a point of the lower envelope, and a line
+/// through the last 30 of them, less those that were held up, gives offset and rate of the clock,
+/// free of jitter, of batches and of stalls. What even the fastest frame takes is no part of that;
+/// question and answer (SYNC) tell it: the exchanges with the shortest round trips, their midpoints
+/// taken for the host times of the device's answers, move the line. Mapped times never go back, and
+/// their distances differ from the device's by a tenth at most, also while the estimate settles.
 ///
-/// A counter that wraps is unwrapped; a device that starts anew, which is one whose clock goes back
-/// or ahead of the host's, is mapped from scratch. Real-time: no. Thread: probe.
+/// A counter that wraps is unwrapped. Which readings can be trusted is ArrivalJudge's business:
+/// this class takes what it is given. Real-time: no. Thread: probe.
 class DeviceClock {
  public:
   struct Report {
@@ -42,15 +42,27 @@ class DeviceClock {
 
   void set_wrap(std::optional<std::chrono::nanoseconds> wrap) noexcept { wrap_ = wrap; }
 
+  /// A device time without its wraps, as the next observe() would return it.
+  [[nodiscard]] std::chrono::nanoseconds unwrapped(std::chrono::nanoseconds device_time,
+                                                   std::chrono::nanoseconds arrival) const noexcept;
+  /// The host time that the present estimate gives an unwrapped device time; nothing before the
+  /// first frame. Changes nothing.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> estimate(
+      std::chrono::nanoseconds device_time) const noexcept;
+
   /// Takes note of a frame. Returns its device time, unwrapped.
   /// \param device_time  as on the wire
   std::chrono::nanoseconds observe(std::chrono::nanoseconds device_time,
                                    std::chrono::nanoseconds arrival);
-  /// Takes note of a question and its answer.
+  /// Takes note of a question and its answer. Ignores an answer that disagrees with the estimate
+  /// by more than 50 ms.
   void observe(const ClockExchange& exchange);
 
   /// The host time of an unwrapped device time; later with every call whose argument is later.
-  [[nodiscard]] std::chrono::nanoseconds host_time(std::chrono::nanoseconds device_time);
+  /// \param latest  the mapped time is no later, unless the one before was
+  [[nodiscard]] std::chrono::nanoseconds host_time(
+      std::chrono::nanoseconds device_time,
+      std::chrono::nanoseconds latest = std::chrono::nanoseconds::max());
 
   /// Forgets the device's time: it starts anew, or another device is there.
   void restart() noexcept;
@@ -64,12 +76,11 @@ class DeviceClock {
   };
   static constexpr std::size_t kPoints = 30;
 
-  [[nodiscard]] std::chrono::nanoseconds unwrap(std::chrono::nanoseconds device_time,
-                                                std::chrono::nanoseconds host) const noexcept;
   [[nodiscard]] double offset_ns(std::chrono::nanoseconds device_time) const noexcept;
   std::chrono::nanoseconds follow(std::chrono::nanoseconds device_time,
                                   std::chrono::nanoseconds arrival);
-  void close_second();
+  [[nodiscard]] std::chrono::nanoseconds interval() const noexcept;
+  void close_interval();
   void take_bias(const Point& answer);
   void fit_line();
 
@@ -83,8 +94,8 @@ class DeviceClock {
   std::array<Point, kPoints> points_{};  ///< a ring
   std::size_t count_ = 0;
   std::size_t next_ = 0;
-  std::optional<Point> least_;  ///< of the second that is under way
-  std::chrono::nanoseconds second_{0};
+  std::optional<Point> least_;  ///< of the interval that is under way
+  std::chrono::nanoseconds interval_begin_{0};
 
   // host − device = origin_.offset + line_(device − origin_.device), less the bias
   Point origin_;

@@ -254,6 +254,7 @@ void DeviceProbe::take_readings() {
   const std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
   const std::vector<Time> times = times_.of(readings);
+  for (const std::string& sentence : times_.take_notices()) notice(info_.name + ": " + sentence);
   for (std::size_t i = 0; i < readings.size(); ++i) deliver(readings[i], times[i]);
 
   const Time time = now();

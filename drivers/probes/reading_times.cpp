@@ -1,11 +1,22 @@
 #include "drivers/probes/reading_times.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 
 namespace merkel {
 namespace {
 
-constexpr std::chrono::milliseconds kWidestBatch{50};  ///< over so much a batch is spread at most
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kWidestBatch{50};  ///< over so much a batch is spread at most
+constexpr milliseconds kTolerance{20};    ///< of times that lie after their arrival, at first
+constexpr milliseconds kSettledTolerance{2};
+constexpr double kJitters = 6.0;    ///< likewise, times the jitter of the settled estimate
+constexpr milliseconds kLatest{5};  ///< no time lies further after its arrival
+constexpr milliseconds kOutlierLate{25};
 
 }  // namespace
 
@@ -25,8 +36,8 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
     const auto rebooted = std::find_if(batch.begin() + 1, batch.end(),
                                        [](const DeviceReading& next) { return next.rebooted; });
     if (batch.front().rebooted) {
-      clock_.restart();
-      start_.reset();
+      restart();
+      rates_.restart();
     }
     const auto count = static_cast<std::size_t>(rebooted - batch.begin());
     add_by_clock(batch.first(count), times);
@@ -35,17 +46,90 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
   return times;
 }
 
+void ReadingTimes::restart() noexcept {
+  clock_.restart();
+  judge_.restart();
+  start_.reset();
+}
+
 void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times) {
-  // The last of a batch tells most about the clock: all of them first, then their times.
-  std::vector<Time> observed;
   for (const DeviceReading& reading : readings) {
-    observed.push_back(clock_.observe(*reading.device_time, reading.arrival));
+    rates_.observe(clock_.unwrapped(*reading.device_time, reading.arrival), reading.arrival);
   }
-  for (const Time device : observed) {
-    const Time mapped = clock_.host_time(device);
-    if (!start_) start_ = {device, mapped};
-    times.push_back(rule_ == Rule::kDevice ? start_->second + (device - start_->first) : mapped);
+  note_rates();
+  by_clock_ = rates_.agrees();
+  if (!by_clock_) {
+    add_by_arrival(readings, times);
+    last_time_ = times.back();
+    return;
   }
+  // The last of a batch tells most about the clock: all of them first, then their times.
+  std::vector<Judged> judged;
+  for (const DeviceReading& reading : readings) judged.push_back(judge(reading));
+  for (const Judged& reading : judged) {
+    const Time time = reading.good ? time_of(reading) : time_of_outlier(reading.arrival);
+    if (reading.good && time > last_time_) step_ = std::min<Time>(time - last_time_, kWidestBatch);
+    last_time_ = time;
+    times.push_back(time);
+  }
+  last_batch_ = readings.back().arrival;
+}
+
+ReadingTimes::Judged ReadingTimes::judge(const DeviceReading& reading) {
+  const Time device = clock_.unwrapped(*reading.device_time, reading.arrival);
+  auto estimate = clock_.estimate(device);
+  if (rule_ == Rule::kDevice && start_) estimate = start_->second + (device - start_->first);
+  const DeviceClock::Report report = clock_.report();
+  const Time settled{std::llround(kJitters * report.jitter_us * 1e3)};
+  const Time tolerance = report.settled && rule_ == Rule::kMapped
+                             ? std::max<Time>(settled, kSettledTolerance)
+                             : Time{kTolerance};
+  switch (judge_.judge(estimate.value_or(reading.arrival), reading.arrival, tolerance)) {
+    case ArrivalJudge::Verdict::kGood:
+      return {.device = clock_.observe(*reading.device_time, reading.arrival),
+              .arrival = reading.arrival};
+    case ArrivalJudge::Verdict::kOutlier:
+      ++outliers_;
+      return {.device = device, .arrival = reading.arrival, .good = false};
+    case ArrivalJudge::Verdict::kReanchor:
+      break;
+  }
+  ++anchors_;
+  rates_.reanchored(reading.arrival);
+  restart();
+  const Time anchored = clock_.observe(*reading.device_time, reading.arrival);
+  static_cast<void>(judge_.judge(reading.arrival, reading.arrival, tolerance));
+  return {.device = anchored, .arrival = reading.arrival};
+}
+
+ReadingTimes::Time ReadingTimes::time_of(const Judged& reading) {
+  const Time mapped = clock_.host_time(reading.device, reading.arrival + kLatest);
+  if (rule_ != Rule::kDevice) return mapped;
+  if (!start_) start_ = {reading.device, mapped};
+  return start_->second + (reading.device - start_->first);
+}
+
+/// After the reading before it, or where that is too long ago, by its arrival.
+ReadingTimes::Time ReadingTimes::time_of_outlier(Time arrival) const noexcept {
+  const Time next = std::min(last_time_ + step_, arrival);
+  return arrival - next > kOutlierLate ? arrival : next;
+}
+
+void ReadingTimes::note_rates() {
+  if (rates_.agrees() == rates_agree_) return;
+  rates_agree_ = rates_.agrees();
+  restart();
+  if (rates_agree_) {
+    notices_.emplace_back("its clock agrees with this machine's again and gives the sample times");
+    return;
+  }
+  std::array<char, 256> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "its clock runs at %.4g times the rate of this machine's: samples get their arrival "
+      "times instead; check the unit of the device's times, or set clock=arrival",
+      rates_.rate());
+  notices_.emplace_back(text.data());
 }
 
 void ReadingTimes::add_by_arrival(std::span<const DeviceReading> readings,
@@ -69,6 +153,10 @@ void ReadingTimes::add_by_arrival(std::span<const DeviceReading> readings,
 
 void ReadingTimes::describe(DeviceCounts& counts) const {
   counts.device_clock = by_clock_;
+  counts.clock_outliers = outliers_;
+  counts.clock_anchors = anchors_;
+  counts.clock_rate = rates_.rate();
+  counts.clock_mistrusted = !rates_.agrees();
   if (by_clock_) {
     const DeviceClock::Report report = clock_.report();
     counts.drift_ppm = report.drift_ppm;

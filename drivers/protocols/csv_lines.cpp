@@ -202,11 +202,15 @@ class CsvLines final : public LineProtocol {
     return false;
   }
 
-  /// Whether the device's clock has gone back otherwise than by its wrap.
+  /// Whether the device's clock has gone back, otherwise than by its wrap, and stays there: one
+  /// wrong time is no restart.
   bool restarted(nanoseconds time) noexcept {
-    const auto last = std::exchange(last_time_, time);
-    if (!last || time >= *last - kNoise) return false;
-    return !wrap_ || *last - time < *wrap_ / 2;
+    const bool back =
+        last_time_ && time < *last_time_ - kNoise && (!wrap_ || *last_time_ - time < *wrap_ / 2);
+    const bool confirmed = back && went_back_;
+    went_back_ = back && !confirmed;
+    if (!went_back_) last_time_ = time;
+    return confirmed;
   }
 
   char separator_;
@@ -216,6 +220,7 @@ class CsvLines final : public LineProtocol {
   std::uint32_t channels_ = 0;
   std::optional<nanoseconds> wrap_;
   std::optional<nanoseconds> last_time_;
+  bool went_back_ = false;
   bool restarted_ = false;
 };
 

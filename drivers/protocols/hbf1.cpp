@@ -154,13 +154,21 @@ class Hbf1Protocol final : public Protocol {
 
   /// Follows sequence numbers and restarts. False for a frame that came before.
   bool follow(const Hbf1Header& header, nanoseconds arrival, DeviceStream& stream) {
-    if (last_arrival_ != nanoseconds{0} && !continues(header.time_us, arrival)) {
+    const bool continued = last_arrival_ == nanoseconds{0} || continues(header.time_us, arrival);
+    // The next number with an impossible time is one wrong time, which ReadingTimes finds.
+    const bool in_order =
+        !reopened_ && header.sequence == static_cast<std::uint16_t>(last_sequence_ + 1U);
+    if (!continued && !in_order) {
       sequence_.forget();
       if (!reopened_) pending_reboot_ = true;
     }
     reopened_ = false;
-    last_time_us_ = header.time_us;
-    last_arrival_ = heard_ = arrival;
+    last_sequence_ = header.sequence;
+    if (continued || !in_order) {
+      last_time_us_ = header.time_us;
+      last_arrival_ = arrival;
+    }
+    heard_ = arrival;
     const auto step = sequence_.next(header.sequence);
     if (step.duplicate) ++stream.counts.duplicates;
     pending_lost_ += step.lost;
@@ -361,6 +369,7 @@ class Hbf1Protocol final : public Protocol {
   bool echo_noticed_ = false;
   bool pending_reboot_ = false;
   std::uint32_t pending_lost_ = 0;
+  std::uint16_t last_sequence_ = 0;
   std::uint32_t last_time_us_ = 0;
   nanoseconds last_arrival_{0};
   nanoseconds heard_{0};

@@ -29,6 +29,15 @@ std::string device_text(const DeviceCounts& device) {
             decimal("%.1f", device.jitter_us) + " us of jitter; frames are " +
             decimal("%.0f", device.latency_us) + " us late\n";
   }
+  if (device.clock_mistrusted) {
+    text += "  its clock runs at " + decimal("%.4g", device.clock_rate) +
+            " times the rate of this machine's: samples got their arrival times\n";
+  }
+  if (device.clock_outliers + device.clock_anchors > 0) {
+    text += "  its clock: " + number(device.clock_outliers) +
+            " impossible times replaced by the arrival, " + number(device.clock_anchors) +
+            " jumps\n";
+  }
   if (device.uncertainty_us) {
     text += "  sample times are certain to " + decimal("%.0f", *device.uncertainty_us) + " us\n";
   }
@@ -53,6 +62,10 @@ nlohmann::json device_json(const std::optional<DeviceCounts>& device) {
           {"drift_ppm", device->drift_ppm},
           {"jitter_us", device->jitter_us},
           {"latency_us", device->latency_us},
+          {"clock_outliers", device.clock_outliers},
+          {"clock_anchors", device.clock_anchors},
+          {"clock_rate", device.clock_rate},
+          {"clock_mistrusted", device.clock_mistrusted},
           {"uncertainty_us",
            device->uncertainty_us ? nlohmann::json(*device->uncertainty_us) : nlohmann::json()}};
 }

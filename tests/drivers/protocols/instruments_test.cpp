@@ -50,10 +50,17 @@ TEST(CsvLines, AHeaderNamesTheColumns) {
 
 TEST(CsvLines, AClockThatGoesBackIsARebootUnlessItWraps) {
   Talk talk("csv", "columns=time_us,force_N");
-  talk.take("x\n4294967290,1\n4,1\n1000000,1\n0,1\n");
+  talk.take("x\n4294967290,1\n4,1\n1000000,1\n0,1\n10000,1\n");
   EXPECT_EQ(talk.stream.counts.reboots, 1U);
-  EXPECT_EQ(talk.stream.readings.size(), 4U);
-  EXPECT_TRUE(talk.stream.readings[3].rebooted);
+  EXPECT_EQ(talk.stream.readings.size(), 5U);
+  EXPECT_TRUE(talk.stream.readings[4].rebooted);
+}
+
+TEST(CsvLines, OneWrongTimeIsNoReboot) {
+  Talk talk("csv", "columns=time_us,force_N");
+  talk.take("x\n1000000,1\n0,1\n1002000,1\n9000000,1\n1004000,1\n1006000,1\n");
+  EXPECT_EQ(talk.stream.readings.size(), 6U);
+  EXPECT_EQ(talk.stream.counts.reboots, 1U);  // two times below 9 s: that one was believed
 }
 
 TEST(CsvLines, BadOptionsAreNamed) {

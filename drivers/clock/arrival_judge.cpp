@@ -1,0 +1,64 @@
+#include "drivers/clock/arrival_judge.hpp"
+
+#include <algorithm>
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kBack{2};   ///< frames may overtake each other by so much
+constexpr milliseconds kLate{25};  ///< more, for long, is no transport's latency
+constexpr milliseconds kPersistence{60};
+constexpr std::uint32_t kFewest = 3;  ///< frames that make a run
+constexpr int kCatchUp = 5;           ///< a backlog shrinks by a fifth of the time at least
+constexpr milliseconds kFirstBatch{200};
+
+}  // namespace
+
+void ArrivalJudge::restart() noexcept {
+  last_good_.reset();
+  wrong_.reset();
+  late_.reset();
+  batch_span_ = kFirstBatch;
+}
+
+bool ArrivalJudge::goes_on(std::optional<Run>& run, Time lateness, Time arrival) noexcept {
+  if (!run) run = Run{.since = arrival, .lateness = lateness};
+  ++run->frames;
+  return run->frames >= kFewest && arrival - run->since >= kPersistence;
+}
+
+ArrivalJudge::Verdict ArrivalJudge::judge(Time estimate, Time arrival, Time tolerance) noexcept {
+  if (arrival != last_arrival_) {
+    if (last_good_) batch_span_ = arrival - last_arrival_;
+    last_arrival_ = arrival;
+  }
+  if (!last_good_) {
+    last_good_ = estimate;
+    return Verdict::kGood;
+  }
+  const Time lateness = arrival - estimate;
+  // The frames of one batch were measured since the batch before: one after the other, they may
+  // show that the first of all was late.
+  const bool early = lateness < -tolerance && estimate > *last_good_ + batch_span_ + tolerance;
+  if (early || lateness < -std::max<Time>(kFirstBatch, tolerance) ||
+      estimate < *last_good_ - kBack) {
+    late_.reset();
+    return goes_on(wrong_, lateness, arrival) ? Verdict::kReanchor : Verdict::kOutlier;
+  }
+  wrong_.reset();
+  last_good_ = std::max(*last_good_, estimate);
+  if (lateness <= kLate) {
+    late_.reset();
+    return Verdict::kGood;
+  }
+  if (!goes_on(late_, lateness, arrival)) return Verdict::kGood;
+  const Time caught_up = late_->lateness - lateness;
+  if (caught_up * kCatchUp < arrival - late_->since) return Verdict::kReanchor;
+  late_.reset();
+  return Verdict::kGood;
+}
+
+}  // namespace merkel

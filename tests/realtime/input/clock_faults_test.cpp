@@ -1,0 +1,169 @@
+// No device clock can silence touch: whatever times a device reports, its samples reach the loop.
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "core/math/random.hpp"
+#include "core/units.hpp"
+#include "drivers/probes/reading_times.hpp"
+#include "realtime/input/probe_input.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
+
+/// What a device's clock shows when a host second `t_s` has passed; `k` counts its samples.
+using FaultyClock = std::function<double(double t_s, int k)>;
+
+struct Outcome {
+  std::uint64_t released = 0;       ///< ticks without touch, of 1 ms
+  std::uint64_t released_late = 0;  ///< of those: after the first 2 s
+  double farthest_ms = 0.0;         ///< of a sample's time from its arrival, after 2 s
+  DeviceCounts counts;
+  std::vector<std::string> notices;
+};
+
+constexpr double kLength_s = 10.0;
+
+/// Ten seconds of a press that never lets go, read with a delay of 2.5 sample periods.
+Outcome touch(double rate_Hz, const FaultyClock& clock,
+              ReadingTimes::Rule rule = ReadingTimes::Rule::kMapped) {
+  Random random(5);
+  ReadingTimes times(rule);
+  times.set_wrap(microseconds{std::int64_t{1} << 32U});
+  ProbeChannel channel(100'000);
+  ProbeInput input(channel, {.stale_after = std::max<nanoseconds>(
+                                 milliseconds{50}, units::nanoseconds_from_s(3.0 / rate_Hz))});
+  const nanoseconds delay = units::nanoseconds_from_s(2.5 / rate_Hz);
+  const nanoseconds start = seconds{1000};
+  Outcome outcome;
+  nanoseconds last{0};
+  nanoseconds tick = start;
+  for (int k = 0; k < static_cast<int>(kLength_s * rate_Hz); ++k) {
+    const double t_s = k / rate_Hz;
+    const nanoseconds arrival =
+        start + units::nanoseconds_from_s(t_s + 0.0002 + 0.0003 * random.uniform());
+    // Loop time that passes before this sample is there.
+    for (; tick + delay < arrival; tick += milliseconds{1}) {
+      const bool silent = input.at(tick).state == ProbeInput::State::kReleased;
+      if (tick < start + milliseconds{5} || !silent) continue;
+      ++outcome.released;
+      if (tick > start + seconds{2}) ++outcome.released_late;
+    }
+    DeviceReading reading;
+    reading.arrival = arrival;
+    const double wire_us = std::fmod(1e6 * clock(t_s, k), 4294967296.0);
+    reading.device_time =
+        microseconds{static_cast<std::int64_t>(wire_us < 0.0 ? wire_us + 4294967296.0 : wire_us)};
+    const nanoseconds time = std::max(times.of({&reading, 1}).front(), last + nanoseconds{1});
+    last = time;
+    if (t_s > 2.0) {
+      outcome.farthest_ms =
+          std::max(outcome.farthest_ms, std::fabs(units::ms_from(arrival - time)));
+    }
+    EXPECT_TRUE(channel.samples.try_push(
+        {.time = time, .arrival = arrival, .depth_mm = 1.0, .channels = ProbeSample::kDepth}));
+    for (std::string& sentence : times.take_notices()) outcome.notices.push_back(sentence);
+  }
+  times.describe(outcome.counts);
+  return outcome;
+}
+
+TEST(ClockFaults, OneBadTimeOfAnySizeCostsNoTouch) {
+  for (const double rate_Hz : {1000.0, 100.0}) {
+    for (double size_s = 1e-3; size_s < 4000.0; size_s *= 3.7) {
+      for (const double sign : {1.0, -1.0}) {
+        for (const double when_s : {0.0, 0.02, 0.4, 3.0}) {
+          const int bad = static_cast<int>(when_s * rate_Hz);
+          const Outcome outcome = touch(rate_Hz, [&](double t_s, int k) {
+            return 500.0 + t_s + (k == bad ? sign * size_s : 0.0);
+          });
+          EXPECT_LE(outcome.released, 100U)
+              << sign * size_s << " s at " << when_s << " s, " << rate_Hz << " Hz";
+          EXPECT_EQ(outcome.released_late, 0U) << sign * size_s << " s at " << when_s << " s";
+          EXPECT_TRUE(outcome.counts.device_clock);
+          EXPECT_LT(outcome.farthest_ms, 26.0) << sign * size_s << " s at " << when_s << " s";
+        }
+      }
+    }
+  }
+}
+
+TEST(ClockFaults, AClockThatJumpsIsAnchoredAnewWithin100Ms) {
+  for (const double rate_Hz : {1000.0, 100.0}) {
+    for (double size_s = 0.05; size_s < 3000.0; size_s *= 3.7) {
+      for (const double sign : {1.0, -1.0}) {
+        const Outcome outcome = touch(rate_Hz, [&](double t_s, int) {
+          return 3100.0 + t_s + (t_s >= 3.0 ? sign * size_s : 0.0);
+        });
+        EXPECT_LE(outcome.released, 100U) << sign * size_s << " s, " << rate_Hz << " Hz";
+        EXPECT_EQ(outcome.counts.clock_anchors, 1U) << sign * size_s << " s, " << rate_Hz << " Hz";
+        EXPECT_TRUE(outcome.notices.empty());
+      }
+    }
+  }
+}
+
+TEST(ClockFaults, AWrongRateOfAnyFactorCostsASecondAtMostAndIsTold) {
+  for (const double rate_Hz : {1000.0, 100.0}) {
+    for (const double factor :
+         {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.8, 0.85, 0.9, 0.95, 1.06, 1.15, 1.5, 2.0, 10.0, 1e3, 1e6}) {
+      const Outcome outcome = touch(rate_Hz, [&](double t_s, int) { return 500.0 + t_s * factor; });
+      EXPECT_LE(outcome.released, 1000U) << factor << ", " << rate_Hz << " Hz";
+      EXPECT_EQ(outcome.released_late, 0U) << factor << ", " << rate_Hz << " Hz";
+      EXPECT_FALSE(outcome.counts.device_clock) << factor;
+      EXPECT_EQ(outcome.notices.size(), 1U) << factor;
+      EXPECT_LT(outcome.farthest_ms, 60.0) << factor << ", " << rate_Hz << " Hz";
+    }
+  }
+}
+
+TEST(ClockFaults, ARateThatIsRightAgainIsTrustedAgain) {
+  const Outcome outcome =
+      touch(1000.0, [](double t_s, int) { return 500.0 + std::min(t_s, 1.0) * 3.0 + t_s; });
+  EXPECT_EQ(outcome.notices.size(), 2U);
+  EXPECT_TRUE(outcome.counts.device_clock);
+  EXPECT_EQ(outcome.released_late, 0U);
+}
+
+TEST(ClockFaults, ManyWrongTimesCostNoTouch) {
+  for (const double share : {0.01, 0.2, 0.6, 1.0}) {
+    Random random(9);
+    const Outcome outcome = touch(1000.0, [&](double t_s, int) {
+      const double wrong = random.uniform() < share ? 1000.0 * (random.uniform() - 0.5) : 0.0;
+      return 1500.0 + t_s + wrong;
+    });
+    EXPECT_EQ(outcome.released, 0U) << share;
+    if (share > 0.3) continue;
+    EXPECT_NEAR(static_cast<double>(outcome.counts.clock_outliers), share * kLength_s * 1000.0,
+                share * 2000.0);
+  }
+}
+
+TEST(ClockFaults, AnOscillatorOfOnePercentIsNoFault) {
+  for (const double factor : {0.99, 0.999, 1.001, 1.01}) {
+    const Outcome outcome = touch(1000.0, [&](double t_s, int) { return 500.0 + t_s * factor; });
+    EXPECT_TRUE(outcome.counts.device_clock) << factor;
+    EXPECT_EQ(outcome.counts.clock_outliers, 0U) << factor;
+    EXPECT_EQ(outcome.counts.clock_anchors, 0U) << factor;
+    EXPECT_NEAR(outcome.counts.drift_ppm, (factor - 1.0) * 1e6, 300.0);
+    EXPECT_EQ(outcome.released, 0U);
+  }
+}
+
+TEST(ClockFaults, AClockTakenAsRightCannotSilenceTouchEither) {
+  for (const double factor : {0.0, 0.5, 0.99, 1.01, 2.0}) {
+    const Outcome outcome = touch(
+        1000.0, [&](double t_s, int) { return 500.0 + t_s * factor; }, ReadingTimes::Rule::kDevice);
+    EXPECT_LE(outcome.released, 1000U) << factor;
+    EXPECT_EQ(outcome.released_late, 0U) << factor;
+  }
+}
+
+}  // namespace
+}  // namespace merkel
