@@ -45,8 +45,13 @@ find_path(MERKEL_BEAST_INCLUDE boost/beast.hpp)
 if(MERKEL_BEAST_INCLUDE)
   set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)
   set(page_files)
-  foreach(name page.html page.css page.js vendor/uPlot.js vendor/uPlot.css vendor/uPlot.LICENSE)
-    list(APPEND page_files ${page_folder}/${name})
+  foreach(name page.html page.css canvas.js colours.js connection.js controls.js details.js finger.js
+      frames.js health.js history.js main.js more.js numbers.js order.js raster.js save.js settings.js
+      skin_layout.js sound.js trace.js)
+    list(APPEND page_files ${page_folder}/page/${name})
+  endforeach()
+  foreach(name uPlot.js uPlot.css uPlot.LICENSE)
+    list(APPEND page_files ${page_folder}/vendor/${name})
   endforeach()
   add_custom_command(OUTPUT page_files.cpp
     COMMAND ${CMAKE_COMMAND} -DOUT=page_files.cpp "-DFILES=${page_files}"
@@ -54,5 +59,6 @@ if(MERKEL_BEAST_INCLUDE)
     DEPENDS ${page_files} ${page_folder}/embed_page.cmake VERBATIM)
 endif()
 merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
-  sinks/view/view_frames.cpp sinks/view/view_server.cpp sinks/view/view_spike_sink.cpp
+  sinks/view/view_frames.cpp sinks/view/view_scene.cpp
+  sinks/view/view_server.cpp sinks/view/view_spike_sink.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/page_files.cpp)

@@ -21,6 +21,9 @@ class Browser:
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.session = None
         arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage",
+                     "--autoplay-policy=document-user-activation-required",
+                     "--disable-quic", "--no-first-run", "--disable-background-networking",
+                     "--disable-component-update", "--disable-sync",
                      f"--window-size={width},{height}"]
         if os.geteuid() == 0:
             arguments.append("--no-sandbox")  # Chromium refuses to sandbox root
@@ -72,11 +75,25 @@ class Browser:
             {"type": "key", "id": "keyboard", "actions": [{"type": "keyDown", "value": key},
                                                           {"type": "keyUp", "value": key}]}]})
 
-    def resize_to_phone(self, width, height):
-        """A window cannot be as narrow as a phone is: Chromium takes the page for one on it."""
+    def click(self, x, y):
+        self._in_session("POST", "/actions", {"actions": [
+            {"type": "pointer", "id": "mouse", "actions": [
+                {"type": "pointerMove", "duration": 0, "x": x, "y": y},
+                {"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button": 0}]}]})
+
+    def set_size(self, width, height):
+        """Of the page in CSS pixels; below 500 as a phone's. A window cannot be that narrow."""
+        phone = width < 500
         self._in_session("POST", "/goog/cdp/execute", {
             "cmd": "Emulation.setDeviceMetricsOverride",
-            "params": {"width": width, "height": height, "deviceScaleFactor": 2, "mobile": True}})
+            "params": {"width": width, "height": height, "deviceScaleFactor": 2 if phone else 1,
+                       "mobile": phone}})
+
+    def set_media(self, feature, value):
+        """As in set_media("prefers-color-scheme", "dark")."""
+        self._in_session("POST", "/goog/cdp/execute", {
+            "cmd": "Emulation.setEmulatedMedia",
+            "params": {"features": [{"name": feature, "value": value}]}})
 
     def screenshot(self, path):
         with open(path, "wb") as file:

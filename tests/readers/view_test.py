@@ -3,6 +3,8 @@ import json
 import os
 import socket
 import struct
+import subprocess
+import unittest
 
 import browser
 import merkel_program
@@ -19,7 +21,8 @@ class Page(merkel_program.TestCase):
         return self.serve_again(*more, probe=probe)
 
     def serve_again(self, *more, probe=PRESS):
-        program = start("run", "--probe", probe, "--json", "--sink", f"view:{self.port}", *more)
+        probes = [word for uri in ([probe] if isinstance(probe, str) else probe) for word in ("--probe", uri)]
+        program = start("run", *more, *probes, "--json", "--sink", f"view:{self.port}")
         self.addCleanup(program.communicate)
         self.addCleanup(program.kill)
         self.assertTrue(merkel_program.wait_for(self.listening))
@@ -73,7 +76,7 @@ class Protocol(Page):
         self.assertEqual(request(self.port, Host="evil.example")[0], 403)
         self.assertEqual(request(self.port, Host=f"localhost:{self.port}")[0], 200)
         self.assertEqual(request(self.port, "/../../etc/passwd")[0], 404)
-        self.assertEqual(request(self.port, "/page.js", method="POST")[0], 405)
+        self.assertEqual(request(self.port, "/main.js", method="POST")[0], 405)
         self.assertIn(b"MIT", request(self.port, "/uPlot.LICENSE")[1])
         program.terminate()
 
@@ -112,75 +115,320 @@ class Protocol(Page):
         self.assertEqual(len(stuck), 10)
 
 
-class InBrowser(Page):
-    def setUp(self):
-        super().setUp()
-        if not browser.available():
-            self.skipTest("no chromium and chromedriver: tools/install_packages test")
 
-    def screenshot(self, page, name):
+class Peers(Page):
+    """Others on the network, or on this machine, that want too much."""
+
+    def test_slow_connections_do_not_deny_the_page(self):
+        program = self.serve(probe="sim:taps?interval_s=0.25&tap_s=0.2&count=40")
+        slow = [socket.create_connection(("127.0.0.1", self.port)) for _ in range(64)]
+        for each in slow:
+            self.addCleanup(each.close)
+            each.sendall(b"GET / HTTP/1.1\r\n")  # and no more
+        for _ in range(5):
+            self.assertEqual(request(self.port)[0], 200)
+        with WebSocket(self.port) as client:
+            self.assertEqual(client.status, 101)
+        program.terminate()
+
+    def test_connections_leave_descriptors_to_the_devices(self):
+        limit = "ulimit -n 300; exec \"$@\""
+        self.port = free_port()
+        program = subprocess.Popen(
+            ["sh", "-c", limit, "sh", merkel_program.PROGRAM, "run", "--probe",
+             "sim:taps?interval_s=0.25&tap_s=0.2&count=40", "--sink", f"view:{self.port}"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        self.assertTrue(merkel_program.wait_for(self.listening))
+        idle = []
+        for _ in range(290):
+            idle.append(socket.create_connection(("127.0.0.1", self.port)))
+            self.addCleanup(idle[-1].close)
+        folder = f"/proc/{program.pid}/fd"
+        self.assertTrue(merkel_program.wait_for(lambda: len(os.listdir(folder)) < 150))
+        self.assertEqual(request(self.port)[0], 200)
+
+    def test_a_loopback_page_checks_the_host_even_where_remote_sinks_are_allowed(self):
+        program = self.serve("--allow-remote")
+        self.assertEqual(request(self.port, Host="evil.example")[0], 403)
+        self.assertEqual(request(self.port, Host="192.0.2.1:80")[0], 403)
+        self.assertEqual(request(self.port, Host=f"localhost:{self.port}")[0], 200)
+        program.terminate()
+
+    def test_a_page_for_others_answers_to_addresses_and_not_to_foreign_names(self):
+        self.port = free_port()
+        program = start("run", "--probe", PRESS, "--sink", f"view:0.0.0.0:{self.port}", "--allow-remote")
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        self.assertTrue(merkel_program.wait_for(self.listening))
+        self.assertEqual(request(self.port, Host="192.0.2.1:80")[0], 200)
+        self.assertEqual(request(self.port, Host=socket.gethostname())[0], 200)
+        self.assertEqual(request(self.port, Host="evil.example")[0], 403)
+
+    def test_requests_that_make_no_sense_are_ignored(self):
+        program = self.serve()
+        with WebSocket(self.port) as client:
+            for text in ("", " ", "watch 1 2 3 4 5 6", "watch -1", "watch 99999999999", "watch 4000000000",
+                         "tare", "tare 0", "tare 99", "mark " + "x" * 900, "seek nan", "seek -1", "record",
+                         "hold", "play", "record start"):
+                client.send(text)
+            frames = list(client.frames())
+        self.assertTrue(frames[-1].over)
+        summary = self.summary(program)
+        self.assertGreater(summary["spikes"], 20)
+
+
+class InBrowser(Page):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        if not browser.available():
+            raise unittest.SkipTest("no chromium and chromedriver: tools/install_packages test")
+        cls.page = browser.Browser(1280, 800)
+        cls.addClassCleanup(cls.page.__exit__)
+
+    def open(self, *more, probe=PRESS, size=(1280, 800)):
+        program = self.serve(*more, probe=probe)
+        self.page.set_size(*size)
+        self.page.open(f"http://127.0.0.1:{self.port}/")
+        self.assertTrue(merkel_program.wait_for(lambda: self.page.ask("Boolean(globalThis.merkel?.frame)")))
+        return program
+
+    def wait(self, expression):
+        self.assertTrue(merkel_program.wait_for(lambda: self.page.ask(expression)), expression)
+
+    def assert_no_errors(self):
+        # The browser itself notes every attempt at a server that is away, and nothing else.
+        self.assertEqual([e for e in self.page.errors() if "ERR_CONNECTION_REFUSED" not in e], [])
+
+    def screenshot(self, name):
         """For the documents, where MERKEL_SCREENSHOTS names a folder."""
         folder = os.environ.get("MERKEL_SCREENSHOTS")
         if folder:
-            page.screenshot(os.path.join(folder, name))
+            self.page.screenshot(os.path.join(folder, name))
 
-    def test_the_page_draws_a_known_replay_and_reconnects(self):
+    def test_the_page_draws_a_known_replay_and_finds_the_next_run(self):
         painted = ("(() => { const c = document.getElementById('%s'); const d = c.getContext('2d')"
                    ".getImageData(0, 0, c.width, c.height).data; let n = 0; "
                    "for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; })()")
-        with browser.Browser(1280, 1560) as page:
-            program = self.serve(probe="replay:tests/traces/taps.csv")
-            page.open(f"http://127.0.0.1:{self.port}/")
-            summary = self.summary(program)
-            self.assertTrue(merkel_program.wait_for(
-                lambda: page.text("spikes") == str(summary["spikes"])))
-            self.assertEqual(page.text("connection"), "run over")
-            self.assertEqual(page.text("scene"), "paper")
-            for canvas in ("raster", "skin", "rates", "latency"):
-                self.assertGreater(page.ask(painted % canvas), 1000, canvas)
-            counters = page.text("counters")
-            self.assertIn(f"ticks{summary['ticks'] // 1000}\u2009{summary['ticks'] % 1000:03}",
-                          counters)
-            # Another run on the same port: the page finds it by itself.
-            program = self.serve_again(probe=SLIDE)
-            self.assertTrue(merkel_program.wait_for(lambda: page.text("connection") == "live"))
-            self.assertTrue(merkel_program.wait_for(lambda: float(page.text("clock")) > 2.5))
-            self.assertGreater(int(page.text("spikes")), 50)
-            page.press("-")
-            self.assertEqual(page.ask("document.getElementById('window').value"), "5")
-            self.screenshot(page, "live_page.png")
+        program = self.open(probe="replay:tests/traces/taps.csv")
+        summary = self.summary(program)
+        self.wait(f"document.getElementById('spikes').textContent === '{summary['spikes']}'")
+        self.assertEqual(self.page.text("state"), "Run over")
+        self.assertEqual(self.page.text("scene"), "paper")
+        for canvas in ("raster", "skin", "latency", "legend"):
+            self.assertGreater(self.page.ask(painted % canvas), 500, canvas)
+        counters = self.page.text("counters")
+        self.assertIn(f"ticks{summary['ticks'] // 1000}\u2009{summary['ticks'] % 1000:03}", counters)
+        program = self.serve_again(probe=SLIDE)
+        self.wait("document.getElementById('state').textContent === 'Connected, pressing'")
+        self.wait("Number(document.getElementById('force').textContent) > 0.4")
+        program.terminate()
+        program.communicate()
+        self.wait("document.getElementById('banner').dataset.level !== 'good'")
+        self.assert_no_errors()
 
-            # By keyboard: a picture with the focus says what lies where the arrows lead.
-            self.assertIn(" mm, ", page.text("trace-value"))
-            for canvas, word in (("raster", "afferent "), ("skin", "afferent "),
-                                 ("rates", " /s"), ("latency", " ticks")):
-                page.ask(f"document.getElementById('{canvas}').focus()")
-                page.press("\ue012")  # left
-                self.assertTrue(merkel_program.wait_for(
-                    lambda: word in page.text(f"{canvas}-value")), canvas)
-            page.ask("document.activeElement.blur()")
-
-            page.press(" ")
-            self.assertEqual(page.text("pause"), "Go on")
-            page.press(" ")
-            self.assertEqual(page.text("pause"), "Pause")
-            page.press("+")
-            self.assertEqual(page.ask("document.getElementById('window').value"), "10")
-            page.press("t")
-            page.press("t")
-            self.assertEqual(page.ask("document.documentElement.dataset.theme"), "dark")
-            page.resize_to_phone(390, 844)
-            self.assertTrue(merkel_program.wait_for(lambda: page.ask("innerWidth") == 390))
-            self.assertLessEqual(page.ask("document.documentElement.scrollWidth"),
-                                 page.ask("innerWidth"))
-            self.screenshot(page, "live_page_phone.png")
-
+    def test_the_first_screen_holds_everything_on_a_desk_and_on_a_phone(self):
+        shown = ["state", "force", "depth", "rate", "latency-now", "skin", "trace", "raster"]
+        for size in ((1280, 800), (768, 1024), (390, 844)):
+            program = self.open("goodwin", probe=SLIDE, size=size)
+            self.wait("Number(document.getElementById('clock').textContent) > 0.8")
+            for element in shown:
+                box = self.page.ask("(({left, right, top, bottom}) => ({left, right, top, bottom}))"
+                                    f"(document.getElementById('{element}').getBoundingClientRect())")
+                self.assertGreaterEqual(box["left"], 0, (size, element))
+                self.assertLessEqual(box["right"], size[0], (size, element))
+                self.assertGreater(box["bottom"] - box["top"], 14, (size, element))
+                self.assertLessEqual(box["bottom"], size[1], (size, element))
+            self.assertLessEqual(self.page.ask("document.documentElement.scrollWidth"), size[0])
+            # The raster lies under the trace, second by second.
+            margins = self.page.ask("merkel.trace.margins()")
+            frame = self.page.ask("merkel.raster.frame(merkel.trace.margins())")
+            self.assertAlmostEqual(margins["left"], frame["left"], delta=0.5)
+            self.assertAlmostEqual(margins["width"], frame["w"], delta=0.5)
+            for theme in ("light", "dark"):
+                self.page.set_media("prefers-color-scheme", theme)
+                self.wait(f"document.documentElement.dataset.theme === '{theme}'")
+                self.screenshot({1280: "live_page", 768: "live_page_tablet", 390: "live_page_phone"}[size[0]]
+                                + ("_dark" if theme == "dark" else "") + ".png")
             program.terminate()
-            program.communicate()
-            self.assertTrue(merkel_program.wait_for(
-                lambda: page.text("connection") != "live"))
-            # The browser itself notes every attempt at a server that is away, and nothing else.
-            self.assertEqual([e for e in page.errors() if "ERR_CONNECTION_REFUSED" not in e], [])
+        self.page.set_media("prefers-color-scheme", "light")
+        self.assert_no_errors()
+
+    def test_the_raster_is_sorted_by_distance_and_hides_the_silent(self):
+        program = self.open("goodwin", probe=SLIDE)
+        self.wait("merkel.history.spikes.length > 200")
+        self.assertEqual(self.page.ask("document.body.dataset.raster"), "density")
+        sorted_rows = ("(() => { const {rows, distance} = merkel.order; "
+                       "return rows.every((n, i) => i === 0 || distance[rows[i - 1]] <= distance[n]); })()")
+        self.assertTrue(self.page.ask(sorted_rows))
+        self.assertEqual(self.page.ask("merkel.order.rows.length"), 450)
+        self.page.press("h")
+        self.wait("merkel.order.rows.length < 450")
+        self.page.press(" ")  # Pause: what is in view stands still.
+        self.wait("merkel.paused !== null")
+        self.page.ask("(() => { merkel.order.key = ''; merkel.dirty = true; })()")
+        self.wait("(() => { const time = merkel.time(), counts = merkel.history.counts(time.from, time.to); "
+                  "return merkel.order.rows.every((n) => counts[n - 1] > 0) && "
+                  "merkel.order.rows.length === counts.reduce((sum, n) => sum + (n > 0), 0); })()")
+        self.page.ask("(() => { const s = document.getElementById('order'); s.value = 'number'; "
+                      "s.dispatchEvent(new Event('change')); })()")
+        self.wait("merkel.order.rows.every((n, i) => i === 0 || merkel.order.rows[i - 1] < n)")
+        self.page.press("h")
+        program.terminate()
+
+    def test_a_hand_is_drawn_as_a_hand_with_its_probes_named(self):
+        program = self.open("hand", probe=6 * ["sim:ramp?hold_s=20"])
+        self.wait("merkel.order?.rows.length === 4250")
+        self.assertEqual(self.page.ask("merkel.finger.layout.kind"), "hand")
+        self.assertEqual(self.page.ask("merkel.scene.probes.map((p) => p.name).join()"),
+                         "thumb,index,middle,ring,little,palm")
+        # No patch lies on another.
+        self.assertTrue(self.page.ask(
+            "merkel.finger.layout.placed.every((a) => [[0, 0], [a.patch.length_mm, 0], "
+            "[0, a.patch.width_mm], [a.patch.length_mm, a.patch.width_mm]].every(([x, y]) => { "
+            "const {u, v} = a.to(x, y); return merkel.finger.layout.placed.every((b) => { "
+            "if (a === b) return true; const p = b.from(u, v); return p.x <= 0 || p.y <= 0 || "
+            "p.x >= b.patch.length_mm || p.y >= b.patch.width_mm; }); }))"))
+        self.wait("merkel.frame.probes.every((p) => p.depth > 1)")
+        self.assertIn("palm 0.45 N", self.page.text("probes"))
+        self.screenshot("live_page_hand.png")
+        self.page.ask("document.querySelectorAll('#probes button')[4].click()")
+        self.wait("document.getElementById('force-of').textContent === 'little'")
+        program.terminate()
+        self.assert_no_errors()
+
+    def test_afferents_are_chosen_by_click_and_by_key_and_pinned(self):
+        program = self.open(probe="sim:ramp?depth_mm=1.8&hold_s=30")
+        self.wait("merkel.history.spikes.length > 20")
+        place = self.page.ask("(() => { const f = merkel.finger, p = f.layout.placed[0], "
+                              "[x, y] = p.centre(12), {u, v} = p.to(x, y), at = f.px(u, v), "
+                              "box = f.canvas.getBoundingClientRect(); "
+                              "return [Math.round(box.x + at.x), Math.round(box.y + at.y)]; })()")
+        self.page.click(*place)
+        self.wait("document.querySelector('.card h3')?.textContent === 'Afferent 13'")
+        self.page.ask("document.querySelector('.card button').click()")  # Pin
+        # By keyboard: arrows lead away from where the pointer is; Enter chooses.
+        self.page.ask("document.getElementById('skin').focus()")
+        for key in 12 * ["\ue012"] + ["\ue007"]:  # left; Enter
+            self.page.press(key)
+        self.wait("document.querySelectorAll('.card').length === 2")
+        self.assertIn("afferent ", self.page.text("skin-value"))
+        self.assertEqual(self.page.ask("merkel.details.chosen[0].pinned"), True)
+        self.assertIn("receptors", self.page.ask("document.querySelector('.card p').textContent"))
+        self.wait("document.querySelectorAll('.card header span')[1].textContent !== ''")
+        for canvas, word in (("raster", "afferent "), ("latency", " ticks")):
+            self.page.ask(f"document.getElementById('{canvas}').focus()")
+            self.page.press("\ue012")
+            self.wait(f"document.getElementById('{canvas}-value').textContent.includes('{word}')")
+        self.page.ask("document.activeElement.blur()")
+        program.terminate()
+        self.assert_no_errors()
+
+    def test_sound_is_off_until_it_is_asked_for(self):
+        program = self.open(probe=SLIDE)
+        self.wait("merkel.history.spikes.length > 20")
+        self.assertEqual(self.page.ask("[merkel.sound.on, Boolean(merkel.sound.audio)].join()"), "false,false")
+        self.page.press("s")
+        self.wait("merkel.sound.clicks > 10")
+        self.page.ask("(() => { const v = document.getElementById('volume'); v.value = 0.5; "
+                      "v.dispatchEvent(new Event('input')); })()")
+        self.assertAlmostEqual(self.page.ask("merkel.sound.gain.gain.value"), 0.25, places=3)
+        # Of chosen afferents alone: none is chosen.
+        self.page.ask("(() => { merkel.sound.all = false; merkel.sound.clicks = 0; })()")
+        before = self.page.ask("merkel.frame.number")
+        self.wait(f"merkel.frame.number > {before} + 10")
+        self.assertEqual(self.page.ask("merkel.sound.clicks"), 0)
+        self.page.press("s")
+        self.wait("!merkel.sound.on")
+        program.terminate()
+
+    def test_what_is_seen_can_be_saved(self):
+        csv = self.path("s.csv")
+        program = self.open("--sink", f"csv:{csv}", probe=PRESS)
+        self.summary(program)
+        self.wait("merkel.frame.over")
+        span = self.page.ask("(() => { const t = merkel.time(); return [t.from + merkel.frame.origin_s, "
+                             "t.to + merkel.frame.origin_s]; })()")
+        saved = self.page.ask("import('/save.js').then((m) => m.spikeTable(merkel.history, merkel.time(), "
+                              "merkel.frame.origin_s))").splitlines()
+        with open(csv, encoding="ascii") as file:
+            wanted = [line.split(",") for line in file.read().splitlines()[1:]]
+        wanted = [(float(t), n) for t, n in wanted if span[0] <= float(t) <= span[1] + 1e-9]
+        self.assertEqual(saved[0], "time_s,neuron")
+        self.assertEqual([line.split(",")[1] for line in saved[1:]], [n for _, n in wanted])
+        for line, (t, _) in zip(saved[1:], wanted):
+            self.assertAlmostEqual(float(line.split(",")[0]), t, places=6)
+        press = self.page.ask("import('/save.js').then((m) => m.pressTable(merkel.history, merkel.time(), "
+                              "merkel.frame.origin_s))").splitlines()
+        self.assertEqual(press[0], "time_s,depth_mm,force_N")
+        self.assertGreater(len(press), 500)
+        size = self.page.ask("import('/save.js').then((m) => { const c = m.drawPicture(merkel.scene, "
+                             "merkel.time(), merkel.health, merkel.values()); "
+                             "return new Promise((done) => c.toBlob((b) => done(b.size))); })")
+        self.assertGreater(size, 10000)
+        self.assert_no_errors()
+
+    def test_pause_window_theme_and_zoom_have_keys(self):
+        program = self.open(probe=SLIDE)
+        for key, value in (("-", "2"), ("+", "5"), ("+", "10"), ("-", "5")):
+            self.page.press(key)
+            self.assertEqual(self.page.ask("document.getElementById('window').value"), value)
+        self.page.press(" ")
+        self.assertEqual(self.page.text("pause"), "Go on")
+        frozen = self.page.text("depth-of")
+        self.wait("merkel.frame.t > merkel.paused.t + 0.5")
+        self.assertEqual(self.page.text("depth-of"), frozen)
+        self.page.press(" ")
+        self.assertEqual(self.page.text("pause"), "Pause")
+        for _ in range(7):
+            self.page.press("z")
+        self.assertGreater(self.page.ask("merkel.finger.view.zoom"), 10)
+        for _ in range(7):
+            self.page.press("x")
+        self.assertEqual(self.page.ask("merkel.finger.view.zoom"), 1)
+        self.page.press("t")
+        self.page.press("t")
+        self.assertEqual(self.page.ask("document.documentElement.dataset.theme"), "dark")
+        self.page.press("t")
+        program.terminate()
+
+    def test_the_page_is_legible_and_asks_nobody_else(self):
+        program = self.open(probe=SLIDE)
+        contrast = """(() => {
+          const lum = (text) => { const c = document.createElement('canvas').getContext('2d');
+            c.fillStyle = text; c.fillRect(0, 0, 1, 1);
+            return [...c.getImageData(0, 0, 1, 1).data].slice(0, 3).map((v) => v / 255)
+              .map((v) => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+              .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0); };
+          const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+          const ratio = (a, b) => { const [x, y] = [lum(a), lum(b)].sort((p, q) => q - p); return (x + 0.05) / (y + 0.05); };
+          const onCard = ['--ink', '--soft', '--force', '--depth', '--press'].map((n) => ratio(css(n), css('--card')));
+          const banner = ['--good', '--warn', '--bad', '--over'].map((n) => ratio('#fff', css(n)));
+          return Math.min(...onCard, ...banner); })()"""
+        for theme in ("light", "dark"):
+            self.page.ask(f"(() => {{ document.documentElement.dataset.theme = '{theme}'; }})()")
+            self.assertGreaterEqual(self.page.ask(contrast), 4.5, theme)  # WCAG AA
+        self.page.ask("(() => { document.documentElement.dataset.theme = 'light'; })()")
+        # The scale of rates gets steadily darker, whatever colours an eye can tell apart.
+        self.assertTrue(self.page.ask(
+            "import('/colours.js').then((m) => { const light = m.scale().map(([r, g, b]) => "
+            "0.2126 * r + 0.7152 * g + 0.0722 * b); return light.every((v, i) => i === 0 || v <= light[i - 1] + 0.5); })"))
+        unnamed = self.page.ask("[...document.querySelectorAll('button, input, select, canvas')].filter((e) => "
+                                "!e.textContent.trim() && !e.getAttribute('aria-label') && !e.closest('label') && "
+                                "!e.getAttribute('aria-hidden') && !e.closest('#trace')).map((e) => e.outerHTML).join()")
+        self.assertEqual(unnamed, "")
+        outside = self.page.ask("performance.getEntriesByType('resource').filter((e) => "
+                                "new URL(e.name).host !== location.host).length")
+        self.assertEqual(outside, 0)
+        with socket.create_connection(("127.0.0.1", self.port)) as s:
+            s.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n\r\n".encode())
+            head = b"".join(iter(lambda: s.recv(65536), b"")).partition(b"\r\n\r\n")[0].decode()
+        self.assertIn("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'", head)
+        self.assertNotIn("unsafe", head)
+        program.terminate()
+        self.assert_no_errors()
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """As much of a browser's side of HTTP and of RFC 6455 as the tests of the live page need."""
 import base64
+import json
 import os
 import socket
 import struct
@@ -17,7 +18,7 @@ def request(port, path="/", method="GET", **headers):
 
 
 class WebSocket:
-    def __init__(self, port, origin=None, receive_buffer=None):
+    def __init__(self, port, origin=None, receive_buffer=None, token=None):
         self.socket = socket.socket()
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
@@ -25,7 +26,8 @@ class WebSocket:
         self.socket.connect(("127.0.0.1", port))
         key = base64.b64encode(os.urandom(16)).decode()
         origin = origin or f"http://127.0.0.1:{port}"
-        self.socket.sendall((f"GET /socket HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
+        target = "/socket" + (f"?token={token}" if token else "")
+        self.socket.sendall((f"GET {target} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
                              f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nOrigin: {origin}\r\n"
                              "Sec-WebSocket-Version: 13\r\n\r\n").encode())
         head = b""
@@ -47,6 +49,14 @@ class WebSocket:
                 raise EOFError
             got += more
         return got
+
+    def send(self, text):
+        """One message, masked as RFC 6455 wants it of clients."""
+        payload = text if isinstance(text, bytes) else text.encode()
+        length = bytes([128 | len(payload)]) if len(payload) < 126 else b"\xfe" + struct.pack(">H", len(payload))
+        mask = os.urandom(4)
+        masked = bytes(byte ^ mask[i % 4] for i, byte in enumerate(payload))
+        self.socket.sendall(b"\x81" + length + mask + masked)
 
     def receive(self):
         """(opcode, payload); raises EOFError at the end."""
@@ -71,12 +81,13 @@ class WebSocket:
 
 
 class Frame:
-    """What view_frames.hpp describes."""
+    """A frame as view_frames.hpp describes it."""
 
     def __init__(self, payload):
-        self.missed, self.number, flags, self.time_s, count = struct.unpack_from("<IIIdI", payload)
-        self.over = bool(flags & 1)
-        place = 24
+        (self.missed, self.number, self.flags, self.origin_s, self.from_s, self.time_s,
+         count) = struct.unpack_from("<IIIdddI", payload)
+        self.over = bool(self.flags & 1)
+        place = 40
         self.counters = struct.unpack_from(f"<{count}d", payload, place)
         place += 8 * count
         (probes,) = struct.unpack_from("<I", payload, place)
@@ -84,10 +95,22 @@ class Frame:
         place += 4 + 24 * probes
         (points,) = struct.unpack_from("<I", payload, place)
         self.points = points
-        place += 4 + points * 4 * (1 + 2 * probes)
+        place += 4 + points * 4 * (2 + 2 * probes)
         (spikes,) = struct.unpack_from("<I", payload, place)
         self.spikes = [struct.unpack_from("<fI", payload, place + 4 + 8 * i) for i in range(spikes)]
         place += 4 + 8 * spikes
         (bins,) = struct.unpack_from("<I", payload, place)
         self.latency = struct.unpack_from(f"<{bins}I", payload, place + 4)
-        assert place + 4 + 4 * bins == len(payload)
+        place += 4 + 4 * bins
+        (watched,) = struct.unpack_from("<I", payload, place)
+        place += 4
+        self.watched = {}
+        for _ in range(watched):
+            neuron, samples = struct.unpack_from("<II", payload, place)
+            self.watched[neuron] = [struct.unpack_from("<3f", payload, place + 8 + 12 * i)
+                                    for i in range(samples)]
+            place += 8 + 12 * samples
+        (length,) = struct.unpack_from("<I", payload, place)
+        text = payload[place + 4:].decode()
+        self.news = json.loads(text) if text else []
+        assert length == len(payload) - place - 4

@@ -4,9 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/view/json_writer.hpp"
 
 namespace merkel {
 namespace {
@@ -18,9 +17,9 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kPointEvery{4'000'000};
 constexpr std::size_t kMostPoints = 2000;
 constexpr std::size_t kMostSpikes = 20'000;
-constexpr std::size_t kMostReceptors = 5000;
+constexpr std::size_t kLongestNews = 16'384;
+constexpr std::size_t kMostStates = 16;  ///< probes whose state fits into a point
 constexpr double kBinsPerDecade = 8.0;
-constexpr std::uint32_t kOver = 1;
 
 template <class T>
 void append(std::string& bytes, T value) {
@@ -29,6 +28,10 @@ void append(std::string& bytes, T value) {
 
 void append_float(std::string& bytes, double value) { append(bytes, static_cast<float>(value)); }
 
+void append_count(std::string& bytes, std::size_t count) {
+  append(bytes, static_cast<std::uint32_t>(count));
+}
+
 std::size_t latency_bin(nanoseconds latency) {
   const double us = static_cast<double>(latency.count()) * 1e-3;
   if (us <= 1.0) return 0;
@@ -36,85 +39,17 @@ std::size_t latency_bin(nanoseconds latency) {
                   ViewFrames::kLatencyBins - 1);
 }
 
-/// A JSON object or list, written from front to back.
-class Json {
- public:
-  explicit Json(char opening = '{') : text_(1, opening) {}
-  Json& item(const std::string& json) {
-    if (text_.size() > 1) text_ += ',';
-    text_ += json;
-    return *this;
-  }
-  Json& raw(std::string_view name, const std::string& json) {
-    return item(json_string(name) + ":" + json);
-  }
-  Json& text(std::string_view name, std::string_view value) {
-    return raw(name, json_string(value));
-  }
-  Json& number(std::string_view name, double value) { return raw(name, number_of(value)); }
-  [[nodiscard]] std::string end() { return text_ + (text_.front() == '{' ? '}' : ']'); }
-
-  /// Infinity, which JSON does not have, is null.
-  static std::string number_of(double value) {
-    return std::isfinite(value) ? shortest_decimal(value) : "null";
-  }
-
- private:
-  std::string text_;
-};
-
-/// A patch with its receptors, and the middle of those of each afferent.
-std::string json_of(const TactileModel::PatchParameters& parameters,
-                    const std::vector<Receptor>& receptors) {
-  struct Middle {
-    double x_mm = 0.0;
-    double y_mm = 0.0;
-    double count = 0.0;
-  };
-  std::vector<Middle> middles;
-  Json dots('[');
-  // Evenly thinned out where there are more than a picture shows.
-  const std::size_t stride = receptors.size() / kMostReceptors + 1;
-  for (std::size_t i = 0; i < receptors.size(); ++i) {
-    const Receptor& receptor = receptors[i];
-    if (middles.size() < receptor.neuron) middles.resize(receptor.neuron);
-    Middle& middle = middles[receptor.neuron - 1];
-    middle.x_mm += receptor.x_mm;
-    middle.y_mm += receptor.y_mm;
-    middle.count += 1.0;
-    if (i % stride == 0) {
-      dots.item(Json('[')
-                    .item(Json::number_of(receptor.x_mm))
-                    .item(Json::number_of(receptor.y_mm))
-                    .end());
-    }
-  }
-  Json centres('[');
-  for (const Middle& middle : middles) {
-    centres.item(Json('[')
-                     .item(Json::number_of(middle.x_mm / middle.count))
-                     .item(Json::number_of(middle.y_mm / middle.count))
-                     .end());
-  }
-  const bool fields = parameters.layout == ReceptorLayout::kFields;
-  return Json()
-      .text("name", parameters.name)
-      .number("length_mm", parameters.patch.length_mm)
-      .number("width_mm", parameters.patch.width_mm)
-      .number("columns", parameters.patch.columns)
-      .number("rows", parameters.patch.rows)
-      .number("field_radius_mm", fields ? parameters.field.radius_mm : 0.0)
-      .raw("receptors", dots.end())
-      .raw("centres", centres.end())
-      .end();
-}
-
 }  // namespace
 
-ViewFrames::ViewFrames(const SinkSetup& setup) : numbering_(setup.numbering), run_(setup.run) {
-  for (const Indenter& indenter : run_.model.indenters) {
-    probes_.push_back({.tip = TipContact(indenter, run_.model.skin), .press = {}, .state = {}});
+ViewFrames::ViewFrames(const SinkSetup& setup)
+    : numbering_(setup.numbering), tick_(setup.run.model.tick) {
+  for (const Indenter& indenter : setup.run.model.indenters) {
+    probes_.push_back({.tip = TipContact(indenter, setup.run.model.skin), .press = {}});
   }
+}
+
+double ViewFrames::since_start_s(nanoseconds time) const {
+  return origin_ ? units::s_from(time - *origin_) : 0.0;
 }
 
 void ViewFrames::add(std::span<const SpikeEvent> spikes) {
@@ -131,32 +66,89 @@ void ViewFrames::add(std::span<const SpikeEvent> spikes) {
 void ViewFrames::add(std::span<const TickRecord> ticks) {
   for (const TickRecord& tick : ticks) {
     if (tick.probe >= probes_.size()) continue;
-    if (!origin_) origin_ = next_point_ = tick.time - run_.model.tick;
+    if (!origin_) origin_ = sent_ = next_point_ = tick.time - tick_;
     Probe& probe = probes_[tick.probe];
     probe.press = probe.tip.press(tick.contact);
     probe.state = tick.state;
+    probe.worst = std::max(probe.worst, tick.state);
     newest_ = tick.time;
     late_ += tick.late;
     if (tick.state == TickRecord::State::kHeld) ++held_ticks_;
     if (tick.state == TickRecord::State::kReleased) ++released_ticks_;
     if (tick.probe + 1 != probes_.size()) continue;
     ++latency_[latency_bin(tick.latency)];
-    if (tick.time < next_point_) continue;
-    next_point_ = tick.time + kPointEvery;
-    if (point_times_.size() == kMostPoints) {
-      ++left_out_;
-      continue;
-    }
-    point_times_.push_back(tick.time);
-    for (const Probe& each : probes_) {
-      point_values_.push_back(static_cast<float>(each.press.contact.depth_mm));
-      point_values_.push_back(static_cast<float>(each.press.contact.force_mN));
-    }
+    if (tick.time >= next_point_) add_point(tick.time);
   }
 }
 
-std::string ViewFrames::take(bool over) {
-  const auto before_newest = [this](nanoseconds time) { return units::s_from(newest_ - time); };
+void ViewFrames::add_point(nanoseconds time) {
+  next_point_ = time + kPointEvery;
+  if (points_.size() == kMostPoints) {
+    ++left_out_;
+    return;
+  }
+  Point point{.time = time, .states = 0};
+  for (std::size_t i = 0; i < probes_.size(); ++i) {
+    Probe& probe = probes_[i];
+    if (i < kMostStates) point.states |= static_cast<std::uint32_t>(probe.worst) << (2 * i);
+    probe.worst = probe.state;
+    point_values_.push_back(static_cast<float>(probe.press.contact.depth_mm));
+    point_values_.push_back(static_cast<float>(probe.press.contact.force_mN));
+  }
+  points_.push_back(point);
+}
+
+void ViewFrames::add(std::span<const LoopEvent> events) {
+  for (const LoopEvent& event : events) {
+    if (!origin_) continue;
+    add_news(JsonWriter()
+                 .text("kind", name_of(event.kind))
+                 .number("t", since_start_s(event.time))
+                 .number("length_s", units::s_from(event.length))
+                 .number("subject", event.subject)
+                 .end());
+  }
+}
+
+void ViewFrames::add_notice(std::string_view sentence) {
+  add_news(JsonWriter().text("kind", "notice").text("label", sentence).end());
+}
+
+void ViewFrames::add_news(const std::string& json) {
+  if (news_.size() + json.size() > kLongestNews) {
+    ++left_out_;
+    return;
+  }
+  news_ += (news_.empty() ? "" : ",") + json;
+}
+
+std::string ViewFrames::take(std::uint32_t flags) {
+  std::string bytes;
+  bytes.reserve(512 + 8 * spikes_.size() + 4 * point_values_.size() + 8 * points_.size());
+  append(bytes, ++number_);
+  append(bytes, flags);
+  append(bytes, origin_ ? units::s_from(*origin_) : 0.0);
+  append(bytes, since_start_s(sent_));
+  append(bytes, since_start_s(newest_));
+  append_counters(bytes);
+  append_probes(bytes);
+  append_points(bytes);
+  append_spikes(bytes);
+  append_count(bytes, latency_.size());
+  for (const std::uint32_t ticks : latency_) append(bytes, ticks);
+  append_count(bytes, 0);
+  const std::string news = news_.empty() ? "" : "[" + news_ + "]";
+  append_count(bytes, news.size());
+  bytes += news;
+  points_.clear();
+  point_values_.clear();
+  spikes_.clear();
+  news_.clear();
+  sent_ = newest_;
+  return bytes;
+}
+
+void ViewFrames::append_counters(std::string& bytes) const {
   const std::array<double, kCounters.size()> counters = {
       static_cast<double>(all_spikes_),
       static_cast<double>(status_.ticks),
@@ -175,67 +167,39 @@ std::string ViewFrames::take(bool over) {
       static_cast<double>(status_.losses.spikes + status_.losses.ticks + left_out_),
       static_cast<double>(status_.probes),
       static_cast<double>(status_.probes_ended)};
-  std::string bytes;
-  append(bytes, ++number_);
-  append(bytes, over ? kOver : std::uint32_t{0});
-  append(bytes, origin_ ? units::s_from(newest_ - *origin_) : 0.0);
-  append(bytes, static_cast<std::uint32_t>(counters.size()));
+  append_count(bytes, counters.size());
   for (const double counter : counters) append(bytes, counter);
-  append(bytes, static_cast<std::uint32_t>(probes_.size()));
+}
+
+void ViewFrames::append_probes(std::string& bytes) const {
+  append_count(bytes, probes_.size());
   for (const Probe& probe : probes_) {
     append_float(bytes, probe.press.contact.depth_mm);
     append_float(bytes, probe.press.contact.force_mN);
     append_float(bytes, probe.press.x_mm);
     append_float(bytes, probe.press.y_mm);
     append_float(bytes, probe.press.contact.contact_radius_mm);
-    append(bytes, static_cast<std::uint32_t>(probe.state));
+    append(bytes, static_cast<std::uint32_t>(probe.state) | static_cast<std::uint32_t>(probe.link)
+                                                                << 8U);
   }
-  append(bytes, static_cast<std::uint32_t>(point_times_.size()));
-  for (std::size_t i = 0; i < point_times_.size(); ++i) {
-    append_float(bytes, before_newest(point_times_[i]));
-    for (std::size_t value = 0; value < 2 * probes_.size(); ++value) {
-      append(bytes, point_values_[i * 2 * probes_.size() + value]);
-    }
-  }
-  append(bytes, static_cast<std::uint32_t>(spikes_.size()));
-  for (const Spike& spike : spikes_) {
-    append_float(bytes, before_newest(spike.time));
-    append(bytes, spike.neuron);
-  }
-  append(bytes, static_cast<std::uint32_t>(latency_.size()));
-  for (const std::uint32_t ticks : latency_) append(bytes, ticks);
-  point_times_.clear();
-  point_values_.clear();
-  spikes_.clear();
-  return bytes;
 }
 
-std::string ViewFrames::hello() const {
-  Json json;
-  json.text("scene", run_.scene).number("neurons", numbering_.neurons());
-  json.number("tick_ms", units::ms_from(run_.model.tick));
-  Json counters('[');
-  for (const std::string_view counter : kCounters) counters.item(json_string(counter));
-  json.raw("counters", counters.end());
-  Json patches('[');
-  for (std::size_t i = 0; i < run_.receptors.size(); ++i) {
-    patches.item(json_of(run_.model.patches[i], run_.receptors[i]));
+void ViewFrames::append_points(std::string& bytes) const {
+  append_count(bytes, points_.size());
+  const std::size_t values = 2 * probes_.size();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    append_float(bytes, units::s_from(newest_ - points_[i].time));
+    append(bytes, points_[i].states);
+    for (std::size_t k = 0; k < values; ++k) append(bytes, point_values_[i * values + k]);
   }
-  json.raw("patches", patches.end());
-  Json probes('[');
-  for (const Indenter& indenter : run_.model.indenters) {
-    probes.item(Json()
-                    .text("tip", indenter.tip == Indenter::Tip::kSphere ? "sphere" : "other")
-                    .number("radius_mm", indenter.radius_mm)
-                    .number("patch", static_cast<double>(indenter.patch))
-                    .end());
+}
+
+void ViewFrames::append_spikes(std::string& bytes) const {
+  append_count(bytes, spikes_.size());
+  for (const Spike& spike : spikes_) {
+    append_float(bytes, units::s_from(newest_ - spike.time));
+    append(bytes, spike.neuron);
   }
-  json.raw("probes", probes.end());
-  Json facts('[');
-  for (const auto& [name, value] : run_.facts) {
-    facts.item(Json('[').item(json_string(name)).item(json_string(value)).end());
-  }
-  return json.raw("facts", facts.end()).end();
 }
 
 }  // namespace merkel

@@ -7,9 +7,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/contact/tip_contact.hpp"
+#include "core/records/loop_event.hpp"
 #include "core/records/run_status.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/tick_record.hpp"
@@ -17,59 +19,88 @@
 
 namespace merkel {
 
-/// Gathers what happens between two frames of the live page, and writes it as bytes.
+/// Gathers what happens between two frames of the live page and writes it as bytes.
 ///
-/// A frame is little-endian, without padding (page.js reads it):
-///   u32 number · u32 flags (1: the run is over) · f64 time_s of the newest tick ·
+/// A frame is little-endian, without padding (page/frames.js reads it):
+///   u32 number · u32 flags (Flag) · f64 origin_s (probe time of the start) ·
+///   f64 from_s, to_s: the span that the frame covers, since the start ·
 ///   u32 n · f64×n counters (kCounters) ·
-///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, u32 state ·
-///   u32 points · per point f32 seconds before time_s, then per probe f32 depth_mm, force_mN ·
-///   u32 spikes · per spike f32 seconds before time_s, u32 neuron ·
-///   u32 n · u32×n ticks of a latency from 1 µs up, 8 bins a decade
-/// Times are from the first tick on.
+///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, u32 state
+///     (TickRecord::State in the low byte, Link above it) ·
+///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
+///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
+///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
+///   u32 n · u32×n ticks of a latency from 1 µs up, 8 bins a decade ·
+///   u32 watched · per neuron u32 number, u32 samples, per sample f32 seconds before to_s, drive,
+///     potential ·
+///   u32 length · JSON: [{"kind", "t", …}], what happened once; empty for nothing
+/// Used by one thread.
 class ViewFrames {
  public:
   static constexpr std::size_t kLatencyBins = 40;
-  /// What the counters of a frame are, in order.
+  /// The counters of a frame, in order.
   static constexpr std::array<std::string_view, 17> kCounters = {
       "spikes",         "ticks",          "overruns",        "longest_overrun_ms",
       "catch_up_ticks", "gaps",           "skipped_ticks",   "neuron_resets",
       "samples",        "samples_late",   "samples_dropped", "held_ticks",
       "released_ticks", "spikes_dropped", "page_lost",       "probes",
       "probes_ended"};
+  enum Flag : std::uint32_t {
+    kOver = 1U << 0U,       ///< the run has ended
+    kForget = 1U << 1U,     ///< time has jumped: forget what came before
+    kRecording = 1U << 2U,  ///< a session is being recorded on request
+    kStill = 1U << 3U,      ///< a replay that waits
+  };
+  enum class Link : std::uint32_t { kRecording = 0, kConnected = 1, kUnplugged = 2 };
 
   explicit ViewFrames(const SinkSetup& setup);
 
   void add(std::span<const SpikeEvent> spikes);
   void add(std::span<const TickRecord> ticks);
+  void add(std::span<const LoopEvent> events);
+  /// A sentence for the person at the page.
+  void add_notice(std::string_view sentence);
   void set(const RunStatus& status) { status_ = status; }
 
-  /// The frame of everything added since the last. \param over  whether the run has ended
-  [[nodiscard]] std::string take(bool over);
-
-  /// What stays the same during a run: scene, patch, receptors, probes, parameters. JSON.
-  [[nodiscard]] std::string hello() const;
+  /// The frame of everything added since the last. \param flags  Flag bits
+  [[nodiscard]] std::string take(std::uint32_t flags);
 
  private:
   struct Probe {
     TipContact tip;
     Press press;
     TickRecord::State state = TickRecord::State::kFollowing;
+    TickRecord::State worst = TickRecord::State::kFollowing;  ///< since the last point
+    Link link = Link::kRecording;
   };
   struct Spike {
     std::chrono::nanoseconds time;
     std::uint32_t neuron;
   };
+  struct Point {
+    std::chrono::nanoseconds time;
+    std::uint32_t states;
+  };
+
+  void add_point(std::chrono::nanoseconds time);
+  void add_news(const std::string& json);
+  [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;
+  void append_counters(std::string& bytes) const;
+  void append_probes(std::string& bytes) const;
+  void append_points(std::string& bytes) const;
+  void append_spikes(std::string& bytes) const;
 
   NeuronNumbering numbering_;
-  RunDescription run_;
+  std::chrono::nanoseconds tick_;
   std::vector<Probe> probes_;
   std::optional<std::chrono::nanoseconds> origin_;
   std::chrono::nanoseconds newest_{0};
+  std::chrono::nanoseconds sent_{0};  ///< end of the last frame
   std::chrono::nanoseconds next_point_{0};
-  std::vector<std::chrono::nanoseconds> point_times_;
+  std::vector<Point> points_;
   std::vector<float> point_values_;  ///< per point and probe: depth, force
   std::vector<Spike> spikes_;
+  std::string news_;
   std::array<std::uint32_t, kLatencyBins> latency_{};
   std::uint64_t all_spikes_ = 0;
   std::uint64_t held_ticks_ = 0;

@@ -1,9 +1,11 @@
 #include "drivers/sinks/view/view_server.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
 #include <deque>
+#include <list>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -17,6 +19,8 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/view/page_files.hpp"
@@ -32,11 +36,14 @@ using net::ip::tcp;
 using Frame = std::shared_ptr<const std::string>;
 
 constexpr std::size_t kMostClients = 64;
-constexpr std::size_t kHistory = 250;  ///< frames that a new client is shown: ten seconds
+constexpr std::size_t kMostUnserved = 32;  ///< connections whose request is still to come
+constexpr std::size_t kHistory = 1500;     ///< frames that a new client is sent: a minute
+constexpr std::size_t kHistoryBytes = 8 << 20;
 constexpr std::size_t kMostWaiting = 2;
 constexpr std::size_t kLongestRequest = 8192;
-constexpr std::size_t kLongestMessage = 1024;  ///< from a client: the page itself sends none
-constexpr std::chrono::seconds kPatience{30};
+constexpr std::size_t kLongestMessage = 1024;  ///< from a client
+constexpr std::chrono::seconds kPatience{5};   ///< for a request, and for its response to be taken
+constexpr std::chrono::seconds kStalled{20};   ///< a client that takes nothing for so long
 constexpr std::chrono::milliseconds kFarewell{500};
 
 std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
@@ -48,15 +55,47 @@ std::string_view mime_type(std::string_view name) {
   return "text/plain; charset=utf-8";
 }
 
-/// Keeps pages of other sites out: a browser tells in Origin whose page asks, and in Host what name
-/// it was reached by, which must be this machine's (or a name bound to it would do).
-bool may_ask(const http::request<http::empty_body>& request, bool allow_remote) {
+/// How many sockets there may be: a quarter of the descriptors, so that devices find theirs.
+std::size_t most_sockets() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMostClients;
+  return std::clamp<std::size_t>(limit.rlim_cur / 4, 8, kMostClients + kMostUnserved);
+}
+
+/// Whether a Host is an address or a name of this machine. Another site's name can be bound to this
+/// address (DNS rebinding), but an address cannot be bound to anything.
+bool names_this_machine(const std::string& host) {
+  boost::system::error_code not_an_address;
+  const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  net::ip::make_address(bracketed ? host.substr(1, host.size() - 2) : host, not_an_address);
+  if (!not_an_address) return true;
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return false;
+  return beast::iequals(host, name.data()) ||
+         beast::iequals(host, std::string(name.data()) + ".local");
+}
+
+/// Keeps pages of other sites out by the headers Host and Origin. A page that listens on loopback
+/// is reached by a loopback name only; another one by an address or this machine's name.
+bool may_ask(const http::request<http::empty_body>& request, bool loopback_only) {
   const std::string_view host = view_of(request[http::field::host]);
   auto address = HostAndPort::parse(host);
   if (!address) address = HostAndPort{.host = std::string(host), .port = 80};
-  if (!allow_remote && !address->loopback()) return false;
+  if (!address->loopback() && (loopback_only || !names_this_machine(address->host))) return false;
   const std::string_view origin = view_of(request[http::field::origin]);
   return origin.empty() || origin == "http://" + std::string(host);
+}
+
+/// Whether a target "/socket?token=…" carries the token. Takes the same time for every wrong one.
+bool has_token(std::string_view target, const std::string& token) {
+  constexpr std::string_view kPrefix = "/socket?token=";
+  if (token.empty() || !target.starts_with(kPrefix)) return false;
+  const std::string_view given = target.substr(kPrefix.size());
+  unsigned different = given.size() == token.size() ? 0U : 1U;
+  for (std::size_t i = 0; i < std::min(given.size(), token.size()); ++i) {
+    different |= static_cast<unsigned char>(given[i]) ^ static_cast<unsigned char>(token[i]);
+  }
+  return different == 0U;
 }
 
 http::response<http::string_body> response_to(const http::request<http::empty_body>& request,
@@ -74,7 +113,7 @@ http::response<http::string_body> response_to(const http::request<http::empty_bo
   const std::string_view name = target == "/" ? "page.html" : target.substr(target.empty() ? 0 : 1);
   if (!allowed) {
     response.result(http::status::forbidden);
-    response.body() = "open the page as http://127.0.0.1 or http://localhost\n";
+    response.body() = "open the page by the address that merkel printed, or as http://localhost\n";
   } else if (request.method() != http::verb::get && !head) {
     response.result(http::status::method_not_allowed);
   } else {
@@ -94,20 +133,41 @@ http::response<http::string_body> response_to(const http::request<http::empty_bo
 }
 
 class Client;
+class Connection;
 
 /// What the clients share; touched by the server's thread only.
 struct Room {
   std::set<std::shared_ptr<Client>> clients;
+  std::list<Connection*> unserved;  ///< oldest first
   std::deque<Frame> history;
+  std::size_t history_bytes = 0;
   Frame hello;
-  bool allow_remote = false;
-  std::size_t connections = 0;
+  Frame steering_hello;
+  std::string token;
+  std::function<void(const ViewRequest&)> on_request;
+  bool loopback_only = true;
+  std::size_t most_sockets = kMostClients;
+
+  void remember(const Frame& frame, bool first) {
+    if (first) {
+      history.clear();
+      history_bytes = 0;
+    }
+    history.push_back(frame);
+    history_bytes += frame->size();
+    while (history.size() > kHistory || (history_bytes > kHistoryBytes && history.size() > 1)) {
+      history_bytes -= history.front()->size();
+      history.pop_front();
+    }
+  }
 };
 
 /// One browser's socket.
 class Client : public std::enable_shared_from_this<Client> {
  public:
-  Client(tcp::socket socket, Room& room) : socket_(std::move(socket)), room_(room) {
+  /// \param steers  whether it has shown the token
+  Client(tcp::socket socket, Room& room, bool steers)
+      : socket_(std::move(socket)), room_(room), steers_(steers) {
     // What waits in the kernel is old news: keep it short.
     boost::system::error_code ignored;
     beast::get_lowest_layer(socket_).socket().set_option(
@@ -139,6 +199,13 @@ class Client : public std::enable_shared_from_this<Client> {
     if (!writing_) write();
   }
 
+  /// Cuts the connection if nothing was taken for long.
+  void leave_if_stalled(std::chrono::steady_clock::time_point now) {
+    if (!writing_ || now - writing_since_ < kStalled) return;
+    beast::get_lowest_layer(socket_).close();
+    leave();
+  }
+
   /// Ends the connection after what waits.
   void finish() {
     finishing_ = true;
@@ -149,15 +216,28 @@ class Client : public std::enable_shared_from_this<Client> {
   void read() {
     socket_.async_read(input_, [self = shared_from_this()](beast::error_code error, std::size_t) {
       if (error) return self->leave();
-      self->input_.consume(self->input_.size());  // nobody here listens
+      self->take_message();
       self->read();
     });
   }
 
-  void write_hello() {
+  void take_message() {
+    const auto data = input_.cdata();
+    const auto request = ViewRequest::parse({static_cast<const char*>(data.data()), data.size()});
+    input_.consume(input_.size());
+    if (!request || (request->steers() && !steers_) || !room_.on_request) return;
+    room_.on_request(*request);
+  }
+
+  void begin_writing() {
     writing_ = true;
+    writing_since_ = std::chrono::steady_clock::now();
+  }
+
+  void write_hello() {
+    begin_writing();
     socket_.text(true);
-    hello_ = room_.hello;
+    hello_ = steers_ ? room_.steering_hello : room_.hello;
     socket_.async_write(net::buffer(*hello_),
                         [self = shared_from_this()](beast::error_code error, std::size_t) {
                           self->written(error);
@@ -165,7 +245,7 @@ class Client : public std::enable_shared_from_this<Client> {
   }
 
   void write() {
-    writing_ = true;
+    begin_writing();
     current_ = std::move(waiting_.front());
     waiting_.pop_front();
     most_waiting_ = std::max(waiting_.size() + kMostWaiting, kMostWaiting);
@@ -185,7 +265,7 @@ class Client : public std::enable_shared_from_this<Client> {
   }
 
   void say_goodbye() {
-    writing_ = true;
+    begin_writing();
     socket_.async_close(websocket::close_code::going_away,
                         [self = shared_from_this()](beast::error_code) { self->leave(); });
   }
@@ -201,6 +281,8 @@ class Client : public std::enable_shared_from_this<Client> {
   Frame hello_;
   std::array<char, sizeof(std::uint32_t)> prefix_{};
   std::uint32_t dropped_ = 0;
+  std::chrono::steady_clock::time_point writing_since_{};
+  bool steers_;
   bool writing_ = false;
   bool finishing_ = false;
 };
@@ -209,13 +291,15 @@ class Client : public std::enable_shared_from_this<Client> {
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(tcp::socket socket, Room& room) : stream_(std::move(socket)), room_(room) {
-    ++room_.connections;
+    place_ = room_.unserved.insert(room_.unserved.end(), this);
     parser_.header_limit(kLongestRequest);
     parser_.body_limit(0);
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
-  ~Connection() { --room_.connections; }
+  ~Connection() {
+    if (listed_) room_.unserved.erase(place_);
+  }
 
   void serve() {
     stream_.expires_after(kPatience);
@@ -225,16 +309,32 @@ class Connection : public std::enable_shared_from_this<Connection> {
                      });
   }
 
+  /// Makes room for another.
+  void displace() {
+    room_.unserved.erase(place_);
+    listed_ = false;
+    stream_.close();
+  }
+
  private:
   void answer() {
     const auto& request = parser_.get();
-    const bool allowed = may_ask(request, room_.allow_remote);
-    if (allowed && websocket::is_upgrade(request) && view_of(request.target()) == "/socket" &&
-        room_.clients.size() < kMostClients) {
-      std::make_shared<Client>(stream_.release_socket(), room_)->accept(request);
+    const bool allowed = may_ask(request, room_.loopback_only);
+    const std::string_view target = view_of(request.target());
+    const bool socket = target.substr(0, target.find('?')) == "/socket";
+    if (allowed && socket && websocket::is_upgrade(request) &&
+        room_.clients.size() < std::min(kMostClients, room_.most_sockets / 2)) {
+      const bool steers = has_token(target, room_.token);
+      std::make_shared<Client>(stream_.release_socket(), room_, steers)->accept(request);
       return;
     }
     response_ = response_to(request, allowed);
+    if (allowed && socket) {
+      response_.result(http::status::service_unavailable);
+      response_.body() = "too many pages are open: close some\n";
+      response_.prepare_payload();
+    }
+    stream_.expires_after(kPatience);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](beast::error_code, std::size_t) {
                         beast::error_code ignored;
@@ -244,6 +344,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   beast::tcp_stream stream_;
   Room& room_;
+  std::list<Connection*>::iterator place_;
+  bool listed_ = true;
   beast::flat_buffer input_{kLongestRequest};
   http::request_parser<http::empty_body> parser_;
   http::response<http::string_body> response_;
@@ -255,7 +357,11 @@ class ViewServer::Thread {
  public:
   explicit Thread(const Parameters& parameters) {
     room_.hello = std::make_shared<const std::string>(parameters.hello);
-    room_.allow_remote = parameters.allow_remote;
+    room_.steering_hello = std::make_shared<const std::string>(parameters.steering_hello);
+    room_.token = parameters.token;
+    room_.on_request = parameters.on_request;
+    room_.loopback_only = HostAndPort{.host = parameters.host, .port = parameters.port}.loopback();
+    room_.most_sockets = most_sockets();
   }
   Thread(const Thread&) = delete;
   Thread& operator=(const Thread&) = delete;
@@ -282,15 +388,16 @@ class ViewServer::Thread {
 
   void start() {
     accept();
+    watch_clients();
     thread_ = std::thread([this] { context_.run(); });
   }
 
-  void publish(std::string bytes) {
-    net::post(context_, [this, frame = std::make_shared<const std::string>(std::move(bytes))] {
-      room_.history.push_back(frame);
-      if (room_.history.size() > kHistory) room_.history.pop_front();
-      for (const auto& client : room_.clients) client->send(frame);
-    });
+  void publish(std::string bytes, bool first) {
+    net::post(context_,
+              [this, first, frame = std::make_shared<const std::string>(std::move(bytes))] {
+                room_.remember(frame, first);
+                for (const auto& client : room_.clients) client->send(frame);
+              });
   }
 
   void finish() {
@@ -314,10 +421,22 @@ class ViewServer::Thread {
         timer_.async_wait([this](beast::error_code) { accept(); });
         return;
       }
-      if (room_.connections < kMostClients) {
-        std::make_shared<Connection>(std::move(socket), room_)->serve();
+      if (room_.unserved.size() >= std::min(kMostUnserved, room_.most_sockets / 2)) {
+        room_.unserved.front()->displace();
       }
+      std::make_shared<Connection>(std::move(socket), room_)->serve();
       accept();
+    });
+  }
+
+  void watch_clients() {
+    stalls_.expires_after(std::chrono::seconds{1});
+    stalls_.async_wait([this](beast::error_code error) {
+      if (error) return;
+      const auto clients = room_.clients;
+      const auto now = std::chrono::steady_clock::now();
+      for (const auto& client : clients) client->leave_if_stalled(now);
+      watch_clients();
     });
   }
 
@@ -334,6 +453,7 @@ class ViewServer::Thread {
   net::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   net::steady_timer timer_{context_};
+  net::steady_timer stalls_{context_};
   std::thread thread_;
 };
 
@@ -359,7 +479,9 @@ ViewServer::ViewServer(std::unique_ptr<Thread> thread) : thread_(std::move(threa
 
 ViewServer::~ViewServer() = default;
 
-void ViewServer::publish(std::string frame) { thread_->publish(std::move(frame)); }
+void ViewServer::publish(std::string frame, bool first) {
+  thread_->publish(std::move(frame), first);
+}
 
 void ViewServer::finish() { thread_->finish(); }
 

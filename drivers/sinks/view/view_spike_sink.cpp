@@ -6,6 +6,7 @@
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
+#include "drivers/sinks/view/view_scene.hpp"
 #include "drivers/sinks/view/view_server.hpp"
 
 namespace merkel {
@@ -24,7 +25,9 @@ class ViewSpikeSink final : public SpikeSink {
         period_(period) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t wishes() const noexcept override { return kTicks | kStatus; }
+  [[nodiscard]] std::uint32_t wishes() const noexcept override {
+    return kTicks | kStatus | kEvents;
+  }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     frames_.add(spikes);
@@ -37,6 +40,10 @@ class ViewSpikeSink final : public SpikeSink {
     send_if_due();
     return {};
   }
+  [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
+    frames_.add(events);
+    return {};
+  }
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
     frames_.set(status);
     return {};
@@ -46,7 +53,7 @@ class ViewSpikeSink final : public SpikeSink {
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override {
-    server_->publish(frames_.take(true));
+    server_->publish(frames_.take(ViewFrames::kOver));
     server_->finish();
     return {};
   }
@@ -57,7 +64,7 @@ class ViewSpikeSink final : public SpikeSink {
   void send_if_due() {
     const auto now = steady_clock::now();
     if (now < next_) return;
-    server_->publish(frames_.take(false));
+    server_->publish(frames_.take(0));
     next_ = std::max(next_ + period_, now);
   }
 
@@ -81,13 +88,13 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
     return bad_input("\"" + uri.text + "\": name a port, as in view:8080, or an address and port");
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
-  ViewFrames frames(setup);
   auto server = ViewServer::start({.host = address->host,
                                    .port = address->port,
-                                   .hello = frames.hello(),
-                                   .allow_remote = setup.allow_remote});
+                                   .hello = view_scene_json(setup, false),
+                                   .steering_hello = {},
+                                   .token = {}});
   if (!server) return Unexpected<SetupError>(server.error());
-  return std::make_unique<ViewSpikeSink>(uri.text, std::move(frames), std::move(*server),
+  return std::make_unique<ViewSpikeSink>(uri.text, ViewFrames(setup), std::move(*server),
                                          units::nanoseconds_from_s(1.0 / rate_hz));
 }
 

@@ -138,6 +138,9 @@ TEST(HostAndPort, KnowsThisMachine) {
 
 TEST(JsonString, IsValidWhateverComesIn) {
   EXPECT_EQ(json_string("a\"b\\c\nd\x01\xFF"), "\"a\\\"b\\\\c\\nd ?\"");
+  EXPECT_EQ(json_string("Müller 手 😀"), "\"Müller 手 😀\"");
+  // Overlong, a surrogate, beyond Unicode, cut short: none of them is UTF-8.
+  EXPECT_EQ(json_string("\xC0\x80 \xED\xA0\x80 \xF4\x90\x80\x80 \xE6\x89"), "\"?? ??? ???? ??\"");
 }
 
 }  // namespace

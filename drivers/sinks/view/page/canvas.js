@@ -1,0 +1,45 @@
+// A canvas as sharp as the screen, and the readings under its pointer or its keyboard's place.
+
+export const byId = (id) => document.getElementById(id);
+export const pixelRatio = () => Math.min(window.devicePixelRatio || 1, 3);
+
+/// Sizes a canvas to its place on the page and clears it.
+export function context(canvas) {
+  const ratio = pixelRatio();
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const c = canvas.getContext('2d');
+  c.setTransform(ratio, 0, 0, ratio, 0, 0);
+  c.clearRect(0, 0, width, height);
+  c.font = '12px system-ui, sans-serif';
+  c.lineWidth = 1;
+  return { c, width, height, ratio };
+}
+
+const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+/// Follows the pointer, or in a canvas with the focus the arrows, and tells what lies there.
+/// \param describe  (x, y) → text.  \param choose  (x, y, event): a click or Enter
+export function follow(canvas, output, { describe, choose = () => {} }) {
+  let place = null;
+  const tell = () => { if (place) output.textContent = describe(place.x, place.y); };
+  canvas.addEventListener('pointermove', (event) => { place = { x: event.offsetX, y: event.offsetY }; tell(); });
+  canvas.addEventListener('click', (event) => choose(event.offsetX, event.offsetY, event));
+  for (const gone of ['pointerleave', 'blur']) {
+    canvas.addEventListener(gone, () => { place = null; output.textContent = ''; });
+  }
+  canvas.addEventListener('keydown', (event) => {
+    if (event.key === 'Enter' && place) { choose(place.x, place.y, event); event.preventDefault(); return; }
+    const step = kArrows[event.key];
+    if (!step) return;
+    const width = canvas.clientWidth, height = canvas.clientHeight, by = event.shiftKey ? 40 : 8;
+    const from = place ?? { x: width / 2, y: height / 2 };
+    place = { x: Math.min(width - 1, Math.max(0, from.x + step[0] * by)), y: Math.min(height - 1, Math.max(0, from.y + step[1] * by)) };
+    tell();
+    event.preventDefault();
+  });
+  return { tell, place: () => place };
+}

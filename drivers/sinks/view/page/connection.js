@@ -1,0 +1,47 @@
+// The way to the program: connects, connects again, and sends what the page asks for.
+
+const kFirstWait_ms = 500, kLongestWait_ms = 4000;
+
+/// The token of the printed address, kept for reloads and taken out of the address bar.
+function takeToken() {
+  const url = new URL(location.href);
+  const token = url.searchParams.get('token');
+  if (token) {
+    sessionStorage.setItem('token', token);
+    url.searchParams.delete('token');
+    history.replaceState(null, '', url);
+  }
+  return sessionStorage.getItem('token');
+}
+
+export class Connection {
+  /// \param told  {hello(scene), frame(buffer), state(name)}: 'connecting', 'live' or 'lost'
+  constructor(told) {
+    this.told = told;
+    this.wait_ms = kFirstWait_ms;
+    this.token = takeToken();
+    this.#connect();
+  }
+
+  /// Sends a request to the program, as ViewRequest in view_request.hpp reads it.
+  send(...words) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(words.join(' '));
+  }
+
+  #connect() {
+    const query = this.token ? `?token=${encodeURIComponent(this.token)}` : '';
+    this.socket = new WebSocket(`ws://${location.host}/socket${query}`);
+    this.socket.binaryType = 'arraybuffer';
+    this.socket.onmessage = ({ data }) => {
+      if (typeof data !== 'string') { this.told.frame(data); return; }
+      this.wait_ms = kFirstWait_ms;
+      this.told.hello(JSON.parse(data));
+      this.told.state('live');
+    };
+    this.socket.onclose = () => {
+      this.told.state('lost');
+      setTimeout(() => this.#connect(), this.wait_ms);
+      this.wait_ms = Math.min(this.wait_ms * 1.5, kLongestWait_ms);
+    };
+  }
+}

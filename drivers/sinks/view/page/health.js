@@ -1,0 +1,93 @@
+// What the banner says: the worst thing that is true now, and what to do about it.
+
+const kFollowing = 0, kHeld = 1, kReleased = 2, kEnded = 3;
+const kUnplugged = 2;
+const kSpan_s = 5;
+
+/// Remembers the counters of the last seconds, to tell what lasts from what happened once.
+export class Trend {
+  constructor() { this.rows = []; }
+  clear() { this.rows = []; }
+  add(frame) {
+    if (this.rows.length && frame.t < this.rows.at(-1).t) this.clear();
+    this.rows.push({ t: frame.t, counters: frame.counters, latency: frame.latency });
+    while (this.rows.length > 2 && this.rows[1].t <= frame.t - kSpan_s) this.rows.shift();
+  }
+  #row(ago) {
+    const newest = this.rows.at(-1);
+    return this.rows.find((row) => row.t >= newest.t - ago) ?? newest;
+  }
+  /// How much a counter has risen between two moments, in seconds before the newest frame.
+  rise(name, from_ago, to_ago = 0) { return this.#row(to_ago).counters[name] - this.#row(from_ago).counters[name]; }
+  /// A counter that rose by more than a share of the ticks, both lately and just before.
+  lasts(name, share) {
+    if (this.rows.length < 3) return false;
+    return [[kSpan_s, kSpan_s / 2], [kSpan_s / 2, 0]].every(([from, to]) => {
+      const ticks = this.rise('ticks', from, to);
+      return ticks > 0 && this.rise(name, from, to) > share * ticks;
+    });
+  }
+  /// Ticks per latency bin over the last seconds.
+  latency(seconds) {
+    if (!this.rows.length) return [];
+    const before = this.#row(seconds).latency, now = this.rows.at(-1).latency;
+    const bins = now.map((n, i) => n - before[i]);
+    return bins.some((n) => n > 0) ? bins : now;
+  }
+}
+
+const quoted = (names) => (names.length > 3 ? `${names.length} probes` : names.join(', '));
+
+function ofProbes(scene, frame, heldFor_s) {
+  const named = (test) => scene.probes.filter((probe, i) => test(frame.probes[i], i)).map((probe) => probe.name);
+  const unplugged = named((p) => p.link === kUnplugged);
+  if (unplugged.length) {
+    return { level: 'bad', title: `Unplugged: ${quoted(unplugged)}`, advice: 'Reconnecting. Plug the cable in again; the run goes on by itself.' };
+  }
+  const released = named((p) => p.state === kReleased);
+  if (released.length) {
+    return { level: 'bad', title: `Released: ${quoted(released)}`, advice: 'No samples, so no contact is simulated. Check the device and its cable.' };
+  }
+  const silent = named((p, i) => p.state === kHeld && heldFor_s[i] > 0.02);
+  if (silent.length) {
+    return { level: 'warn', title: `Silent: ${quoted(silent)}`, advice: 'The last sample is held. If it stays silent the press is released.' };
+  }
+  return null;
+}
+
+function ofMachine(trend) {
+  if (trend.rows.length < 2) return null;
+  const skipped = trend.rise('skipped_ticks', kSpan_s);
+  if (skipped > 0) {
+    return { level: 'warn', title: `Too slow: ${skipped} ticks skipped`, advice: 'Close other programs, or compute less: merkel plan shows what costs most.' };
+  }
+  if (trend.lasts('overruns', 0.02)) {
+    return { level: 'warn', title: 'Overruns last', advice: 'Spikes come late. merkel doctor says which real-time right is missing.' };
+  }
+  const dropped = trend.rise('samples_dropped', kSpan_s) + trend.rise('spikes_dropped', kSpan_s);
+  if (dropped > 0) return { level: 'warn', title: `Dropped: ${dropped} samples or spikes`, advice: 'A queue was full. Close a sink that is slow.' };
+  const late = trend.rise('samples_late', kSpan_s), samples = trend.rise('samples', kSpan_s);
+  if (late > 0 && late > 0.005 * samples) {
+    const share = samples > 0 ? `: ${(100 * late / samples).toFixed(late < 0.1 * samples ? 1 : 0)} %` : '';
+    return { level: 'warn', title: `Late samples${share}`, advice: 'Raise delay_ms of the probe in the scene, or lower the latency timer of the port.' };
+  }
+  return null;
+}
+
+/// {level, title, advice} of the moment. \param socket  'connecting', 'live' or 'lost'
+export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
+  if (frame?.over) return { level: 'over', title: 'Run over', advice: 'The picture stays. Start merkel again and this page follows.' };
+  if (socket === 'lost') return { level: 'bad', title: 'Connection lost', advice: 'Trying again. Does merkel still run? Its terminal tells.' };
+  if (socket === 'connecting' || !frame) return { level: 'warn', title: 'Connecting', advice: 'Waiting for the first data.' };
+  const problem = ofProbes(scene, frame, heldFor_s) ?? ofMachine(trend);
+  if (problem) return problem;
+  if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Play goes on; the slider moves in time.' };
+  const touching = scene.probes.filter((probe, i) => frame.probes[i].depth > 0);
+  const what = scene.session ? 'Replay' : 'Connected';
+  if (frame.probes.every((p) => p.state === kEnded)) return { level: 'over', title: 'Recording over', advice: 'The last sample is held.' };
+  return touching.length
+    ? { level: 'good', title: `${what}, pressing`, advice: scene.probes.length > 1 ? quoted(touching.map((p) => p.name)) : '' }
+    : { level: 'good', title: `${what}, not touching`, advice: '' };
+}
+
+export const kStateNames = { [kFollowing]: 'following', [kHeld]: 'held', [kReleased]: 'released', [kEnded]: 'ended' };

@@ -1,0 +1,66 @@
+// Below the first screen: latencies, counters, the scene and the machine.
+import { byId, context, follow } from './canvas.js';
+import { css } from './colours.js';
+import { kStateNames } from './health.js';
+
+const edge_us = (bin) => 10 ** (bin / 8);
+const short = (v) => (v < 10 ? v.toFixed(1) : v.toFixed(0));
+export const duration = (us) => (us < 1000 ? `${short(us)} µs` : `${short(us / 1000)} ms`);
+
+/// The upper edge of the bin in which a quantile lies, µs; NaN without ticks.
+export function quantile_us(bins, q) {
+  const all = bins.reduce((a, b) => a + b, 0);
+  let sum = 0;
+  return all ? edge_us(bins.findIndex((n) => (sum += n) >= q * all) + 1) : NaN;
+}
+
+const kNames = {
+  ticks: 'ticks', overruns: 'overruns', longest_overrun_ms: 'longest overrun, ms', catch_up_ticks: 'ticks caught up',
+  gaps: 'gaps', skipped_ticks: 'ticks skipped', samples: 'samples in', samples_late: 'samples late',
+  samples_dropped: 'samples dropped', held_ticks: 'ticks held', released_ticks: 'ticks released',
+  spikes_dropped: 'spikes dropped by sinks', page_lost: 'spikes and ticks not sent to the page', neuron_resets: 'neurons reset',
+};
+/// Coloured as soon as they count; overruns, which every host has, only while they last.
+const kLosses = ['gaps', 'skipped_ticks', 'samples_dropped', 'spikes_dropped', 'page_lost', 'neuron_resets'];
+
+export function fill(list, rows) {
+  list.replaceChildren(...rows.flatMap(([name, value, bad]) => {
+    const dt = document.createElement('dt'), dd = document.createElement('dd');
+    dt.textContent = name; dd.textContent = value;
+    dd.classList.toggle('bad', Boolean(bad));
+    return [dt, dd];
+  }));
+}
+
+export function showCounters(frame, trend, scene) {
+  const number = (v) => (Number.isInteger(v) ? v.toLocaleString('en').replaceAll(',', '\u2009') : v.toFixed(3));
+  const bad = (key) => (key === 'overruns' ? trend.lasts(key, 0.02) : kLosses.includes(key) && frame.counters[key] > 0);
+  const rows = Object.entries(kNames).map(([key, name]) => [name, number(frame.counters[key]), bad(key)]);
+  rows.push(['frames missed by this page', number(frame.missed)]);
+  rows.push(['probes', frame.probes.map((p, i) => `${scene.probes[i].name}: ${kStateNames[p.state]}`).join(', ')]);
+  fill(byId('counters'), rows);
+}
+
+export class Latency {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.bins = [];
+    this.reading = follow(canvas, byId('latency-value'), { describe: (x) => this.#describe(x) });
+  }
+  #describe(x) {
+    const bin = Math.min(this.bins.length - 1, Math.max(0, Math.floor(x / this.canvas.clientWidth * this.bins.length)));
+    return bin < 0 ? '' : `${duration(edge_us(bin))} to ${duration(edge_us(bin + 1))}: ${this.bins[bin]} ticks`;
+  }
+  draw(bins) {
+    this.bins = bins;
+    const { c, width, height } = context(this.canvas);
+    const most = Math.log10(Math.max(10, ...bins) + 1), h = height - 18, w = width / bins.length;
+    c.fillStyle = css('--bar');
+    bins.forEach((n, i) => { if (n > 0) { const tall = Math.max(2, Math.log10(n + 1) / most * (h - 4)); c.fillRect(i * w + 1, h - tall, w - 2, tall); } });
+    c.fillStyle = css('--soft'); c.textBaseline = 'bottom'; c.textAlign = 'left';
+    ['1 µs', '10 µs', '100 µs', '1 ms', '10 ms'].forEach((text, i) => c.fillText(text, i * 8 * w, height));
+    if (this.reading.place()) { this.reading.tell(); return; }
+    const all = bins.some((n) => n > 0);
+    byId('latency-value').textContent = all ? `half below ${duration(quantile_us(bins, 0.5))}, 99 % below ${duration(quantile_us(bins, 0.99))}` : '';
+  }
+}

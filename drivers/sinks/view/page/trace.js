@@ -1,0 +1,74 @@
+// Force and depth against time, drawn by uPlot; the raster below takes its margins from here.
+import { byId } from './canvas.js';
+import { css } from './colours.js';
+import { drawSpans } from './raster.js';
+
+const kDashes = [[], [6, 4], [2, 3], [8, 3, 2, 3], [1, 4], [10, 6]];
+const kMostPoints = 4000;    // of all curves together
+
+export class Trace {
+  constructor(place) { this.place = place; }
+
+  setScene(scene) { this.scene = scene; this.make(); }
+
+  make() {
+    if (!this.scene) return;
+    if (this.plot) this.plot.destroy();
+    const value = (u, v) => (v == null ? '–' : v.toFixed(3));
+    const series = [{ label: 'time, s', value }];
+    this.scene.probes.forEach((probe, i) => {
+      const which = this.scene.probes.length > 1 ? `${probe.name} ` : '';
+      const look = { width: 2, dash: kDashes[i % kDashes.length], value, points: { show: false } };
+      series.push({ ...look, label: `${which}depth, mm`, scale: 'mm', stroke: () => css('--depth') });
+      series.push({ ...look, label: `${which}force, N`, scale: 'N', stroke: () => css('--force') });
+    });
+    const axis = (more) => ({ stroke: () => css('--soft'), grid: { stroke: () => css('--line'), width: 1 }, ticks: { show: false }, ...more });
+    // Two ranges, so that curves of the same shape do not lie on each other.
+    const upward = (room) => (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * room];
+    this.plot = new uPlot({
+      ...this.#size(), series, legend: { show: false }, padding: [6, 0, 8, 0],
+      scales: { x: { time: false }, mm: { range: upward(1.08) }, N: { range: upward(1.4) } },
+      axes: [axis({ show: false }),
+        axis({ scale: 'N', size: 46, stroke: () => css('--force'), values: (u, all) => all.map((v) => +v.toFixed(2)), space: 26 }),
+        axis({ scale: 'mm', side: 1, size: 40, stroke: () => css('--depth'), values: (u, all) => all.map((v) => +v.toFixed(2)), grid: { show: false }, space: 26 })],
+      cursor: { drag: { x: false, y: false }, y: false },
+      hooks: { drawClear: [(u) => this.#shade(u)], setCursor: [(u) => this.#read(u)] },
+    }, [[]].concat(this.scene.probes.flatMap(() => [[], []])), this.place);
+  }
+
+  #size() { return { width: this.place.clientWidth, height: this.place.clientHeight || 120 }; }
+  resize() { if (this.plot) this.plot.setSize(this.#size()); }
+
+  /// Of the plot area, in CSS pixels.
+  margins() {
+    const ratio = window.devicePixelRatio || 1;
+    return { left: this.plot.bbox.left / ratio, width: this.plot.bbox.width / ratio };
+  }
+
+  #shade(u) {
+    if (!this.spans) return;
+    const { left, top, width, height } = u.bbox;
+    u.ctx.save();
+    u.ctx.translate(0, top);
+    drawSpans(u.ctx, this.spans, this.time, { left, w: width, h: height }, false);
+    u.ctx.restore();
+  }
+
+  #read(u) {
+    const i = u.cursor.idx;
+    byId('trace-value').textContent = i == null ? '' : `${u.data[0][i].toFixed(3)} s: ` + this.scene.probes.map((probe, k) =>
+      `${this.scene.probes.length > 1 ? `${probe.name} ` : ''}${u.data[2 * k + 2][i].toFixed(3)} N, ${u.data[2 * k + 1][i].toFixed(3)} mm`).join('; ');
+  }
+
+  draw(points, time, spans) {
+    this.spans = spans;
+    this.time = time;
+    const first = points.firstAfter(time.from), last = points.firstAfter(time.to + 1e-9);
+    const curves = 2 * this.scene.probes.length;
+    const stride = Math.max(1, Math.ceil((last - first) * curves / kMostPoints));
+    const pick = (column) => { const all = []; for (let i = first; i < last; i += stride) all.push(column[i]); return all; };
+    const data = [pick(points.t)];
+    this.scene.probes.forEach((probe, i) => { data.push(pick(points[`depth${i}`]), pick(points[`force${i}`])); });
+    this.plot.batch(() => { this.plot.setData(data, false); this.plot.setScale('x', { min: time.from, max: time.to }); });
+  }
+}

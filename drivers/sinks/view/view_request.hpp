@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace merkel {
+
+/// What a page asks of the run: one line of text.
+///
+///   watch [NEURON]…         send drive and potential of these afferents, at most kMostWatched
+///   tare PROBE              take the probe's present reading as zero; probes count from 0
+///   mark LABEL              note the moment, with a label of at most kLongestLabel bytes
+///   record start | stop     record a session
+///   seek SECONDS            of a replay: go to a time
+///   hold | play             of a replay: wait; go on
+struct ViewRequest {
+  enum class Kind { kWatch, kTare, kMark, kRecordStart, kRecordStop, kSeek, kHold, kPlay };
+  static constexpr std::size_t kMostWatched = 4;
+  static constexpr std::size_t kLongestLabel = 200;
+
+  Kind kind = Kind::kWatch;
+  std::vector<std::uint32_t> neurons = {};
+  std::uint32_t probe = 0;
+  double time_s = 0.0;
+  std::string label = {};
+
+  /// Whether only a page with the token may ask for it: what changes a run or its recording.
+  [[nodiscard]] bool steers() const noexcept {
+    return kind == Kind::kTare || kind == Kind::kMark || kind == Kind::kRecordStart ||
+           kind == Kind::kRecordStop;
+  }
+
+  /// Nothing where the text is not one of the above. Accepts any bytes.
+  [[nodiscard]] static std::optional<ViewRequest> parse(std::string_view text);
+};
+
+}  // namespace merkel

@@ -1,0 +1,123 @@
+#include "drivers/sinks/view/view_scene.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "core/units.hpp"
+#include "drivers/sinks/view/json_writer.hpp"
+#include "drivers/sinks/view/view_frames.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kMostReceptors = 15'000;  ///< of a patch, that are sent
+
+/// To 0.01 mm: finer than a screen shows.
+std::string place(double mm) { return JsonWriter::number_of(std::round(mm * 100.0) / 100.0); }
+
+std::string list_of(const std::vector<double>& values) {
+  JsonWriter list('[');
+  for (const double value : values) list.item(JsonWriter::number_of(value));
+  return list.end();
+}
+
+/// The mean place of each afferent's receptors.
+std::string centres_of(const std::vector<Receptor>& receptors) {
+  struct Sum {
+    double x_mm = 0.0;
+    double y_mm = 0.0;
+    double count = 0.0;
+  };
+  std::vector<Sum> sums;
+  for (const Receptor& receptor : receptors) {
+    if (sums.size() < receptor.neuron) sums.resize(receptor.neuron);
+    Sum& sum = sums[receptor.neuron - 1];
+    sum.x_mm += receptor.x_mm;
+    sum.y_mm += receptor.y_mm;
+    sum.count += 1.0;
+  }
+  JsonWriter centres('[');
+  for (const Sum& sum : sums) {
+    centres.item(
+        JsonWriter('[').item(place(sum.x_mm / sum.count)).item(place(sum.y_mm / sum.count)).end());
+  }
+  return centres.end();
+}
+
+std::string json_of(const TactileModel::PatchParameters& parameters,
+                    const std::vector<Receptor>& receptors) {
+  // Thinned out evenly where there are more than a picture shows.
+  const std::size_t stride = receptors.size() / kMostReceptors + 1;
+  JsonWriter dots('[');
+  for (std::size_t i = 0; i < receptors.size(); i += stride) {
+    dots.item(JsonWriter('[')
+                  .item(place(receptors[i].x_mm))
+                  .item(place(receptors[i].y_mm))
+                  .item(std::to_string(receptors[i].neuron))
+                  .end());
+  }
+  const bool fields = parameters.layout == ReceptorLayout::kFields;
+  return JsonWriter()
+      .text("name", parameters.name)
+      .number("length_mm", parameters.patch.length_mm)
+      .number("width_mm", parameters.patch.width_mm)
+      .number("columns", parameters.patch.columns)
+      .number("rows", parameters.patch.rows)
+      .number("field_radius_mm", fields ? parameters.field.radius_mm : 0.0)
+      .raw("thinned", stride > 1 ? "true" : "false")
+      .raw("receptors", dots.end())
+      .raw("centres", centres_of(receptors))
+      .end();
+}
+
+std::string json_of(const Indenter& indenter) {
+  JsonWriter json;
+  json.number("patch", static_cast<double>(indenter.patch));
+  switch (indenter.tip) {
+    case Indenter::Tip::kSphere:
+      json.text("tip", "sphere").number("radius_mm", indenter.radius_mm);
+      break;
+    case Indenter::Tip::kBars:
+      json.text("tip", "bars").number("bar_length_mm", indenter.bars.length_mm);
+      json.raw("bar_widths_mm", list_of(indenter.bars.widths_mm));
+      json.raw("bar_gaps_mm", list_of(indenter.bars.gaps_mm));
+      break;
+    case Indenter::Tip::kPin:
+      json.text("tip", "pin").number("diameter_mm", indenter.pin.diameter_mm);
+      break;
+  }
+  return json.end();
+}
+
+}  // namespace
+
+std::string view_scene_json(const SinkSetup& setup, bool control) {
+  const RunDescription& run = setup.run;
+  const NeuronKind kind = run.model.neuron_kind;
+  const bool volts = kind != NeuronKind::kIntegrateAndFire;
+  JsonWriter json;
+  json.text("scene", run.scene).number("neurons", setup.numbering.neurons());
+  json.number("tick_ms", units::ms_from(run.model.tick));
+  json.raw("control", control ? "true" : "false");
+  json.text("drive_unit", kind == NeuronKind::kHodgkinHuxley ? "\u00b5A/cm\u00b2" : "Hz");
+  json.text("potential_name", volts ? "potential" : "state")
+      .text("potential_unit", volts ? "mV" : "");
+  JsonWriter counters('[');
+  for (const std::string_view counter : ViewFrames::kCounters) counters.item(json_string(counter));
+  json.raw("counters", counters.end());
+  JsonWriter patches('[');
+  for (std::size_t i = 0; i < run.receptors.size(); ++i) {
+    patches.item(json_of(run.model.patches[i], run.receptors[i]));
+  }
+  json.raw("patches", patches.end());
+  JsonWriter probes('[');
+  for (const Indenter& indenter : run.model.indenters) probes.item(json_of(indenter));
+  json.raw("probes", probes.end());
+  JsonWriter facts('[');
+  for (const auto& [name, value] : run.facts) {
+    facts.item(JsonWriter('[').item(json_string(name)).item(json_string(value)).end());
+  }
+  return json.raw("facts", facts.end()).end();
+}
+
+}  // namespace merkel
