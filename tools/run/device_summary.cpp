@@ -62,10 +62,10 @@ nlohmann::json device_json(const std::optional<DeviceCounts>& device) {
           {"drift_ppm", device->drift_ppm},
           {"jitter_us", device->jitter_us},
           {"latency_us", device->latency_us},
-          {"clock_outliers", device.clock_outliers},
-          {"clock_anchors", device.clock_anchors},
-          {"clock_rate", device.clock_rate},
-          {"clock_mistrusted", device.clock_mistrusted},
+          {"clock_outliers", device->clock_outliers},
+          {"clock_anchors", device->clock_anchors},
+          {"clock_rate", device->clock_rate},
+          {"clock_mistrusted", device->clock_mistrusted},
           {"uncertainty_us",
            device->uncertainty_us ? nlohmann::json(*device->uncertainty_us) : nlohmann::json()}};
 }
