@@ -1,0 +1,70 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/parameters/parameter_error.hpp"
+
+namespace merkel {
+
+/// How an electrode's command follows from the touch.
+enum class EncoderKind : std::uint8_t {
+  kRate,           ///< mean firing rate of the field's afferents
+  kRecruited,      ///< share of the field's afferents that fire
+  kPulsePerSpike,  ///< one pulse for each spike of the field's afferents
+  kLinear,         ///< force of the contacts that reach the field: the usual baseline
+  kOkorokova,      ///< depth, velocity and acceleration, by the model of Okorokova et al. (2018)
+};
+
+/// An electrode, the skin that it stands for, and its encoder.
+///
+/// Every encoder returns a drive from 0 (off) to 1. The amplitude and the frequency run linearly
+/// from the weakest to the strongest command with it.
+struct Electrode {
+  std::string name;
+  std::size_t patch = 0;                          ///< the patch of its field
+  std::vector<double> field_mm{15.0, 10.0, 3.0};  ///< centre x, y and radius on the patch
+  EncoderKind encoder = EncoderKind::kRate;
+  std::chrono::nanoseconds window{30'000'000};  ///< time constant, of rate and recruited
+  std::vector<double> amplitude_uA;             ///< weakest and strongest; no default
+  std::vector<double> frequency_Hz;             ///< weakest and strongest; no default
+  double full_rate_Hz = 100.0;         ///< strongest command of `rate`: mean rate of an afferent
+  double full_force_N = 1.0;           ///< strongest command of `linear`
+  double full_population_Hz = 2500.0;  ///< strongest frequency of `okorokova`
+  double full_population = 700.0;      ///< strongest amplitude of `okorokova`: afferents recruited
+};
+
+/// What no command may exceed, whatever the encoders return. The limits have no defaults: they
+/// depend on the electrode and the tissue, and are the user's to set.
+struct StimulationParameters {
+  std::chrono::nanoseconds update{10'000'000};  ///< between updates; a multiple of the tick
+  std::chrono::nanoseconds phase{200'000};      ///< of a biphasic pulse
+  double max_charge_nC = 0.0;                   ///< of a phase, each electrode
+  double max_total_uA = 0.0;                    ///< of all electrodes at once
+  /// How fast the amplitude of an electrode may rise from one command to the next. Falls are not
+  /// limited, so that a fault is answered at once.
+  std::optional<double> max_slope_uA_per_s;
+  std::optional<std::int64_t> max_electrodes;  ///< that stimulate at once; absent: all
+};
+
+/// Most electrodes of a scene.
+inline constexpr std::size_t kMostElectrodes = 256;
+
+/// The electrodes of a scene and their limits. Without electrodes nothing is encoded.
+struct EncodingParameters {
+  std::vector<Electrode> electrodes;
+  StimulationParameters stimulation;
+
+  /// Fails with the first value that cannot be, and where an electrode's own range breaks a limit.
+  /// Real-time: no.
+  [[nodiscard]] Expected<void, ParameterError> check() const;
+};
+
+/// Charge of one phase. Real-time: yes.
+[[nodiscard]] double charge_nC(double amplitude_uA, std::chrono::nanoseconds phase) noexcept;
+
+}  // namespace merkel

@@ -1,0 +1,47 @@
+#include "core/encoding/okorokova.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace merkel {
+
+PopulationResponse okorokova_response(const std::array<double, 4>& c) noexcept {
+  const std::array<double, 3> v = {c[0] - c[1], c[1] - c[2], c[2] - c[3]};
+  const std::array<double, 2> a = {v[0] - v[1], v[1] - v[2]};
+  const double rate_Hz = 557.9706 * c[0] - 554.7820 * c[1] + 1559.4952 * std::fabs(v[0]) -
+                         359.7767 * std::fabs(v[1]) - 109.1068 * std::fabs(v[2]) +
+                         364.3545 * std::fabs(a[0]) + 169.9743 * std::fabs(a[1]) - 3.1163;
+  const double recruited = 181.7049 * c[0] - 164.2083 * c[1] + 527.9869 * std::fabs(v[0]) +
+                           292.2716 * std::fabs(v[1]) + 6.3115 * std::fabs(a[0]) +
+                           21.9826 * std::fabs(a[1]) - 2.0783;
+  // In this order, NaN stays NaN.
+  return {.rate_Hz = rate_Hz < 0.0 ? 0.0 : rate_Hz, .recruited = recruited < 0.0 ? 0.0 : recruited};
+}
+
+DepthHistory::DepthHistory(std::chrono::nanoseconds tick) {
+  for (std::size_t k = 0; k < lags_.size(); ++k) {
+    const std::chrono::nanoseconds lag = static_cast<int>(k) * kInterval;
+    lags_[k] = static_cast<std::size_t>((lag + tick / 2) / tick);
+  }
+  depths_.resize(lags_.back() + 1);
+}
+
+void DepthHistory::reset(double depth_mm) noexcept {
+  std::fill(depths_.begin(), depths_.end(), depth_mm);
+}
+
+void DepthHistory::push(double depth_mm) noexcept {
+  newest_ = newest_ + 1 < depths_.size() ? newest_ + 1 : 0;
+  depths_[newest_] = depth_mm;
+}
+
+std::array<double, 4> DepthHistory::at_intervals() const noexcept {
+  std::array<double, 4> depths{};
+  for (std::size_t k = 0; k < depths.size(); ++k) {
+    const std::size_t wrapped = newest_ < lags_[k] ? depths_.size() : 0;
+    depths[k] = depths_[newest_ + wrapped - lags_[k]];
+  }
+  return depths;
+}
+
+}  // namespace merkel

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <vector>
+
+#include "core/realtime_tag.hpp"
+
+namespace merkel {
+
+/// Response of the afferents of a whole hand to a press on one fingertip.
+struct PopulationResponse {
+  double rate_Hz = 0.0;    ///< spikes of all afferents
+  double recruited = 0.0;  ///< afferents that fire
+};
+
+/// The linear models of Okorokova, He & Bensmaia 2018, "Biomimetic encoding model for restoring
+/// touch in bionic hands through a nerve interface" (J Neural Eng 15:066033), with the coefficients
+/// that the FeedbackDecode software of the University of Utah uses. They were fitted to presses of
+/// 0 to 3 mm. Real-time: yes.
+/// \param depth_mm  now and 33, 66 and 99 ms before
+[[nodiscard]] PopulationResponse okorokova_response(const std::array<double, 4>& depth_mm) noexcept
+    MERKEL_REALTIME;
+
+/// The depth of a press at every tick of the last 99 ms. Real-time: yes, after construction.
+class DepthHistory {
+ public:
+  static constexpr std::chrono::milliseconds kInterval{33};
+
+  explicit DepthHistory(std::chrono::nanoseconds tick);
+
+  /// As if the depth had been the same for ever.
+  void reset(double depth_mm) noexcept MERKEL_REALTIME;
+  void push(double depth_mm) noexcept MERKEL_REALTIME;
+  /// Depth at the last tick and 33, 66 and 99 ms before, to the nearest tick.
+  [[nodiscard]] std::array<double, 4> at_intervals() const noexcept MERKEL_REALTIME;
+
+ private:
+  std::array<std::size_t, 4> lags_;  ///< ticks
+  std::vector<double> depths_;       ///< a ring
+  std::size_t newest_ = 0;
+};
+
+}  // namespace merkel

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/contact/tip_contact.hpp"
+#include "core/encoding/encoded_model.hpp"
+#include "core/encoding/encoding_parameters.hpp"
+#include "core/encoding/field_activity.hpp"
+#include "core/encoding/okorokova.hpp"
+#include "core/encoding/stimulation_limiter.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
+#include "core/records/tick_record.hpp"
+
+namespace merkel {
+
+/// From a model's touch to stimulation commands, a tick at a time: encoders, then one limiter.
+///
+/// Research software: it drives no implant by itself, and nothing here makes a stimulation safe.
+///
+/// A fault sets the amplitude of every electrode of the patch to 0 in an update of its own at the
+/// end of the same tick, and the encoders forget what they have seen. Construct, reset, step:
+/// create() allocates all memory. Deterministic: the same ticks give the same bits.
+class StimulationEncoder {
+ public:
+  using Stop = StimulationCommand::Stop;
+
+  /// What one tick of the model has given.
+  struct Tick {
+    std::span<const TickRecord> records;  ///< one a probe, all of the same end
+    std::span<const Press> presses;       ///< one a probe
+    std::span<const SpikeEvent> spikes;   ///< in order of time
+    std::span<const SpikeEvent> resets;   ///< neurons reset
+  };
+
+  /// Fails with the first parameter that cannot be, and where the model lacks what an electrode
+  /// names. Real-time: no.
+  [[nodiscard]] static Expected<StimulationEncoder, ParameterError> create(
+      const EncodingParameters& parameters, const EncodedModel& model);
+
+  /// Everything is off and nothing has been seen. Real-time: yes.
+  void reset() noexcept MERKEL_REALTIME;
+
+  /// Takes the next tick. A tick that does not follow the one before is a gap.
+  /// \return its commands in order of time, valid until the next call.  Real-time: yes.
+  std::span<const StimulationCommand> step(const Tick& tick) noexcept MERKEL_REALTIME;
+
+  /// Keeps all electrodes off from the next tick on, until reset(). Real-time: yes.
+  void fail_safe(Stop stop) noexcept MERKEL_REALTIME { latched_ = stop; }
+
+  /// The last update of a run, with everything off, at the end of the last tick; nothing where
+  /// there was no tick. Real-time: yes.
+  std::span<const StimulationCommand> finish() noexcept MERKEL_REALTIME;
+
+  [[nodiscard]] const EncodingParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] const StimulationLimiter::Clippings& clippings() const noexcept {
+    return limiter_.clippings();
+  }
+  /// Afferents in an electrode's field.
+  [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
+    return activity_.afferents(electrode);
+  }
+  /// Most commands that a call can return.
+  [[nodiscard]] std::size_t most_commands() const noexcept { return commands_.size(); }
+
+ private:
+  /// From 0 to 1, or more, or not finite.
+  struct Drive {
+    double amplitude = 0.0;
+    double frequency = 0.0;
+  };
+  /// The contacts that reach an electrode's field.
+  struct FieldContact {
+    double force_mN = 0.0;  ///< of all
+    double depth_mm = 0.0;  ///< of the deepest
+  };
+
+  StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);
+  bool find_stops(const Tick& tick) noexcept;
+  void advance_histories(const Tick& tick) noexcept;
+  [[nodiscard]] std::size_t collect_pulses(const Tick& tick) noexcept;
+  void update(std::span<StimulationCommand> commands) noexcept;
+  [[nodiscard]] FieldContact contact(const Electrode& electrode,
+                                     std::span<const Press> presses) const noexcept;
+  [[nodiscard]] Drive drive(std::size_t electrode) const noexcept;
+
+  EncodingParameters parameters_;
+  std::chrono::nanoseconds tick_;
+  std::vector<std::size_t> patch_of_probe_;
+  FieldActivity activity_;
+  StimulationLimiter limiter_;
+  std::vector<DepthHistory> depths_;  ///< by electrode
+  std::vector<double> force_N_;       ///< by electrode
+  std::vector<Stop> stop_of_patch_;
+  std::vector<StimulationCommand> commands_;
+  std::optional<std::chrono::nanoseconds> last_end_;  ///< of the last tick
+  std::chrono::nanoseconds next_update_{0};
+  std::uint32_t heartbeat_ = 0;
+  Stop latched_ = Stop::kNone;
+};
+
+}  // namespace merkel

@@ -1,0 +1,163 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/encoding/stimulation_limiter.hpp"
+
+namespace merkel {
+
+/// Watches commands as a receiver sees them, and names the first that breaks a limit. It shares no
+/// code with the limiter: it works on instants, not on ticks.
+class CommandAuditor {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  CommandAuditor(const StimulationLimiter::Limits& limits,
+                 std::vector<StimulationLimiter::OfElectrode> electrodes, Nanoseconds start)
+      : limits_(limits), electrodes_(std::move(electrodes)), lines_(electrodes_.size()) {
+    for (Line& line : lines_) line.level_time = line.train_time = start;
+  }
+
+  /// The commands of one tick, in the order in which they leave.
+  void take(std::span<const StimulationCommand> commands) {
+    Nanoseconds last = Nanoseconds::min();
+    for (const StimulationCommand& command : commands) {
+      if (command.time < last) fail(command, "is out of order");
+      last = command.time;
+      check_values(command);
+      check_slope(command);
+      if (command.kind == StimulationCommand::Kind::kPulse) {
+        take_pulse(command);
+      } else {
+        take_update(command);
+      }
+    }
+    // Together at the end of the tick: trains change at one instant.
+    if (!commands.empty()) check_sums(commands);
+  }
+
+  /// Empty, or what the first bad command broke.
+  [[nodiscard]] const std::string& fault() const { return fault_; }
+  [[nodiscard]] double train_uA(std::size_t electrode) const { return lines_[electrode].train_uA; }
+  [[nodiscard]] double most_total_uA() const { return most_total_uA_; }
+
+ private:
+  struct Line {
+    double train_uA = 0.0;
+    Nanoseconds train_time{0};
+    double level_uA = 0.0;  ///< of the last pulse; 0 from a stop on
+    Nanoseconds level_time{0};
+    std::optional<Nanoseconds> pulse;
+    double pulse_uA = 0.0;
+  };
+
+  void fail(const StimulationCommand& command, const std::string& what) {
+    if (!fault_.empty()) return;
+    std::ostringstream text;
+    text.precision(17);
+    text << "electrode " << command.electrode << " at " << command.time.count() << " ns, "
+         << command.amplitude_uA << " uA, " << command.frequency_Hz << " Hz: " << what;
+    fault_ = text.str();
+  }
+
+  void check_values(const StimulationCommand& command) {
+    const auto& limit = electrodes_[command.electrode];
+    const double charge_nC =
+        command.amplitude_uA * static_cast<double>(limits_.phase.count()) * 1e-6;
+    if (!std::isfinite(command.amplitude_uA) || !std::isfinite(command.frequency_Hz)) {
+      fail(command, "is not finite");
+    }
+    if (command.amplitude_uA < 0.0 || command.frequency_Hz < 0.0) fail(command, "is negative");
+    if (command.amplitude_uA > limit.max_uA) fail(command, "is above the amplitude");
+    if (command.frequency_Hz > limit.max_Hz) fail(command, "is above the frequency");
+    if (charge_nC > limits_.max_charge_nC * (1.0 + 1e-12)) fail(command, "is above the charge");
+  }
+
+  void check_slope(const StimulationCommand& command) {
+    const Line& line = lines_[command.electrode];
+    const bool pulse = command.kind == StimulationCommand::Kind::kPulse;
+    const double from_uA = pulse ? line.level_uA : line.train_uA;
+    const auto since = command.time - (pulse ? line.level_time : line.train_time);
+    const double rise_uA = command.amplitude_uA - from_uA;
+    if (rise_uA >
+        limits_.max_slope_uA_per_s * 1e-9 * static_cast<double>(since.count()) * (1.0 + 1e-9) +
+            1e-9) {
+      fail(command, "rises too fast");
+    }
+  }
+
+  void take_pulse(const StimulationCommand& command) {
+    Line& line = lines_[command.electrode];
+    if (line.pulse && static_cast<double>((command.time - *line.pulse).count()) *
+                              electrodes_[command.electrode].max_Hz <
+                          1e9 * (1.0 - 1e-12)) {
+      fail(command, "comes too soon after the pulse before it");
+    }
+    line.pulse = line.level_time = command.time;
+    line.pulse_uA = line.level_uA = command.amplitude_uA;
+    check_instant(command);
+  }
+
+  void take_update(const StimulationCommand& command) {
+    Line& line = lines_[command.electrode];
+    line.train_uA = command.amplitude_uA;
+    line.train_time = command.time;
+    if (command.stop == StimulationCommand::Stop::kNone) return;
+    if (command.amplitude_uA != 0.0) fail(command, "is on although it is stopped");
+    line.level_uA = 0.0;
+    line.level_time = command.time;
+  }
+
+  /// Everything that flows at the instant of a command.
+  void check_instant(const StimulationCommand& command) {
+    double total_uA = 0.0;
+    std::size_t active = 0;
+    for (const Line& line : lines_) {
+      const bool pulsing = line.pulse && *line.pulse + 2 * limits_.phase > command.time;
+      const double flows_uA = line.train_uA + (pulsing ? line.pulse_uA : 0.0);
+      total_uA += flows_uA;
+      if (flows_uA > 0.0) ++active;
+    }
+    most_total_uA_ = std::max(most_total_uA_, total_uA);
+    if (total_uA > limits_.max_total_uA) fail(command, "brings the total above the budget");
+    if (active > limits_.max_electrodes) fail(command, "is one electrode too many");
+  }
+
+  /// Pulses of a tick may be given together by a receiver: they count at once.
+  void check_sums(std::span<const StimulationCommand> commands) {
+    check_instant(commands.back());
+    std::map<std::size_t, double> of_tick;
+    for (const StimulationCommand& command : commands) {
+      if (command.kind != StimulationCommand::Kind::kPulse) continue;
+      double& strongest = of_tick[command.electrode];
+      strongest = std::max(strongest, command.amplitude_uA);
+    }
+    double pulses_uA = 0.0;
+    for (const auto& [electrode, amplitude_uA] : of_tick) pulses_uA += amplitude_uA;
+    double trains_uA = 0.0;
+    for (const double train_uA : trains_before_) trains_uA += train_uA;
+    if (pulses_uA > 0.0 && pulses_uA + trains_uA > limits_.max_total_uA) {
+      fail(commands.back(), "ends a tick whose pulses are above the budget together");
+    }
+    trains_before_.clear();
+    for (const Line& line : lines_) trains_before_.push_back(line.train_uA);
+  }
+
+  StimulationLimiter::Limits limits_;
+  std::vector<StimulationLimiter::OfElectrode> electrodes_;
+  std::vector<Line> lines_;
+  std::vector<double> trains_before_;  ///< during the tick being taken
+  double most_total_uA_ = 0.0;
+  std::string fault_;
+};
+
+}  // namespace merkel

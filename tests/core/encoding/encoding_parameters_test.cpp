@@ -1,0 +1,105 @@
+#include "core/encoding/encoding_parameters.hpp"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "core/encoding/stimulation_encoder.hpp"
+
+namespace merkel {
+namespace {
+
+EncodingParameters valid() {
+  Electrode electrode{.name = "E1"};
+  electrode.amplitude_uA = {20.0, 80.0};
+  electrode.frequency_Hz = {0.0, 200.0};
+  EncodingParameters parameters;
+  parameters.electrodes = {electrode};
+  parameters.stimulation.max_charge_nC = 16.0;
+  parameters.stimulation.max_total_uA = 300.0;
+  return parameters;
+}
+
+std::string fault(const std::function<void(EncodingParameters&)>& change) {
+  EncodingParameters parameters = valid();
+  change(parameters);
+  const auto checked = parameters.check();
+  return checked ? "" : checked.error().key + " " + checked.error().reason;
+}
+
+TEST(EncodingParameters, TakesValidOnesAndNone) {
+  EXPECT_TRUE(valid().check());
+  EXPECT_TRUE(EncodingParameters{}.check());
+}
+
+TEST(EncodingParameters, LimitsHaveNoDefault) {
+  EXPECT_EQ(fault([](auto& p) { p.stimulation.max_charge_nC = 0.0; }),
+            "stimulation.max_charge_nC must be set to a positive number: a scene with electrodes "
+            "needs this limit, and merkel has no default for it");
+  EXPECT_NE(fault([](auto& p) { p.stimulation.max_total_uA = 0.0; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {}; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].frequency_Hz = {}; }), "");
+}
+
+TEST(EncodingParameters, RefusesARangeThatBreaksALimit) {
+  EXPECT_EQ(
+      fault([](auto& p) { p.electrodes[0].amplitude_uA[1] = 90.0; }),
+      "electrode.amplitude_uA of E1 reaches 90 µA, which is 18 nC in a phase of 200 µs, above "
+      "stimulation.max_charge_nC = 16: lower the amplitude or shorten stimulation.phase_us");
+  EXPECT_EQ(fault([](auto& p) { p.stimulation.max_total_uA = 70.0; }),
+            "electrode.amplitude_uA of E1 reaches 80 µA, above stimulation.max_total_uA = 70 by "
+            "itself: lower the amplitude");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].frequency_Hz[1] = 2600.0; }),
+            "electrode.frequency_Hz of E1 reaches 2600 Hz, whose period is shorter than a pulse of "
+            "two phases of 200 µs: lower the frequency or shorten stimulation.phase_us");
+}
+
+TEST(EncodingParameters, RefusesWhatCannotBe) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(fault([&](auto& p) { p.electrodes[0].amplitude_uA = {nan, 80.0}; }), "");
+  EXPECT_NE(fault([&](auto& p) { p.electrodes[0].amplitude_uA = {20.0, nan}; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {80.0, 20.0}; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {-1.0, 20.0}; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].field_mm[2] = 0.0; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].window = {}; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].full_rate_Hz = 0.0; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].name = "a,b"; }), "");
+  EXPECT_NE(fault([](auto& p) { p.stimulation.max_slope_uA_per_s = 0.0; }), "");
+  EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
+  EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes.push_back(p.electrodes[0]); }),
+            "electrode.name of E1 names two electrodes: give each its own");
+}
+
+TEST(EncodingParameters, RefusesWhatTheModelLacks) {
+  const EncodedModel model{.patches = {{.area = {}, .afferents = {EncodedModel::Point{5.0, 5.0}}}},
+                           .patch_of_probe = {0}};
+  const auto fault_with_model = [&](const std::function<void(EncodingParameters&)>& change) {
+    EncodingParameters parameters = valid();
+    parameters.electrodes[0].field_mm = {5.0, 5.0, 1.0};
+    change(parameters);
+    const auto encoder = StimulationEncoder::create(parameters, model);
+    return encoder ? "" : encoder.error().key + " " + encoder.error().reason;
+  };
+  EXPECT_EQ(fault_with_model([](auto&) {}), "");
+  EXPECT_EQ(
+      fault_with_model([](auto& p) {
+        p.electrodes[0].field_mm = {15.0, 10.0, 3.0};
+      }),
+      "electrode.field_mm of E1 holds no afferent: move it, or make its radius larger (merkel "
+      "inspect receptors prints where they are)");
+  EXPECT_EQ(fault_with_model([](auto& p) {
+              p.electrodes[0].field_mm = {31.0, 10.0, 30.0};
+            }),
+            "electrode.field_mm of E1 has its centre outside the patch");
+  EXPECT_EQ(fault_with_model([](auto& p) { p.electrodes[0].patch = 1; }),
+            "electrode.patch of E1 is not a patch of the scene");
+  EXPECT_EQ(
+      fault_with_model([](auto& p) { p.stimulation.update = std::chrono::microseconds{2500}; }),
+      "stimulation.update_ms must be a whole number of ticks, which are 1 ms (loop.tick_us)");
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,346 @@
+#include "core/encoding/stimulation_encoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/math/random.hpp"
+#include "tests/core/encoding/command_auditor.hpp"
+#include "tests/core/encoding/tick_feed.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using Kind = StimulationCommand::Kind;
+using State = TickRecord::State;
+using Stop = StimulationCommand::Stop;
+
+constexpr std::chrono::milliseconds kTick{1};
+
+/// An encoder that is on: linear, under a press of 1 N.
+class Pressed : public testing::Test {
+ protected:
+  Pressed()
+      : encoder_(*StimulationEncoder::create(
+            encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0)}),
+            grid_model())),
+        feed_(encoder_, kTick) {
+    feed_.press = {.contact = {.depth_mm = 0.5, .force_mN = 1000.0, .contact_radius_mm = 1.0},
+                   .x_mm = 15.0,
+                   .y_mm = 10.0};
+    for (int k = 0; k < 15; ++k) step();
+    EXPECT_EQ(last_.amplitude_uA, 80.0);
+  }
+  /// \return the tick's only command, if there is one
+  std::optional<StimulationCommand> step() {
+    const auto commands = feed_.step();
+    if (commands.empty()) return std::nullopt;
+    EXPECT_EQ(commands.size(), 1U);
+    EXPECT_EQ(commands[0].heartbeat, last_.heartbeat + 1);
+    return last_ = commands[0];
+  }
+
+  StimulationEncoder encoder_;
+  TickFeed feed_;
+  StimulationCommand last_;
+};
+
+TEST_F(Pressed, UpdatesOnItsGrid) {
+  std::vector<std::int64_t> times_ms;
+  for (int k = 0; k < 30; ++k) {
+    if (const auto command = step()) times_ms.push_back(command->time / milliseconds{1});
+  }
+  EXPECT_EQ(times_ms, (std::vector<std::int64_t>{21, 31, 41}));
+}
+
+TEST_F(Pressed, ReleaseStopsItWithinTheTickUntilTheProbeIsBack) {
+  feed_.state = State::kReleased;
+  auto command = step();
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->amplitude_uA, 0.0);
+  EXPECT_EQ(command->stop, Stop::kReleased);
+  for (int k = 0; k < 20; ++k) {
+    command = step();
+    EXPECT_TRUE(!command || command->stop == Stop::kReleased);
+  }
+  feed_.state = State::kFollowing;
+  for (int k = 0; k < 10; ++k) step();
+  EXPECT_EQ(last_.amplitude_uA, 80.0);
+  EXPECT_EQ(last_.stop, Stop::kNone);
+}
+
+TEST_F(Pressed, AHeldSampleDoesNotStopItButAnEndedRecordingDoes) {
+  feed_.state = State::kHeld;
+  for (int k = 0; k < 20; ++k) step();
+  EXPECT_EQ(last_.amplitude_uA, 80.0);
+  feed_.state = State::kEnded;
+  ASSERT_TRUE(step());
+  EXPECT_EQ(last_.amplitude_uA, 0.0);
+  EXPECT_EQ(last_.stop, Stop::kReleased);
+}
+
+TEST_F(Pressed, AGapStopsItAndItsGridGoesOn) {
+  feed_.skip(100);
+  ASSERT_TRUE(step());
+  EXPECT_EQ(last_.amplitude_uA, 0.0);
+  EXPECT_EQ(last_.stop, Stop::kGap);
+  EXPECT_EQ(last_.time, milliseconds{116});
+  std::vector<std::int64_t> times_ms;
+  for (int k = 0; k < 20; ++k) {
+    if (const auto command = step()) times_ms.push_back(command->time / milliseconds{1});
+  }
+  EXPECT_EQ(times_ms, (std::vector<std::int64_t>{121, 131}));
+  EXPECT_EQ(last_.amplitude_uA, 80.0);
+}
+
+TEST_F(Pressed, AResetNeuronStopsIt) {
+  feed_.resets = {{.time = feed_.now(), .neuron = 17}};
+  ASSERT_TRUE(step());
+  EXPECT_EQ(last_.amplitude_uA, 0.0);
+  EXPECT_EQ(last_.stop, Stop::kNeuronReset);
+  for (int k = 0; k < 10; ++k) step();
+  EXPECT_EQ(last_.amplitude_uA, 80.0);
+}
+
+TEST_F(Pressed, AFailedSinkStopsItForGood) {
+  encoder_.fail_safe(Stop::kSinkFailure);
+  ASSERT_TRUE(step());
+  for (int k = 0; k < 50; ++k) {
+    EXPECT_EQ(last_.amplitude_uA, 0.0);
+    EXPECT_EQ(last_.stop, Stop::kSinkFailure);
+    step();
+  }
+}
+
+TEST_F(Pressed, EndsWithEverythingOff) {
+  const auto commands = encoder_.finish();
+  ASSERT_EQ(commands.size(), 1U);
+  EXPECT_EQ(commands[0].amplitude_uA, 0.0);
+  EXPECT_EQ(commands[0].stop, Stop::kEnd);
+  EXPECT_EQ(commands[0].time, feed_.now());
+  EXPECT_EQ(commands[0].heartbeat, last_.heartbeat + 1);
+}
+
+TEST(StimulationEncoder, EndsWithNothingWhereThereWasNoTick) {
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0)}), grid_model());
+  EXPECT_TRUE(encoder.finish().empty());
+}
+
+TEST_F(Pressed, ResetBeginsAgain) {
+  encoder_.fail_safe(Stop::kSinkFailure);
+  encoder_.reset();
+  TickFeed again(encoder_, kTick);
+  again.press = feed_.press;
+  const auto commands = again.step();
+  ASSERT_EQ(commands.size(), 1U);
+  EXPECT_EQ(commands[0].heartbeat, 1U);
+  EXPECT_EQ(commands[0].amplitude_uA, 80.0);
+}
+
+TEST(StimulationEncoder, StopsThePatchOfTheFaultAlone) {
+  EncodedModel model = grid_model();
+  model.patches.push_back(model.patches[0]);
+  model.patch_of_probe = {0, 1};
+  auto second = electrode_at("E2", EncoderKind::kLinear, 15.0, 10.0, 3.0);
+  second.patch = 1;
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0), second}), model);
+  const Press press{.contact = {.depth_mm = 0.5, .force_mN = 500.0}, .x_mm = 15.0, .y_mm = 10.0};
+  const std::vector presses = {press, press};
+  const std::vector<TickRecord> records = {{.time = kTick, .probe = 0, .state = State::kReleased},
+                                           {.time = kTick, .probe = 1}};
+  const auto commands = encoder.step({.records = records, .presses = presses});
+  ASSERT_EQ(commands.size(), 2U);
+  EXPECT_EQ(commands[0].stop, Stop::kReleased);
+  EXPECT_EQ(commands[0].amplitude_uA, 0.0);
+  EXPECT_EQ(commands[1].stop, Stop::kNone);
+  EXPECT_EQ(commands[1].amplitude_uA, 50.0);
+}
+
+TEST(StimulationEncoder, ForgetsWhatItSawBeforeAFault) {
+  for (const EncoderKind kind :
+       {EncoderKind::kRate, EncoderKind::kRecruited, EncoderKind::kOkorokova}) {
+    Electrode electrode = electrode_at("E1", kind, 15.0, 10.0, 3.0);
+    electrode.window = std::chrono::seconds{1};
+    auto encoder = *StimulationEncoder::create(encoding_of({electrode}), grid_model());
+    TickFeed feed(encoder, kTick);
+    double before_uA = 0.0;
+    double after_uA = 0.0;
+    for (int k = 0; k < 50; ++k) {
+      for (std::uint32_t neuron = 1; neuron <= 600; ++neuron) feed.spike(nanoseconds{1}, neuron);
+      feed.press = {.contact = {.depth_mm = k < 40 ? 0.0 : 1.0}, .x_mm = 15.0, .y_mm = 10.0};
+      for (const auto& command : feed.step()) before_uA = command.amplitude_uA;
+    }
+    feed.skip(5);
+    feed.press = {};
+    for (int k = 0; k < 20; ++k) {
+      for (const auto& command : feed.step()) after_uA = std::max(after_uA, command.amplitude_uA);
+    }
+    EXPECT_GT(before_uA, 20.0);
+    EXPECT_EQ(after_uA, 0.0);
+  }
+}
+
+/// A random scene under random ticks with everything that can go wrong, watched by the auditor.
+class RandomScene {
+ public:
+  explicit RandomScene(std::uint64_t seed) : random_(seed), parameters_(encoding_of({})) {
+    StimulationParameters& limits = parameters_.stimulation;
+    limits.update = (1 + random_.next() % 30) * kTick;
+    limits.phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 4e5))};
+    limits.max_total_uA = random_.uniform(90.0, 400.0);
+    if (random_.uniform() < 0.5) limits.max_slope_uA_per_s = random_.uniform(500.0, 1e5);
+    const auto electrodes = 1 + random_.next() % 12;
+    if (random_.uniform() < 0.3) limits.max_electrodes = 1 + random_.next() % electrodes;
+    for (std::size_t e = 0; e < electrodes; ++e) {
+      auto electrode = electrode_at(
+          "E" + std::to_string(e), static_cast<EncoderKind>(random_.next() % 5),
+          random_.uniform(2.0, 28.0), random_.uniform(2.0, 18.0), random_.uniform(1.0, 8.0));
+      electrode.amplitude_uA = {random_.uniform(0.0, 40.0), random_.uniform(40.0, 90.0)};
+      electrode.frequency_Hz = {random_.uniform(0.0, 50.0), random_.uniform(50.0, 1000.0)};
+      electrode.window = nanoseconds{static_cast<std::int64_t>(random_.uniform(1e6, 2e8))};
+      electrode.full_rate_Hz = random_.uniform(1.0, 100.0);
+      parameters_.electrodes.push_back(electrode);
+    }
+    limits.max_charge_nC = charge_nC(90.0, limits.phase);
+  }
+
+  /// \return what went wrong, or nothing
+  std::string run() {
+    auto created = StimulationEncoder::create(parameters_, grid_model());
+    if (!created) return created.error().key + " " + created.error().reason;
+    StimulationEncoder& encoder = *created;
+    TickFeed feed(encoder, kTick);
+    StimulationLimiter::Limits limits{.phase = parameters_.stimulation.phase,
+                                      .max_charge_nC = parameters_.stimulation.max_charge_nC,
+                                      .max_total_uA = parameters_.stimulation.max_total_uA};
+    if (const auto slope = parameters_.stimulation.max_slope_uA_per_s) {
+      limits.max_slope_uA_per_s = *slope;
+    }
+    if (const auto most = parameters_.stimulation.max_electrodes) {
+      limits.max_electrodes = static_cast<std::size_t>(*most);
+    }
+    std::vector<StimulationLimiter::OfElectrode> ranges;
+    for (const auto& each : parameters_.electrodes) {
+      ranges.push_back({.max_uA = each.amplitude_uA[1], .max_Hz = each.frequency_Hz[1]});
+    }
+    CommandAuditor auditor(limits, ranges, nanoseconds{0});
+    nanoseconds last_update{0};
+    bool latched = false;
+    for (int tick = 0; tick < 250; ++tick) {
+      bool fault = disturb(feed, tick > 0) || latched;
+      if (tick == 200 && random_.uniform() < 0.3) {
+        encoder.fail_safe(Stop::kSinkFailure);
+        fault = latched = true;
+      }
+      const auto commands = feed.step();
+      if (auto wrong = judge(commands, auditor, fault); !wrong.empty()) return wrong;
+      if (!commands.empty() && commands.back().kind == Kind::kUpdate) {
+        if (commands.back().heartbeat != ++heartbeat_) return "a heartbeat is missing";
+        last_update = feed.now();
+      }
+      if (feed.now() - last_update >= parameters_.stimulation.update) return "an update is late";
+    }
+    on_ = auditor.most_total_uA() > 0.0;
+    return judge(encoder.finish(), auditor, true);
+  }
+  /// Whether anything was ever switched on.
+  [[nodiscard]] bool on() const { return on_; }
+
+ private:
+  /// The next tick's input. \return whether it holds a fault
+  bool disturb(TickFeed& feed, bool running) {
+    const auto happens = [&](double probability) { return random_.uniform() < probability; };
+    if (happens(0.02)) released_ = !released_;
+    feed.state = released_ ? State::kReleased : happens(0.05) ? State::kHeld : State::kFollowing;
+    if (happens(0.05)) pressed_ = !pressed_;
+    feed.press = {};
+    if (pressed_ && !released_) {
+      feed.press = {
+          .contact = {.depth_mm = value(2.0), .force_mN = value(2000.0), .contact_radius_mm = 1.0},
+          .x_mm = value(30.0),
+          .y_mm = value(20.0)};
+    }
+    const bool gap = happens(0.02);
+    if (gap) feed.skip(1 + static_cast<int>(random_.next() % 200));
+    const bool reset = happens(0.02);
+    if (reset) feed.resets.push_back({.time = feed.now(), .neuron = 1});
+    for (std::uint32_t neuron = 1; neuron <= 600; ++neuron) {
+      if (!happens(pressed_ ? 0.08 : 0.005)) continue;
+      feed.spike(nanoseconds{static_cast<std::int64_t>(random_.next() % 1'000'000)}, neuron);
+    }
+    std::sort(feed.spikes.begin(), feed.spikes.end());
+    return released_ || reset || (gap && running);
+  }
+  double value(double most) {
+    const double kind = random_.uniform();
+    if (kind < 0.02) return std::numeric_limits<double>::quiet_NaN();
+    if (kind < 0.04) return std::numeric_limits<double>::infinity();
+    if (kind < 0.05) return 1e300;
+    return random_.uniform(0.0, most);
+  }
+  static std::string judge(std::span<const StimulationCommand> commands, CommandAuditor& auditor,
+                           bool fault) {
+    auditor.take(commands);
+    if (!auditor.fault().empty()) return auditor.fault();
+    if (!fault) return "";
+    for (const auto& command : commands) {
+      if (command.amplitude_uA != 0.0) return "something is on in the tick of a fault";
+      if (command.stop == Stop::kNone) return "a fault has no name";
+    }
+    for (std::size_t e = 0; e < commands.size(); ++e) {
+      if (auditor.train_uA(e) != 0.0) return "a train goes on after a fault";
+    }
+    return "";
+  }
+
+  Random random_;
+  EncodingParameters parameters_;
+  bool released_ = false;
+  bool pressed_ = false;
+  bool on_ = false;
+  std::uint32_t heartbeat_ = 0;
+};
+
+TEST(StimulationEncoder, KeepsEveryLimitAndStopsAtEveryFault) {
+  int on = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    RandomScene scene(seed);
+    ASSERT_EQ(scene.run(), "") << "seed " << seed;
+    on += scene.on() ? 1 : 0;
+  }
+  EXPECT_GT(on, 380);
+}
+
+TEST(StimulationEncoder, GivesTheSameBitsAgain) {
+  const auto run = [] {
+    auto encoder = *StimulationEncoder::create(
+        encoding_of({electrode_at("E1", EncoderKind::kRate, 15.0, 10.0, 3.0),
+                     electrode_at("E2", EncoderKind::kPulsePerSpike, 15.0, 10.0, 3.0)}),
+        grid_model());
+    TickFeed feed(encoder, kTick);
+    Random random(3);
+    std::vector<StimulationCommand> all;
+    for (int k = 0; k < 200; ++k) {
+      for (int i = 0; i < 20; ++i) {
+        feed.spike(nanoseconds{i * 50'000}, static_cast<std::uint32_t>(1 + random.next() % 600));
+      }
+      const auto commands = feed.step();
+      all.insert(all.end(), commands.begin(), commands.end());
+    }
+    return all;
+  };
+  EXPECT_EQ(run(), run());
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,262 @@
+#include "core/encoding/stimulation_limiter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/math/random.hpp"
+#include "tests/core/encoding/command_auditor.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using Kind = StimulationCommand::Kind;
+using Stop = StimulationCommand::Stop;
+using Limits = StimulationLimiter::Limits;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr Limits kWide{.max_charge_nC = 1e6, .max_total_uA = 1e6};
+
+std::vector<StimulationCommand> update_of(nanoseconds time, const std::vector<double>& amplitudes,
+                                          double frequency_Hz = 100.0) {
+  std::vector<StimulationCommand> update;
+  for (std::size_t e = 0; e < amplitudes.size(); ++e) {
+    update.push_back({.time = time,
+                      .amplitude_uA = amplitudes[e],
+                      .frequency_Hz = frequency_Hz,
+                      .electrode = static_cast<std::uint16_t>(e)});
+  }
+  return update;
+}
+
+std::vector<double> limited(StimulationLimiter& limiter, nanoseconds time,
+                            const std::vector<double>& amplitudes) {
+  auto update = update_of(time, amplitudes);
+  limiter.limit_update(update);
+  std::vector<double> result;
+  for (const auto& command : update) result.push_back(command.amplitude_uA);
+  return result;
+}
+
+StimulationCommand pulse(nanoseconds time, double amplitude_uA, std::uint16_t electrode = 0) {
+  return {.time = time, .amplitude_uA = amplitude_uA, .electrode = electrode, .kind = Kind::kPulse};
+}
+
+TEST(StimulationLimiter, LeavesWhatIsWithinAlone) {
+  StimulationLimiter limiter(kWide, {{80.0, 200.0}, {60.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0, 33.3}), (std::vector{80.0, 33.3}));
+  EXPECT_EQ(limiter.clippings(), StimulationLimiter::Clippings{});
+}
+
+TEST(StimulationLimiter, ClipsAmplitudeChargeAndFrequency) {
+  StimulationLimiter limiter(
+      {.phase = microseconds{200}, .max_charge_nC = 10.0, .max_total_uA = 1e6},
+      {{80.0, 200.0}, {40.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  auto update = update_of(milliseconds{10}, {90.0, 90.0}, 300.0);
+  limiter.limit_update(update);
+  EXPECT_EQ(update[0].amplitude_uA, 50.0);  // 10 nC in 200 µs
+  EXPECT_EQ(update[1].amplitude_uA, 40.0);
+  EXPECT_EQ(update[0].frequency_Hz, 200.0);
+  EXPECT_EQ(limiter.clippings().amplitude, 2U);
+  EXPECT_EQ(limiter.clippings().charge, 1U);
+  EXPECT_EQ(limiter.clippings().frequency, 2U);
+}
+
+TEST(StimulationLimiter, SwitchesOffWhatIsNoNumber) {
+  StimulationLimiter limiter(kWide, {{80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  for (const double bad : {kNan, kInfinity, -kInfinity, -1.0}) {
+    EXPECT_EQ(limited(limiter, milliseconds{10}, {bad}), std::vector{0.0});
+    auto update = update_of(milliseconds{10}, {10.0}, bad);
+    limiter.limit_update(update);
+    EXPECT_EQ(update[0].amplitude_uA, 0.0);
+    EXPECT_EQ(update[0].frequency_Hz, 0.0);
+  }
+  EXPECT_EQ(limiter.clippings().invalid, 8U);
+}
+
+TEST(StimulationLimiter, LimitsRisesButNotFalls) {
+  Limits limits = kWide;
+  limits.max_slope_uA_per_s = 2000.0;
+  StimulationLimiter limiter(limits, {{80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0}), std::vector{20.0});
+  EXPECT_EQ(limited(limiter, milliseconds{20}, {80.0}), std::vector{40.0});
+  EXPECT_EQ(limited(limiter, milliseconds{30}, {0.0}), std::vector{0.0});
+  EXPECT_EQ(limited(limiter, milliseconds{35}, {80.0}), std::vector{10.0});
+  EXPECT_EQ(limiter.clippings().slope, 3U);
+}
+
+TEST(StimulationLimiter, ScalesAllByOneFactorToTheBudget) {
+  Limits limits = kWide;
+  limits.max_total_uA = 90.0;
+  StimulationLimiter limiter(limits, {{80.0, 200.0}, {80.0, 200.0}, {80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  const auto out = limited(limiter, milliseconds{10}, {60.0, 40.0, 20.0});
+  EXPECT_NEAR(out[0], 45.0, 1e-9);
+  EXPECT_NEAR(out[1], 30.0, 1e-9);
+  EXPECT_NEAR(out[2], 15.0, 1e-9);
+  EXPECT_LE(out[0] + out[1] + out[2], 90.0);
+  EXPECT_EQ(limiter.clippings().total, 1U);
+}
+
+TEST(StimulationLimiter, KeepsTheStrongestElectrodes) {
+  Limits limits = kWide;
+  limits.max_electrodes = 2;
+  StimulationLimiter limiter(limits,
+                             std::vector<StimulationLimiter::OfElectrode>(4, {80.0, 200.0}));
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{10}, {10.0, 30.0, 30.0, 30.0}),
+            (std::vector{0.0, 30.0, 30.0, 0.0}));
+  EXPECT_EQ(limiter.clippings().electrodes, 2U);
+}
+
+TEST(StimulationLimiter, LeavesOutPulsesThatComeTooSoon) {
+  StimulationLimiter limiter(kWide, {{80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(milliseconds{1}, 80.0), pulse(microseconds{5999}, 80.0),
+                        pulse(milliseconds{6}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
+  EXPECT_EQ(pulses[0].time, milliseconds{1});
+  EXPECT_EQ(pulses[1].time, milliseconds{6});
+  EXPECT_EQ(limiter.clippings().frequency, 1U);
+}
+
+TEST(StimulationLimiter, PulsesOfATickShareTheBudgetThatTrainsLeave) {
+  Limits limits = kWide;
+  limits.max_total_uA = 100.0;
+  StimulationLimiter limiter(limits, {{80.0, 200.0}, {80.0, 200.0}, {80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{1}, {40.0, 0.0, 0.0})[0], 40.0);
+  std::vector pulses = {pulse(microseconds{1200}, 80.0, 1), pulse(microseconds{1700}, 40.0, 2)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{1}), 2U);
+  EXPECT_NEAR(pulses[0].amplitude_uA, 40.0, 1e-9);
+  EXPECT_NEAR(pulses[1].amplitude_uA, 20.0, 1e-9);
+  // At the next update the train gives way to pulses as strong as those that were wanted.
+  EXPECT_NEAR(limited(limiter, milliseconds{11}, {40.0, 0.0, 0.0})[0], 25.0, 1e-9);
+}
+
+/// One random run of the limiter, watched by the auditor.
+class RandomRun {
+ public:
+  explicit RandomRun(std::uint64_t seed) : random_(seed) {
+    const auto maybe = [&](double value, double none) {
+      return random_.uniform() < 0.5 ? value : none;
+    };
+    limits_ = {.phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 5e5))},
+               .max_charge_nC = random_.uniform(1.0, 20.0),
+               .max_total_uA = random_.uniform(20.0, 400.0),
+               .max_slope_uA_per_s = maybe(random_.uniform(100.0, 1e5), StimulationLimiter::kNone)};
+    const auto electrodes = 1 + random_.next() % 20;
+    if (random_.uniform() < 0.5) limits_.max_electrodes = 1 + random_.next() % electrodes;
+    for (std::size_t e = 0; e < electrodes; ++e) {
+      electrodes_.push_back(
+          {.max_uA = random_.uniform(5.0, 150.0), .max_Hz = random_.uniform(5.0, 900.0)});
+      pulses_.push_back(random_.uniform() < 0.5);
+    }
+  }
+
+  /// \param leave_out  a limit that the limiter does not know; the auditor does
+  /// \return what was broken, or nothing
+  std::string run(const std::string& leave_out = "") {
+    StimulationLimiter limiter = make_limiter(leave_out);
+    limiter.reset(nanoseconds{0});
+    CommandAuditor auditor(limits_, electrodes_, nanoseconds{0});
+    for (int tick = 0; tick < 300 && auditor.fault().empty(); ++tick) {
+      const nanoseconds begin = tick * milliseconds{1};
+      std::vector<StimulationCommand> commands = pulses(begin);
+      commands.resize(limiter.limit_pulses(commands, begin));
+      if (random_.uniform() < 0.2) {
+        auto last = update(begin + milliseconds{1});
+        limiter.limit_update(last);
+        commands.insert(commands.end(), last.begin(), last.end());
+      }
+      auditor.take(commands);
+    }
+    return auditor.fault();
+  }
+
+ private:
+  [[nodiscard]] StimulationLimiter make_limiter(const std::string& leave_out) const {
+    Limits limits = limits_;
+    auto electrodes = electrodes_;
+    if (leave_out == "charge") limits.max_charge_nC = 1e9;
+    if (leave_out == "total") limits.max_total_uA = 1e9;
+    if (leave_out == "slope") limits.max_slope_uA_per_s = StimulationLimiter::kNone;
+    if (leave_out == "electrodes") limits.max_electrodes = Limits{}.max_electrodes;
+    for (auto& electrode : electrodes) {
+      if (leave_out == "amplitude") electrode.max_uA = 1e9;
+      if (leave_out == "frequency") electrode.max_Hz = 1e9;
+    }
+    return {limits, electrodes};
+  }
+  double value(double most) {
+    const double kind = random_.uniform();
+    if (kind < 0.03) return kNan;
+    if (kind < 0.06) return random_.uniform() < 0.5 ? kInfinity : -kInfinity;
+    if (kind < 0.09) return -random_.uniform(0.0, most);
+    if (kind < 0.2) return 0.0;
+    return random_.uniform(0.0, 1.5 * most);
+  }
+  std::vector<StimulationCommand> pulses(nanoseconds begin) {
+    std::vector<StimulationCommand> pulses;
+    for (std::size_t e = 0; e < electrodes_.size(); ++e) {
+      for (int k = 0; pulses_[e] && random_.uniform() < 0.4 && k < 4; ++k) {
+        const auto after = static_cast<std::int64_t>(1 + random_.next() % 1'000'000);
+        pulses.push_back(pulse(begin + nanoseconds{after}, value(electrodes_[e].max_uA),
+                               static_cast<std::uint16_t>(e)));
+      }
+    }
+    std::sort(pulses.begin(), pulses.end(),
+              [](const auto& a, const auto& b) { return a.time < b.time; });
+    return pulses;
+  }
+  std::vector<StimulationCommand> update(nanoseconds time) {
+    std::vector<StimulationCommand> update;
+    for (std::size_t e = 0; e < electrodes_.size(); ++e) {
+      const bool stopped = random_.uniform() < 0.05;
+      const bool off = stopped || pulses_[e];
+      update.push_back({.time = time,
+                        .amplitude_uA = off ? 0.0 : value(electrodes_[e].max_uA),
+                        .frequency_Hz = value(electrodes_[e].max_Hz),
+                        .electrode = static_cast<std::uint16_t>(e),
+                        .stop = stopped ? Stop::kGap : Stop::kNone});
+    }
+    return update;
+  }
+
+  Random random_;
+  Limits limits_;
+  std::vector<StimulationLimiter::OfElectrode> electrodes_;
+  std::vector<bool> pulses_;
+};
+
+TEST(StimulationLimiter, NothingAboveALimitEverLeaves) {
+  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+    ASSERT_EQ(RandomRun(seed).run(), "") << "seed " << seed;
+  }
+}
+
+TEST(StimulationLimiter, EveryLimitIsNeeded) {
+  for (const std::string limit :
+       {"charge", "total", "slope", "electrodes", "amplitude", "frequency"}) {
+    int broken = 0;
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+      broken += RandomRun(seed).run(limit).empty() ? 0 : 1;
+    }
+    EXPECT_GT(broken, 5) << "without " << limit << " nothing is broken";
+  }
+}
+
+}  // namespace
+}  // namespace merkel
