@@ -72,37 +72,32 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
 }  // namespace
 
 Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path) {
+  const auto text = read_toml_text(path, "calibration");
+  if (!text) return Unexpected<SetupError>(text.error());
+  const auto file = parse_toml(*text);
+  if (!file) {
+    return bad_input(path + ":" + std::to_string(file.error().line) +
+                     ": this is not TOML: " + file.error().reason);
+  }
   ProbeCalibration calibration;
-  try {
-    const toml::table file = toml::parse_file(path);
-    for (const auto& [key, node] : file) {
-      const std::string word(key.str());
-      if (word == "serial_number" || word == "date") {
-        const auto text = node.value<std::string>();
-        if (!text) return bad_input(at(path, node) + word + " must be a text in quotes");
-        (word == "date" ? calibration.date : calibration.serial_number) = *text;
-        continue;
-      }
-      const auto* const found =
-          std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), word);
-      if (found == kSampleChannelNames.end() || !node.is_table()) {
-        return bad_input(at(path, node) + "\"" + word +
-                         "\" is not known: a calibration has serial_number, date and the tables "
-                         "depth, force, x and y");
-      }
-      auto channel = read_channel(path, word, *node.as_table());
-      if (!channel) return Unexpected<SetupError>(channel.error());
-      calibration.channels[static_cast<std::size_t>(found - kSampleChannelNames.begin())] =
-          *channel;
+  for (const auto& [key, node] : *file) {
+    const std::string word(key.str());
+    if (word == "serial_number" || word == "date") {
+      const auto value = node.value<std::string>();
+      if (!value) return bad_input(at(path, node) + word + " must be a text in quotes");
+      (word == "date" ? calibration.date : calibration.serial_number) = *value;
+      continue;
     }
-  } catch (const toml::parse_error& error) {
-    if (error.source().begin.line == 0) {
-      return bad_input("cannot read the calibration " + path + ": check the name");
+    const auto* const found =
+        std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), word);
+    if (found == kSampleChannelNames.end() || !node.is_table()) {
+      return bad_input(at(path, node) + "\"" + word +
+                       "\" is not known: a calibration has serial_number, date and the tables "
+                       "depth, force, x and y");
     }
-    return bad_input(path + ":" + std::to_string(error.source().begin.line) + ": " +
-                     std::string(error.description()));
-  } catch (const MalformedToml&) {
-    return bad_input(path + " is no TOML file: merkel calibrate writes one");
+    auto channel = read_channel(path, word, *node.as_table());
+    if (!channel) return Unexpected<SetupError>(channel.error());
+    calibration.channels[static_cast<std::size_t>(found - kSampleChannelNames.begin())] = *channel;
   }
   return calibration;
 }

@@ -55,10 +55,11 @@ fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" drivers/uri.cpp \
   drivers/sessions/session_{reader,items,format}.cpp drivers/sinks/{xdf_spike_sink,clock_pair}.cpp \
   drivers/files/output_file.cpp
 fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_reader,output_file}.cpp
+fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
-  drivers/calibration/calibration_file.cpp drivers/files/toml.cpp
+  drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
 fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene/scene_{file,table,presets}.cpp \
-  tools/run/loop_settings.cpp drivers/{uri,files/toml}.cpp core/contact/bar_contact.cpp \
+  tools/run/loop_settings.cpp drivers/{uri,files/toml{,_guard}}.cpp core/contact/bar_contact.cpp \
   core/neurons/hodgkin_huxley/integration_method.cpp realtime/threads/thread_setup.cpp
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/recordings.cpp \
   core/contact/bar_contact.cpp

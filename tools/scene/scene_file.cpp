@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <utility>
 
 #include "core/units.hpp"
@@ -363,44 +360,35 @@ std::string Scene::sentence(const ParameterError& error) const {
 }
 
 Expected<Scene, SetupError> parse_scene(const std::string& text, const std::string& name) {
-  Findings findings{.file = name, .error = {}, .line_of = {}};
-  try {
-    const toml::table root = toml::parse(text, name);
-    Scene scene = scene_of(root, findings);
-    if (!findings.error.empty()) return bad_input(findings.error);
-    scene.file = name;
-    scene.text = text;
-    scene.line_of = std::move(findings.line_of);
-    const auto checked =
-        ParameterCheck()
-            .positive("accuracy.spike_time_us", scene.spike_time_us.value_or(1.0))
-            .whole_in_range("loop.max_catch_up_ticks", scene.max_catch_up_ticks.value_or(0), 0,
-                            1'000'000)
-            .also(scene.loop.check())
-            .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
-                     "must be a positive number of milliseconds")
-            .require(!mixes_control(scene), "probe.control", kMixedControl)
-            .result();
-    if (!checked) return bad_input(scene.sentence(checked.error()));
-    return scene;
-  } catch (const toml::parse_error& error) {
-    return bad_input(name + ":" + std::to_string(error.source().begin.line) +
-                     ": this is not TOML: " + std::string(error.description()));
-  } catch (const MalformedToml&) {
-    return bad_input(name + ": this is not TOML: a table's name in [brackets] is malformed");
+  const auto root = parse_toml(text);
+  if (!root) {
+    return bad_input(name + ":" + std::to_string(root.error().line) +
+                     ": this is not TOML: " + root.error().reason);
   }
+  Findings findings{.file = name, .error = {}, .line_of = {}};
+  Scene scene = scene_of(*root, findings);
+  if (!findings.error.empty()) return bad_input(findings.error);
+  scene.file = name;
+  scene.text = text;
+  scene.line_of = std::move(findings.line_of);
+  const auto checked =
+      ParameterCheck()
+          .positive("accuracy.spike_time_us", scene.spike_time_us.value_or(1.0))
+          .whole_in_range("loop.max_catch_up_ticks", scene.max_catch_up_ticks.value_or(0), 0,
+                          1'000'000)
+          .also(scene.loop.check())
+          .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
+                   "must be a positive number of milliseconds")
+          .require(!mixes_control(scene), "probe.control", kMixedControl)
+          .result();
+  if (!checked) return bad_input(scene.sentence(checked.error()));
+  return scene;
 }
 
 Expected<Scene, SetupError> read_scene(const std::string& path) {
-  constexpr std::size_t kLargest = std::size_t{1} << 20U;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return bad_input("cannot read the scene " + path + ": " + std::strerror(errno));
-  std::string text(kLargest + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) return bad_input("cannot read the scene " + path + ": is it a file?");
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kLargest) return bad_input(path + " is larger than any scene: is it a trace?");
-  return parse_scene(text, path);
+  const auto text = read_toml_text(path, "scene");
+  if (!text) return Unexpected<SetupError>(text.error());
+  return parse_scene(*text, path);
 }
 
 }  // namespace merkel
