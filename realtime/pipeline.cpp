@@ -115,31 +115,34 @@ void Pipeline::add_frame_taps() {
   }
 }
 
+RunCounters Pipeline::counters() const {
+  RunCounters counters = statistics_.snapshot();
+  counters.spikes_dropped = fanout_.dropped();
+  const bool host_time = rights_known_.load(std::memory_order_acquire);
+  counters.demotions = host_time && simulation_was_demoted() ? 1 : 0;
+  counters.probe_count = probes_.size();
+  for (const auto& line : probes_) {
+    const ProbeChannel& channel = line->channel;
+    counters.samples += channel.delivered.value() + channel.dropped.value();
+    counters.samples_dropped += channel.dropped.value();
+    counters.samples_late += channel.late.value();
+    counters.held_ticks += channel.held_ticks.value();
+    counters.released_ticks += channel.released_ticks.value();
+    if (channel.ended.load(std::memory_order_relaxed)) ++counters.probes_ended;
+  }
+  return counters;
+}
+
 RunStatus Pipeline::status() const {
-  RunStatus status{.ticks = statistics_.ticks.value(),
-                   .overruns = statistics_.overruns.value(),
-                   .longest_overrun_ns = statistics_.longest_overrun_ns.value(),
-                   .catch_up_ticks = statistics_.catch_up_ticks.value(),
-                   .gaps = statistics_.gaps.value(),
-                   .skipped_ticks = statistics_.skipped_ticks.value(),
-                   .spikes = statistics_.spikes.value(),
-                   .neuron_resets = statistics_.neuron_resets.value(),
-                   .spikes_dropped = fanout_.dropped(),
-                   .probes = static_cast<std::uint32_t>(probes_.size())};
+  RunStatus status{.counters = counters(), .losses = {}, .rights = {}};
   if (rights_known_.load(std::memory_order_acquire)) {
     status.rights = rights_;
     if (simulation_was_demoted()) status.rights.scheduling_class = status.rights.priority = 0;
   }
-  for (const auto& line : probes_) {
-    const std::uint64_t dropped = line->channel.dropped.value();
-    status.samples += line->channel.delivered.value() + dropped;
-    status.samples_dropped += dropped;
-    if (line->channel.ended.load(std::memory_order_relaxed)) ++status.probes_ended;
-  }
   return status;
 }
 
-void Pipeline::tell_failures() {
+void Pipeline::report_sink_failures() {
   for (const auto& line : sinks_) {
     if (line->failure_told) continue;
     const std::string trouble = line->writer->trouble();
@@ -215,23 +218,6 @@ void Pipeline::drain_events(RunReport& report) {
   }
 }
 
-RunProgress Pipeline::progress(nanoseconds wall) const {
-  RunProgress progress{.wall = wall,
-                       .ticks = statistics_.ticks.value(),
-                       .overruns = statistics_.overruns.value(),
-                       .skipped_ticks = statistics_.skipped_ticks.value(),
-                       .spikes = statistics_.spikes.value(),
-                       .wake_up = statistics_.wake_up.snapshot(),
-                       .tick = statistics_.tick.snapshot()};
-  for (const auto& line : probes_) {
-    progress.samples += line->channel.delivered.value() + line->channel.dropped.value();
-    progress.samples_dropped += line->channel.dropped.value();
-    progress.samples_late += line->channel.late.value();
-  }
-  for (const auto& line : sinks_) progress.spikes_dropped += line->channel.dropped.value();
-  return progress;
-}
-
 template <class C>
 void Pipeline::run_loop(C& clock, RunReport& report) {
   constexpr bool kHostTime = std::is_same_v<C, PeriodicClock>;
@@ -250,7 +236,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   HostTimeReport host{.wait = parameters_.wait};
   std::optional<ProcessSetup> process;
   if constexpr (kHostTime) process.emplace(parameters_.realtime, host.rights);
-  std::atomic<bool> begun{false};
+  std::atomic<bool> started{false};
   std::atomic<bool> done{false};
   std::jthread simulation([&, earliest = *earliest, latest = *latest] {
     if constexpr (kHostTime) {
@@ -271,34 +257,36 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
                            .timings = parameters_.timings},
                           clock, model_, inputs_, fanout_, statistics_, events_);
     const ThreadUsage before = ThreadUsage::of_this_thread();
-    begun.store(true, std::memory_order_release);
+    started.store(true, std::memory_order_release);
     loop.run(stop_);
     host.usage = ThreadUsage::of_this_thread().since(before);
     report.spikes_of_neuron.assign(loop.spikes_of_neuron().begin(), loop.spikes_of_neuron().end());
     done.store(true, std::memory_order_release);
   });
-  while (!begun.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});
-  const nanoseconds wall_begun = PeriodicClock::now();
+  while (!started.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});
+  const nanoseconds wall_start = PeriodicClock::now();
   for (const std::string& sentence : host.rights.missing) {
     if (parameters_.on_missing_right) parameters_.on_missing_right(sentence);
   }
-  nanoseconds told = wall_begun;
+  nanoseconds told = wall_start;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
-    tell_failures();
+    report_sink_failures();
     std::this_thread::sleep_for(milliseconds{parameters_.fast ? 1 : 20});
     const nanoseconds now = PeriodicClock::now();
     if (parameters_.on_progress && now - told >= kProgressEvery) {
       told = now;
-      parameters_.on_progress(progress(now - wall_begun));
+      parameters_.on_progress({.wall = now - wall_start,
+                               .counters = counters(),
+                               .wake_up = statistics_.wake_up.snapshot(),
+                               .tick = statistics_.tick.snapshot()});
     }
   }
   simulation.join();
-  report.wall = PeriodicClock::now() - wall_begun;
+  report.wall = PeriodicClock::now() - wall_start;
   drain_events(report);
   if constexpr (kHostTime) {
     host.margin = clock.margin();
-    host.demoted = simulation_was_demoted();
     host.wake_up = LatencySummary::of(statistics_.wake_up.snapshot());
     if (!all_replayed) host.queue = LatencySummary::of(statistics_.queue.snapshot());
     host.tick = LatencySummary::of(statistics_.tick.snapshot());
@@ -349,18 +337,7 @@ void Pipeline::finish(RunReport& report) {
   for (const auto& line : sinks_) {
     for (const auto& tap : line->frames) tap->end();
   }
-  report.ticks = statistics_.ticks.value();
-  report.overruns = statistics_.overruns.value();
-  report.longest_overrun =
-      nanoseconds{static_cast<std::int64_t>(statistics_.longest_overrun_ns.value())};
-  report.late_wake_ups = statistics_.late_wake_ups.value();
-  report.long_computes = statistics_.long_computes.value();
-  report.events_dropped = statistics_.events_dropped.value();
-  report.catch_up_ticks = statistics_.catch_up_ticks.value();
-  report.gaps = statistics_.gaps.value();
-  report.skipped_ticks = statistics_.skipped_ticks.value();
-  report.neuron_resets = statistics_.neuron_resets.value();
-  report.spikes = statistics_.spikes.value();
+  static_cast<RunCounters&>(report) = counters();
   report.simulated =
       static_cast<std::int64_t>(report.ticks + report.skipped_ticks) * model_.parameters().tick;
   for (const auto& line : sinks_) {

@@ -11,6 +11,7 @@
 
 #include "core/expected.hpp"
 #include "core/records/loop_event.hpp"
+#include "core/records/run_counters.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"
@@ -32,16 +33,15 @@ struct HostTimeReport {
   LoopWait wait = LoopWait::kHybrid;
   std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end
   RealtimeRights rights;
-  ThreadUsage usage;     ///< of the simulation thread, while it ran
-  bool demoted = false;  ///< put back into the normal class: it had not slept for too long
+  ThreadUsage usage;  ///< of the simulation thread, while it ran
   LatencySummary wake_up;
   LatencySummary queue;
   LatencySummary tick;
   LatencySummary publish;
 };
 
-/// What a run did, counted at every hand-over.
-struct RunReport {
+/// What a run did: its counters, and the same at every hand-over.
+struct RunReport : RunCounters {
   struct OfProbe {
     std::string uri;
     std::uint64_t samples_in = 0;        ///< delivered by the probe
@@ -57,24 +57,16 @@ struct RunReport {
     std::uint64_t dropped = 0;    ///< of those: found the sink's queue full
     std::uint64_t delivered = 0;  ///< of those: known to have arrived
     std::string trouble;          ///< empty, or why the sink failed
+
+    /// Taken from the queue, but not known to have arrived.
+    [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }
   };
   std::vector<OfProbe> probes;
   std::vector<OfSink> sinks;
   std::chrono::nanoseconds start{0};      ///< probe time of the first tick
   std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
   std::chrono::nanoseconds wall{0};       ///< how long it took
-  std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;
-  std::chrono::nanoseconds longest_overrun{0};
-  std::uint64_t late_wake_ups = 0;  ///< overruns caused by a late wake-up
-  std::uint64_t long_computes = 0;  ///< overruns caused by a long computation
-  std::uint64_t catch_up_ticks = 0;
-  std::uint64_t gaps = 0;
-  std::uint64_t skipped_ticks = 0;
-  std::uint64_t neuron_resets = 0;
-  std::uint64_t spikes = 0;
   std::vector<std::uint64_t> spikes_of_neuron;
-  std::uint64_t events_dropped = 0;
 
   std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
   std::string trouble;                      ///< empty, or why a probe's stream broke off
@@ -86,14 +78,7 @@ struct RunReport {
 /// How far a run has come. Thread: any.
 struct RunProgress {
   std::chrono::nanoseconds wall{0};  ///< since the simulation began
-  std::uint64_t samples = 0;         ///< delivered by all probes
-  std::uint64_t samples_late = 0;
-  std::uint64_t samples_dropped = 0;
-  std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;
-  std::uint64_t skipped_ticks = 0;
-  std::uint64_t spikes = 0;
-  std::uint64_t spikes_dropped = 0;  ///< by all consumers
+  RunCounters counters;
   LatencyHistogram::Snapshot wake_up;
   LatencyHistogram::Snapshot tick;
 };
@@ -144,7 +129,9 @@ class Pipeline {
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept { return statistics_; }
-  /// Everything counted so far; losses are those of no sink. Thread: any, once it runs.
+  /// Everything counted so far. Thread: any, once it runs.
+  [[nodiscard]] RunCounters counters() const;
+  /// The same with the loop's rights; losses are those of no sink. Thread: any, once it runs.
   [[nodiscard]] RunStatus status() const;
 
  private:
@@ -154,11 +141,10 @@ class Pipeline {
   Expected<void, SetupError> wait_for_first_samples();
   template <class C>
   void run_loop(C& clock, RunReport& report);
-  [[nodiscard]] RunProgress progress(std::chrono::nanoseconds wall) const;
   void drain_events(RunReport& report);
   std::vector<SampleTap*> add_taps(const ProbeLine& probe);
   void add_frame_taps();
-  void tell_failures();
+  void report_sink_failures();
   void finish(RunReport& report);
 
   TactileModel& model_;

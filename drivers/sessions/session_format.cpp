@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "core/records/run_status.hpp"
+
 namespace merkel {
 namespace {
 
@@ -36,27 +38,19 @@ constexpr Channel kEventChannels[] = {{"time_ns", "ns"},
                                       {"length_ns", "ns"},
                                       {"subject", "probe from 0, or neuron from 1"},
                                       {"kind", "0 release, 1 resume, 2 gap, 3 neuron_reset"}};
-constexpr Channel kStatusChannels[] = {{"ticks", ""},
-                                       {"overruns", ""},
-                                       {"longest_overrun_ns", "ns"},
-                                       {"catch_up_ticks", ""},
-                                       {"gaps", ""},
-                                       {"skipped_ticks", ""},
-                                       {"spikes", ""},
-                                       {"neuron_resets", ""},
-                                       {"samples", ""},
-                                       {"samples_dropped", ""},
-                                       {"lost_spikes", "not in this file"},
-                                       {"lost_ticks", "not in this file"},
-                                       {"lost_events", "not in this file"},
-                                       {"lost_samples", "not in this file"},
-                                       {"lost_frames", "not in this file"},
-                                       {"scheduling_class", "of the loop: 0 normal, 1 FIFO"},
-                                       {"priority", "of the loop, 1 to 99"},
-                                       {"cpu", "that the loop is pinned to, or -1"},
-                                       {"locked_memory_kB", "kB"},
-                                       {"timer_slack_ns", "ns"},
-                                       {"cpu_awake", "1 if idle cores are kept from deep sleep"}};
+/// The channels of the status: every counter, what this file has lost, and the loop's rights.
+constexpr auto kStatusChannels = [] {
+  std::array<Channel, kRunCounterFields<>.size() + kLossFields.size() + kRightFields.size()> all{};
+  std::size_t count = 0;
+  const auto add = [&](const auto& fields) {
+    for (const auto& field : fields) all[count++] = {field.name, field.unit, field.meaning};
+  };
+  add(kRunCounterFields<>);
+  add(kLossFields);
+  add(kRightFields);
+  return all;
+}();
+static_assert(kStatusChannels.size() <= kMostSessionChannels);
 constexpr Channel kFrameChannels[] = {{"probe", "from 0"},
                                       {"port", "of the probe, from 0"},
                                       {"time_ns", "ns"},
@@ -78,8 +72,8 @@ constexpr std::array<SessionStream, 6> kStreams = {{
     {Id::kSpikes, "merkel.spikes", "Spikes", true, kSpikeChannels},
     {Id::kTicks, "merkel.ticks", "TickInputs", false, kTickChannels},
     {Id::kSamples, "merkel.samples", "ProbeSamples", false, kSampleChannels},
-    {Id::kEvents, "merkel.events", "Events", true, kEventChannels},
-    {Id::kStatus, "merkel.status", "Status", true, kStatusChannels},
+    {Id::kEvents, "merkel.events", "LoopEvents", true, kEventChannels},
+    {Id::kStatus, "merkel.status", "Status", true, kStatusChannels, true},
     {Id::kFrames, "merkel.frames", "RawFrames", true, kFrameChannels},
 }};
 

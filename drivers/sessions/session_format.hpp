@@ -22,6 +22,7 @@ struct SessionStream {
   struct Channel {
     std::string_view label;
     std::string_view unit;
+    std::string_view meaning = {};
   };
 
   Id id;
@@ -29,7 +30,12 @@ struct SessionStream {
   std::string_view type;
   bool integers;  ///< channel format int64, else double64
   std::span<const Channel> channels;
+  /// Whether a reader accepts a file without some of the channels: counters come with versions.
+  bool open_ended = false;
 };
+
+/// No stream of a session has more channels.
+inline constexpr std::size_t kMostSessionChannels = 64;
 
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;

@@ -1,5 +1,6 @@
 #include "drivers/sessions/session_items.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <chrono>
@@ -20,12 +21,12 @@ static_assert(std::endian::native == std::endian::little, "XDF is little-endian"
 using Id = SessionStream::Id;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostChannels = 32;
 constexpr std::size_t kFrameWords = RawFrame::kMostBytes / sizeof(std::int64_t);
 constexpr double kLargestTime_s = 9.2e9;
+constexpr std::int8_t kMissingValue = -1;  ///< of a channel that the file does not have
 
-using Doubles = std::array<double, kMostChannels>;
-using Integers = std::array<std::int64_t, kMostChannels>;
+using Doubles = ItemValues<double>;
+using Integers = ItemValues<std::int64_t>;
 
 /// A whole number from 0 to `largest`, as a double carries it.
 template <class Whole>
@@ -42,14 +43,6 @@ bool to_whole(std::int64_t value, std::int64_t largest, Whole& whole) {
   return true;
 }
 
-/// A right of RunStatus: −1 where it is not known.
-template <class Whole>
-bool to_right(std::int64_t value, Whole& right) {
-  if (value < -1 || value > std::numeric_limits<Whole>::max()) return false;
-  right = static_cast<Whole>(value);
-  return true;
-}
-
 bool to_time(double whole_s, double rest_ns, nanoseconds& time) {
   std::int64_t rest = 0;
   if (!(std::fabs(whole_s) <= kLargestTime_s) || whole_s != std::floor(whole_s) ||
@@ -60,22 +53,89 @@ bool to_time(double whole_s, double rest_ns, nanoseconds& time) {
   return true;
 }
 
-bool to_spike(const Integers& values, SpikeEvent& spike) {
+struct SplitTime {
+  double whole_s;
+  double rest_ns;
+};
+
+SplitTime split(nanoseconds time) {
+  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
+  return {.whole_s = static_cast<double>(whole.count()),
+          .rest_ns = static_cast<double>((time - whole).count())};
+}
+
+template <class Value, std::size_t size>
+void set(ItemValues<Value>& values, const std::array<Value, size>& first) {
+  std::copy(first.begin(), first.end(), values.begin());
+}
+
+std::int64_t whole(std::uint64_t value) { return static_cast<std::int64_t>(value); }
+
+/// Decodes the samples of one chunk, each a stamp and the values of 8 bytes.
+template <class Value, class Item>
+bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout,
+                std::vector<Item>& items) {
+  // Each sample takes its values and a byte at least.
+  if (count > bytes.left() / (layout.channels * sizeof(Value) + 1)) return false;
+  items.reserve(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::uint8_t stamp_bytes = 0;
+    double stamp = 0.0;
+    if (!bytes.take(stamp_bytes) || (stamp_bytes != 0 && stamp_bytes != 8) ||
+        (stamp_bytes == 8 && !bytes.take(stamp))) {
+      return false;
+    }
+    ItemValues<Value> in_file{};
+    for (std::size_t channel = 0; channel < layout.channels; ++channel) {
+      if (!bytes.take(in_file[channel])) return false;
+    }
+    ItemValues<Value> values{};
+    for (std::size_t channel = 0; channel < layout.stream->channels.size(); ++channel) {
+      const std::uint8_t place = layout.places[channel];
+      values[channel] = place == StreamLayout::kMissing ? Value{kMissingValue} : in_file[place];
+    }
+    if (!to_item(values, items.emplace_back())) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void values_of(const SpikeEvent& spike, Integers& values) {
+  set(values,
+      std::array<std::int64_t, 4>{spike.time.count(), spike.neuron, spike.patch, spike.flags});
+}
+
+bool to_item(const Integers& values, SpikeEvent& spike) {
   spike.time = nanoseconds{values[0]};
   return to_whole(values[1], INT32_MAX, spike.neuron) && spike.neuron > 0 &&
          to_whole(values[2], UINT16_MAX, spike.patch) &&
          to_whole(values[3], UINT16_MAX, spike.flags);
 }
 
-bool to_event(const Integers& values, LoopEvent& event) {
+void values_of(const LoopEvent& event, Integers& values) {
+  set(values, std::array<std::int64_t, 4>{event.time.count(), event.length.count(), event.subject,
+                                          static_cast<std::int64_t>(event.kind)});
+}
+
+bool to_item(const Integers& values, LoopEvent& event) {
   event.time = nanoseconds{values[0]};
   event.length = nanoseconds{values[1]};
   return to_whole(values[2], UINT32_MAX, event.subject) &&
          to_whole(values[3], static_cast<std::int64_t>(LoopEvent::Kind::kNeuronReset), event.kind);
 }
 
-bool to_tick(const Doubles& values, TickRecord& tick) {
-  double latency_ns = values[4];
+void values_of(const TickRecord& tick, Doubles& values) {
+  const SplitTime time = split(tick.time);
+  set(values, std::array<double, 11>{
+                  static_cast<double>(tick.number), static_cast<double>(tick.probe), time.whole_s,
+                  time.rest_ns, static_cast<double>(tick.latency.count()), tick.contact.depth_mm,
+                  tick.contact.force_mN, tick.contact.x_mm, tick.contact.y_mm,
+                  static_cast<double>(tick.late), static_cast<double>(tick.state)});
+}
+
+bool to_item(const Doubles& values, TickRecord& tick) {
+  const double latency_ns = values[4];
   if (!(std::fabs(latency_ns) < 9e18)) return false;
   tick.latency = nanoseconds{static_cast<std::int64_t>(latency_ns)};
   tick.contact = {
@@ -90,7 +150,17 @@ bool to_tick(const Doubles& values, TickRecord& tick) {
          to_whole(values[10], static_cast<double>(TickRecord::State::kEnded), tick.state);
 }
 
-bool to_sample(const Doubles& values, SessionChunk::Sample& item) {
+void values_of(const SessionChunk::Sample& item, Doubles& values) {
+  const ProbeSample& sample = item.sample;
+  const SplitTime time = split(sample.time);
+  const SplitTime arrival = split(sample.arrival);
+  set(values, std::array<double, 11>{
+                  static_cast<double>(item.probe), time.whole_s, time.rest_ns, arrival.whole_s,
+                  arrival.rest_ns, sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm,
+                  static_cast<double>(sample.sequence), static_cast<double>(sample.channels)});
+}
+
+bool to_item(const Doubles& values, SessionChunk::Sample& item) {
   ProbeSample& sample = item.sample;
   sample.depth_mm = values[5];
   sample.force_mN = values[6];
@@ -103,27 +173,44 @@ bool to_sample(const Doubles& values, SessionChunk::Sample& item) {
          to_whole(values[10], UINT32_MAX, sample.channels);
 }
 
-bool to_status(const Integers& values, RunStatus& status) {
-  std::uint64_t* const counters[] = {
-      &status.ticks,           &status.overruns,       &status.longest_overrun_ns,
-      &status.catch_up_ticks,  &status.gaps,           &status.skipped_ticks,
-      &status.spikes,          &status.neuron_resets,  &status.samples,
-      &status.samples_dropped, &status.losses.spikes,  &status.losses.ticks,
-      &status.losses.events,   &status.losses.samples, &status.losses.frames};
-  constexpr std::size_t kRights = std::size(counters);
-  for (std::size_t i = 0; i < kRights; ++i) {
-    if (!to_whole(values[i], INT64_MAX, *counters[i])) return false;
+void values_of(const RunStatus& status, Integers& values) {
+  std::size_t next = 0;
+  for (const auto& field : kRunCounterFields<>) {
+    values[next++] = whole(status.counters.*field.cell);
   }
-  RunStatus::Rights& rights = status.rights;
-  return to_right(values[kRights], rights.scheduling_class) &&
-         to_right(values[kRights + 1], rights.priority) &&
-         to_right(values[kRights + 2], rights.cpu) &&
-         to_right(values[kRights + 3], rights.locked_memory_kB) &&
-         to_right(values[kRights + 4], rights.timer_slack_ns) &&
-         to_right(values[kRights + 5], rights.cpu_awake);
+  for (const auto& field : kLossFields) values[next++] = whole(status.losses.*field.cell);
+  for (const auto& field : kRightFields) values[next++] = status.rights.*field.cell;
 }
 
-bool to_frame(const Integers& values, SessionChunk::Frame& item) {
+bool to_item(const Integers& values, RunStatus& status) {
+  std::size_t next = 0;
+  const auto to_count = [&](std::uint64_t& count) {
+    const std::int64_t value = values[next++];
+    // A counter that an older recorder did not have counts nothing.
+    return to_whole(value == kMissingValue ? 0 : value, INT64_MAX, count);
+  };
+  for (const auto& field : kRunCounterFields<>) {
+    if (!to_count(status.counters.*field.cell)) return false;
+  }
+  for (const auto& field : kLossFields) {
+    if (!to_count(status.losses.*field.cell)) return false;
+  }
+  for (const auto& field : kRightFields) {
+    if (values[next] < -1) return false;
+    status.rights.*field.cell = values[next++];
+  }
+  return true;
+}
+
+void values_of(const SessionChunk::Frame& item, Integers& values) {
+  const RawFrame& frame = item.frame;
+  set(values, std::array<std::int64_t, 8>{item.probe, item.port, frame.time.count(),
+                                          static_cast<std::int64_t>(frame.kind), frame.length,
+                                          frame.parsed, frame.damaged, frame.lost});
+  std::memcpy(&values[8], frame.bytes.data(), kFrameWords * sizeof(std::int64_t));
+}
+
+bool to_item(const Integers& values, SessionChunk::Frame& item) {
   RawFrame& frame = item.frame;
   frame.time = nanoseconds{values[2]};
   std::memcpy(frame.bytes.data(), &values[8], kFrameWords * sizeof(std::int64_t));
@@ -136,56 +223,28 @@ bool to_frame(const Integers& values, SessionChunk::Frame& item) {
          to_whole(values[7], UINT32_MAX, frame.lost);
 }
 
-/// Decodes the samples of one chunk, each `channels` values of 8 bytes after its stamp.
-template <class Values, class Item>
-bool take_items(ByteSpan& bytes, std::uint64_t count, std::size_t channels,
-                std::vector<Item>& items, bool (*to_item)(const Values&, Item&)) {
-  // Each sample takes its values and a byte at least.
-  if (count > bytes.left() / (channels * 8 + 1)) return false;
-  items.reserve(count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    std::uint8_t stamp_bytes = 0;
-    double stamp = 0.0;
-    if (!bytes.take(stamp_bytes) || (stamp_bytes != 0 && stamp_bytes != 8) ||
-        (stamp_bytes == 8 && !bytes.take(stamp))) {
-      return false;
-    }
-    Values values{};
-    for (std::size_t channel = 0; channel < channels; ++channel) {
-      if (!bytes.take(values[channel])) return false;
-    }
-    Item item{};
-    if (!to_item(values, item)) return false;
-    items.push_back(item);
-  }
-  return true;
-}
-
-}  // namespace
-
-bool decode_items(const SessionStream& stream, std::string_view content, SessionChunk& chunk) {
+bool decode_items(const StreamLayout& layout, std::string_view content, SessionChunk& chunk) {
   ByteSpan bytes(content);
   std::uint64_t count = 0;
   if (!bytes.take_count(count)) return false;
-  const std::size_t channels = stream.channels.size();
   const auto all = [&] {
-    switch (stream.id) {
+    switch (layout.stream->id) {
       case Id::kSpikes:
-        return take_items<Integers>(bytes, count, channels, chunk.spikes, to_spike);
+        return take_items<std::int64_t>(bytes, count, layout, chunk.spikes);
       case Id::kTicks:
-        return take_items<Doubles>(bytes, count, channels, chunk.ticks, to_tick);
+        return take_items<double>(bytes, count, layout, chunk.ticks);
       case Id::kSamples:
-        return take_items<Doubles>(bytes, count, channels, chunk.samples, to_sample);
+        return take_items<double>(bytes, count, layout, chunk.samples);
       case Id::kEvents:
-        return take_items<Integers>(bytes, count, channels, chunk.events, to_event);
+        return take_items<std::int64_t>(bytes, count, layout, chunk.events);
       case Id::kStatus:
-        return take_items<Integers>(bytes, count, channels, chunk.status, to_status);
+        return take_items<std::int64_t>(bytes, count, layout, chunk.status);
       case Id::kFrames:
-        return take_items<Integers>(bytes, count, channels, chunk.frames, to_frame);
+        return take_items<std::int64_t>(bytes, count, layout, chunk.frames);
     }
     return false;
   };
-  chunk.stream = stream.id;
+  chunk.stream = layout.stream->id;
   return all() && bytes.left() == 0;
 }
 

@@ -16,21 +16,36 @@ namespace {
 /// No chunk of a session is longer; a longer one is skipped where the file holds it.
 constexpr std::uint64_t kLongestChunk = std::uint64_t{16} << 20U;
 
-/// The stream that an XDF stream header describes, if it is one of merkel's; an error sentence
-/// where it is, but not as it should be.
-std::string check_stream(std::uint32_t id, const pugi::xml_node& info) {
-  const std::string_view name = info.child_value("name");
-  for (const SessionStream& stream : session_streams()) {
-    const bool same_id = static_cast<std::uint32_t>(stream.id) == id;
-    if (!same_id && stream.name != name) continue;
-    if (!same_id || stream.name != name ||
-        info.child("channel_count").text().as_uint() != stream.channels.size() ||
-        std::string_view(info.child_value("channel_format")) !=
-            (stream.integers ? "int64" : "double64")) {
-      return "its stream " + std::to_string(id) + " is not that of a session of this version";
-    }
+/// How a stream of the file carries one of merkel's; an error sentence where it cannot.
+Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
+                                              const pugi::xml_node& info) {
+  const auto wrong = [&](const std::string& what) {
+    return Unexpected<std::string>("its stream " + std::string(stream.name) + " " + what);
+  };
+  StreamLayout layout{
+      .stream = &stream, .channels = info.child("channel_count").text().as_uint(), .places = {}};
+  if (std::string_view(info.child_value("channel_format")) !=
+      (stream.integers ? "int64" : "double64")) {
+    return wrong("has another channel format than a session of this version");
   }
-  return {};
+  if (layout.channels == 0 || layout.channels > kMostSessionChannels) {
+    return wrong("has no channels, or too many");
+  }
+  layout.places.fill(StreamLayout::kMissing);
+  std::size_t place = 0;
+  for (const pugi::xml_node& channel : info.child("desc").child("channels").children("channel")) {
+    if (place == layout.channels) return wrong("names more channels than it has");
+    const std::string_view label = channel.child_value("label");
+    for (std::size_t i = 0; i < stream.channels.size(); ++i) {
+      if (stream.channels[i].label == label) layout.places[i] = static_cast<std::uint8_t>(place);
+    }
+    ++place;
+  }
+  for (std::size_t i = 0; i < stream.channels.size() && !stream.open_ended; ++i) {
+    if (layout.places[i] != StreamLayout::kMissing) continue;
+    return wrong("lacks the channel " + std::string(stream.channels[i].label));
+  }
+  return layout;
 }
 
 }  // namespace
@@ -107,12 +122,22 @@ Expected<bool, SetupError> SessionReader::read_raw(Raw& raw) {
   }
 }
 
+Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pugi::xml_node& info) {
+  const std::string_view name = info.child_value("name");
+  for (const SessionStream& stream : session_streams()) {
+    if (stream.name != name) continue;
+    auto layout = layout_of(stream, info);
+    if (!layout) return damaged(layout.error());
+    if (!layouts_.emplace(id, *layout).second) return damaged("two streams have the same number");
+  }
+  return {};
+}
+
 Expected<void, SetupError> SessionReader::read_headers() {
   std::array<char, 4> magic{};
   if (!read_bytes(magic.data(), magic.size()) || std::string_view(magic.data(), 4) != "XDF:") {
     return bad_input(path_ + " is not a session: an XDF file starts with \"XDF:\"");
   }
-  std::size_t streams = 0;
   while (!raw_pending_) {
     const auto read = read_raw(raw_);
     if (!read) return Unexpected<SetupError>(read.error());
@@ -131,14 +156,12 @@ Expected<void, SetupError> SessionReader::read_headers() {
       if (!bytes.take(id) || !document.load_buffer(raw_.content.data() + sizeof id, bytes.left())) {
         return damaged("a stream's header is not XML");
       }
-      const std::string wrong = check_stream(id, document.child("info"));
-      if (!wrong.empty()) return damaged(wrong);
-      ++streams;
+      if (auto added = add_stream(id, document.child("info")); !added) return added;
     } else {
       raw_pending_ = true;
     }
   }
-  if (facts_.empty() || streams < session_streams().size()) {
+  if (facts_.empty() || layouts_.size() < session_streams().size()) {
     return bad_input(path_ + (truncated_ || raw_pending_ == false
                                   ? " broke off before its metadata: nothing can be read from it"
                                   : " is an XDF file, but was not recorded by merkel"));
@@ -150,10 +173,10 @@ Expected<void, SetupError> SessionReader::decode(std::string_view content,
                                                  SessionChunk& chunk) const {
   std::uint32_t id = 0;
   if (!ByteSpan(content).take(id)) return damaged("a chunk of samples is too short");
-  if (id == 0 || id > session_streams().size()) return {};  // somebody else's stream
-  const SessionStream& stream = session_streams()[id - 1];
-  if (!decode_items(stream, content.substr(sizeof id), chunk)) {
-    return damaged("a sample of " + std::string(stream.name) + " cannot be");
+  const auto layout = layouts_.find(id);
+  if (layout == layouts_.end()) return {};  // a stream of another program
+  if (!decode_items(layout->second, content.substr(sizeof id), chunk)) {
+    return damaged("a sample of " + std::string(layout->second.stream->name) + " cannot be");
   }
   return {};
 }

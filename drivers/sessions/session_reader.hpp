@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,6 +12,11 @@
 #include "core/expected.hpp"
 #include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/session_format.hpp"
+#include "drivers/sessions/session_items.hpp"
+
+namespace pugi {
+class xml_node;
+}
 
 namespace merkel {
 
@@ -50,6 +56,7 @@ class SessionReader {
   SessionReader(std::string path, std::unique_ptr<std::FILE, Close> file, std::uint64_t size)
       : path_(std::move(path)), file_(std::move(file)), size_(size) {}
   Expected<void, SetupError> read_headers();
+  Expected<void, SetupError> add_stream(std::uint32_t id, const pugi::xml_node& info);
   Expected<bool, SetupError> read_raw(Raw& raw);
   Expected<void, SetupError> decode(std::string_view content, SessionChunk& chunk) const;
   [[nodiscard]] bool read_bytes(void* bytes, std::size_t count);
@@ -61,6 +68,7 @@ class SessionReader {
   std::uint64_t place_ = 0;        ///< bytes read so far
   std::uint64_t chunk_start_ = 0;  ///< of the chunk read last
   std::vector<std::pair<std::string, std::string>> facts_;
+  std::map<std::uint32_t, StreamLayout> layouts_;  ///< by the stream's number in the file
   Raw raw_;
   bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
   bool truncated_ = false;

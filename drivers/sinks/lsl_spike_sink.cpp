@@ -7,7 +7,7 @@
 #include <lsl_cpp.h>
 
 #include "core/units.hpp"
-#include "drivers/sinks/clock_pair.hpp"
+#include "drivers/clock/clock_pair.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {

@@ -7,7 +7,7 @@
 #include <lo/lo.h>
 
 #include "core/units.hpp"
-#include "drivers/sinks/clock_pair.hpp"
+#include "drivers/clock/clock_pair.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 

@@ -8,8 +8,8 @@
 
 #include <zmq.hpp>
 
+#include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/sinks/clock_pair.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/sink_openers.hpp"

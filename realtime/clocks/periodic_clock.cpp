@@ -1,10 +1,9 @@
 #include "realtime/clocks/periodic_clock.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <ctime>
 
-#include "realtime/queues/publish_beat.hpp"
+#include "realtime/clocks/publish_beat.hpp"
+#include "realtime/threads/host_time.hpp"
 #include "realtime/threads/spin_wait.hpp"
 #include "realtime/threads/spinning_team.hpp"
 
@@ -13,28 +12,15 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr long kPerSecond = 1'000'000'000;
 constexpr int kCalibrationSleeps = 64;
 constexpr nanoseconds kCalibrationSleep{200'000};
 
 }  // namespace
 
-nanoseconds PeriodicClock::now() noexcept {
-  timespec time{};
-  ::clock_gettime(CLOCK_MONOTONIC, &time);
-  return nanoseconds{static_cast<std::int64_t>(time.tv_sec) * kPerSecond + time.tv_nsec};
-}
-
-void PeriodicClock::sleep_until(nanoseconds time) noexcept {
-  timespec deadline{};
-  deadline.tv_sec = static_cast<std::time_t>(time.count() / kPerSecond);
-  deadline.tv_nsec = static_cast<long>(time.count() % kPerSecond);
-  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
-  }
-}
+nanoseconds PeriodicClock::now() noexcept { return host_now(); }
 
 void PeriodicClock::sleep_measured(nanoseconds time) noexcept {
-  sleep_until(time);
+  host_sleep_until(time);
   margin_.add(now() - time);
   margin_ns_.store(margin_.margin().count(), std::memory_order_relaxed);
 }
@@ -49,7 +35,7 @@ void PeriodicClock::wait_until(nanoseconds time) noexcept {
   const nanoseconds begun = now();
   if (time <= begun) return;
   if (parameters_.wait == LoopWait::kSleep) {
-    sleep_until(time);
+    host_sleep_until(time);
     return;
   }
   // Some sleep in every wait, however short: a thread of real-time priority that never sleeps

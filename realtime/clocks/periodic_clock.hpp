@@ -18,8 +18,8 @@ enum class LoopWait : std::uint8_t {
   kSleep    ///< sleeps: late by the host's wake-up latency, but free of spinning
 };
 
-/// The host's monotonic clock and absolute sleeps on it, for one thread. Real-time: the sleep is
-/// the only blocking call of the simulation thread, and lives in this file.
+/// The host's monotonic clock and absolute sleeps on it, for one thread. Real-time: the sleep
+/// (`host_sleep_until`) is the only blocking call of the simulation thread.
 class PeriodicClock {
  public:
   struct Parameters {
@@ -44,9 +44,6 @@ class PeriodicClock {
   [[nodiscard]] std::chrono::nanoseconds margin() const noexcept {
     return std::chrono::nanoseconds{margin_ns_.load(std::memory_order_relaxed)};
   }
-
-  /// Sleeps until `time`, or not at all where it has passed.
-  static void sleep_until(std::chrono::nanoseconds time) noexcept;
 
  private:
   void sleep_measured(std::chrono::nanoseconds time) noexcept;

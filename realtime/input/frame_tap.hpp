@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "drivers/probe.hpp"
-#include "realtime/output/spike_fanout.hpp"
+#include "realtime/queues/counted_queue.hpp"
 
 namespace merkel {
 

@@ -9,7 +9,7 @@
 
 #include "drivers/probe.hpp"
 #include "realtime/input/probe_channel.hpp"
-#include "realtime/output/spike_fanout.hpp"
+#include "realtime/queues/counted_queue.hpp"
 
 namespace merkel {
 

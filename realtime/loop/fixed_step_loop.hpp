@@ -29,7 +29,7 @@ namespace merkel {
 /// contacts at its end, steps the model from T_{k-1} to T_k and publishes the spikes.
 ///
 /// When the loop falls behind, this is what happens, and only here: ticks that are due follow each
-/// other without waiting, up to `max_catch_up_ticks`; further behind, all ticks due are left out,
+/// other without waiting, up to `max_catch_up_ticks`; further behind, all ticks due are skipped,
 /// which is counted and recorded as a gap event, and the loop goes on at the next point of the same
 /// grid. The membranes keep their state across a gap.
 template <Clock C>
@@ -75,18 +75,18 @@ class FixedStepLoop {
     for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
       if (exhausted()) break;
       const auto due = parameters_.start + k * tick + parameters_.wall_offset + parameters_.delay;
-      const auto begun = wait_for(due, tick, stop);
-      if (begun < due) break;  // stopped
-      const std::int64_t behind = std::max<std::int64_t>(0, (begun - due) / tick);
+      const auto started = wait_for(due, tick, stop);
+      if (started < due) break;  // stopped
+      const std::int64_t behind = std::max<std::int64_t>(0, (started - due) / tick);
       if (behind > parameters_.max_catch_up_ticks) {
         const std::int64_t ticks = std::min(behind, last_tick - k + 1);
-        leave_out(k, ticks, tick);
+        skip_ticks(k, ticks, tick);
         k += ticks - 1;
         continue;
       }
       if (behind > 0) statistics_.catch_up_ticks.add();
-      simulate(k, due, begun, tick);
-      judge(due, begun, tick);
+      simulate(k, due, started, tick);
+      classify_overrun(due, started, tick);
     }
     fanout_.end();
   }
@@ -118,27 +118,27 @@ class FixedStepLoop {
     return now_;
   }
 
-  /// Counts an overrun and its cause. One that follows another has its cause, unless it would have
-  /// been one by itself.
-  void judge(std::chrono::nanoseconds due, std::chrono::nanoseconds begun,
-             std::chrono::nanoseconds tick) noexcept {
+  /// Counts an overrun and its cause. An overrun caused by the one before inherits its cause.
+  void classify_overrun(std::chrono::nanoseconds due, std::chrono::nanoseconds started,
+                        std::chrono::nanoseconds tick) noexcept {
     const auto overrun = now_ - (due + tick);
     if (overrun.count() <= 0) {
       overran_ = false;
       return;
     }
-    if (now_ - begun > tick) {
+    if (now_ - started > tick) {
       late_wake_up_ = false;
     } else if (!overran_) {
-      late_wake_up_ = begun - due > now_ - begun;
+      late_wake_up_ = started - due > now_ - started;
     }
     overran_ = true;
     statistics_.overruns.add();
-    (late_wake_up_ ? statistics_.late_wake_ups : statistics_.long_computes).add();
+    (late_wake_up_ ? statistics_.overruns_by_late_wake_up : statistics_.overruns_by_long_compute)
+        .add();
     statistics_.longest_overrun_ns.raise_to(static_cast<std::uint64_t>(overrun.count()));
   }
 
-  void leave_out(std::int64_t k, std::int64_t ticks, std::chrono::nanoseconds tick) noexcept {
+  void skip_ticks(std::int64_t k, std::int64_t ticks, std::chrono::nanoseconds tick) noexcept {
     statistics_.gaps.add();
     statistics_.skipped_ticks.add(static_cast<std::uint64_t>(ticks));
     raise({.time = parameters_.start + (k - 1) * tick,
@@ -147,7 +147,7 @@ class FixedStepLoop {
            .kind = LoopEvent::Kind::kGap});
   }
 
-  void simulate(std::int64_t k, std::chrono::nanoseconds due, std::chrono::nanoseconds begun,
+  void simulate(std::int64_t k, std::chrono::nanoseconds due, std::chrono::nanoseconds started,
                 std::chrono::nanoseconds tick) noexcept {
     const auto begin = parameters_.start + (k - 1) * tick;
     const auto end = begin + tick;
@@ -167,7 +167,7 @@ class FixedStepLoop {
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
                      .state = reading.state};
       if (const auto arrival = inputs_[i].last_arrival())
-        statistics_.queue.record(begun - *arrival);
+        statistics_.queue.record(started - *arrival);
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
@@ -182,13 +182,13 @@ class FixedStepLoop {
     for (TickRecord& record : records_) record.latency = published - due;
     fanout_.publish(std::span<const TickRecord>(records_), clock_);
     fanout_.published(published - due);
-    statistics_.tick.record(computed - begun);
+    statistics_.tick.record(computed - started);
     statistics_.publish.record(published - computed);
     if (parameters_.timings != nullptr && !spikes.empty()) {
       const TickTiming timing{.end = end,
-                              .arrival = inputs_.front().last_arrival().value_or(begun),
+                              .arrival = inputs_.front().last_arrival().value_or(started),
                               .due = due,
-                              .begun = begun,
+                              .started = started,
                               .computed = computed,
                               .published = published};
       if (!parameters_.timings->try_push(timing)) statistics_.timings_dropped.add();
@@ -211,6 +211,7 @@ class FixedStepLoop {
     auto& since = released_since_[probe];
     if (released == since.has_value()) return;
     if (released) {
+      statistics_.releases.add();
       since = last_sample.value_or(time);
       raise({.time = time,
              .length = std::chrono::nanoseconds{0},

@@ -12,20 +12,10 @@
 #include "core/records/spike_event.hpp"
 #include "core/records/tick_record.hpp"
 #include "realtime/clocks/clock.hpp"
-#include "realtime/queues/bounded_queue.hpp"
-#include "realtime/queues/counter.hpp"
-#include "realtime/queues/publish_beat.hpp"
+#include "realtime/clocks/publish_beat.hpp"
+#include "realtime/queues/counted_queue.hpp"
 
 namespace merkel {
-
-/// A queue to one consumer, with its own count of drops.
-template <PlainData T>
-struct CountedQueue {
-  explicit CountedQueue(std::size_t capacity) : items(capacity) {}
-
-  BoundedQueue<T> items;
-  Counter dropped;  ///< items that found the queue full
-};
 
 /// The queues of one consumer. A slow or dead consumer costs its own items and nobody else's.
 struct SpikeChannel {

@@ -7,7 +7,7 @@
 
 #include <sched.h>
 
-#include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/threads/host_time.hpp"
 #include "realtime/threads/spin_wait.hpp"
 
 namespace merkel {
@@ -50,21 +50,21 @@ Expected<std::unique_ptr<SpinningTeam>, SetupError> SpinningTeam::create(int siz
 SpinningTeam::~SpinningTeam() { end_.store(true, std::memory_order_relaxed); }
 
 bool SpinningTeam::wait_for_work(const Slot& slot, std::uint64_t done) const noexcept {
-  nanoseconds idle_since = PeriodicClock::now();
+  nanoseconds idle_since = host_now();
   while (!end_.load(std::memory_order_relaxed)) {
     for (int spin = 0; spin < kSpinsBetweenLooks; ++spin) {
       if (slot.posted.load(std::memory_order_acquire) != done) return true;
       pause_core();
     }
-    const nanoseconds now = PeriodicClock::now();
+    const nanoseconds now = host_now();
     const nanoseconds wake =
         nanoseconds{next_work_ns_.load(std::memory_order_relaxed)} - kWakeBefore;
     if (now < wake) {
       // The end is looked for now and then, however far away the next work is.
-      PeriodicClock::sleep_until(std::min(wake, now + nanoseconds{20'000'000}));
-      idle_since = PeriodicClock::now();
+      host_sleep_until(std::min(wake, now + nanoseconds{20'000'000}));
+      idle_since = host_now();
     } else if (now - std::max(idle_since, wake) > kPatience + kWakeBefore) {
-      PeriodicClock::sleep_until(now + kDoze);
+      host_sleep_until(now + kDoze);
     }
   }
   return false;

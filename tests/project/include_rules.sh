@@ -19,6 +19,13 @@ violations=$(
   allow core 'core/[^"]*'
   allow drivers '(core|drivers)/[^"]*'
   allow realtime '(core|realtime)/[^"]*|drivers/(probe|spike_sink)\.hpp'
+  # Inside realtime the folders form a line too.
+  allow realtime/queues '(core|realtime/queues)/[^"]*'
+  allow realtime/threads '(core|realtime/(queues|threads))/[^"]*'
+  allow realtime/clocks '(core|realtime/(queues|threads|clocks))/[^"]*'
+  allow realtime/input '(core|realtime/(queues|threads|clocks|input))/[^"]*|drivers/probe\.hpp'
+  allow realtime/output '(core|realtime/(queues|threads|clocks|input|output))/[^"]*|drivers/(probe|spike_sink)\.hpp'
+  allow realtime/loop '(core|realtime/(queues|threads|clocks|input|output|loop))/[^"]*'
   allow tools '(core|drivers|realtime|tools)/[^"]*'
   # core knows no thread, clock, file or device
   forbid core 'thread|mutex|shared_mutex|condition_variable|future|semaphore|fstream|iostream|filesystem|ctime|time\.h|unistd\.h|fcntl\.h|sys/.*'

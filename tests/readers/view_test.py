@@ -56,7 +56,7 @@ class Protocol(Page):
             frames = list(client.frames())
         summary = self.summary(program)
         self.assertTrue(frames[-1].over)
-        counters = dict(zip(scene["counters"], frames[-1].counters))
+        counters = dict(zip((each["name"] for each in scene["counters"]), frames[-1].counters))
         self.assertEqual(counters["spikes"], summary["spikes"])
         self.assertEqual(counters["ticks"], summary["ticks"])
         self.assertEqual(sum(frames[-1].latency), summary["ticks"])

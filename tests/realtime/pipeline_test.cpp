@@ -306,15 +306,15 @@ TEST(Pipeline, ASinkGetsWhatItAskedForAndNothingElse) {
   EXPECT_EQ(all.events[1].kind, LoopEvent::Kind::kResume);
   ASSERT_EQ(all.samples.size(), samples.size());
   EXPECT_EQ(all.samples.back().time, samples.back().time);
-  EXPECT_EQ(all.status.ticks, report->ticks);
-  EXPECT_EQ(all.status.samples, samples.size());
+  EXPECT_EQ(all.status.counters.ticks, report->ticks);
+  EXPECT_EQ(all.status.counters.samples, samples.size());
   EXPECT_EQ(all.status.losses, RunStatus::Losses{});
 
   EXPECT_EQ(nothing.spikes, report->spikes);
   EXPECT_TRUE(nothing.ticks.empty());
   EXPECT_TRUE(nothing.events.empty());
   EXPECT_TRUE(nothing.samples.empty());
-  EXPECT_EQ(nothing.status.ticks, 0U);
+  EXPECT_EQ(nothing.status.counters.ticks, 0U);
 }
 
 TEST(Pipeline, ACallbackGetsEverySpikeOnItsOwnThread) {
@@ -421,9 +421,9 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   EXPECT_EQ(report->sinks[1].delivered, report->spikes);
   EXPECT_EQ(report->sinks[2].delivered, report->spikes);
   EXPECT_GE(told, 1);
-  EXPECT_GT(last.samples, 0U);
-  EXPECT_GT(last.ticks, 0U);
-  EXPECT_LE(last.ticks, report->ticks);
+  EXPECT_GT(last.counters.samples, 0U);
+  EXPECT_GT(last.counters.ticks, 0U);
+  EXPECT_LE(last.counters.ticks, report->ticks);
   const RunReport::OfProbe& probe = report->probes[0];
   EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
   ASSERT_TRUE(report->host_time);
@@ -434,8 +434,8 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   TickTiming timing;
   nanoseconds before{0};
   for (; timings.try_pop(timing); before = timing.published) {
-    EXPECT_LE(before, timing.begun);
-    EXPECT_LE(timing.begun, timing.computed);
+    EXPECT_LE(before, timing.started);
+    EXPECT_LE(timing.started, timing.computed);
     EXPECT_LE(timing.computed, timing.published);
   }
   EXPECT_GT(before, nanoseconds{0});

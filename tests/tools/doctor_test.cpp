@@ -27,7 +27,7 @@ TickTiming tick_ending(milliseconds end) {
   return {.end = end,
           .arrival = end + microseconds{100},
           .due = due,
-          .begun = due + microseconds{1},
+          .started = due + microseconds{1},
           .computed = due + microseconds{9},
           .published = due + microseconds{10}};
 }

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "realtime/output/sink_writer.hpp"
+#include "tests/realtime/clocks/scripted_clock.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/scene/scene_presets.hpp"

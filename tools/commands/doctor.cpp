@@ -15,6 +15,7 @@
 #include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
+#include "tools/run/counter_text.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/status_line.hpp"
 #include "tools/run/stop_signal.hpp"
@@ -91,15 +92,9 @@ Json json_of(const ConsumerLatency& consumer) {
 Json json_of(const DoctorRun& run) {
   const RunReport& report = run.path.report;
   const RunReport::OfProbe& probe = report.probes.front();
-  Json json = {{"ticks", report.ticks},
-               {"missed", run.path.missed()},
+  Json json = {{"missed", run.path.missed()},
                {"missed_fraction", run.path.missed_fraction()},
-               {"overruns_by_late_wake_up", report.late_wake_ups},
-               {"overruns_by_long_compute", report.long_computes},
-               {"gaps", report.gaps},
-               {"skipped_ticks", report.skipped_ticks},
                {"steal_ms", units::ms_from(run.path.steal)},
-               {"spikes", report.spikes},
                {"samples_in", probe.samples_in},
                {"samples_used", probe.counts.used},
                {"samples_late", probe.counts.late},
@@ -107,6 +102,7 @@ Json json_of(const DoctorRun& run) {
                {"samples_unused", probe.unused},
                {"loop", loop_json(report)},
                {"cyclictest", run.cyclictest ? latency_json(*run.cyclictest) : Json()}};
+  add_counters(json, report);
   for (const ConsumerLatency& consumer : run.path.consumers) json[consumer.key] = json_of(consumer);
   return json;
 }

@@ -45,7 +45,19 @@ std::string hexadecimal(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-const char* header_of(SessionStream::Id stream) {
+/// The names of all counters, losses and rights.
+std::string status_header() {
+  std::string header;
+  const auto add = [&](const auto& fields) {
+    for (const auto& field : fields) header.append(header.empty() ? "" : ",").append(field.name);
+  };
+  add(kRunCounterFields<>);
+  add(kLossFields);
+  add(kRightFields);
+  return header;
+}
+
+std::string header_of(SessionStream::Id stream) {
   switch (stream) {
     case SessionStream::Id::kSpikes:
       return "time_s,neuron,patch,flags";
@@ -56,9 +68,7 @@ const char* header_of(SessionStream::Id stream) {
     case SessionStream::Id::kEvents:
       return "time_s,kind,subject,length_s";
     case SessionStream::Id::kStatus:
-      return "ticks,overruns,gaps,skipped_ticks,spikes,neuron_resets,samples,samples_dropped,"
-             "lost_spikes,lost_ticks,lost_events,lost_samples,lost_frames,scheduling_class,"
-             "priority,cpu,locked_memory_kB,timer_slack_ns,cpu_awake";
+      return status_header();
     case SessionStream::Id::kFrames:
       return "probe,port,time_s,kind,parsed,damaged,lost,bytes";
   }
@@ -94,15 +104,16 @@ void print_row(const LoopEvent& event) {
 }
 
 void print_row(const RunStatus& status) {
-  for (const std::uint64_t count :
-       {status.ticks, status.overruns, status.gaps, status.skipped_ticks, status.spikes,
-        status.neuron_resets, status.samples, status.samples_dropped, status.losses.spikes,
-        status.losses.ticks, status.losses.events, status.losses.samples, status.losses.frames}) {
-    std::printf("%" PRIu64 ",", count);
-  }
-  const RunStatus::Rights& rights = status.rights;
-  std::printf("%d,%d,%d,%" PRId64 ",%" PRId64 ",%d\n", rights.scheduling_class, rights.priority,
-              rights.cpu, rights.locked_memory_kB, rights.timer_slack_ns, rights.cpu_awake);
+  std::string row;
+  const auto add = [&](const auto& fields, const auto& values) {
+    for (const auto& field : fields) {
+      row.append(row.empty() ? "" : ",").append(std::to_string(values.*field.cell));
+    }
+  };
+  add(kRunCounterFields<>, status.counters);
+  add(kLossFields, status.losses);
+  add(kRightFields, status.rights);
+  std::puts(row.c_str());
 }
 
 void print_row(const SessionChunk::Frame& item) {
@@ -118,7 +129,7 @@ void print_rows(const Items& items) {
 }
 
 int print_stream(SessionReader& session, const SessionStream& stream) {
-  std::puts(header_of(stream.id));
+  std::puts(header_of(stream.id).c_str());
   SessionChunk chunk;
   for (;;) {
     const auto more = session.next(chunk);

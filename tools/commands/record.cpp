@@ -98,7 +98,9 @@ class Recording {
     return {};
   }
   Expected<void, SetupError> closed_session() {
-    if (auto told = session_->write_status({.losses = {.frames = lost_frames()}}); !told) {
+    if (auto told = session_->write_status(
+            {.counters = {}, .losses = {.frames = lost_frames()}, .rights = {}});
+        !told) {
       return unavailable(told.error().sentence);
     }
     if (auto closed = session_->close(); !closed) return unavailable(closed.error().sentence);

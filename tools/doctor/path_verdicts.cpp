@@ -42,7 +42,7 @@ Verdict of_missed(const std::vector<DoctorRun>& runs) {
   nanoseconds steal{0};
   for (const DoctorRun& run : runs) {
     missed += run.path.missed();
-    late += run.path.report.late_wake_ups + run.path.report.skipped_ticks;
+    late += run.path.report.overruns_by_late_wake_up + run.path.report.skipped_ticks;
     all += run.path.report.ticks + run.path.report.skipped_ticks;
     steal += run.path.steal;
   }

@@ -46,7 +46,7 @@ std::string loop_text(const RunReport& report) {
   }
   text += host.rights.fifo ? ", SCHED_FIFO " + std::to_string(host.rights.priority)
                            : std::string(", normal class");
-  if (host.demoted) text += ", put back into the normal class for not sleeping";
+  if (report.demotions > 0) text += ", demoted to SCHED_OTHER";
   if (host.rights.cpu) text += ", on core " + std::to_string(*host.rights.cpu);
   text += host.rights.memory_locked ? ", memory locked" : ", memory not locked";
   std::snprintf(line.data(), line.size(), "; %llu page faults, %llu involuntary context switches\n",
@@ -68,7 +68,7 @@ Json loop_json(const RunReport& report) {
       {"margin_us", host.wait == LoopWait::kHybrid ? Json(units::us_from(host.margin)) : Json()},
       {"scheduler", host.rights.fifo ? "fifo" : "normal"},
       {"priority", host.rights.fifo ? Json(host.rights.priority) : Json()},
-      {"demoted", host.demoted},
+      {"demoted", report.demotions > 0},
       {"cpu", host.rights.cpu ? Json(*host.rights.cpu) : Json()},
       {"memory_locked", host.rights.memory_locked},
       {"cpu_awake", host.rights.cpu_awake},

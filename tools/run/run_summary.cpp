@@ -6,12 +6,15 @@
 #include <cstdarg>
 #include <cstdio>
 #include <optional>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
+#include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/scene/contact_sentence.hpp"
@@ -77,6 +80,60 @@ double measured_tick_us(const RunReport& report) {
   return report.ticks > 0 ? units::us_from(report.wall) / static_cast<double>(report.ticks) : 0.0;
 }
 
+/// What happened to the items at one hand-over, in the words of the text and of JSON.
+using Handover = std::vector<std::pair<std::string_view, std::uint64_t>>;
+
+Handover counts_of(const RunReport::OfProbe& probe) {
+  return {{"samples_in", probe.samples_in},
+          {"used", probe.counts.used},
+          {"late", probe.counts.late},
+          {"dropped", probe.dropped},
+          {"unused", probe.unused},
+          {"held_ticks", probe.counts.held_ticks},
+          {"released_ticks", probe.counts.released_ticks},
+          {"releases", probe.releases}};
+}
+
+Handover counts_of(const RunReport::OfSink& sink) {
+  return {{"spikes_in", sink.spikes_in},
+          {"delivered", sink.delivered},
+          {"dropped", sink.dropped},
+          {"lost", sink.lost()}};
+}
+
+/// " 600 samples in, 600 used, 0 late": separated by commas.
+std::string handover_text(const Handover& counts) {
+  std::string text;
+  for (const auto& [name, count] : counts) {
+    std::string words(name);
+    std::replace(words.begin(), words.end(), '_', ' ');
+    text += (text.empty() ? " " : ", ") + std::to_string(count) + " " + words;
+  }
+  return text;
+}
+
+void add_handover(nlohmann::ordered_json& json, const Handover& counts) {
+  for (const auto& [name, count] : counts) json[std::string(name)] = count;
+}
+
+nlohmann::ordered_json press_json(const Press& press, const TactileModel& model,
+                                  std::size_t indenter) {
+  const ContactValidity validity = validity_of(press.contact, model.parameters().skin,
+                                               model.parameters().indenters[indenter].radius_mm);
+  return {{"depth_mm", press.contact.depth_mm},
+          {"x_mm", press.x_mm},
+          {"y_mm", press.y_mm},
+          {"contact_radius_mm", press.contact.contact_radius_mm},
+          {"force_N", units::N_from_mN(press.contact.force_mN)},
+          {"peak_pressure_kPa", press.contact.peak_pressure_kPa},
+          {"radius_ratio", validity.radius_ratio},
+          {"sphere_force_error", validity.sphere_force_error},
+          {"layer_ratio", validity.layer_ratio},
+          {"layer_force_error", validity.layer_force_error},
+          {"valid", validity.within},
+          {"validity", contact_sentence(press, model, indenter)}};
+}
+
 nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
   return {{"method", name_of(plan.chosen.method)},
           {"precision", name_of(plan.chosen.precision)},
@@ -95,16 +152,8 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   const double wall_s = units::s_from(report.wall);
   append(text, "simulated %.3f s in %.3f s (%.1f × real time)%s\n", simulated_s, wall_s,
          wall_s > 0.0 ? simulated_s / wall_s : 0.0, report.interrupted ? ", interrupted" : "");
-  append(text, "ticks: %llu of %g ms; %llu overruns", static_cast<Count>(report.ticks),
-         units::ms_from(model.parameters().tick), static_cast<Count>(report.overruns));
-  if (report.overruns > 0) {
-    append(text, " (longest %.3f ms; %llu by a late wake-up, %llu by a long computation)",
-           units::ms_from(report.longest_overrun), static_cast<Count>(report.late_wake_ups),
-           static_cast<Count>(report.long_computes));
-  }
-  append(text, ", %llu ticks caught up, %llu gaps of %llu ticks\n",
-         static_cast<Count>(report.catch_up_ticks), static_cast<Count>(report.gaps),
-         static_cast<Count>(report.skipped_ticks));
+  append(text, "counters, of ticks of %g ms:\n", units::ms_from(model.parameters().tick));
+  text += counter_text(report);
   text += loop_text(report);
   if (plan != nullptr) {
     append(text,
@@ -114,20 +163,9 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
            std::string(name_of(plan->chosen.precision)).c_str(), plan->chosen.tick_us,
            measured_tick_us(report), plan->chosen.error_us(), plan->budget_us.value_or(0.0));
   }
-  if (report.neuron_resets > 0) {
-    append(text, "neurons reset after a non-finite state: %llu\n",
-           static_cast<Count>(report.neuron_resets));
-  }
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];
-    append(text,
-           "probe %s: %llu samples in, %llu used, %llu late, %llu dropped, %llu unused; "
-           "held for %llu ticks, released %llu times for %llu ticks\n",
-           probe.uri.c_str(), static_cast<Count>(probe.samples_in),
-           static_cast<Count>(probe.counts.used), static_cast<Count>(probe.counts.late),
-           static_cast<Count>(probe.dropped), static_cast<Count>(probe.unused),
-           static_cast<Count>(probe.counts.held_ticks), static_cast<Count>(probe.releases),
-           static_cast<Count>(probe.counts.released_ticks));
+    text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
     if (probe.device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
@@ -148,12 +186,8 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
            "skin, so their sum is approximate\n",
            model.closest_rims());
   }
-  append(text, "spikes: %llu\n", static_cast<Count>(report.spikes));
   for (const RunReport::OfSink& sink : report.sinks) {
-    append(text, "sink %s: %llu spikes in, %llu delivered, %llu dropped, %llu lost\n",
-           sink.uri.c_str(), static_cast<Count>(sink.spikes_in), static_cast<Count>(sink.delivered),
-           static_cast<Count>(sink.dropped),
-           static_cast<Count>(sink.spikes_in - sink.dropped - sink.delivered));
+    text += "sink " + sink.uri + ":" + handover_text(counts_of(sink)) + "\n";
     if (!sink.trouble.empty()) append(text, "  failed: %s\n", sink.trouble.c_str());
   }
   append(text, "neuron receptors mean_distance_mm spikes rate_hz\n");
@@ -174,40 +208,18 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];
     const Press& press = model.deepest()[i];
-    const ContactValidity validity = validity_of(press.contact, model.parameters().skin,
-                                                 model.parameters().indenters[i].radius_mm);
-    probes.push_back({{"uri", probe.uri},
-                      {"samples_in", probe.samples_in},
-                      {"used", probe.counts.used},
-                      {"late", probe.counts.late},
-                      {"dropped", probe.dropped},
-                      {"unused", probe.unused},
-                      {"held_ticks", probe.counts.held_ticks},
-                      {"released_ticks", probe.counts.released_ticks},
-                      {"releases", probe.releases},
-                      {"device", device_json(probe.device)},
-                      {"deepest_press",
-                       {{"depth_mm", press.contact.depth_mm},
-                        {"x_mm", press.x_mm},
-                        {"y_mm", press.y_mm},
-                        {"contact_radius_mm", press.contact.contact_radius_mm},
-                        {"force_N", units::N_from_mN(press.contact.force_mN)},
-                        {"peak_pressure_kPa", press.contact.peak_pressure_kPa},
-                        {"radius_ratio", validity.radius_ratio},
-                        {"sphere_force_error", validity.sphere_force_error},
-                        {"layer_ratio", validity.layer_ratio},
-                        {"layer_force_error", validity.layer_force_error},
-                        {"valid", validity.within},
-                        {"validity", contact_sentence(press, model, i)}}}});
+    Json json = {{"uri", probe.uri}};
+    add_handover(json, counts_of(probe));
+    json["device"] = device_json(probe.device);
+    json["deepest_press"] = press_json(press, model, i);
+    probes.push_back(std::move(json));
   }
   Json sinks = Json::array();
   for (const RunReport::OfSink& sink : report.sinks) {
-    sinks.push_back({{"uri", sink.uri},
-                     {"spikes_in", sink.spikes_in},
-                     {"delivered", sink.delivered},
-                     {"dropped", sink.dropped},
-                     {"lost", sink.spikes_in - sink.dropped - sink.delivered},
-                     {"trouble", sink.trouble}});
+    Json json = {{"uri", sink.uri}};
+    add_handover(json, counts_of(sink));
+    json["trouble"] = sink.trouble;
+    sinks.push_back(std::move(json));
   }
   Json neurons = Json::array();
   const std::vector<NeuronRow> rows = neuron_rows(report, model);
@@ -218,28 +230,18 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
                        {"spikes", rows[n].spikes},
                        {"rate_hz", rows[n].rate_hz}});
   }
-  const Json summary = {
-      {"start_s", units::s_from(report.start)},
-      {"simulated_s", units::s_from(report.simulated)},
-      {"wall_s", units::s_from(report.wall)},
-      {"interrupted", report.interrupted},
-      {"ticks", report.ticks},
-      {"overruns", report.overruns},
-      {"longest_overrun_ms", units::ms_from(report.longest_overrun)},
-      {"overruns_by_late_wake_up", report.late_wake_ups},
-      {"overruns_by_long_compute", report.long_computes},
-      {"catch_up_ticks", report.catch_up_ticks},
-      {"gaps", report.gaps},
-      {"skipped_ticks", report.skipped_ticks},
-      {"plan", plan != nullptr ? plan_part(*plan, report) : Json()},
-      {"neuron_resets", report.neuron_resets},
-      {"events_dropped", report.events_dropped},
-      {"loop", loop_json(report)},
-      {"closest_rims", std::isfinite(model.closest_rims()) ? Json(model.closest_rims()) : Json()},
-      {"spikes", report.spikes},
-      {"probes", std::move(probes)},
-      {"sinks", std::move(sinks)},
-      {"neurons", std::move(neurons)}};
+  Json summary = {{"start_s", units::s_from(report.start)},
+                  {"simulated_s", units::s_from(report.simulated)},
+                  {"wall_s", units::s_from(report.wall)},
+                  {"interrupted", report.interrupted}};
+  add_counters(summary, report);
+  summary["plan"] = plan != nullptr ? plan_part(*plan, report) : Json();
+  summary["loop"] = loop_json(report);
+  summary["closest_rims"] =
+      std::isfinite(model.closest_rims()) ? Json(model.closest_rims()) : Json();
+  summary["probes"] = std::move(probes);
+  summary["sinks"] = std::move(sinks);
+  summary["neurons"] = std::move(neurons);
   return summary.dump(2) + "\n";
 }
 

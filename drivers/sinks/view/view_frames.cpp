@@ -53,7 +53,6 @@ double ViewFrames::since_start_s(nanoseconds time) const {
 }
 
 void ViewFrames::add(std::span<const SpikeEvent> spikes) {
-  all_spikes_ += spikes.size();
   for (const SpikeEvent& spike : spikes) {
     if (spikes_.size() == kMostSpikes) {
       ++left_out_;
@@ -72,9 +71,6 @@ void ViewFrames::add(std::span<const TickRecord> ticks) {
     probe.state = tick.state;
     probe.worst = std::max(probe.worst, tick.state);
     newest_ = tick.time;
-    late_ += tick.late;
-    if (tick.state == TickRecord::State::kHeld) ++held_ticks_;
-    if (tick.state == TickRecord::State::kReleased) ++released_ticks_;
     if (tick.probe + 1 != probes_.size()) continue;
     ++latency_[latency_bin(tick.latency)];
     if (tick.time >= next_point_) add_point(tick.time);
@@ -149,26 +145,11 @@ std::string ViewFrames::take(std::uint32_t flags) {
 }
 
 void ViewFrames::append_counters(std::string& bytes) const {
-  const std::array<double, kCounters.size()> counters = {
-      static_cast<double>(all_spikes_),
-      static_cast<double>(status_.ticks),
-      static_cast<double>(status_.overruns),
-      static_cast<double>(status_.longest_overrun_ns) * 1e-6,
-      static_cast<double>(status_.catch_up_ticks),
-      static_cast<double>(status_.gaps),
-      static_cast<double>(status_.skipped_ticks),
-      static_cast<double>(status_.neuron_resets),
-      static_cast<double>(status_.samples),
-      static_cast<double>(late_),
-      static_cast<double>(status_.samples_dropped),
-      static_cast<double>(held_ticks_),
-      static_cast<double>(released_ticks_),
-      static_cast<double>(status_.spikes_dropped),
-      static_cast<double>(status_.losses.spikes + status_.losses.ticks + left_out_),
-      static_cast<double>(status_.probes),
-      static_cast<double>(status_.probes_ended)};
-  append_count(bytes, counters.size());
-  for (const double counter : counters) append(bytes, counter);
+  append_count(bytes, kRunCounterFields<>.size() + 1);
+  for (const auto& field : kRunCounterFields<>) {
+    append(bytes, static_cast<double>(status_.counters.*field.cell));
+  }
+  append(bytes, static_cast<double>(status_.losses.spikes + status_.losses.ticks + left_out_));
 }
 
 void ViewFrames::append_probes(std::string& bytes) const {

@@ -24,7 +24,7 @@ namespace merkel {
 /// A frame is little-endian, without padding (page/frames.js reads it):
 ///   u32 number · u32 flags (Flag) · f64 origin_s (probe time of the start) ·
 ///   f64 from_s, to_s: the span that the frame covers, since the start ·
-///   u32 n · f64×n counters (kCounters) ·
+///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
 ///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, u32 state
 ///     (TickRecord::State in the low byte, Link above it) ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
@@ -38,13 +38,6 @@ namespace merkel {
 class ViewFrames {
  public:
   static constexpr std::size_t kLatencyBins = 40;
-  /// The counters of a frame, in order.
-  static constexpr std::array<std::string_view, 17> kCounters = {
-      "spikes",         "ticks",          "overruns",        "longest_overrun_ms",
-      "catch_up_ticks", "gaps",           "skipped_ticks",   "neuron_resets",
-      "samples",        "samples_late",   "samples_dropped", "held_ticks",
-      "released_ticks", "spikes_dropped", "page_lost",       "probes",
-      "probes_ended"};
   enum Flag : std::uint32_t {
     kOver = 1U << 0U,       ///< the run has ended
     kForget = 1U << 1U,     ///< time has jumped: forget what came before
@@ -102,10 +95,6 @@ class ViewFrames {
   std::vector<Spike> spikes_;
   std::string news_;
   std::array<std::uint32_t, kLatencyBins> latency_{};
-  std::uint64_t all_spikes_ = 0;
-  std::uint64_t held_ticks_ = 0;
-  std::uint64_t released_ticks_ = 0;
-  std::uint64_t late_ = 0;
   std::uint64_t left_out_ = 0;  ///< spikes and points beyond what a frame takes
   RunStatus status_;
   std::uint32_t number_ = 0;

@@ -103,7 +103,19 @@ std::string view_scene_json(const SinkSetup& setup, bool control) {
   json.text("potential_name", volts ? "potential" : "state")
       .text("potential_unit", volts ? "mV" : "");
   JsonWriter counters('[');
-  for (const std::string_view counter : ViewFrames::kCounters) counters.item(json_string(counter));
+  const auto add_counter = [&](std::string_view name, std::string_view unit,
+                               std::string_view meaning, bool fault) {
+    counters.item(JsonWriter()
+                      .text("name", name)
+                      .text("unit", unit)
+                      .text("meaning", meaning)
+                      .raw("fault", fault ? "true" : "false")
+                      .end());
+  };
+  for (const auto& field : kRunCounterFields<>) {
+    add_counter(field.name, field.unit, field.meaning, field.fault);
+  }
+  add_counter("page_lost", "", "spikes and points that this page did not get", true);
   json.raw("counters", counters.end());
   JsonWriter patches('[');
   for (std::size_t i = 0; i < run.receptors.size(); ++i) {

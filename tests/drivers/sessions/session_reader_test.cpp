@@ -115,8 +115,9 @@ std::string record(const TemporaryFolder& folder, bool closed) {
   EXPECT_TRUE((*sink)->write_ticks(kTicks));
   EXPECT_TRUE((*sink)->write_events(kEvents));
   EXPECT_TRUE((*sink)->write_samples(1, kSamples));
-  EXPECT_TRUE(
-      (*sink)->write_status({.ticks = 2, .losses = {.spikes = 9, .frames = 8}, .rights = kRights}));
+  EXPECT_TRUE((*sink)->write_status({.counters = {.ticks = 2, .demotions = 1},
+                                     .losses = {.spikes = 9, .frames = 8},
+                                     .rights = kRights}));
   EXPECT_TRUE((*sink)->write_frames(1, 2, kFrames));
   EXPECT_EQ((*sink)->delivered(), 0U);
   EXPECT_TRUE((*sink)->flush());
@@ -163,7 +164,7 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   EXPECT_EQ(all.samples[0].sample.depth_mm, 0.7);
   EXPECT_EQ(all.samples[0].sample.sequence, 4'000'000'000);
   ASSERT_EQ(all.status.size(), 1U);
-  EXPECT_EQ(all.status[0].ticks, 2U);
+  EXPECT_EQ(all.status[0].counters.ticks, 2U);
   EXPECT_EQ(all.status[0].losses.spikes, 9U);
   EXPECT_EQ(all.status[0].losses.frames, 8U);
   EXPECT_EQ(all.status[0].rights, kRights);

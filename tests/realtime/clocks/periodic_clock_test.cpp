@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "realtime/queues/publish_beat.hpp"
+#include "realtime/clocks/publish_beat.hpp"
+#include "realtime/threads/host_time.hpp"
 
 namespace merkel {
 namespace {
@@ -29,7 +30,7 @@ TEST(PeriodicClock, ADeadlineThatHasPassedIsNotWaitedFor) {
   PeriodicClock clock({.wait = LoopWait::kHybrid, .period = milliseconds{1}});
   clock.wait_until(nanoseconds{0});
   clock.wait_until(nanoseconds::min());
-  PeriodicClock::sleep_until(nanoseconds{1});
+  host_sleep_until(nanoseconds{1});
   SUCCEED();
 }
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "realtime/clocks/virtual_clock.hpp"
+#include "tests/realtime/clocks/scripted_clock.hpp"
 
 namespace merkel {
 namespace {
@@ -132,7 +132,7 @@ TEST_F(FixedStepLoopTest, AShortStallIsCaughtUp) {
   EXPECT_EQ(statistics_.catch_up_ticks.value(), 7U);
   EXPECT_EQ(statistics_.overruns.value(), 6U);  // the seventh ends exactly at its deadline
   EXPECT_EQ(statistics_.longest_overrun_ns.value(), 6'000'000U);
-  EXPECT_EQ(statistics_.late_wake_ups.value(), 6U);
+  EXPECT_EQ(statistics_.overruns_by_late_wake_up.value(), 6U);
   EXPECT_EQ(statistics_.gaps.value(), 0U);
   EXPECT_EQ(counts_.late, 0U);
   const auto wake_ups = statistics_.wake_up.snapshot();
@@ -156,8 +156,8 @@ TEST_F(FixedStepLoopTest, ALongComputationIsToldFromALateWakeUp) {
       });
   EXPECT_EQ(statistics_.ticks.value(), 200U);
   EXPECT_EQ(statistics_.overruns.value(), 4U);
-  EXPECT_EQ(statistics_.long_computes.value(), 3U);  // over by 2.5, 1.6 and 0.7 ms
-  EXPECT_EQ(statistics_.late_wake_ups.value(), 1U);  // by 0.6 ms
+  EXPECT_EQ(statistics_.overruns_by_long_compute.value(), 3U);  // over by 2.5, 1.6 and 0.7 ms
+  EXPECT_EQ(statistics_.overruns_by_late_wake_up.value(), 1U);  // by 0.6 ms
   EXPECT_EQ(statistics_.longest_overrun_ns.value(), 2'500'000U);
   EXPECT_EQ(statistics_.tick.snapshot().longest(), units::nanoseconds_from_ms(3.5));
   EXPECT_EQ(statistics_.tick.snapshot().count(), 200U);
@@ -173,7 +173,7 @@ TEST_F(FixedStepLoopTest, AModelThatNeverKeepsUpLeavesGapsAndGoesOn) {
   EXPECT_EQ(statistics_.skipped_ticks.value(), 24U * 21U);
   EXPECT_EQ(ticks, 24U * 21U + 1U);  // the last gap reaches beyond the last sample
   EXPECT_EQ(statistics_.overruns.value(), ticks);
-  EXPECT_EQ(statistics_.long_computes.value(), ticks);
+  EXPECT_EQ(statistics_.overruns_by_long_compute.value(), ticks);
   EXPECT_EQ(raised_.size(), 24U);
 }
 
@@ -279,8 +279,8 @@ TEST_F(FixedStepLoopTest, EveryTickWithSpikesIsTimed) {
   for (; timings.try_pop(timing); ++count) {
     EXPECT_EQ(timing.due, timing.end + milliseconds{2});
     EXPECT_EQ(timing.arrival, timing.end);
-    EXPECT_EQ(timing.begun, timing.due + std::chrono::microseconds{30});
-    EXPECT_EQ(timing.computed, timing.begun + std::chrono::microseconds{50});
+    EXPECT_EQ(timing.started, timing.due + std::chrono::microseconds{30});
+    EXPECT_EQ(timing.computed, timing.started + std::chrono::microseconds{50});
     EXPECT_EQ(timing.published, timing.computed);
   }
   EXPECT_GT(count, 5);

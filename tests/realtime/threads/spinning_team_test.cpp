@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/threads/host_time.hpp"
 
 namespace merkel {
 namespace {
@@ -111,9 +112,9 @@ TEST(SpinningTeam, WorkThatComesBeforeOrAfterItWasExpectedIsDone) {
   std::atomic<int> calls{0};
   const auto work = [](void* context, int) noexcept { ++*static_cast<std::atomic<int>*>(context); };
   team->rest_until(clock.now() + microseconds{2000});  // expected: sleeps, then spins
-  PeriodicClock::sleep_until(clock.now() + microseconds{1000});
+  host_sleep_until(clock.now() + microseconds{1000});
   team->run(2, work, &calls);
-  PeriodicClock::sleep_until(clock.now() + microseconds{3000});  // long after: dozes
+  host_sleep_until(clock.now() + microseconds{3000});  // long after: dozes
   team->run(2, work, &calls);
   EXPECT_EQ(calls, 4);
 }

@@ -43,7 +43,7 @@ export function readFrame(buffer, scene) {
     missed, number, origin_s, from, t, probes, points, spikes, latency, watched,
     over: (flags & kOver) !== 0, forget: (flags & kForget) !== 0,
     recording: (flags & kRecording) !== 0, still: (flags & kStill) !== 0,
-    counters: Object.fromEntries(scene.counters.map((name, i) => [name, counters[i]])),
+    counters: Object.fromEntries(scene.counters.map(({ name }, i) => [name, counters[i]])),
     news: text ? JSON.parse(text) : [],
   };
 }

@@ -14,28 +14,24 @@ export function quantile_us(bins, q) {
   return all ? edge_us(bins.findIndex((n) => (sum += n) >= q * all) + 1) : NaN;
 }
 
-const kNames = {
-  ticks: 'ticks', overruns: 'overruns', longest_overrun_ms: 'longest overrun, ms', catch_up_ticks: 'ticks caught up',
-  gaps: 'gaps', skipped_ticks: 'ticks skipped', samples: 'samples in', samples_late: 'samples late',
-  samples_dropped: 'samples dropped', held_ticks: 'ticks held', released_ticks: 'ticks released',
-  spikes_dropped: 'spikes dropped by sinks', page_lost: 'spikes and ticks not sent to the page', neuron_resets: 'neurons reset',
-};
-/// Coloured as soon as they count; overruns, which every host has, only while they last.
-const kLosses = ['gaps', 'skipped_ticks', 'samples_dropped', 'spikes_dropped', 'page_lost', 'neuron_resets'];
-
 export function fill(list, rows) {
-  list.replaceChildren(...rows.flatMap(([name, value, bad]) => {
+  list.replaceChildren(...rows.flatMap(([name, value, bad, meaning = '']) => {
     const dt = document.createElement('dt'), dd = document.createElement('dd');
     dt.textContent = name; dd.textContent = value;
     dd.classList.toggle('bad', Boolean(bad));
+    dt.title = meaning;
     return [dt, dd];
   }));
 }
 
 export function showCounters(frame, trend, scene) {
   const number = (v) => (Number.isInteger(v) ? v.toLocaleString('en').replaceAll(',', '\u2009') : v.toFixed(3));
-  const bad = (key) => (key === 'overruns' ? trend.lasts(key, 0.02) : kLosses.includes(key) && frame.counters[key] > 0);
-  const rows = Object.entries(kNames).map(([key, name]) => [name, number(frame.counters[key]), bad(key)]);
+  // A fault is coloured as soon as it happens; overruns, which every host has, only while they last.
+  const bad = ({ name, fault }) => (name === 'overruns' ? trend.lasts(name, 0.02) : fault && frame.counters[name] > 0);
+  const rows = scene.counters.map((each) => {
+    const value = frame.counters[each.name], ns = each.unit === 'ns';
+    return [each.name.replaceAll('_', ' ').replace(/ ns$/, ', ms'), number(ns ? value * 1e-6 : value), bad(each), each.meaning];
+  });
   rows.push(['frames missed by this page', number(frame.missed)]);
   rows.push(['probes', frame.probes.map((p, i) => `${scene.probes[i].name}: ${kStateNames[p.state]}`).join(', ')]);
   fill(byId('counters'), rows);

@@ -1,8 +1,8 @@
-#include "realtime/queues/publish_beat.hpp"
+#include "realtime/clocks/publish_beat.hpp"
 
 #include <algorithm>
 
-#include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/threads/host_time.hpp"
 
 namespace merkel {
 namespace {
@@ -16,9 +16,9 @@ constexpr nanoseconds kLongestNap{1'000'000};
 }  // namespace
 
 void PublishBeat::wait(std::uint64_t& seen) const noexcept {
-  const nanoseconds begun = PeriodicClock::now();
+  const nanoseconds begun = host_now();
   nanoseconds nap = kFirstNap;
-  for (nanoseconds now = begun; now - begun < kLongest; now = PeriodicClock::now()) {
+  for (nanoseconds now = begun; now - begun < kLongest; now = host_now()) {
     const std::uint64_t ticks = ticks_.load(std::memory_order_acquire);
     if (ticks != seen) {
       seen = ticks;
@@ -26,11 +26,11 @@ void PublishBeat::wait(std::uint64_t& seen) const noexcept {
     }
     const nanoseconds next{next_ns_.load(std::memory_order_relaxed)};
     if (next.count() == 0) {  // virtual time: only the count tells
-      PeriodicClock::sleep_until(now + kLongestNap);
+      host_sleep_until(now + kLongestNap);
     } else if (next > now) {
-      PeriodicClock::sleep_until(std::min(next, begun + kLongest));
+      host_sleep_until(std::min(next, begun + kLongest));
     } else {
-      PeriodicClock::sleep_until(now + nap);
+      host_sleep_until(now + nap);
       nap = std::min(2 * nap, kLongestNap);
     }
   }

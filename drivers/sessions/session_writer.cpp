@@ -1,17 +1,18 @@
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <chrono>
-#include <cstring>
-#include <iterator>
+#include <optional>
 #include <sstream>
 #include <utility>
 
 #include <pugixml.hpp>
 
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/output_file.hpp"
-#include "drivers/sessions/session_format.hpp"
-#include "drivers/sinks/clock_pair.hpp"
+#include "drivers/sessions/session_items.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
@@ -23,6 +24,7 @@ using Id = SessionStream::Id;
 using std::chrono::nanoseconds;
 
 constexpr int kFlushesPerBoundary = 50;
+constexpr int kFlushesPerClockOffset = 25;
 /// Marks places from which a damaged file can be read on; fixed by the format.
 constexpr unsigned char kBoundary[] = {0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F,
                                        0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4};
@@ -52,23 +54,11 @@ std::string xml_of(const pugi::xml_document& document) {
   return text.str();
 }
 
-struct SplitTime {
-  double whole_s;
-  double rest_ns;
-};
-
-SplitTime split(nanoseconds time) {
-  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
-  return {.whole_s = static_cast<double>(whole.count()),
-          .rest_ns = static_cast<double>((time - whole).count())};
-}
-
-std::int64_t whole(std::uint64_t value) { return static_cast<std::int64_t>(value); }
-
-/// Records everything: what the loop used, what it made, and what it was.
-class XdfSpikeSink final : public SpikeSink {
+/// Writes a session: what the loop used, what it made, and the run's facts. Its reader is
+/// `SessionReader`; the values of an item are in `session_items`.
+class SessionWriter final : public SpikeSink {
  public:
-  XdfSpikeSink(std::string uri, OutputFile file) : uri_(std::move(uri)), file_(std::move(file)) {}
+  SessionWriter(std::string uri, OutputFile file) : uri_(std::move(uri)), file_(std::move(file)) {}
 
   bool write_headers(const RunDescription& run) {
     if (!file_.write("XDF:")) return false;
@@ -86,7 +76,7 @@ class XdfSpikeSink final : public SpikeSink {
     }
     if (!write_chunk(XdfTag::kFileHeader, xml_of(document))) return false;
     for (const SessionStream& stream : session_streams()) {
-      if (!write_stream_header(stream)) return false;
+      if (!write_stream_header(stream, rate_Hz(stream.id, run))) return false;
     }
     file_.end_header();
     return file_.flush();
@@ -99,101 +89,62 @@ class XdfSpikeSink final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     begin(Id::kSpikes, spikes.size());
-    for (const SpikeEvent& spike : spikes) {
-      stamp(Id::kSpikes, spike.time);
-      put<std::int64_t>({spike.time.count(), spike.neuron, spike.patch, spike.flags});
-    }
+    for (const SpikeEvent& spike : spikes) put<std::int64_t>(Id::kSpikes, spike.time, spike);
     taken_ += spikes.size();
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
     begin(Id::kTicks, ticks.size());
-    for (const TickRecord& tick : ticks) {
-      stamp(Id::kTicks, tick.time);
-      const SplitTime time = split(tick.time);
-      put<double>({static_cast<double>(tick.number), static_cast<double>(tick.probe), time.whole_s,
-                   time.rest_ns, static_cast<double>(tick.latency.count()), tick.contact.depth_mm,
-                   tick.contact.force_mN, tick.contact.x_mm, tick.contact.y_mm,
-                   static_cast<double>(tick.late), static_cast<double>(tick.state)});
-    }
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
+    for (const TickRecord& tick : ticks) put<double>(Id::kTicks, tick.time, tick);
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
     begin(Id::kEvents, events.size());
-    for (const LoopEvent& event : events) {
-      stamp(Id::kEvents, event.time);
-      put<std::int64_t>({event.time.count(), event.length.count(), event.subject,
-                         static_cast<std::int64_t>(event.kind)});
-    }
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
+    for (const LoopEvent& event : events) put<std::int64_t>(Id::kEvents, event.time, event);
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_samples(
       std::size_t probe, std::span<const ProbeSample> samples) override {
     begin(Id::kSamples, samples.size());
     for (const ProbeSample& sample : samples) {
-      stamp(Id::kSamples, sample.time);
-      const SplitTime time = split(sample.time);
-      const SplitTime arrival = split(sample.arrival);
-      put<double>({static_cast<double>(probe), time.whole_s, time.rest_ns, arrival.whole_s,
-                   arrival.rest_ns, sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm,
-                   static_cast<double>(sample.sequence), static_cast<double>(sample.channels)});
+      put<double>(Id::kSamples, sample.time,
+                  SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
     }
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
                                                        std::span<const RawFrame> frames) override {
     begin(Id::kFrames, frames.size());
     for (const RawFrame& frame : frames) {
-      stamp(Id::kFrames, frame.time);
-      put<std::int64_t>({whole(probe), whole(port), frame.time.count(),
-                         static_cast<std::int64_t>(frame.kind), frame.length, frame.parsed,
-                         frame.damaged, frame.lost});
-      append(chunk_, frame.bytes);
+      put<std::int64_t>(Id::kFrames, frame.time,
+                        SessionChunk::Frame{static_cast<std::uint32_t>(probe),
+                                            static_cast<std::uint32_t>(port), frame});
     }
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
     begin(Id::kStatus, 1);
-    stamp(Id::kStatus, read_clock_pair().monotonic);
-    put<std::int64_t>({whole(status.ticks),
-                       whole(status.overruns),
-                       whole(status.longest_overrun_ns),
-                       whole(status.catch_up_ticks),
-                       whole(status.gaps),
-                       whole(status.skipped_ticks),
-                       whole(status.spikes),
-                       whole(status.neuron_resets),
-                       whole(status.samples),
-                       whole(status.samples_dropped),
-                       whole(status.losses.spikes),
-                       whole(status.losses.ticks),
-                       whole(status.losses.events),
-                       whole(status.losses.samples),
-                       whole(status.losses.frames),
-                       status.rights.scheduling_class,
-                       status.rights.priority,
-                       status.rights.cpu,
-                       status.rights.locked_memory_kB,
-                       status.rights.timer_slack_ns,
-                       status.rights.cpu_awake});
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
+    put<std::int64_t>(Id::kStatus, newest(), status);
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {
-    if (++flushes_ % kFlushesPerBoundary == 0 &&
-        !write_chunk(XdfTag::kBoundary,
-                     {reinterpret_cast<const char*>(kBoundary), sizeof kBoundary})) {
+    const bool boundary_due = ++flushes_ % kFlushesPerBoundary == 0;
+    if (flushes_ % kFlushesPerClockOffset == 1 && !write_clock_offsets()) return settle(false);
+    if (boundary_due && !write_chunk(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary),
+                                                         sizeof kBoundary})) {
       return settle(false);
     }
     return settle(file_.flush());
   }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
+    if (!write_clock_offsets()) return settle(false);
     for (const SessionStream& stream : session_streams()) {
       if (!write_footer(stream)) return settle(false);
     }
@@ -219,13 +170,19 @@ class XdfSpikeSink final : public SpikeSink {
     return file_.write(head) && file_.write(content);
   }
 
-  bool write_stream_header(const SessionStream& stream) {
+  /// Ticks come at a regular rate. Several probes share a tick's time: no rate describes them.
+  static double rate_Hz(Id id, const RunDescription& run) {
+    if (id != Id::kTicks || run.model.indenters.size() != 1) return 0.0;
+    return 1.0 / units::s_from(run.model.tick);
+  }
+
+  bool write_stream_header(const SessionStream& stream, double rate_Hz) {
     pugi::xml_document document;
     pugi::xml_node info = document.append_child("info");
     add(info, "name", stream.name);
     add(info, "type", stream.type);
     add(info, "channel_count", std::to_string(stream.channels.size()));
-    add(info, "nominal_srate", "0");
+    add(info, "nominal_srate", shortest_decimal(rate_Hz));
     add(info, "channel_format", stream.integers ? "int64" : "double64");
     add(info, "source_id", stream.name);
     pugi::xml_node channels = info.append_child("desc").append_child("channels");
@@ -233,6 +190,7 @@ class XdfSpikeSink final : public SpikeSink {
       pugi::xml_node channel = channels.append_child("channel");
       add(channel, "label", each.label);
       add(channel, "unit", each.unit);
+      if (!each.meaning.empty()) add(channel, "meaning", each.meaning);
     }
     std::string content;
     append(content, stream.id);
@@ -240,7 +198,10 @@ class XdfSpikeSink final : public SpikeSink {
   }
 
   bool write_footer(const SessionStream& stream) {
-    const Tally& all = tally(stream.id);
+    // A stream without samples must not date the file back to the clock's origin.
+    const double start_s = units::s_from(start_.value_or(nanoseconds{0}));
+    Tally all = tally(stream.id);
+    if (all.samples == 0) all.first_s = all.last_s = start_s;
     pugi::xml_document document;
     pugi::xml_node info = document.append_child("info");
     info.append_child("first_timestamp").text().set(all.first_s);
@@ -258,18 +219,42 @@ class XdfSpikeSink final : public SpikeSink {
     append(chunk_, static_cast<std::uint32_t>(count));
   }
 
-  void stamp(Id id, nanoseconds time) {
+  /// Appends an item of a stream whose channels hold values of 8 bytes.
+  template <class Value, class Item>
+  void put(Id id, nanoseconds time, const Item& item) {
     const double stamp_s = units::s_from(time);
     Tally& all = tally(id);
     if (all.samples++ == 0) all.first_s = stamp_s;
     all.last_s = stamp_s;
+    if (!start_) start_ = newest_ = time;
+    newest_ = std::max(newest_, time);
     append(chunk_, std::uint8_t{8});
     append(chunk_, stamp_s);
+    ItemValues<Value> values{};
+    values_of(item, values);
+    const std::size_t channels =
+        session_streams()[static_cast<std::size_t>(id) - 1].channels.size();
+    chunk_.append(reinterpret_cast<const char*>(values.data()), channels * sizeof(Value));
   }
 
-  template <class Value>
-  void put(std::initializer_list<Value> values) {
-    for (const Value value : values) append(chunk_, value);
+  Expected<void, SinkError> write_items() { return settle(write_chunk(XdfTag::kSamples, chunk_)); }
+
+  /// The newest time in the file, in the time of the probes; before there is one, the host's.
+  [[nodiscard]] nanoseconds newest() const {
+    return start_ ? newest_ : read_clock_pair().monotonic;
+  }
+
+  /// All streams share one clock: every offset is 0. Readers miss these chunks where there are
+  /// none.
+  bool write_clock_offsets() {
+    for (const SessionStream& stream : session_streams()) {
+      std::string content;
+      append(content, stream.id);
+      append(content, units::s_from(newest()));
+      append(content, 0.0);
+      if (!write_chunk(XdfTag::kClockOffset, content)) return false;
+    }
+    return true;
   }
 
   Expected<void, SinkError> settle(bool succeeded) {
@@ -281,7 +266,9 @@ class XdfSpikeSink final : public SpikeSink {
   std::string uri_;
   OutputFile file_;
   std::string chunk_;
-  std::array<Tally, 6> tallies_;
+  std::array<Tally, 6> tallies_{};
+  std::optional<nanoseconds> start_;  ///< of the first item
+  nanoseconds newest_{0};             ///< of all items
   int flushes_ = 0;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;
@@ -293,7 +280,7 @@ OpenedSink open_xdf_sink(const Uri& uri, const SinkSetup& setup) {
   if (auto done = UriOptions(uri).finish(); !done) return Unexpected<SetupError>(done.error());
   auto file = OutputFile::create(uri.path, setup.overwrite);
   if (!file) return Unexpected<SetupError>(file.error());
-  auto sink = std::make_unique<XdfSpikeSink>(uri.text, std::move(*file));
+  auto sink = std::make_unique<SessionWriter>(uri.text, std::move(*file));
   if (!sink->write_headers(setup.run)) {
     return unavailable("cannot write " + uri.path + ": is the disk full?");
   }

@@ -1,4 +1,4 @@
-#include "drivers/sinks/clock_pair.hpp"
+#include "drivers/clock/clock_pair.hpp"
 
 #include <ctime>
 

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <string_view>
+
+namespace merkel {
+
+/// Everything that a run counts, one member a counter. `kRunCounterFields` gives each its name,
+/// unit and meaning; whoever prints, stores or reads counters walks that table.
+///
+/// \tparam Cell  `std::uint64_t` for a snapshot; an atomic counter where threads fill it
+template <class Cell>
+struct RunCountersOf {
+  Cell ticks{};
+  Cell overruns{};
+  Cell longest_overrun_ns{};
+  Cell overruns_by_late_wake_up{};
+  Cell overruns_by_long_compute{};
+  Cell catch_up_ticks{};
+  Cell gaps{};
+  Cell skipped_ticks{};
+  Cell held_ticks{};
+  Cell released_ticks{};
+  Cell releases{};
+  Cell spikes{};
+  Cell neuron_resets{};
+  Cell samples{};
+  Cell samples_late{};
+  Cell samples_dropped{};
+  Cell spikes_dropped{};
+  Cell events_dropped{};
+  Cell timings_dropped{};
+  Cell demotions{};
+  Cell probe_count{};
+  Cell probes_ended{};
+
+  friend bool operator==(const RunCountersOf&,
+                         const RunCountersOf&) requires std::equality_comparable<Cell>
+  = default;
+};
+
+using RunCounters = RunCountersOf<std::uint64_t>;
+
+/// A line of a table of counters.
+template <class Struct, class Cell>
+struct CounterField {
+  std::string_view name;
+  std::string_view unit;  ///< empty: a number of what the name says
+  std::string_view meaning;
+  Cell Struct::*cell;
+  bool fault = false;  ///< a value above 0 means that something was late or lost
+};
+
+/// The one table of a run's counters. A new counter is a member above and a line here.
+template <class Cell = std::uint64_t>
+inline constexpr auto kRunCounterFields = [] {
+  using Counters = RunCountersOf<Cell>;
+  using Field = CounterField<Counters, Cell>;
+  return std::array{
+      Field{"ticks", "", "ticks simulated", &Counters::ticks},
+      Field{"overruns", "", "ticks that ended after the next tick was due", &Counters::overruns,
+            true},
+      Field{"longest_overrun_ns", "ns", "how late the latest of them ended",
+            &Counters::longest_overrun_ns},
+      Field{"overruns_by_late_wake_up", "", "overruns caused by the host: a late wake-up",
+            &Counters::overruns_by_late_wake_up},
+      Field{"overruns_by_long_compute", "", "overruns caused by the model: a long computation",
+            &Counters::overruns_by_long_compute},
+      Field{"catch_up_ticks", "", "ticks that started late, one after the other",
+            &Counters::catch_up_ticks},
+      Field{"gaps", "", "times that ticks were skipped", &Counters::gaps, true},
+      Field{"skipped_ticks", "", "ticks skipped because the loop had fallen too far behind",
+            &Counters::skipped_ticks, true},
+      Field{"held_ticks", "", "ticks that held a probe's last sample, because none had arrived",
+            &Counters::held_ticks},
+      Field{"released_ticks", "", "ticks without contact, because a probe was silent for too long",
+            &Counters::released_ticks},
+      Field{"releases", "", "outages in which a probe was released", &Counters::releases},
+      Field{"spikes", "", "spikes fired", &Counters::spikes},
+      Field{"neuron_resets", "", "neurons reset after a non-finite state", &Counters::neuron_resets,
+            true},
+      Field{"samples", "", "samples delivered by all probes", &Counters::samples},
+      Field{"samples_late", "", "samples that arrived after their time was simulated",
+            &Counters::samples_late, true},
+      Field{"samples_dropped", "", "samples dropped: the loop's queue was full",
+            &Counters::samples_dropped, true},
+      Field{"spikes_dropped", "", "spikes dropped: the queue of a sink was full",
+            &Counters::spikes_dropped, true},
+      Field{"events_dropped", "", "events dropped: the queue to the report was full",
+            &Counters::events_dropped, true},
+      Field{"timings_dropped", "", "tick timings dropped: their queue was full",
+            &Counters::timings_dropped},
+      Field{"demotions", "", "1 if the loop was demoted to SCHED_OTHER: it used too much processor",
+            &Counters::demotions, true},
+      Field{"probe_count", "", "probes of the scene", &Counters::probe_count},
+      Field{"probes_ended", "", "probes whose stream has ended", &Counters::probes_ended},
+  };
+}();
+
+static_assert(sizeof(RunCounters) == kRunCounterFields<>.size() * sizeof(std::uint64_t),
+              "every counter has its line in the table");
+
+}  // namespace merkel

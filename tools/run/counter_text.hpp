@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "core/records/run_counters.hpp"
+
+namespace merkel {
+
+/// The counters for people: a line for each that is not 0, with its unit and meaning.
+[[nodiscard]] std::string counter_text(const RunCounters& counters);
+
+/// "  3 overruns  21 skipped ticks": the faults that happened, for one line; empty without faults.
+[[nodiscard]] std::string fault_text(const RunCounters& counters);
+
+/// Adds every counter to a JSON object, under its name.
+void add_counters(nlohmann::ordered_json& json, const RunCounters& counters);
+
+}  // namespace merkel
