@@ -1,10 +1,12 @@
 #include "tools/command_line.hpp"
 
+#include <string>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 
 #include "tools/commands/command.hpp"
+#include "tools/run/machine_facts.hpp"
 
 namespace merkel {
 
@@ -83,7 +85,8 @@ int run_command_line(int argc, char** argv, const std::function<void(CommandLine
       "A real-time bridge from a haptic probe to tactile spikes.\n"
       "Without a device: merkel run --fast --sink csv:spikes.csv",
       "merkel");
-  program.set_version_flag("--version", "merkel " MERKEL_VERSION);
+  program.set_version_flag("--version",
+                           std::string("merkel " MERKEL_VERSION " (") + kGitHash + ")");
   CommandLine line(&program, std::make_shared<CommandLine::Choice>());
   line.require_subcommand();
   declare(line);

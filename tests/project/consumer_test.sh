@@ -9,4 +9,12 @@ cmake -S "$1/tests/consumer" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Releas
   -DCMAKE_PREFIX_PATH="$work/prefix" >/dev/null
 cmake --build "$work/build"
 "$work/build/consumer"
-"$work/prefix/bin/merkel" --version
+
+# The program, installed: its version names the commit, and the unit names the program.
+"$work/prefix/bin/merkel" --version | grep -E '^merkel [0-9.]+ \(([0-9a-f]{40}(-dirty)?|unknown)\)$'
+grep -x "ExecStart=$work/prefix/bin/merkel run /etc/merkel/%i.toml" \
+  "$work/prefix/lib/systemd/system/merkel@.service"
+[ -e "$work/prefix/lib/udev/rules.d/70-merkel.rules" ]
+if command -v help2man >/dev/null; then
+  zcat "$work/prefix/share/man/man1/merkel.1.gz" | grep -qF '.SH "MERKEL SIMULATE-PROBE"'
+fi

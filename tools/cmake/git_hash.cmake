@@ -1,9 +1,12 @@
 # cmake -DSOURCE=folder -DOUT=file.cpp -P git_hash.cmake: the commit that is built, as C++ text.
-# Written only when it has changed, so that nothing else is built again.
+# In a source archive: the commit it was made of. Written only when it has changed, so that nothing else is built again.
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=40 --exclude *
   OUTPUT_VARIABLE hash OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT hash)
-  set(hash unknown)
+  set(hash $Format:%H$)  # git archive fills this in
+  if(hash MATCHES "Format")
+    set(hash unknown)
+  endif()
 endif()
 set(code "namespace merkel {\nextern const char* const kGitHash;\nconst char* const kGitHash = \"${hash}\";\n}\n")
 if(EXISTS ${OUT})

@@ -1,11 +1,13 @@
-# cmake --install: the libraries for find_package(merkel), and the program.
+# cmake --install: the libraries for find_package(merkel), and the program. The components are those
+# of the Debian packages: runtime and development (merkel_packages.cmake).
 include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY MERKEL_LIBRARIES)
 install(TARGETS ${libraries} EXPORT merkel_targets
-  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/merkel)
+  ARCHIVE COMPONENT development
+  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/merkel COMPONENT development)
 install(EXPORT merkel_targets NAMESPACE merkel:: FILE merkel-targets.cmake
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel)
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel COMPONENT development)
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/merkel-config.cmake.in ${PROJECT_BINARY_DIR}/merkel-config.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel)
@@ -13,12 +15,35 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/merkel-config-version.cma
   COMPATIBILITY SameMinorVersion)
 install(FILES
   ${PROJECT_BINARY_DIR}/merkel-config.cmake ${PROJECT_BINARY_DIR}/merkel-config-version.cmake
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel)
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel COMPONENT development)
+
 if(TARGET merkel)
-  install(TARGETS merkel)
+  install(TARGETS merkel COMPONENT runtime)
   # udev and systemd look below /usr/lib, /usr/local/lib and /etc: a prefix of one's own is harmless.
-  configure_file(${PROJECT_SOURCE_DIR}/drivers/system/merkel@.service.in
-    ${PROJECT_BINARY_DIR}/merkel@.service @ONLY)
-  install(FILES ${PROJECT_SOURCE_DIR}/drivers/system/70-merkel.rules DESTINATION lib/udev/rules.d)
-  install(FILES ${PROJECT_BINARY_DIR}/merkel@.service DESTINATION lib/systemd/system)
+  install(FILES ${PROJECT_SOURCE_DIR}/drivers/system/70-merkel.rules
+    DESTINATION lib/udev/rules.d COMPONENT runtime)
+  # The unit names the program where it is installed, which only the installation knows.
+  install(CODE "
+    set(CMAKE_INSTALL_FULL_BINDIR \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
+    configure_file(\"${PROJECT_SOURCE_DIR}/drivers/system/merkel@.service.in\"
+      \"${PROJECT_BINARY_DIR}/merkel@.service\" @ONLY)" COMPONENT runtime)
+  install(FILES ${PROJECT_BINARY_DIR}/merkel@.service
+    DESTINATION lib/systemd/system COMPONENT runtime)
+
+  find_program(MERKEL_HELP2MAN help2man)
+  find_program(MERKEL_GZIP gzip)
+  if(MERKEL_HELP2MAN AND MERKEL_GZIP)
+    add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/merkel.1.gz
+      COMMAND ${CMAKE_CURRENT_LIST_DIR}/man_page.sh $<TARGET_FILE:merkel> ${PROJECT_VERSION}
+        ${PROJECT_BINARY_DIR}/merkel.1.gz
+      DEPENDS merkel ${CMAKE_CURRENT_LIST_DIR}/man_page.sh VERBATIM)
+    add_custom_target(merkel_man ALL DEPENDS ${PROJECT_BINARY_DIR}/merkel.1.gz)
+    install(FILES ${PROJECT_BINARY_DIR}/merkel.1.gz
+      DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime OPTIONAL)
+  else()
+    message(STATUS "Without help2man: the man page is left out (tools/install_packages package)")
+  endif()
+  if(PROJECT_IS_TOP_LEVEL)
+    include(merkel_packages)
+  endif()
 endif()

@@ -1,0 +1,61 @@
+# tools/package: Debian packages by CPack. Each has its copyright and changelog; a further package
+# (a Python module, say) is a further component with the three settings below.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_VENDOR "The merkel authors")
+set(CPACK_PACKAGE_CONTACT "The merkel authors <merkel@users.noreply.github.com>")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+# tools/package builds what is packed; the tests need not be.
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
+
+# merkel_package(runtime NAME merkel SECTION science DESCRIPTION "…" DEPENDS "a, b"):
+# makes an install component a package.
+function(merkel_package component)
+  cmake_parse_arguments(arg "" "NAME;SECTION;DESCRIPTION;DEPENDS;RECOMMENDS" "" ${ARGN})
+  string(TOUPPER ${component} COMPONENT)
+  set(folder ${PROJECT_BINARY_DIR}/packaging/${arg_NAME})
+  file(READ ${PROJECT_SOURCE_DIR}/LICENSE licence)
+  file(READ ${PROJECT_SOURCE_DIR}/drivers/sinks/view/vendor/uPlot.LICENSE page_licence)
+  file(CONFIGURE OUTPUT ${folder}/copyright @ONLY CONTENT
+    "@licence@\nThe live page contains uPlot:\n\n@page_licence@")
+  file(CONFIGURE OUTPUT ${folder}/changelog @ONLY CONTENT
+"merkel (@PROJECT_VERSION@) unstable; urgency=medium
+
+  * What changed: CHANGELOG.md in the sources.
+
+ -- @CPACK_PACKAGE_CONTACT@  Sun, 22 Nov 2026 00:00:00 +0000
+")
+  execute_process(COMMAND gzip -9nf ${folder}/changelog)
+  install(FILES ${folder}/copyright ${folder}/changelog.gz
+    DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${arg_NAME} COMPONENT ${component})
+  set(settings
+    NAME "${arg_NAME}" SECTION "${arg_SECTION}" DEPENDS "${arg_DEPENDS}" RECOMMENDS "${arg_RECOMMENDS}")
+  while(settings)
+    list(POP_FRONT settings key value)
+    set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_${key} "${value}" PARENT_SCOPE)
+  endwhile()
+  set(CPACK_DEBIAN_${COMPONENT}_DESCRIPTION "${arg_DESCRIPTION}" PARENT_SCOPE)
+  set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
+endfunction()
+
+merkel_package(runtime
+  NAME merkel SECTION science RECOMMENDS "libhidapi-hidraw0, python3-matplotlib"
+  DESCRIPTION "Reads a force probe or indenter, simulates the slowly adapting afferents of a
+fingertip at a fixed step, and sends their spikes to files and other programs.
+Recorded and simulated presses stand in for hardware. With udev rules and a
+systemd unit.")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+
+set(libraries "libexpected-dev, libhwy-dev, libreaderwriterqueue-dev, libtomlplusplus-dev, libpugixml-dev")
+string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, liblo-dev, libhdf5-dev")
+merkel_package(development
+  NAME libmerkel-dev SECTION libdevel DEPENDS "${libraries}"
+  DESCRIPTION "Static libraries, headers and a CMake package: the model, the
+drivers and the real-time loop of merkel, for find_package(merkel).")
+include(CPack)
