@@ -11,7 +11,7 @@
 
 namespace merkel {
 
-ContactValidity validity_of(const SphereContact& contact, const SkinParameters& skin,
+ContactValidity validity_of(const ContactState& contact, const SkinParameters& skin,
                             double radius_mm) {
   ContactValidity validity;
   validity.thickness_given = skin.layered();

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/contact/sphere_contact.hpp"
+#include "core/contact/contact_state.hpp"
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {
@@ -34,7 +34,7 @@ struct ContactValidity {
 
 /// \param contact  made by the law that `skin` asks for; \param radius_mm  of the sphere
 /// Real-time: no.
-[[nodiscard]] ContactValidity validity_of(const SphereContact& contact, const SkinParameters& skin,
+[[nodiscard]] ContactValidity validity_of(const ContactState& contact, const SkinParameters& skin,
                                           double radius_mm);
 
 }  // namespace merkel

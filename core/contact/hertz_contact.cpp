@@ -17,7 +17,7 @@ HertzContact::HertzContact(double sphere_radius_mm, double skin_radius_mm,
   assert(std::isfinite(reduced_modulus_kPa_) && reduced_modulus_kPa_ > 0.0);
 }
 
-SphereContact HertzContact::at_depth(double depth_mm) const noexcept {
+ContactState HertzContact::at_depth(double depth_mm) const noexcept {
   if (!(depth_mm > 0.0)) return {};
   const double a = std::sqrt(effective_radius_mm_ * depth_mm);
   return {.depth_mm = depth_mm,
@@ -26,20 +26,20 @@ SphereContact HertzContact::at_depth(double depth_mm) const noexcept {
           .peak_pressure_kPa = 2.0 * reduced_modulus_kPa_ * a / (pi * effective_radius_mm_)};
 }
 
-SphereContact HertzContact::at_force(double force_mN) const noexcept {
+ContactState HertzContact::at_force(double force_mN) const noexcept {
   if (!(force_mN > 0.0)) return {};
   const double root =
       std::cbrt(0.75 * force_mN / (reduced_modulus_kPa_ * std::sqrt(effective_radius_mm_)));
   return at_depth(root * root);
 }
 
-double HertzContact::pressure_kPa(const SphereContact& contact, double r_mm) noexcept {
+double HertzContact::pressure_kPa(const ContactState& contact, double r_mm) noexcept {
   const double a = contact.contact_radius_mm;
   if (!(r_mm < a)) return 0.0;
   return contact.peak_pressure_kPa * std::sqrt((1.0 - r_mm / a) * (1.0 + r_mm / a));
 }
 
-double HertzContact::surface_displacement_mm(const SphereContact& contact, double r_mm) noexcept {
+double HertzContact::surface_displacement_mm(const ContactState& contact, double r_mm) noexcept {
   const double a = contact.contact_radius_mm;
   const double d = contact.depth_mm;
   if (!(a > 0.0)) return 0.0;
@@ -55,7 +55,7 @@ double HertzContact::surface_displacement_mm(const SphereContact& contact, doubl
          ((2.0 * a * a - r_mm * r_mm) * std::asin(q) + r_mm * a * std::sqrt((1.0 - q) * (1.0 + q)));
 }
 
-double HertzContact::radius_of_displacement_mm(const SphereContact& contact,
+double HertzContact::radius_of_displacement_mm(const ContactState& contact,
                                                double displacement_mm) noexcept {
   if (!(surface_displacement_mm(contact, 0.0) >= displacement_mm)) return 0.0;
   // U(r) ≤ 2d·a/(π·r) for r ≥ a, so the radius lies below `high`.

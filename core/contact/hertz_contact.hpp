@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/contact/sphere_contact.hpp"
+#include "core/contact/contact_state.hpp"
 #include "core/realtime_tag.hpp"
 
 namespace merkel {
@@ -18,12 +18,12 @@ class HertzContact {
   [[nodiscard]] double effective_radius_mm() const noexcept { return effective_radius_mm_; }
 
   /// The contact at an indentation depth; ≤ 0 does not touch.
-  [[nodiscard]] SphereContact at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] ContactState at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
   /// The contact under a force: d = (3F/(4E*√R*))^(2/3); ≤ 0 does not touch.
-  [[nodiscard]] SphereContact at_force(double force_mN) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] ContactState at_force(double force_mN) const noexcept MERKEL_REALTIME;
 
   /// p(r) = p0·√(1−r²/a²) inside the contact, 0 outside.
-  [[nodiscard]] static double pressure_kPa(const SphereContact& contact,
+  [[nodiscard]] static double pressure_kPa(const ContactState& contact,
                                            double r_mm) noexcept MERKEL_REALTIME;
 
   /// Downward displacement U(r) of the skin's surface (Eq. 2, mended), as fixed by the depth and
@@ -31,13 +31,13 @@ class HertzContact {
   /// r < a: d·(1 − r²/2a²); else d/(πa²)·[(2a²−r²)·asin(a/r) + r·a·√(1−a²/r²)].
   /// Far away the bracket cancels, so beyond 20 a its series in q = a/r is used:
   /// 4d/(3π)·q·(1 + q²/10 + 9q⁴/280 + 5q⁶/336 + 35q⁸/4224), exact to 1e-15 there.
-  [[nodiscard]] static double surface_displacement_mm(const SphereContact& contact,
+  [[nodiscard]] static double surface_displacement_mm(const ContactState& contact,
                                                       double r_mm) noexcept MERKEL_REALTIME;
 
   /// The radius within which the surface is displaced by at least `displacement_mm`; 0 if nowhere.
   /// U falls with r, so U(r) ≥ u is r ≤ this radius. Bisection to 1 nm.
   [[nodiscard]] static double radius_of_displacement_mm(
-      const SphereContact& contact, double displacement_mm) noexcept MERKEL_REALTIME;
+      const ContactState& contact, double displacement_mm) noexcept MERKEL_REALTIME;
 
  private:
   double effective_radius_mm_;

@@ -5,7 +5,7 @@
 
 namespace merkel {
 
-AxisymmetricStress huber_stress(const SphereContact& contact, double poisson_ratio, double r_mm,
+AxisymmetricStress huber_stress(const ContactState& contact, double poisson_ratio, double r_mm,
                                 double z_mm) noexcept {
   assert(r_mm >= 0.0 && z_mm >= 0.0);
   if (!contact.touching()) return {};

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/contact/sphere_contact.hpp"
+#include "core/contact/contact_state.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/skin/stress.hpp"
 
@@ -21,7 +21,7 @@ namespace merkel {
 /// \param r_mm  distance from the axis, ≥ 0
 /// \param z_mm  depth below the surface, ≥ 0
 /// Real-time: yes.
-[[nodiscard]] AxisymmetricStress huber_stress(const SphereContact& contact, double poisson_ratio,
+[[nodiscard]] AxisymmetricStress huber_stress(const ContactState& contact, double poisson_ratio,
                                               double r_mm, double z_mm) noexcept MERKEL_REALTIME;
 
 }  // namespace merkel

@@ -2,18 +2,18 @@
 
 #include <limits>
 
-#include "core/contact/bar_stress_field.hpp"
-#include "core/contact/sphere_contact.hpp"
+#include "core/contact/contact_state.hpp"
+#include "core/contact/flat_tip_field.hpp"
 
 namespace merkel {
 
-/// A contact, where on the patch its axis is, and how far it matters.
+/// A contact, the place of its axis on the patch, and its reach.
 struct PlacedContact {
-  SphereContact contact;                 ///< of bars, depth and force only
-  const BarStressField* bars = nullptr;  ///< null for a sphere
+  ContactState contact;
+  const FlatTipField* flat_tip = nullptr;  ///< the unit field of bars or a pin; null for a sphere
   double x_mm = 0.0;
   double y_mm = 0.0;
-  /// Beyond this distance from the axis, receptors feel next to nothing (see DriveReach).
+  /// Beyond this distance from the axis, the energy density counts as zero (see DriveReach).
   double reach_mm = std::numeric_limits<double>::infinity();
 
   friend bool operator==(const PlacedContact&, const PlacedContact&) = default;

@@ -43,7 +43,7 @@ SneddonContact::SneddonContact(double radius_mm, double reduced_modulus_kPa) noe
   assert(std::isfinite(radius_mm_) && radius_mm_ > 0.0);
 }
 
-SphereContact SneddonContact::at_radius_ratio(double q) const noexcept {
+ContactState SneddonContact::at_radius_ratio(double q) const noexcept {
   const double a = q * radius_mm_;
   const double force = reduced_modulus_kPa_ * radius_mm_ * radius_mm_ * force_ratio(q);
   return {.depth_mm = radius_mm_ * depth_ratio(q),
@@ -52,17 +52,17 @@ SphereContact SneddonContact::at_radius_ratio(double q) const noexcept {
           .peak_pressure_kPa = 1.5 * force / (std::numbers::pi * a * a)};
 }
 
-SphereContact SneddonContact::at_depth(double depth_mm) const noexcept {
+ContactState SneddonContact::at_depth(double depth_mm) const noexcept {
   if (!(depth_mm > 0.0)) return {};
-  SphereContact contact = at_radius_ratio(solve(depth_ratio, depth_mm / radius_mm_));
+  ContactState contact = at_radius_ratio(solve(depth_ratio, depth_mm / radius_mm_));
   contact.depth_mm = depth_mm;
   return contact;
 }
 
-SphereContact SneddonContact::at_force(double force_mN) const noexcept {
+ContactState SneddonContact::at_force(double force_mN) const noexcept {
   if (!(force_mN > 0.0)) return {};
   const double scale = reduced_modulus_kPa_ * radius_mm_ * radius_mm_;
-  SphereContact contact = at_radius_ratio(solve(force_ratio, force_mN / scale));
+  ContactState contact = at_radius_ratio(solve(force_ratio, force_mN / scale));
   contact.force_mN = force_mN;
   return contact;
 }

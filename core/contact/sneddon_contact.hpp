@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/contact/sphere_contact.hpp"
+#include "core/contact/contact_state.hpp"
 #include "core/realtime_tag.hpp"
 
 namespace merkel {
@@ -17,12 +17,12 @@ class SneddonContact {
   SneddonContact(double radius_mm, double reduced_modulus_kPa) noexcept;
 
   /// The contact at an indentation depth; ≤ 0 does not touch.
-  [[nodiscard]] SphereContact at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] ContactState at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
   /// The contact under a force; ≤ 0 does not touch.
-  [[nodiscard]] SphereContact at_force(double force_mN) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] ContactState at_force(double force_mN) const noexcept MERKEL_REALTIME;
 
  private:
-  [[nodiscard]] SphereContact at_radius_ratio(double q) const noexcept;
+  [[nodiscard]] ContactState at_radius_ratio(double q) const noexcept;
 
   double radius_mm_;
   double reduced_modulus_kPa_;

@@ -20,9 +20,9 @@ double SphereLaw::layer_factor(double chi) const noexcept {
   return exact_layer_ ? exact_layer_->force_factor(chi) : dimitriadis_factor(chi, poisson_ratio_);
 }
 
-SphereContact SphereLaw::at_depth(double depth_mm) const noexcept {
+ContactState SphereLaw::at_depth(double depth_mm) const noexcept {
   if (sneddon_) return sneddon_->at_depth(depth_mm);
-  SphereContact contact = hertz_.at_depth(depth_mm);
+  ContactState contact = hertz_.at_depth(depth_mm);
   if (std::isinf(thickness_mm_) || !contact.touching()) return contact;
   const double chi = contact.contact_radius_mm / thickness_mm_;
   contact.force_mN *= layer_factor(chi);
@@ -33,9 +33,9 @@ SphereContact SphereLaw::at_depth(double depth_mm) const noexcept {
   return contact;
 }
 
-SphereContact SphereLaw::at_force(double force_mN) const noexcept {
+ContactState SphereLaw::at_force(double force_mN) const noexcept {
   if (sneddon_) return sneddon_->at_force(force_mN);
-  SphereContact contact = hertz_.at_force(force_mN);
+  ContactState contact = hertz_.at_force(force_mN);
   if (std::isinf(thickness_mm_) || !contact.touching()) return contact;
   // A layer is stiffer than the half-space, so its depth lies below Hertz's; force rises with it.
   double low = 0.0;

@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "core/contact/bonded_layer.hpp"
+#include "core/contact/contact_state.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/sneddon_contact.hpp"
-#include "core/contact/sphere_contact.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/skin/skin_material.hpp"
 
@@ -20,9 +20,9 @@ class SphereLaw {
   SphereLaw(const SkinParameters& skin, double radius_mm);
 
   /// The contact at an indentation depth; ≤ 0 does not touch.
-  [[nodiscard]] SphereContact at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] ContactState at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
   /// The contact under a force; ≤ 0 does not touch.
-  [[nodiscard]] SphereContact at_force(double force_mN) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] ContactState at_force(double force_mN) const noexcept MERKEL_REALTIME;
 
   /// R* = 1/(1/R + 1/R_skin).
   [[nodiscard]] double effective_radius_mm() const noexcept { return hertz_.effective_radius_mm(); }

@@ -15,10 +15,10 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin)
       }
       break;
     case Indenter::Tip::kBars:
-      bars_ = std::make_shared<BarStressField>(indenter.bars, skin);
+      flat_tip_ = std::make_shared<FlatTipField>(indenter.bars, skin);
       break;
     case Indenter::Tip::kPin:
-      bars_ = std::make_shared<BarStressField>(indenter.pin, skin);
+      flat_tip_ = std::make_shared<FlatTipField>(indenter.pin, skin);
       break;
   }
 }
@@ -34,7 +34,7 @@ Press TipContact::press(const ContactInput& input) const noexcept {
     }
     return press;
   }
-  const double stiffness = bars_->force_mN_per_mm();
+  const double stiffness = flat_tip_->force_mN_per_mm();
   press.contact.depth_mm = std::max(0.0, by_force_ ? input.force_mN / stiffness : input.depth_mm);
   press.contact.force_mN = press.contact.depth_mm * stiffness;
   return press;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/flat_tip_field.hpp"
 #include "core/contact/indenter.hpp"
 #include "core/contact/sphere_law.hpp"
 #include "core/realtime_tag.hpp"
@@ -13,21 +13,21 @@ namespace merkel {
 
 /// The contact of any tip with the skin at one instant.
 struct Press {
-  SphereContact contact;  ///< of a sphere; of a flat tip, depth and force only
-  double x_mm = 0.0;      ///< its centre
+  ContactState contact;
+  double x_mm = 0.0;  ///< of its centre
   double y_mm = 0.0;
 
   [[nodiscard]] bool touching() const noexcept { return contact.depth_mm > 0.0; }
 };
 
-/// Turns what a probe says into the contact its tip makes. Real-time: yes, after construction.
+/// Turns a probe's reading into the contact of its tip. Real-time: yes, after construction.
 class TipContact {
  public:
   TipContact(const Indenter& indenter, const SkinParameters& skin);
 
   [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
   /// The unit field of bars or a pin; null for a sphere.
-  [[nodiscard]] const BarStressField* bars() const noexcept { return bars_.get(); }
+  [[nodiscard]] const FlatTipField* flat_tip() const noexcept { return flat_tip_.get(); }
   /// The contact law of a sphere; null for a flat tip.
   [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
 
@@ -36,7 +36,7 @@ class TipContact {
   std::optional<SphereLaw> sphere_;
   std::optional<SkinParameters::Apex> apex_;
   double offset_kept_ = 1.0;  ///< of the axis from the apex: k/(k + 1/R_skin), k = 1/R
-  std::shared_ptr<const BarStressField> bars_;
+  std::shared_ptr<const FlatTipField> flat_tip_;
 };
 
 }  // namespace merkel

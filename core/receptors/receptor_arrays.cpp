@@ -68,8 +68,8 @@ void ReceptorArrays<Real>::add_bars(const PlacedContact& placed, std::size_t fir
                                     std::size_t last) noexcept {
   const double depth_mm = placed.contact.depth_mm;
   for (std::size_t i = first; i < last; ++i) {
-    const BarStressField::Unit unit = placed.bars->at(static_cast<double>(x_[i]) - placed.x_mm,
-                                                      static_cast<double>(y_[i]) - placed.y_mm);
+    const FlatTipField::Unit unit = placed.flat_tip->at(static_cast<double>(x_[i]) - placed.x_mm,
+                                                        static_cast<double>(y_[i]) - placed.y_mm);
     const double parts[kSums] = {unit.stress.sigma_x, unit.stress.sigma_y, unit.stress.sigma_z,
                                  unit.stress.tau_xy,  unit.stress.tau_yz,  unit.stress.tau_zx};
     for (std::size_t k = 0; k < kSums; ++k) {
@@ -82,7 +82,7 @@ template <class Real>
 void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::size_t first,
                                  std::size_t last) noexcept {
   const ReceptorArguments<Real> receptors = blocks(first, last);
-  if (contacts.size() == 1 && contacts.front().bars == nullptr) {
+  if (contacts.size() == 1 && contacts.front().flat_tip == nullptr) {
     sphere_energy(field(contacts.front()), receptors);
     return;
   }
@@ -96,7 +96,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                 .tau_yz = sums_[4].data(),
                                 .tau_zx = sums_[5].data()};
   for (const PlacedContact& placed : contacts) {
-    if (placed.bars != nullptr) {
+    if (placed.flat_tip != nullptr) {
       add_bars(placed, receptors.first, receptors.last);
     } else {
       add_sphere_stress(field(placed), receptors, sums);

@@ -83,11 +83,11 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
   for (const PlacedContact& placed : contacts) {
     const double farthest2 = box_.farthest2(placed.x_mm, placed.y_mm);
     Ranges ranges{.reach2 = square(placed.reach_mm), .displaced2 = 0.0, .may_displace2 = 0.0};
-    if (placed.bars != nullptr) {
+    if (placed.flat_tip != nullptr) {
       // All of the force acts within half a diagonal of the axis, so U lies between what it would
       // do from the near and from the far side.
-      const double half_diagonal = placed.bars->half_diagonal_mm();
-      const double at_1_mm = placed.contact.depth_mm * placed.bars->far_displacement_mm();
+      const double half_diagonal = placed.flat_tip->half_diagonal_mm();
+      const double at_1_mm = placed.contact.depth_mm * placed.flat_tip->far_displacement_mm();
       ranges.displaced2 = square(std::max(0.0, at_1_mm / threshold_mm - half_diagonal));
       ranges.may_displace2 = square(at_1_mm / share_mm + half_diagonal);
     } else if (HertzContact::surface_displacement_mm(placed.contact, std::sqrt(farthest2)) >=
@@ -135,9 +135,9 @@ bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
     const double dy = y - contacts_[i].y_mm;
     const double r2 = dx * dx + dy * dy;
     if (r2 <= ranges_[i].displaced2) return true;
-    if (contacts_.size() == 1 && contacts_[i].bars == nullptr) return false;
-    sum_mm += contacts_[i].bars != nullptr
-                  ? contacts_[i].bars->at(dx, dy).displacement * contacts_[i].contact.depth_mm
+    if (contacts_.size() == 1 && contacts_[i].flat_tip == nullptr) return false;
+    sum_mm += contacts_[i].flat_tip != nullptr
+                  ? contacts_[i].flat_tip->at(dx, dy).displacement * contacts_[i].contact.depth_mm
                   : HertzContact::surface_displacement_mm(contacts_[i].contact, std::sqrt(r2));
   }
   return sum_mm >= units::mm_from_um(parameters_.transduction.threshold_um);

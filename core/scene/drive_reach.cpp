@@ -56,7 +56,7 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
   radius_mm_.reserve(kDepths + 1);
   if (tip.sphere() != nullptr) {
     for (int k = 0; k <= kDepths; ++k) {
-      const SphereContact contact = tip.sphere()->at_depth(k * spacing_mm_);
+      const ContactState contact = tip.sphere()->at_depth(k * spacing_mm_);
       radius_mm_.push_back(last_above(limit_kPa, contact.contact_radius_mm, [&](double r) {
         return energy_density_kPa(
             huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm), material,
@@ -70,7 +70,7 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
       double largest = 0.0;
       for (int k = 0; k < kDirections; ++k) {
         const double angle = 2.0 * std::numbers::pi * k / kDirections;
-        const auto unit = tip.bars()->at(r * std::cos(angle), r * std::sin(angle));
+        const auto unit = tip.flat_tip()->at(r * std::cos(angle), r * std::sin(angle));
         largest = std::max(largest, energy_density_kPa(unit.stress, material, skin.energy_density));
       }
       largest_kPa.push_back(largest);

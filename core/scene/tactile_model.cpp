@@ -224,7 +224,7 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
     if (!made.touching()) continue;
     touching_[parameters_.indenters[i].patch].push_back(
         {.contact = made.contact,
-         .bars = tips_[i].bars(),
+         .flat_tip = tips_[i].flat_tip(),
          .x_mm = made.x_mm,
          .y_mm = made.y_mm,
          .reach_mm = reach_of_tip_[i].radius_mm(made.contact.depth_mm)});

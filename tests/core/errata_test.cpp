@@ -27,7 +27,7 @@ constexpr double kDepth = 1.5;
 const SkinMaterial kSkin{SkinParameters{}};
 const double kE = kSkin.reduced_modulus_kPa();
 
-SphereContact paper_press() { return HertzContact(kRadius, kFlat, kE).at_depth(kDepth); }
+ContactState paper_press() { return HertzContact(kRadius, kFlat, kE).at_depth(kDepth); }
 
 /// ∫ p dA over the contact of the paper's press.
 template <class Pressure>
@@ -79,7 +79,7 @@ TEST(Errata, Row05PeakPressureHasAContactRadiusTooMany) {
 }
 
 TEST(Errata, Row06InnerDisplacementIsTwiceTheDepthAndJumpsAtTheRim) {
-  const SphereContact press = paper_press();
+  const ContactState press = paper_press();
   const double a = press.contact_radius_mm;
   const auto printed = [&](double r) {
     return pi * press.peak_pressure_kPa / (2.0 * a * kE) * (2.0 * a * a - r * r);
@@ -92,7 +92,7 @@ TEST(Errata, Row06InnerDisplacementIsTwiceTheDepthAndJumpsAtTheRim) {
 }
 
 TEST(Errata, Row07OuterDisplacementTurnsNegative) {
-  const SphereContact press = paper_press();
+  const ContactState press = paper_press();
   const double a = press.contact_radius_mm;
   const auto printed = [&](double r) {
     return (2.0 * a * a - r * r) * std::asin(a / r) +
@@ -140,7 +140,7 @@ TEST(Errata, Row11PointLoadSeenFromTheDisplacementFallsWithDepth) {
   double printed_before = std::numeric_limits<double>::infinity();
   double ours_before = 0.0;
   for (const double depth : {1.0, 2.0, 3.0, 4.0, 5.0}) {
-    const SphereContact press = law.at_depth(depth);
+    const ContactState press = law.at_depth(depth);
     const double z = HertzContact::surface_displacement_mm(press, 0.0);
     const double printed =
         energy_density_kPa(point_load_stress(press.force_mN, kSkin.poisson_ratio(), 0.0, z), kSkin,

@@ -63,7 +63,7 @@ AxisymmetricStress bar_stress(const BarContact& contact, double depth_mm, double
 int inspect_contact(const InspectOptions& options) {
   const auto inspected = press_of(options);
   if (!inspected) return refuse(inspected.error());
-  const SphereContact& contact = inspected->press.contact;
+  const ContactState& contact = inspected->press.contact;
   if (inspected->indenter.tip != Indenter::Tip::kSphere) {
     std::printf("force_N,depth_mm\n%.12g,%.12g\n", units::N_from_mN(contact.force_mN),
                 contact.depth_mm);
@@ -96,7 +96,7 @@ int inspect_field(const InspectOptions& options) {
   }
   const SkinMaterial skin(inspected->skin);
   const double nu = skin.poisson_ratio();
-  const SphereContact& contact = inspected->press.contact;
+  const ContactState& contact = inspected->press.contact;
   BarContact bar_contact;
   if (bars) {
     bar_contact = BarContact::solve(inspected->indenter.bars, skin.reduced_modulus_kPa(),

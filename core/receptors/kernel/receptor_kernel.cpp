@@ -87,7 +87,7 @@ void sigmoid_currents(const SigmoidConstants<float>& c, const ReceptorArguments<
 }
 
 template <class Real>
-SphereField<Real>::SphereField(const SphereContact& contact, double x_mm, double y_mm,
+SphereField<Real>::SphereField(const ContactState& contact, double x_mm, double y_mm,
                                const SkinMaterial& skin, EnergyDensity kind,
                                double receptor_depth_mm) {
   const auto real = [](double value) { return static_cast<Real>(value); };

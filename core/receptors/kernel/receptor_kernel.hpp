@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "core/contact/sphere_contact.hpp"
+#include "core/contact/contact_state.hpp"
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {
@@ -12,7 +12,7 @@ template <class Real>
 struct SphereField {
   SphereField() = default;
   /// \param receptor_depth_mm  > 0
-  SphereField(const SphereContact& contact, double x_mm, double y_mm, const SkinMaterial& skin,
+  SphereField(const ContactState& contact, double x_mm, double y_mm, const SkinMaterial& skin,
               EnergyDensity kind, double receptor_depth_mm);
 
   Real x = 0, y = 0;   ///< where the axis is

@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/flat_tip_field.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/reference/superposition.hpp"
@@ -156,10 +156,10 @@ TEST(BarContact, EveryLoadPressesAndNonePulls) {
   }
 }
 
-TEST(BarStressField, InterpolatesTheSuperposition) {
+TEST(FlatTipField, InterpolatesTheSuperposition) {
   const BarTip tip;
   const SkinParameters skin;
-  const BarStressField field(tip, skin);
+  const FlatTipField field(tip, skin);
   // A quarter of a thousandth of the peak of σz.
   constexpr double kTolerance_kPa = 3e-3;
   for (double x = -14.03; x < 14.0; x += 0.517) {
@@ -175,9 +175,9 @@ TEST(BarStressField, InterpolatesTheSuperposition) {
   }
 }
 
-TEST(BarStressField, FarAwayTheTipIsAPointLoad) {
+TEST(FlatTipField, FarAwayTheTipIsAPointLoad) {
   const BarTip tip{.widths_mm = {2.0}, .gaps_mm = {}, .length_mm = 3.0};
-  const BarStressField field(tip, {});
+  const FlatTipField field(tip, {});
   // Inside and outside of the grid's border, 10 mm from the tip.
   for (const double x : {10.8, 11.5}) {
     const auto point = point_load_stress(field.force_mN_per_mm(), 0.48, x, 0.65);

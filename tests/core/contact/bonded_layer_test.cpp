@@ -96,7 +96,7 @@ TEST(SphereLaw, PressureOfEveryLawCarriesItsForce) {
        {SkinParameters{}, SkinParameters{.contact_law = ContactLaw::kSneddon},
         SkinParameters{.thickness_mm = 4.0},
         SkinParameters{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact}}) {
-    const SphereContact contact = SphereLaw(skin, 2.0).at_depth(1.2);
+    const ContactState contact = SphereLaw(skin, 2.0).at_depth(1.2);
     const double carried = 2.0 / 3.0 * std::numbers::pi * contact.contact_radius_mm *
                            contact.contact_radius_mm * contact.peak_pressure_kPa;
     EXPECT_NEAR(carried / contact.force_mN, 1.0, 1e-12);

@@ -16,7 +16,7 @@ constexpr double kFlat = std::numeric_limits<double>::infinity();
 const double kModulus = SkinMaterial(SkinParameters{}).reduced_modulus_kPa();
 
 TEST(HertzContact, PaperPressHasThePublishedForceAndPressure) {
-  const SphereContact contact = HertzContact(2.0, kFlat, kModulus).at_depth(1.5);
+  const ContactState contact = HertzContact(2.0, kFlat, kModulus).at_depth(1.5);
   EXPECT_NEAR(contact.contact_radius_mm, std::sqrt(3.0), 1e-12);
   EXPECT_NEAR(contact.force_mN, 453.45, 0.005);
   EXPECT_NEAR(contact.peak_pressure_kPa, 72.169, 0.0005);
@@ -29,7 +29,7 @@ TEST(HertzContact, ForceGrowsWithDepthToTheThreeHalves) {
 
 TEST(HertzContact, PressureIntegratesToTheForce) {
   const HertzContact law(3.0, 8.0, kModulus);
-  const SphereContact contact = law.at_depth(0.7);
+  const ContactState contact = law.at_depth(0.7);
   const double force = reference::integrate(
       [&](double r) { return 2.0 * std::numbers::pi * r * HertzContact::pressure_kPa(contact, r); },
       0.0, contact.contact_radius_mm);
@@ -64,7 +64,7 @@ TEST(HertzContact, SurfaceIsDisplacedByTheDepthAtTheCentre) {
 
 TEST(HertzContact, SurfaceDisplacementIsContinuousInValueAndSlopeAtTheRim) {
   const HertzContact law(2.0, kFlat, kModulus);
-  const SphereContact contact = law.at_depth(1.5);
+  const ContactState contact = law.at_depth(1.5);
   const double a = contact.contact_radius_mm;
   const auto u = [&](double r) { return HertzContact::surface_displacement_mm(contact, r); };
   EXPECT_NEAR(u(a * (1.0 - 1e-12)), u(a), 1e-10);
@@ -74,7 +74,7 @@ TEST(HertzContact, SurfaceDisplacementIsContinuousInValueAndSlopeAtTheRim) {
 
 TEST(HertzContact, SurfaceDisplacementEqualsTheSuperpositionOfPointLoads) {
   const HertzContact law(2.0, kFlat, kModulus);
-  const SphereContact contact = law.at_depth(1.5);
+  const ContactState contact = law.at_depth(1.5);
   for (const double r : {0.3, 1.0, 1.6, 2.0, 3.0, 10.0, 17.0, 25.0, 40.0, 60.0}) {
     const double expected = reference::superposed_displacement_mm(
         contact.peak_pressure_kPa, contact.contact_radius_mm, kModulus, r);
@@ -85,7 +85,7 @@ TEST(HertzContact, SurfaceDisplacementEqualsTheSuperpositionOfPointLoads) {
 
 TEST(HertzContact, FarSeriesJoinsTheClosedForm) {
   const HertzContact law(2.0, kFlat, kModulus);
-  const SphereContact contact = law.at_depth(1.5);
+  const ContactState contact = law.at_depth(1.5);
   const double border = 20.0 * contact.contact_radius_mm;
   EXPECT_NEAR(HertzContact::surface_displacement_mm(contact, border * (1.0 - 1e-13)) /
                   HertzContact::surface_displacement_mm(contact, border * (1.0 + 1e-13)),
@@ -99,7 +99,7 @@ TEST(HertzContact, ThresholdRadiusOfTheDeepPressIsThePublishedOne) {
 
 TEST(HertzContact, ThresholdRadiusSeparatesDisplacedFromUndisplacedSkin) {
   const HertzContact law(2.0, kFlat, kModulus);
-  const SphereContact contact = law.at_depth(0.02);
+  const ContactState contact = law.at_depth(0.02);
   const double radius = HertzContact::radius_of_displacement_mm(contact, 0.005);
   EXPECT_GT(radius, 0.0);
   EXPECT_GE(HertzContact::surface_displacement_mm(contact, radius), 0.005);

@@ -15,7 +15,7 @@ namespace {
 constexpr double kA = 1.7320508075688772;
 constexpr double kP0 = 72.16902458;
 
-SphereContact disc() {
+ContactState disc() {
   return {.depth_mm = 1.5,
           .force_mN = 2.0 / 3.0 * 3.14159265358979323846 * kA * kA * kP0,
           .contact_radius_mm = kA,

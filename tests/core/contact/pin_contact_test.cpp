@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/flat_tip_field.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
@@ -69,7 +69,7 @@ TEST(PinContact, CarriesItsForce) {
 TEST(PinContact, TheGridRepeatsTheClosedForm) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
-  const BarStressField field(PinTip{.diameter_mm = 1.0}, skin);
+  const FlatTipField field(PinTip{.diameter_mm = 1.0}, skin);
   const double force = field.force_mN_per_mm();
   EXPECT_NEAR(force, 2.0 * 0.5 * material.reduced_modulus_kPa(), 1e-9);
   for (const double x : {-1.3, -0.4, 0.0, 0.33, 0.7}) {

@@ -40,7 +40,7 @@ TEST(SneddonContact, EqualsTheIntegralOverTheSphericalProfile) {
   const SneddonContact law(2.0, kModulus);
   for (const double a : {0.01, 0.3, 1.0, 1.5, 1.9}) {
     const General expected = general(2.0, a);
-    const SphereContact contact = law.at_depth(expected.depth);
+    const ContactState contact = law.at_depth(expected.depth);
     EXPECT_NEAR(contact.contact_radius_mm / a, 1.0, 1e-9) << a;
     EXPECT_NEAR(contact.force_mN / expected.force, 1.0, 1e-9) << a;
   }
@@ -59,7 +59,7 @@ TEST(SneddonContact, DepartsFromHertzAsPublished) {
 
 TEST(SneddonContact, TendsToHertzForShallowPresses) {
   const HertzContact hertz(2.0, std::numeric_limits<double>::infinity(), kModulus);
-  const SphereContact contact = SneddonContact(2.0, kModulus).at_depth(1e-6);
+  const ContactState contact = SneddonContact(2.0, kModulus).at_depth(1e-6);
   EXPECT_NEAR(contact.force_mN / hertz.at_depth(1e-6).force_mN, 1.0, 1e-6);
   EXPECT_NEAR(contact.peak_pressure_kPa / hertz.at_depth(1e-6).peak_pressure_kPa, 1.0, 1e-6);
 }

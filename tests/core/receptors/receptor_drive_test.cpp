@@ -31,8 +31,8 @@ struct Reference {
     for (const PlacedContact& placed : contacts) {
       const double dx = receptor.x_mm - placed.x_mm;
       const double dy = receptor.y_mm - placed.y_mm;
-      if (placed.bars != nullptr) {
-        sum += placed.bars->at(dx, dy).stress * placed.contact.depth_mm;
+      if (placed.flat_tip != nullptr) {
+        sum += placed.flat_tip->at(dx, dy).stress * placed.contact.depth_mm;
       } else {
         sum += cartesian(huber_stress(placed.contact, skin.poisson_ratio, std::hypot(dx, dy),
                                       skin.receptor_depth_mm),
@@ -47,8 +47,8 @@ struct Reference {
     for (const PlacedContact& placed : contacts) {
       const double dx = receptor.x_mm - placed.x_mm;
       const double dy = receptor.y_mm - placed.y_mm;
-      sum += placed.bars != nullptr
-                 ? placed.bars->at(dx, dy).displacement * placed.contact.depth_mm
+      sum += placed.flat_tip != nullptr
+                 ? placed.flat_tip->at(dx, dy).displacement * placed.contact.depth_mm
                  : HertzContact::surface_displacement_mm(placed.contact, std::hypot(dx, dy));
     }
     return sum;
@@ -150,11 +150,11 @@ TEST(ReceptorDrive, ReceptorsAtAnyDepthAgreeWithTheScalarClosedForms) {
 
 TEST(ReceptorDrive, BarsAndSpheresActTogether) {
   const Reference reference;
-  const BarStressField bars(BarTip{}, reference.skin);
+  const FlatTipField bars(BarTip{}, reference.skin);
   ReceptorDrive drive = drive_of(reference);
   for (const double depth : {0.001, 0.003, 0.4}) {
     const std::vector<PlacedContact> contacts = {
-        {.contact = {.depth_mm = depth}, .bars = &bars, .x_mm = 14.0, .y_mm = 9.0},
+        {.contact = {.depth_mm = depth}, .flat_tip = &bars, .x_mm = 14.0, .y_mm = 9.0},
         sphere(0.01, 4.0, 4.0)};
     drive.compute(contacts);
     expect_currents(drive, reference.currents(receptors_of_the_paper(), contacts), 1e-10);
@@ -231,7 +231,7 @@ TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
       EXPECT_GE(radius, before);
       before = radius;
       ASSERT_TRUE(std::isfinite(radius));
-      PlacedContact placed{.contact = {.depth_mm = depth}, .bars = tip.bars()};
+      PlacedContact placed{.contact = {.depth_mm = depth}, .flat_tip = tip.flat_tip()};
       if (tip.sphere() != nullptr) placed.contact = tip.sphere()->at_depth(depth);
       for (double r = radius; r < 60.0; r += 0.37) {
         for (double angle = 0.0; angle < 6.3; angle += 0.21) {

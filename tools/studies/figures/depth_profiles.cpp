@@ -27,7 +27,7 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
   if (!table) return Unexpected<SetupError>(table.error());
   const auto profile = [&](double radius_mm, double depth_mm) {
     const HertzContact law(radius_mm, skin.radius_mm, material.reduced_modulus_kPa());
-    const SphereContact contact = law.at_depth(depth_mm);
+    const ContactState contact = law.at_depth(depth_mm);
     Peak peak;
     for (int i = 0; i <= 1000; ++i) {
       const double r = 0.01 * i;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/flat_tip_field.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
 #include "core/receptors/sigmoid_transduction.hpp"
 #include "core/skin/strain_energy_density.hpp"
@@ -37,7 +37,7 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
   const SigmoidTransduction transduction;
-  const BarStressField field(tip, skin);
+  const FlatTipField field(tip, skin);
 
   std::vector<double> x;
   std::vector<double> energy;

@@ -1,4 +1,4 @@
-#include "core/contact/bar_stress_field.hpp"
+#include "core/contact/flat_tip_field.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ double grid_spacing_mm(const SkinParameters& skin) {
   return std::clamp(skin.receptor_depth_mm / 8.0, 0.02, 0.2);
 }
 
-std::array<double, 7> pack(const BarStressField::Unit& unit) {
+std::array<double, 7> pack(const FlatTipField::Unit& unit) {
   const CartesianStress& s = unit.stress;
   return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, unit.displacement};
 }
@@ -28,7 +28,7 @@ std::array<double, 4> cubic_weights(double t) {
 
 }  // namespace
 
-BarStressField::BarStressField(const BarTip& tip, const SkinParameters& skin)
+FlatTipField::FlatTipField(const BarTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
       half_diagonal_mm_(0.5 * std::hypot(tip.total_width_mm(), tip.length_mm)),
@@ -39,7 +39,7 @@ BarStressField::BarStressField(const BarTip& tip, const SkinParameters& skin)
             [this](double x, double y) { return superposed(x, y); });
 }
 
-BarStressField::BarStressField(const PinTip& tip, const SkinParameters& skin)
+FlatTipField::FlatTipField(const PinTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
       half_diagonal_mm_(0.5 * tip.diameter_mm),
@@ -56,7 +56,7 @@ BarStressField::BarStressField(const PinTip& tip, const SkinParameters& skin)
 }
 
 template <class Field>
-void BarStressField::fill_grid(double half_width_mm, double half_length_mm, Field field) {
+void FlatTipField::fill_grid(double half_width_mm, double half_length_mm, Field field) {
   const double half_x = half_width_mm + kMargin_mm;
   const double half_y = half_length_mm + kMargin_mm;
   const auto half_columns = static_cast<std::size_t>(std::ceil(half_x / spacing_mm_)) + 2;
@@ -73,7 +73,7 @@ void BarStressField::fill_grid(double half_width_mm, double half_length_mm, Fiel
   }
 }
 
-BarStressField::Unit BarStressField::superposed(double x_mm, double y_mm) const noexcept {
+FlatTipField::Unit FlatTipField::superposed(double x_mm, double y_mm) const noexcept {
   Unit unit;
   for (const LineLoad& load : contact_.loads) {
     unit.stress += line_load_stress(load, skin_.poisson_ratio(), x_mm, y_mm, receptor_depth_mm_);
@@ -85,11 +85,11 @@ BarStressField::Unit BarStressField::superposed(double x_mm, double y_mm) const 
   return unit;
 }
 
-double BarStressField::far_displacement_mm() const noexcept {
+double FlatTipField::far_displacement_mm() const noexcept {
   return force_mN_per_mm_ / (std::numbers::pi * skin_.reduced_modulus_kPa());
 }
 
-BarStressField::Unit BarStressField::far_away(double x_mm, double y_mm) const noexcept {
+FlatTipField::Unit FlatTipField::far_away(double x_mm, double y_mm) const noexcept {
   const double r = std::hypot(x_mm, y_mm);
   return {.stress = cartesian(
               point_load_stress(force_mN_per_mm_, skin_.poisson_ratio(), r, receptor_depth_mm_),
@@ -97,7 +97,7 @@ BarStressField::Unit BarStressField::far_away(double x_mm, double y_mm) const no
           .displacement = far_displacement_mm() / r};
 }
 
-BarStressField::Unit BarStressField::at(double x_mm, double y_mm) const noexcept {
+FlatTipField::Unit FlatTipField::at(double x_mm, double y_mm) const noexcept {
   // The field is even in y, but for the two shear stresses that end there.
   const double column = (x_mm - first_x_mm_) / spacing_mm_;
   const double row = std::fabs(y_mm) / spacing_mm_ + 1.0;

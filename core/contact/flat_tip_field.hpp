@@ -12,17 +12,17 @@
 
 namespace merkel {
 
-/// Stress at receptor depth, and displacement of the surface, under a flat tip at 1 mm depth:
-/// superposed once on a grid, then interpolated wherever the tip is, and scaled with the depth.
+/// Stress at receptor depth, and displacement of the surface, under a flat tip (bars or a pin) at
+/// 1 mm depth: superposed once on a grid, then interpolated and scaled with the depth.
 ///
 /// Positions are relative to the middle of the tip. The grid covers the tip and 10 mm around it;
 /// beyond, the tip acts as a point load. Real-time: yes, after construction.
-class BarStressField {
+class FlatTipField {
  public:
   /// Solves the contact and fills the grid. Real-time: no (it takes about a second).
-  BarStressField(const BarTip& tip, const SkinParameters& skin);
+  FlatTipField(const BarTip& tip, const SkinParameters& skin);
   /// The same of a round pin, in closed form.
-  BarStressField(const PinTip& tip, const SkinParameters& skin);
+  FlatTipField(const PinTip& tip, const SkinParameters& skin);
 
   struct Unit {
     CartesianStress stress;     ///< kPa per mm of depth

@@ -2,9 +2,9 @@
 
 namespace merkel {
 
-/// The contact of a sphere with the skin at one instant: where its axisymmetric pressure
-/// p(r) = p0·√(1−r²/a²), r ≤ a, acts. All zero when not touching.
-struct SphereContact {
+/// The contact of a tip with the skin at one instant. All zero when not touching. A sphere's
+/// pressure is p(r) = p0·√(1−r²/a²), r ≤ a; a flat tip sets depth and force only.
+struct ContactState {
   double depth_mm = 0.0;           ///< d, indentation depth
   double force_mN = 0.0;           ///< F
   double contact_radius_mm = 0.0;  ///< a
@@ -12,7 +12,7 @@ struct SphereContact {
 
   [[nodiscard]] bool touching() const noexcept { return contact_radius_mm > 0.0; }
 
-  friend bool operator==(const SphereContact&, const SphereContact&) = default;
+  friend bool operator==(const ContactState&, const ContactState&) = default;
 };
 
 }  // namespace merkel
