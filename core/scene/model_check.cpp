@@ -15,28 +15,25 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
   const bool fields = std::any_of(p.patches.begin(), p.patches.end(), [](const auto& patch) {
     return patch.layout == ReceptorLayout::kFields;
   });
-  switch (p.neuron_kind) {
-    case NeuronKind::kHodgkinHuxley:
-      return all.also(p.neuron.check())
-          .require(!fields || p.network.gain == 0.0, "network.gain",
-                   "must be 0 where afferents have receptive fields of their own: the network "
-                   "couples the neurons of neighbouring subregions")
-          .result();
-    case NeuronKind::kIntegrateAndFire:
-      all.also(p.integrate_and_fire.check(p.step));
-      break;
-    case NeuronKind::kConnorStevens:
-      all.also(p.connor_stevens.check())
-          .not_negative("neuron.compression_ms", p.compression_ms)
-          .require(p.step <= std::chrono::microseconds{100}, "neuron.step_us",
-                   "must be at most 100 for neuron.kind \"connor_stevens\"");
-      break;
+  if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&p.afferent)) {
+    return all.also(paper->neuron.check())
+        .require(!fields || p.network.gain == 0.0, "network.gain",
+                 "must be 0 where afferents have receptive fields of their own: the network "
+                 "couples the neurons of neighbouring subregions")
+        .result();
+  }
+  if (const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent)) {
+    all.also(integrate->neuron.check(p.step));
+  } else {
+    const auto& connor = std::get<ConnorStevensAfferent>(p.afferent);
+    all.also(connor.neuron.check())
+        .not_negative("neuron.compression_ms", connor.compression_ms)
+        .require(p.step <= std::chrono::microseconds{100}, "neuron.step_us",
+                 "must be at most 100 for neuron.kind \"connor_stevens\"");
   }
   return all.also(p.adaptation.check())
       .require(p.network.gain == 0.0, "network.gain",
                "must be 0 for this neuron.kind: only \"hodgkin_huxley\" neurons are coupled")
-      .require(p.precision == Precision::kDouble, "neuron.precision",
-               "must be \"double\" for this neuron.kind")
       .result();
 }
 
@@ -80,13 +77,14 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
 
 Expected<void, ParameterError> check_step(const TactileModel::Parameters& p,
                                           const std::optional<LatticeCoupling>& network) {
+  const auto& afferent = std::get<HodgkinHuxleyAfferent>(p.afferent);
   const double exchange_per_ms =
-      network ? network->largest_conductance() / p.neuron.capacitance_uF_per_cm2 : 0.0;
-  const double bound_ms = largest_step_ms(p.method, exchange_per_ms);
+      network ? network->largest_conductance() / afferent.neuron.capacitance_uF_per_cm2 : 0.0;
+  const double bound_ms = largest_step_ms(afferent.method, exchange_per_ms);
   if (units::ms_from(p.step) <= bound_ms) return {};
   const std::string given = shortest_decimal(units::us_from(p.step));
   const std::string bound = shortest_decimal(std::floor(1e4 * bound_ms + 1e-6) / 10.0);
-  const std::string method(name_of(p.method));
+  const std::string method(name_of(afferent.method));
   if (bound_ms < kSmallestStep_ms) {
     return Unexpected<ParameterError>(
         {.key = "network.gain",

@@ -15,9 +15,9 @@ namespace {
 
 /// What a tick can make: a membrane is refractory for more than a millisecond after a spike.
 std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
-  const double refractory_ms = p.neuron_kind == NeuronKind::kIntegrateAndFire
-                                   ? std::min(1.0, p.integrate_and_fire.refractory_ms)
-                                   : 1.0;
+  const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
+  const double refractory_ms =
+      integrate == nullptr ? 1.0 : std::min(1.0, integrate->neuron.refractory_ms);
   return neurons * (2 + static_cast<std::size_t>(units::ms_from(p.tick) / refractory_ms));
 }
 
@@ -27,8 +27,7 @@ std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
                     [patch](const Indenter& indenter) { return indenter.patch == patch; }));
 }
 
-Expected<std::vector<Receptor>, ParameterError> receptors_of(
-    const TactileModel::PatchParameters& patch) {
+Expected<std::vector<Receptor>, ParameterError> receptors_of(const PatchParameters& patch) {
   if (patch.layout == ReceptorLayout::kSubregions) {
     return place_receptors(patch.receptors, patch.patch);
   }
@@ -39,7 +38,7 @@ Expected<std::vector<Receptor>, ParameterError> receptors_of(
 Expected<TactilePatch, ParameterError> make_patch(
     const TactileModel::Parameters& p, std::size_t index,
     const std::shared_ptr<const RateCurrentTable>& table) {
-  const TactileModel::PatchParameters& patch = p.patches[index];
+  const PatchParameters& patch = p.patches[index];
   const auto receptors = receptors_of(patch);
   if (!receptors) return Unexpected<ParameterError>(receptors.error());
   const auto neurons = patch.layout == ReceptorLayout::kSubregions
@@ -47,7 +46,7 @@ Expected<TactilePatch, ParameterError> make_patch(
                            : static_cast<std::size_t>(receptors->back().neuron);
   ReceptorDrive::Parameters drive{.skin = p.skin,
                                   .transduction = p.transduction,
-                                  .precision = p.precision,
+                                  .precision = p.precision(),
                                   .most_contacts = indenters_on(index, p)};
   if (p.energy_driven()) {
     drive.output = ReceptorDrive::Output::kMeanEnergy;
@@ -65,10 +64,11 @@ Expected<TactilePatch, ParameterError> make_patch(
   if (const auto checked = check_step(p, network); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
+  const auto& afferent = std::get<HodgkinHuxleyAfferent>(p.afferent);
   return TactilePatch(*receptors, neurons, drive,
-                      {.neuron = p.neuron,
-                       .method = p.method,
-                       .precision = p.precision,
+                      {.neuron = afferent.neuron,
+                       .method = afferent.method,
+                       .precision = afferent.precision,
                        .step = p.step,
                        .patch = static_cast<std::uint16_t>(index),
                        .freeze_resting = p.accuracy.freeze_resting},
@@ -81,18 +81,20 @@ EnergyDrivenNeurons::Parameters TactileModel::energy_driven(
     const Parameters& p, std::size_t index, const std::shared_ptr<const RateCurrentTable>& table) {
   EnergyDrivenNeurons::Parameters energy_driven{.adaptation = p.adaptation, .neurons = {}};
   energy_driven.adaptation.seed += index;
-  if (p.neuron_kind == NeuronKind::kConnorStevens) {
+  if (const auto* const connor = std::get_if<ConnorStevensAfferent>(&p.afferent)) {
     EnergyDrivenNeurons::ConnorStevensDrive drive{
-        .population = {.neuron = p.connor_stevens,
+        .population = {.neuron = connor->neuron,
                        .step = p.step,
                        .patch = static_cast<std::uint16_t>(index)},
         .table = table,
-        .compression_ms = p.compression_ms};
+        .compression_ms = connor->compression_ms};
     drive.population.neuron.noise.seed += index;
     energy_driven.neurons = drive;
   } else {
     IntegrateAndFirePopulation::Parameters population{
-        .neuron = p.integrate_and_fire, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
+        .neuron = std::get<IntegrateAndFireAfferent>(p.afferent).neuron,
+        .step = p.step,
+        .patch = static_cast<std::uint16_t>(index)};
     population.neuron.noise.seed += index;
     energy_driven.neurons = population;
   }
@@ -104,8 +106,8 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
     return Unexpected<ParameterError>(checked.error());
   }
   std::shared_ptr<const RateCurrentTable> table;
-  if (parameters.neuron_kind == NeuronKind::kConnorStevens) {
-    table = std::make_shared<RateCurrentTable>(parameters.connor_stevens, parameters.step);
+  if (const auto* const connor = std::get_if<ConnorStevensAfferent>(&parameters.afferent)) {
+    table = std::make_shared<RateCurrentTable>(connor->neuron, parameters.step);
     if (!table->valid()) {
       return Unexpected<ParameterError>(
           {.key = "neuron.kind",

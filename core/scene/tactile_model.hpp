@@ -9,28 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "core/contact/indenter.hpp"
 #include "core/contact/tip_contact.hpp"
-#include "core/neurons/connor_stevens/connor_stevens.hpp"
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
-#include "core/neurons/hodgkin_huxley/integration_method.hpp"
-#include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
-#include "core/neurons/integrate_and_fire/integrate_and_fire.hpp"
-#include "core/neurons/neuron_kind.hpp"
 #include "core/neurons/spike_buffer.hpp"
 #include "core/parameters/parameter_error.hpp"
-#include "core/precision.hpp"
 #include "core/realtime_tag.hpp"
-#include "core/receptors/adaptation.hpp"
-#include "core/receptors/patch.hpp"
-#include "core/receptors/receptive_field.hpp"
-#include "core/receptors/receptor_placement.hpp"
-#include "core/receptors/sigmoid_transduction.hpp"
 #include "core/records/contact_input.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/scene/drive_reach.hpp"
+#include "core/scene/model_parameters.hpp"
 #include "core/scene/tactile_patch.hpp"
-#include "core/skin/skin_material.hpp"
 #include "core/worker_team.hpp"
 
 namespace merkel {
@@ -38,49 +25,10 @@ namespace merkel {
 /// Patches of skin, their afferents and the probes that press on them: contact → stress → energy
 /// density → current → membrane → spikes, a tick at a time.
 ///
-/// Construct, reset, step: all memory is allocated by create(). The defaults are the paper's
-/// fingertip under a sphere of 2 mm radius.
+/// Construct, reset, step: create() allocates all memory.
 class TactileModel {
  public:
-  /// A patch of skin: its afferents and its receptors.
-  struct PatchParameters {
-    std::string name;
-    Patch patch;
-    ReceptorParameters receptors;  ///< or, where afferents have receptive fields, their centres
-    ReceptorLayout layout = ReceptorLayout::kSubregions;
-    ReceptiveField field;              ///< where the layout is one of fields
-    std::vector<FieldCentre> centres;  ///< of fields; empty: by the density law
-  };
-  /// What may be left out, and how much that may change.
-  struct Accuracy {
-    /// Receptors are left out where the press can move their current by no more than this fraction
-    /// of α, or the energy density by no more than so many kPa where that is the drive; 0 looks at
-    /// all.
-    double cull_tolerance = 1e-4;
-    bool freeze_resting = true;  ///< do not step neurons that are at rest
-  };
-  struct Parameters {
-    SkinParameters skin;
-    std::vector<PatchParameters> patches{PatchParameters{}};
-    SigmoidTransduction transduction;
-    NeuronKind neuron_kind = NeuronKind::kHodgkinHuxley;
-    HodgkinHuxley neuron;
-    IntegrateAndFire integrate_and_fire;
-    ConnorStevens connor_stevens;
-    double compression_ms = 4.0;      ///< of the drive of Connor-Stevens neurons
-    AdaptationParameters adaptation;  ///< of afferents that energy density drives
-    IntegrationMethod method = IntegrationMethod::kCrankNicolson;
-    Precision precision = Precision::kDouble;
-    NetworkParameters network;  ///< of each patch; seeds count up from patch to patch
-    Accuracy accuracy;
-    std::vector<Indenter> indenters{Indenter{}};  ///< one a probe
-    std::chrono::nanoseconds tick{1'000'000};
-    std::chrono::nanoseconds step{25'000};  ///< divides the tick
-
-    [[nodiscard]] bool energy_driven() const noexcept {
-      return neuron_kind != NeuronKind::kHodgkinHuxley;
-    }
-  };
+  using Parameters = ModelParameters;
 
   /// What drives the neurons of a patch, where energy density does.
   /// \param table  of Connor-Stevens neurons; null of others.  Real-time: no.

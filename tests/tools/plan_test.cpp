@@ -97,7 +97,7 @@ TEST(Plan, PredictsTheErrorThatCvodeMeasuresAndMeetsTheBudget) {
     Scene scene = scene_of(text);
     const auto plan = make_plan(scene);
     ASSERT_TRUE(plan) << plan.error().sentence;
-    EXPECT_EQ(scene.model.method, plan->chosen.method);
+    EXPECT_EQ(std::get<HodgkinHuxleyAfferent>(scene.model.afferent).method, plan->chosen.method);
     EXPECT_LE(plan->chosen.error_us(), *plan->budget_us) << text;
 
     const auto rehearsal = rehearse(scene, std::chrono::seconds{1});

@@ -153,7 +153,7 @@ TEST(FitCommand, WritesASceneThatRuns) {
   EXPECT_NE(run.out.find("condition of the cost's curvature"), std::string::npos);
   const auto scene = read_scene(folder.path("f.toml"));
   ASSERT_TRUE(scene) << scene.error().sentence;
-  EXPECT_EQ(scene->model.neuron_kind, NeuronKind::kIntegrateAndFire);
+  EXPECT_EQ(scene->model.kind(), NeuronKind::kIntegrateAndFire);
   const auto used = run_program({"run", folder.path("f.toml"), "--fast", "--duration-s", "0.1"});
   EXPECT_EQ(used.exit_code, 0) << used.err;
 }

@@ -64,10 +64,7 @@ std::string scene_of(const FitCommand& command, const TactileModel::Parameters& 
       if (parameter.table != table) continue;
       keys += parameter.name + " = " + format("%.6g", parameter.after) + "\n";
       if (parameter.name != "noise") continue;
-      const NeuronNoise& noise = model.neuron_kind == NeuronKind::kIntegrateAndFire
-                                     ? model.integrate_and_fire.noise
-                                     : model.connor_stevens.noise;
-      keys += "seed = " + std::to_string(noise.seed) + "\n";
+      keys += "seed = " + std::to_string(model.noise()->seed) + "\n";
     }
     if (!keys.empty()) text += "\n[" + std::string(table) + "]\n" + keys;
   }

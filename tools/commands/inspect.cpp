@@ -15,7 +15,7 @@ int inspect_receptors(const InspectOptions& options) {
   const auto& patches = scene->model.patches;
   const bool several = patches.size() > 1;
   std::printf("receptor,x_mm,y_mm,neuron%s\n", several ? ",patch" : "");
-  for (const TactileModel::PatchParameters& patch : patches) {
+  for (const PatchParameters& patch : patches) {
     const auto receptors = place_receptors(patch.receptors, patch.patch);
     if (!receptors) return refuse(scene->sentence(receptors.error()));
     std::size_t number = 0;

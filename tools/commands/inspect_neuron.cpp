@@ -68,7 +68,8 @@ double injected(const InspectOptions& options, double time_ms) {
 int inspect_neuron(const InspectOptions& options) {
   auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
-  HodgkinHuxley& neuron = scene->model.neuron;
+  const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&scene->model.afferent);
+  HodgkinHuxley neuron = paper != nullptr ? paper->neuron : HodgkinHuxley{};
   for (const std::string& setting : options.settings) {
     if (auto set = apply_setting(setting, neuron); !set) return refuse(set.error());
   }

@@ -56,7 +56,7 @@ void read_skin(SceneTable table, SkinParameters& skin) {
 }
 
 /// Pairs of coordinates, [[x, y], …].
-void read_centres(SceneTable& table, TactileModel::PatchParameters& parameters) {
+void read_centres(SceneTable& table, PatchParameters& parameters) {
   std::vector<std::array<double, 2>> pairs;
   table.pairs("centres_mm", pairs);
   for (const auto& [x, y] : pairs) parameters.centres.push_back({.x_mm = x, .y_mm = y});
@@ -66,7 +66,7 @@ void read_centres(SceneTable& table, TactileModel::PatchParameters& parameters) 
   }
 }
 
-void read_receptors(SceneTable table, TactileModel::PatchParameters& parameters) {
+void read_receptors(SceneTable table, PatchParameters& parameters) {
   ReceptorParameters& receptors = parameters.receptors;
   Patch& patch = parameters.patch;
   read_word(table, "placement", {"random", "lattice"}, receptors.placement);
@@ -121,11 +121,14 @@ void read_noise(SceneTable& table, NeuronNoise& noise) {
 const Words kNeuronKinds = {"hodgkin_huxley", "integrate_and_fire", "connor_stevens"};
 
 void read_neuron(SceneTable table, TactileModel::Parameters& model) {
-  const NeuronKind preset_kind = model.neuron_kind;
-  read_word(table, "kind", kNeuronKinds, model.neuron_kind);
-  if (model.neuron_kind != preset_kind) model.step = usual_step(model.neuron_kind);
-  if (model.neuron_kind == NeuronKind::kIntegrateAndFire) {
-    IntegrateAndFire& neuron = model.integrate_and_fire;
+  NeuronKind kind = model.kind();
+  read_word(table, "kind", kNeuronKinds, kind);
+  if (kind != model.kind()) {
+    model.afferent = default_afferent(kind);
+    model.step = usual_step(kind);
+  }
+  if (auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&model.afferent)) {
+    IntegrateAndFire& neuron = integrate->neuron;
     read_time(table, "step_us", 1e3, model.step);
     read_noise(table, neuron.noise);
     table.number("tau_ms", neuron.tau_ms)
@@ -136,11 +139,11 @@ void read_neuron(SceneTable table, TactileModel::Parameters& model) {
         .finish();
     return;
   }
-  if (model.neuron_kind == NeuronKind::kConnorStevens) {
-    ConnorStevens& neuron = model.connor_stevens;
+  if (auto* const connor = std::get_if<ConnorStevensAfferent>(&model.afferent)) {
+    ConnorStevens& neuron = connor->neuron;
     read_time(table, "step_us", 1e3, model.step);
     read_noise(table, neuron.noise);
-    table.number("compression_ms", model.compression_ms)
+    table.number("compression_ms", connor->compression_ms)
         .number("capacitance_uF_per_cm2", neuron.capacitance_uF_per_cm2)
         .number("g_Na", neuron.g_Na)
         .number("g_K", neuron.g_K)
@@ -154,9 +157,10 @@ void read_neuron(SceneTable table, TactileModel::Parameters& model) {
         .finish();
     return;
   }
-  HodgkinHuxley& neuron = model.neuron;
-  read_word(table, "method", integration_method_names(), model.method);
-  read_word(table, "precision", precision_names(), model.precision);
+  auto& afferent = std::get<HodgkinHuxleyAfferent>(model.afferent);
+  HodgkinHuxley& neuron = afferent.neuron;
+  read_word(table, "method", integration_method_names(), afferent.method);
+  read_word(table, "precision", precision_names(), afferent.precision);
   read_time(table, "step_us", 1e3, model.step);
   table.number("capacitance_uF_per_cm2", neuron.capacitance_uF_per_cm2)
       .number("g_Na", neuron.g_Na)
@@ -179,7 +183,7 @@ void read_network(SceneTable table, NetworkParameters& network) {
       .finish();
 }
 
-void read_accuracy(SceneTable table, TactileModel::Accuracy& accuracy,
+void read_accuracy(SceneTable table, AccuracyParameters& accuracy,
                    std::optional<double>& spike_time_us) {
   if (table.has("spike_time_us")) {
     double budget = 0.0;
@@ -193,8 +197,7 @@ void read_accuracy(SceneTable table, TactileModel::Accuracy& accuracy,
 }
 
 /// The patch that a probe presses on, by the name of its [[receptors]].
-void read_patch_of_probe(SceneTable& table,
-                         const std::vector<TactileModel::PatchParameters>& patches,
+void read_patch_of_probe(SceneTable& table, const std::vector<PatchParameters>& patches,
                          std::size_t& patch) {
   std::vector<std::string> names;
   for (const auto& each : patches) names.push_back(each.name);
@@ -257,9 +260,9 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     }
   };
   one("skin", [&](SceneTable table) { read_skin(std::move(table), scene.model.skin); });
-  std::vector<TactileModel::PatchParameters> patches;
+  std::vector<PatchParameters> patches;
   for_each_table(top, "receptors", findings, [&](const toml::table& table) {
-    TactileModel::PatchParameters patch = scene.model.patches.front();
+    PatchParameters patch = scene.model.patches.front();
     // Patches that say nothing of it are drawn each in its own way.
     patch.receptors.seed += patches.size();
     read_receptors(SceneTable(table, "receptors", findings), patch);
@@ -347,8 +350,7 @@ void Scene::set_probes(const std::vector<std::string>& uris) {
 void Scene::set_seed(std::uint64_t seed) {
   model.network.seed = seed;
   model.adaptation.seed = seed;
-  model.integrate_and_fire.noise.seed = seed;
-  model.connor_stevens.noise.seed = seed;
+  if (NeuronNoise* const noise = model.noise()) noise->seed = seed;
   for (auto& patch : model.patches) patch.receptors.seed = seed++;
 }
 

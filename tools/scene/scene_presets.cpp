@@ -27,17 +27,17 @@ Scene goodwin() {
   TactileModel::Parameters& model = scene.model;
   model.skin.radius_mm = 7.0;
   model.patches.front().layout = ReceptorLayout::kFields;
-  model.neuron_kind = NeuronKind::kIntegrateAndFire;
+  model.afferent = IntegrateAndFireAfferent{};
   model.network.gain = 0.0;
-  model.step = usual_step(model.neuron_kind);
+  model.step = usual_step(model.kind());
   return scene;
 }
 
 /// The same with Connor-Stevens neurons.
 Scene goodwin_hh() {
   Scene scene = goodwin();
-  scene.model.neuron_kind = NeuronKind::kConnorStevens;
-  scene.model.step = usual_step(scene.model.neuron_kind);
+  scene.model.afferent = ConnorStevensAfferent{};
+  scene.model.step = usual_step(scene.model.kind());
   return scene;
 }
 

@@ -26,14 +26,23 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
 /// A seed of a scene that the command line may have set, apart from those of its patches.
 struct NamedSeed {
   const char* name;
-  std::uint64_t* value;
+  std::uint64_t* value;  ///< null where the scene's neurons have no such noise
 };
 
 std::array<NamedSeed, 4> seeds_of(TactileModel::Parameters& model) {
+  const auto noise_seed_of = [&](NeuronKind kind) {
+    return model.kind() == kind ? &model.noise()->seed : nullptr;
+  };
   return {{{"network_seed", &model.network.seed},
            {"afferent_seed", &model.adaptation.seed},
-           {"integrate_and_fire_seed", &model.integrate_and_fire.noise.seed},
-           {"connor_stevens_seed", &model.connor_stevens.noise.seed}}};
+           {"integrate_and_fire_seed", noise_seed_of(NeuronKind::kIntegrateAndFire)},
+           {"connor_stevens_seed", noise_seed_of(NeuronKind::kConnorStevens)}}};
+}
+
+/// The method and precision of Hodgkin-Huxley neurons; others have one of each.
+HodgkinHuxleyAfferent stepping_of(const TactileModel::Parameters& model) {
+  const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent);
+  return paper != nullptr ? *paper : HodgkinHuxleyAfferent{};
 }
 
 }  // namespace
@@ -66,15 +75,16 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
                {"git_hash", kGitHash},
                {"scene_text", scene.text},
                {"controls", controls},
-               {"method", std::string(name_of(run.model.method))},
-               {"precision", std::string(name_of(run.model.precision))},
+               {"method", std::string(name_of(stepping_of(run.model).method))},
+               {"precision", std::string(name_of(stepping_of(run.model).precision))},
                {"tick_ns", std::to_string(run.model.tick.count())},
                {"step_ns", std::to_string(run.model.step.count())},
                {"neurons", std::to_string(model.neurons())}};
   for (const NamedSeed& seed : seeds_of(run.model)) {
-    run.facts.emplace_back(seed.name, std::to_string(*seed.value));
+    const std::uint64_t value = seed.value != nullptr ? *seed.value : NeuronNoise{}.seed;
+    run.facts.emplace_back(seed.name, std::to_string(value));
   }
-  for (const TactileModel::PatchParameters& patch : run.model.patches) {
+  for (const PatchParameters& patch : run.model.patches) {
     run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
   }
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
@@ -105,7 +115,7 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
   for (const NamedSeed& each : seeds_of(scene->model)) {
     const auto seed = to_seed(session.fact(each.name));
     if (!seed) return bad_input("the session does not say its seeds: it is damaged");
-    *each.value = *seed;
+    if (each.value != nullptr) *each.value = *seed;
   }
   const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
   if (receptor_seeds.size() != scene->model.patches.size()) {
@@ -117,12 +127,13 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
     scene->model.patches[i].receptors.seed = *seed;
   }
   // A plan may have chosen another method than the scene's text says.
-  if (const auto method = integration_method_named(session.fact("method"))) {
-    scene->model.method = *method;
+  if (auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&scene->model.afferent)) {
+    if (const auto method = integration_method_named(session.fact("method"))) {
+      paper->method = *method;
+    }
+    paper->precision = session.fact("precision") == name_of(Precision::kFloat) ? Precision::kFloat
+                                                                               : Precision::kDouble;
   }
-  scene->model.precision = session.fact("precision") == name_of(Precision::kFloat)
-                               ? Precision::kFloat
-                               : Precision::kDouble;
   if (const auto step = to_seed(session.fact("step_ns")); step && *step > 0) {
     scene->model.step = std::chrono::nanoseconds{static_cast<std::int64_t>(*step)};
   }

@@ -199,7 +199,7 @@ TEST(TactileModel, RefusesWhatCannotBe) {
 
 std::string step_fault(IntegrationMethod method, nanoseconds step, double gain = 0.1) {
   TactileModel::Parameters parameters;
-  parameters.method = method;
+  parameters.afferent = HodgkinHuxleyAfferent{.method = method};
   parameters.step = step;
   parameters.network.gain = gain;
   const auto model = TactileModel::create(parameters);

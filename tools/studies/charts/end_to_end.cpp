@@ -63,8 +63,8 @@ std::vector<Variant> variants() {
 
 TactileModel model_of(const Variant& variant) {
   TactileModel::Parameters parameters = preset_scene("paper")->model;
-  parameters.method = variant.method;
-  parameters.precision = variant.precision;
+  parameters.afferent =
+      HodgkinHuxleyAfferent{.method = variant.method, .precision = variant.precision};
   parameters.step = units::nanoseconds_from_us(variant.step_us);
   parameters.accuracy = {.cull_tolerance = variant.cull_tolerance,
                          .freeze_resting = variant.freeze_resting};

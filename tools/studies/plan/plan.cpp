@@ -59,13 +59,20 @@ Expected<void, SetupError> note_shares(const Scene& scene, const Rehearsal& rehe
 }
 
 void set_option(TactileModel::Parameters& model, const PlanOption& option) {
-  model.method = option.method;
-  model.precision = option.precision;
+  if (auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent)) {
+    paper->method = option.method;
+    paper->precision = option.precision;
+  }
   model.step = option.step;
 }
 
 PlanOption option_of(const TactileModel::Parameters& model) {
-  return {.method = model.method, .precision = model.precision, .step = model.step};
+  PlanOption option{.step = model.step};
+  if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent)) {
+    option.method = paper->method;
+    option.precision = paper->precision;
+  }
+  return option;
 }
 
 /// What is known of a method at a step before the scene is looked at.
@@ -202,7 +209,7 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   }
   plan.rehearsed_s = units::s_from(scene.model.tick) * static_cast<double>(rehearsal->ticks.size());
   plan.tick_ms = units::ms_from(scene.model.tick);
-  plan.kind = scene.model.neuron_kind;
+  plan.kind = scene.model.kind();
   plan.stand_in = rehearsal->stand_in;
   plan.spikes = reference.size();
   plan.neurons = exact_model->neurons();

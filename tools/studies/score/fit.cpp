@@ -90,8 +90,9 @@ class Answers {
   double answer(const TactileModel::Parameters& parameters, const Trace& trace) {
     TactileModel::Parameters own = parameters;
     own.step = trace.step;
-    if (own.neuron_kind == NeuronKind::kConnorStevens && table_step_ != own.step) {
-      table_ = std::make_shared<RateCurrentTable>(own.connor_stevens, own.step);
+    const auto* const connor = std::get_if<ConnorStevensAfferent>(&own.afferent);
+    if (connor != nullptr && table_step_ != own.step) {
+      table_ = std::make_shared<RateCurrentTable>(connor->neuron, own.step);
       table_step_ = own.step;
     }
     EnergyDrivenNeurons neurons(TactileModel::energy_driven(own, 0, table_), trials_);
@@ -121,9 +122,13 @@ class Answers {
   int evaluations_ = 0;
 };
 
+IntegrateAndFire& integrate_and_fire(TactileModel::Parameters& parameters) {
+  return std::get<IntegrateAndFireAfferent>(parameters.afferent).neuron;
+}
+
 Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Parameters& scene,
                                                        const std::vector<std::string>& names) {
-  const std::vector<FitParameter> all = fit_parameters(scene.neuron_kind);
+  const std::vector<FitParameter> all = fit_parameters(scene.kind());
   std::vector<std::string> known;
   for (const FitParameter& parameter : all) known.push_back(parameter.name);
   std::vector<FitParameter> found;
@@ -163,14 +168,15 @@ std::vector<FitParameter> fit_parameters(NeuronKind kind) {
       {"fast_ms", "afferent", [](P& p) { return &p.adaptation.fast_ms; }},
       {"slow_ms", "afferent", [](P& p) { return &p.adaptation.slow_ms; }}};
   if (kind == NeuronKind::kIntegrateAndFire) {
-    all.push_back({"tau_ms", "neuron", [](P& p) { return &p.integrate_and_fire.tau_ms; }});
+    all.push_back({"tau_ms", "neuron", [](P& p) { return &integrate_and_fire(p).tau_ms; }});
     all.push_back(
-        {"refractory_ms", "neuron", [](P& p) { return &p.integrate_and_fire.refractory_ms; }});
-    all.push_back({"noise", "neuron", [](P& p) { return &p.integrate_and_fire.noise.sigma; }});
+        {"refractory_ms", "neuron", [](P& p) { return &integrate_and_fire(p).refractory_ms; }});
   } else {
-    all.push_back({"compression_ms", "neuron", [](P& p) { return &p.compression_ms; }});
-    all.push_back({"noise", "neuron", [](P& p) { return &p.connor_stevens.noise.sigma; }});
+    all.push_back({"compression_ms", "neuron", [](P& p) {
+                     return &std::get<ConnorStevensAfferent>(p.afferent).compression_ms;
+                   }});
   }
+  all.push_back({"noise", "neuron", [](P& p) { return &p.noise()->sigma; }});
   return all;
 }
 
@@ -200,8 +206,9 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     return changed;
   };
   const auto valid = [](const TactileModel::Parameters& p) {
-    return p.adaptation.check() && (p.neuron_kind != NeuronKind::kIntegrateAndFire ||
-                                    p.integrate_and_fire.check(std::chrono::microseconds{500}));
+    const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
+    return p.adaptation.check() &&
+           (integrate == nullptr || integrate->neuron.check(std::chrono::microseconds{500}));
   };
   const auto cost = [&](const std::vector<double>& logarithms) {
     const TactileModel::Parameters changed = with(logarithms);

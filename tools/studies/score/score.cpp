@@ -41,11 +41,10 @@ double squared_correlation(const std::vector<double>& a, const std::vector<doubl
 
 /// Neurons of the scene's kind that take energy densities for drives in Hz, without adaptation.
 EnergyDrivenNeurons driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
+  const auto* const connor = std::get_if<ConnorStevensAfferent>(&scene.afferent);
   EnergyDrivenNeurons::Parameters parameters = TactileModel::energy_driven(
       scene, 0,
-      scene.neuron_kind == NeuronKind::kConnorStevens
-          ? std::make_shared<RateCurrentTable>(scene.connor_stevens, scene.step)
-          : nullptr);
+      connor != nullptr ? std::make_shared<RateCurrentTable>(connor->neuron, scene.step) : nullptr);
   parameters.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0};
   return {parameters, count};
 }

@@ -41,7 +41,7 @@ std::size_t count_in(const std::vector<double>& times, double begin, double end)
 Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& scene,
                                                 const Stimulus& stimulus, std::size_t trials) {
   TactileModel::Parameters parameters = scene;
-  TactileModel::PatchParameters patch = scene.patches.front();
+  PatchParameters patch = scene.patches.front();
   patch.patch = Patch{};
   patch.layout = ReceptorLayout::kFields;
   patch.centres.assign(trials, {.x_mm = kCentreX_mm, .y_mm = kCentreY_mm});
