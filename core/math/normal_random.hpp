@@ -39,7 +39,7 @@ inline constexpr double kCosineSeries[] = {1.0 / 20922789888000.0,
 /// change it. By Box and Muller from word `step` of the pair's SplitMix64 sequence; from +, −, ×, ÷
 /// and √ alone, so that every machine gives the same bits. Real-time: yes.
 ///
-/// The kernels compute the same (kernel/normal_noise-inl.hpp), to the last bit.
+/// The neuron kernels compute the same (neurons/noisy_steps-inl.hpp), to the last bit.
 [[nodiscard]] double normal_random(std::uint64_t seed, std::uint64_t stream,
                                    std::uint64_t step) noexcept;
 

@@ -1,10 +1,15 @@
 #pragma once
 
-#include <algorithm>
+#include <cmath>
+#include <cstddef>
 
+#include "core/neurons/step_call.hpp"
 #include "core/realtime_tag.hpp"
 
 namespace merkel {
+
+/// Beyond this, a potential counts as non-finite: no sane state of a neuron is there.
+inline constexpr double kRunaway_mV = 1e4;
 
 /// Whether V rose through the threshold within a step. Real-time: yes.
 [[nodiscard]] inline bool crosses_upward(double V_before_mV, double V_after_mV,
@@ -35,6 +40,25 @@ namespace merkel {
     (V < threshold_mV ? low : high) = x;
   }
   return high;
+}
+
+/// Looks at `count` neurons from i on after a step: reports each spike, at its linear crossing, and
+/// resets and reports each state that is not finite. `crossing(lane)` is the fraction of the step
+/// at which a neuron crosses; `rest(neuron)` puts it at rest. Neurons from call.last on, the
+/// padding, are not reported. Real-time: yes.
+template <class Real, class Crossing, class Rest>
+void observe_step(const StepCall& call, int step, std::size_t i, std::size_t count,
+                  Real threshold_mV, const Real* before, const Real* after, Crossing crossing,
+                  Rest rest) noexcept {
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const std::size_t neuron = i + lane;
+    if (!(std::fabs(after[lane]) < static_cast<Real>(kRunaway_mV))) {
+      rest(neuron);
+      if (neuron < call.last) call.observer->reset(neuron, step);
+    } else if (before[lane] < threshold_mV && after[lane] >= threshold_mV && neuron < call.last) {
+      call.observer->spiked(neuron, step, crossing(lane));
+    }
+  }
 }
 
 }  // namespace merkel

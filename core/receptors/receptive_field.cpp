@@ -66,15 +66,14 @@ Expected<std::vector<Receptor>, ParameterError> place_fields(
   return receptors;
 }
 
-Expected<std::vector<Receptor>, ParameterError> place_fields(const ReceptiveField& field,
-                                                             const ReceptorParameters& placement,
-                                                             const Patch& patch) {
+Expected<std::vector<FieldCentre>, ParameterError> place_centres(
+    const ReceptorParameters& placement, const Patch& patch) {
   const auto placed = place_receptors(placement, patch);
   if (!placed) return Unexpected<ParameterError>(placed.error());
   std::vector<FieldCentre> centres;
   centres.reserve(placed->size());
   for (const Receptor& at : *placed) centres.push_back({.x_mm = at.x_mm, .y_mm = at.y_mm});
-  return place_fields(field, centres, patch);
+  return centres;
 }
 
 }  // namespace merkel

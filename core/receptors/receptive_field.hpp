@@ -36,9 +36,9 @@ struct FieldCentre {
 [[nodiscard]] Expected<std::vector<Receptor>, ParameterError> place_fields(
     const ReceptiveField& field, const std::vector<FieldCentre>& centres, const Patch& patch);
 
-/// The same around centres that follow the density law as `placement` says: its density and count
-/// are those of afferents (450 on the default patch).
-[[nodiscard]] Expected<std::vector<Receptor>, ParameterError> place_fields(
-    const ReceptiveField& field, const ReceptorParameters& placement, const Patch& patch);
+/// Centres that follow the density law: the density and count of `placement` are those of afferents
+/// (450 on the default patch). Real-time: no.
+[[nodiscard]] Expected<std::vector<FieldCentre>, ParameterError> place_centres(
+    const ReceptorParameters& placement, const Patch& patch);
 
 }  // namespace merkel

@@ -47,7 +47,7 @@ ReceptorDrive::ReceptorDrive(std::span<const Receptor> receptors, std::size_t ne
       first_of_neuron_(neurons + 1),
       arrays_(make_arrays(receptors_, parameters)),
       resting_current_(parameters.transduction.current_uA_per_cm2(0.0)),
-      current_(neurons) {
+      output_(neurons) {
   contacts_.reserve(parameters.most_contacts);
   ranges_.reserve(parameters.most_contacts);
   pressed_.reserve(neurons);
@@ -157,7 +157,7 @@ void ReceptorDrive::rest_unreached(std::size_t neuron) noexcept {
     case Displaced::kNone:
       break;
   }
-  current_[neuron] = static_cast<double>(count) * resting_current_;
+  output_[neuron] = static_cast<double>(count) * resting_current_;
 }
 
 /// Afferents [first_neuron, last_neuron), whose receptors lie side by side.
@@ -179,7 +179,7 @@ void ReceptorDrive::drive_reached(Arrays& arrays, std::size_t first_neuron,
         if (above == Displaced::kNone || !displaced(i)) arrays.silence(i);
       }
     }
-    current_[n] = arrays.sum_of_currents(first, last);
+    output_[n] = arrays.sum_of_currents(first, last);
   }
 }
 
@@ -195,7 +195,7 @@ void ReceptorDrive::average_reached(Arrays& arrays, std::size_t first_neuron,
     const std::size_t first = first_of_neuron_[n];
     const std::size_t last = first_of_neuron_[n + 1];
     if (first == last) continue;
-    current_[n] = arrays.sum_of_energy_densities(first, last) / static_cast<double>(last - first);
+    output_[n] = arrays.sum_of_energy_densities(first, last) / static_cast<double>(last - first);
   }
 }
 
@@ -213,30 +213,30 @@ bool ReceptorDrive::compute(std::span<const PlacedContact> contacts) noexcept {
       arrays_);
   pressed_.clear();
   if (contacts_.empty()) {
-    std::fill(current_.begin(), current_.end(), 0.0);
+    std::fill(output_.begin(), output_.end(), 0.0);
     return true;
   }
   const bool average = parameters_.output == Output::kMeanEnergy;
   find_ranges(contacts_);
-  std::size_t begun = 0;
-  for (std::size_t n = 0; n <= current_.size(); ++n) {
-    if (n < current_.size() && reaches(box_of_neuron_[n])) continue;
-    if (begun < n) {
+  std::size_t started = 0;
+  for (std::size_t n = 0; n <= output_.size(); ++n) {
+    if (n < output_.size() && reaches(box_of_neuron_[n])) continue;
+    if (started < n) {
       std::visit(
           [&](auto& arrays) {
-            average ? average_reached(arrays, begun, n) : drive_reached(arrays, begun, n);
+            average ? average_reached(arrays, started, n) : drive_reached(arrays, started, n);
           },
           arrays_);
-      reached_ += n - begun;
+      reached_ += n - started;
     }
-    if (n < current_.size()) {
+    if (n < output_.size()) {
       if (average) {
-        current_[n] = 0.0;
+        output_[n] = 0.0;
       } else {
         rest_unreached(n);
       }
     }
-    begun = n + 1;
+    started = n + 1;
   }
   return true;
 }

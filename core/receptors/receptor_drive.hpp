@@ -25,8 +25,10 @@ namespace merkel {
 /// changed cost nothing. Real-time: yes, after construction.
 class ReceptorDrive {
  public:
-  /// What is found for every afferent.
-  enum class Output : std::uint8_t { kCurrent, kMeanEnergy };
+  enum class Output : std::uint8_t {
+    kCurrent,     ///< sum of the receptor currents, µA/cm²
+    kMeanEnergy,  ///< mean of the energy densities, kPa
+  };
   struct Parameters {
     SkinParameters skin;
     SigmoidTransduction transduction;
@@ -39,14 +41,12 @@ class ReceptorDrive {
   ReceptorDrive(std::span<const Receptor> receptors, std::size_t neurons,
                 const Parameters& parameters);
 
-  /// Finds the current, or the mean energy density, of every afferent.
+  /// Computes the output for every afferent.
   /// \return whether any may differ from the call before.
   bool compute(std::span<const PlacedContact> contacts) noexcept MERKEL_REALTIME;
 
-  /// Of every afferent, as computed last, µA/cm².
-  [[nodiscard]] std::span<const double> current_uA_per_cm2() const noexcept { return current_; }
-  /// The same where the output is the mean energy density, kPa.
-  [[nodiscard]] std::span<const double> mean_energy_kPa() const noexcept { return current_; }
+  /// The output for every afferent, as computed last: µA/cm² or kPa, as Parameters::output says.
+  [[nodiscard]] std::span<const double> output() const noexcept { return output_; }
   /// Afferents within the reach of the contacts last computed.
   [[nodiscard]] std::size_t afferents_reached() const noexcept { return reached_; }
 
@@ -90,7 +90,7 @@ class ReceptorDrive {
   double resting_current_;  ///< of a receptor that is displaced but feels no energy
   std::vector<PlacedContact> contacts_;
   std::vector<Ranges> ranges_;
-  std::vector<double> current_;
+  std::vector<double> output_;
   /// Receptors [first, last) whose energy density was computed last.
   struct Pressed {
     std::size_t first, last;

@@ -8,12 +8,13 @@
 #include <utility>
 
 #include "core/scene/model_check.hpp"
+#include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
 namespace {
 
-/// What a tick can make: a membrane is refractory for more than a millisecond after a spike.
+/// Of a tick: neurons are refractory for a millisecond or more after a spike.
 std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
   const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
   const double refractory_ms =
@@ -27,97 +28,35 @@ std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
                     [patch](const Indenter& indenter) { return indenter.patch == patch; }));
 }
 
-Expected<std::vector<Receptor>, ParameterError> receptors_of(const PatchParameters& patch) {
-  if (patch.layout == ReceptorLayout::kSubregions) {
-    return place_receptors(patch.receptors, patch.patch);
-  }
-  return patch.centres.empty() ? place_fields(patch.field, patch.receptors, patch.patch)
-                               : place_fields(patch.field, patch.centres, patch.patch);
-}
-
 Expected<TactilePatch, ParameterError> make_patch(
     const TactileModel::Parameters& p, std::size_t index,
     const std::shared_ptr<const RateCurrentTable>& table) {
-  const PatchParameters& patch = p.patches[index];
-  const auto receptors = receptors_of(patch);
-  if (!receptors) return Unexpected<ParameterError>(receptors.error());
-  const auto neurons = patch.layout == ReceptorLayout::kSubregions
-                           ? static_cast<std::size_t>(patch.patch.subregions())
-                           : static_cast<std::size_t>(receptors->back().neuron);
-  ReceptorDrive::Parameters drive{.skin = p.skin,
-                                  .transduction = p.transduction,
-                                  .precision = p.precision(),
-                                  .most_contacts = indenters_on(index, p)};
-  if (p.energy_driven()) {
-    drive.output = ReceptorDrive::Output::kMeanEnergy;
-    return TactilePatch(*receptors, neurons, drive, TactileModel::energy_driven(p, index, table),
-                        most_spikes(p, neurons));
-  }
-  std::optional<LatticeCoupling> network;
-  if (p.network.gain > 0.0) {
-    NetworkParameters own = p.network;
-    own.seed += index;
-    auto coupling = LatticeCoupling::create(own, patch.patch.columns, patch.patch.rows);
-    if (!coupling) return Unexpected<ParameterError>(coupling.error());
-    network = std::move(*coupling);
-  }
-  if (const auto checked = check_step(p, network); !checked) {
-    return Unexpected<ParameterError>(checked.error());
-  }
-  const auto& afferent = std::get<HodgkinHuxleyAfferent>(p.afferent);
-  return TactilePatch(*receptors, neurons, drive,
-                      {.neuron = afferent.neuron,
-                       .method = afferent.method,
-                       .precision = afferent.precision,
-                       .step = p.step,
-                       .patch = static_cast<std::uint16_t>(index),
-                       .freeze_resting = p.accuracy.freeze_resting},
-                      network, most_spikes(p, neurons));
+  const auto layout = layout_of(p.patches[index]);
+  if (!layout) return Unexpected<ParameterError>(layout.error());
+  const std::size_t neurons = layout->afferents.size();
+  auto afferents = Afferents::create(p, index, neurons, table);
+  if (!afferents) return Unexpected<ParameterError>(afferents.error());
+  return TactilePatch(layout->receptors,
+                      {.skin = p.skin,
+                       .transduction = p.transduction,
+                       .precision = p.precision(),
+                       .most_contacts = indenters_on(index, p),
+                       .output = p.energy_driven() ? ReceptorDrive::Output::kMeanEnergy
+                                                   : ReceptorDrive::Output::kCurrent},
+                      std::move(*afferents), most_spikes(p, neurons));
 }
 
 }  // namespace
-
-EnergyDrivenNeurons::Parameters TactileModel::energy_driven(
-    const Parameters& p, std::size_t index, const std::shared_ptr<const RateCurrentTable>& table) {
-  EnergyDrivenNeurons::Parameters energy_driven{.adaptation = p.adaptation, .neurons = {}};
-  energy_driven.adaptation.seed += index;
-  if (const auto* const connor = std::get_if<ConnorStevensAfferent>(&p.afferent)) {
-    EnergyDrivenNeurons::ConnorStevensDrive drive{
-        .population = {.neuron = connor->neuron,
-                       .step = p.step,
-                       .patch = static_cast<std::uint16_t>(index)},
-        .table = table,
-        .compression_ms = connor->compression_ms};
-    drive.population.neuron.noise.seed += index;
-    energy_driven.neurons = drive;
-  } else {
-    IntegrateAndFirePopulation::Parameters population{
-        .neuron = std::get<IntegrateAndFireAfferent>(p.afferent).neuron,
-        .step = p.step,
-        .patch = static_cast<std::uint16_t>(index)};
-    population.neuron.noise.seed += index;
-    energy_driven.neurons = population;
-  }
-  return energy_driven;
-}
 
 Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& parameters) {
   if (const auto checked = check(parameters); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
-  std::shared_ptr<const RateCurrentTable> table;
-  if (const auto* const connor = std::get_if<ConnorStevensAfferent>(&parameters.afferent)) {
-    table = std::make_shared<RateCurrentTable>(connor->neuron, parameters.step);
-    if (!table->valid()) {
-      return Unexpected<ParameterError>(
-          {.key = "neuron.kind",
-           .reason = "is \"connor_stevens\" with conductances under which it never fires steadily: "
-                     "change g_Na, g_K, g_A or g_L"});
-    }
-  }
+  const auto table = rate_current_table_of(parameters);
+  if (!table) return Unexpected<ParameterError>(table.error());
   std::vector<TactilePatch> patches;
   for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
-    auto patch = make_patch(parameters, i, table);
+    auto patch = make_patch(parameters, i, *table);
     if (!patch) return Unexpected<ParameterError>(patch.error());
     patches.push_back(std::move(*patch));
   }
@@ -201,7 +140,7 @@ void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
     for (std::size_t i = 0; i < patches_.size(); ++i) step_patch(i, team_);
     return;
   }
-  // Whoever is free takes the next patch; what a patch does depends on nobody else.
+  // A free thread takes the next patch; patches do not depend on each other.
   next_patch_->store(0, std::memory_order_relaxed);
   const int parts = std::min(team_->size(), static_cast<int>(patches_.size()));
   team_->run(

@@ -30,13 +30,7 @@ class TactileModel {
  public:
   using Parameters = ModelParameters;
 
-  /// What drives the neurons of a patch, where energy density does.
-  /// \param table  of Connor-Stevens neurons; null of others.  Real-time: no.
-  [[nodiscard]] static EnergyDrivenNeurons::Parameters energy_driven(
-      const Parameters& parameters, std::size_t patch,
-      const std::shared_ptr<const RateCurrentTable>& table);
-
-  /// Fails with the first parameter that cannot be. Real-time: no.
+  /// Fails with the first parameter that is out of range. Real-time: no.
   [[nodiscard]] static Expected<TactileModel, ParameterError> create(const Parameters& parameters);
 
   /// Shares the work of step() among threads from now on; null: none. The spikes stay the same to
@@ -85,7 +79,7 @@ class TactileModel {
   void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
 
   Parameters parameters_;
-  int steps_;  ///< membrane steps a tick
+  int steps_;  ///< of the neurons in a tick
   std::vector<TipContact> tips_;
   std::vector<DriveReach> reach_of_tip_;
   std::vector<TactilePatch> patches_;
@@ -94,7 +88,7 @@ class TactileModel {
   double closest_rims_ = std::numeric_limits<double>::infinity();
   WorkerTeam* team_ = nullptr;
   std::chrono::nanoseconds start_{0};                     ///< of the step in progress
-  std::unique_ptr<std::atomic<std::size_t>> next_patch_;  ///< that nobody has taken in this step
+  std::unique_ptr<std::atomic<std::size_t>> next_patch_;  ///< that no thread has taken in this step
   SpikeBuffer spikes_;
   SpikeBuffer resets_;
 };

@@ -20,43 +20,43 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// kCount vectors that go through the same arithmetic side by side. One vector's operations wait
-/// for one another; those of its neighbours fill the time. Each lane's result is what it would be
-/// alone.
+/// kCount vectors that go through the same arithmetic side by side. The operations of one vector
+/// depend on each other; those of its neighbours fill the pipeline. Each lane's result is the same
+/// as alone.
 template <class D, int kCount>
-struct Several {
+struct VectorPack {
   hn::Vec<D> v[kCount];
 };
 template <class D, int kCount>
-struct SeveralMasks {
+struct MaskPack {
   hn::Mask<D> v[kCount];
 };
 
-/// Where the operands are constants and several vectors, a constant stands beside each vector.
+/// The operand for vector j of a pack: its own vector, or a constant that all vectors share.
 template <class V>
-HWY_INLINE V part(V constant, int) {
+HWY_INLINE V lane_pack(V constant, int) {
   return constant;
 }
 template <class D, int kCount>
-HWY_INLINE hn::Vec<D> part(const Several<D, kCount>& x, int j) {
+HWY_INLINE hn::Vec<D> lane_pack(const VectorPack<D, kCount>& x, int j) {
   return x.v[j];
 }
 template <class D, int kCount>
-HWY_INLINE hn::Mask<D> part(const SeveralMasks<D, kCount>& x, int j) {
+HWY_INLINE hn::Mask<D> lane_pack(const MaskPack<D, kCount>& x, int j) {
   return x.v[j];
 }
 
 #define MERKEL_SIDE_BY_SIDE(result, expression) \
   for (int j = 0; j < kCount; ++j) (result).v[j] = (expression);
 
-/// The operations that the kernels use, on a D of which kCount vectors go side by side. An operand
-/// may be Several or one constant vector.
+/// The floating-point operations of the kernels, on kCount vectors of D side by side. An operand
+/// may be a VectorPack or one constant vector. Integer lanes use Highway itself.
 template <class D, int kCount>
 struct SideBySide {
   using T = hn::TFromD<D>;
   using V = hn::Vec<D>;
-  using X = Several<D, kCount>;
-  using M = SeveralMasks<D, kCount>;
+  using X = VectorPack<D, kCount>;
+  using M = MaskPack<D, kCount>;
 
   static HWY_INLINE X load(const T* from) {
     const D d;
@@ -73,37 +73,37 @@ struct SideBySide {
   template <class A, class B>
   static HWY_INLINE X add(const A& a, const B& b) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Add(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Add(lane_pack(a, j), lane_pack(b, j)));
     return r;
   }
   template <class A, class B>
   static HWY_INLINE X sub(const A& a, const B& b) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Sub(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Sub(lane_pack(a, j), lane_pack(b, j)));
     return r;
   }
   template <class A, class B>
   static HWY_INLINE X mul(const A& a, const B& b) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Mul(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Mul(lane_pack(a, j), lane_pack(b, j)));
     return r;
   }
   template <class A, class B>
   static HWY_INLINE X div(const A& a, const B& b) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Div(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Div(lane_pack(a, j), lane_pack(b, j)));
     return r;
   }
   template <class A, class B>
   static HWY_INLINE X min(const A& a, const B& b) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Min(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Min(lane_pack(a, j), lane_pack(b, j)));
     return r;
   }
   template <class A, class B>
   static HWY_INLINE X max(const A& a, const B& b) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Max(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Max(lane_pack(a, j), lane_pack(b, j)));
     return r;
   }
   static HWY_INLINE X abs(const X& a) {
@@ -121,10 +121,40 @@ struct SideBySide {
     MERKEL_SIDE_BY_SIDE(r, hn::Sqrt(a.v[j]));
     return r;
   }
+  static HWY_INLINE X floor(const X& a) {
+    X r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Floor(a.v[j]));
+    return r;
+  }
   template <class A, class B>
   static HWY_INLINE M less(const A& a, const B& b) {
     M r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Lt(part(a, j), part(b, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::Lt(lane_pack(a, j), lane_pack(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE M at_least(const A& a, const B& b) {
+    M r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Ge(lane_pack(a, j), lane_pack(b, j)));
+    return r;
+  }
+  template <class A, class B>
+  static HWY_INLINE M equal(const A& a, const B& b) {
+    M r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Eq(lane_pack(a, j), lane_pack(b, j)));
+    return r;
+  }
+  /// before < threshold and not after < threshold: a rise through it, or a state that is not
+  /// finite.
+  static HWY_INLINE M rises(const X& before, const X& after, V threshold) {
+    M r;
+    MERKEL_SIDE_BY_SIDE(r,
+                        hn::AndNot(hn::Lt(after.v[j], threshold), hn::Lt(before.v[j], threshold)));
+    return r;
+  }
+  static HWY_INLINE M inverse(const M& a) {
+    M r;
+    MERKEL_SIDE_BY_SIDE(r, hn::Not(a.v[j]));
     return r;
   }
   static HWY_INLINE M either(const M& a, const M& b) {
@@ -133,9 +163,9 @@ struct SideBySide {
     return r;
   }
   template <class A, class B>
-  static HWY_INLINE X choose(const M& mask, const A& yes, const B& no) {
+  static HWY_INLINE X select(const M& mask, const A& yes, const B& no) {
     X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::IfThenElse(mask.v[j], part(yes, j), part(no, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::IfThenElse(mask.v[j], lane_pack(yes, j), lane_pack(no, j)));
     return r;
   }
   /// Whether any lane of any mask is set.
@@ -151,9 +181,9 @@ struct SideBySide {
   static HWY_INLINE X fused(const A& a, const B& b, const C& c) {
     X r;
 #if HWY_NATIVE_FMA
-    MERKEL_SIDE_BY_SIDE(r, hn::MulAdd(part(a, j), part(b, j), part(c, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::MulAdd(lane_pack(a, j), lane_pack(b, j), lane_pack(c, j)));
 #else
-    MERKEL_SIDE_BY_SIDE(r, fused_by_lane(part(a, j), part(b, j), part(c, j)));
+    MERKEL_SIDE_BY_SIDE(r, fused_by_lane(lane_pack(a, j), lane_pack(b, j), lane_pack(c, j)));
 #endif
     return r;
   }
@@ -162,9 +192,10 @@ struct SideBySide {
   static HWY_INLINE X fused_negative(const A& a, const B& b, const C& c) {
     X r;
 #if HWY_NATIVE_FMA
-    MERKEL_SIDE_BY_SIDE(r, hn::NegMulAdd(part(a, j), part(b, j), part(c, j)));
+    MERKEL_SIDE_BY_SIDE(r, hn::NegMulAdd(lane_pack(a, j), lane_pack(b, j), lane_pack(c, j)));
 #else
-    MERKEL_SIDE_BY_SIDE(r, fused_by_lane(hn::Neg(part(a, j)), part(b, j), part(c, j)));
+    MERKEL_SIDE_BY_SIDE(r,
+                        fused_by_lane(hn::Neg(lane_pack(a, j)), lane_pack(b, j), lane_pack(c, j)));
 #endif
     return r;
   }

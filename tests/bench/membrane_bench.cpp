@@ -3,7 +3,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 
 namespace merkel {
 namespace {
@@ -12,8 +12,8 @@ void membrane_steps(benchmark::State& state) {
   const auto method = static_cast<IntegrationMethod>(state.range(0));
   const auto precision = static_cast<Precision>(state.range(1));
   const auto neurons = static_cast<std::size_t>(state.range(2));
-  HodgkinHuxleyPopulation population(
-      {.method = method, .precision = precision, .freeze_resting = false}, neurons, std::nullopt);
+  HodgkinHuxleyGroup population({.method = method, .precision = precision, .freeze_resting = false},
+                                neurons, std::nullopt);
   std::vector<double> current(neurons);
   for (std::size_t i = 0; i < neurons; ++i) {
     current[i] = 8.0 + 6.0 * static_cast<double>(i) / static_cast<double>(neurons);

@@ -22,7 +22,7 @@ void receptor_drive(benchmark::State& state) {
     x_mm = x_mm < 30.0 ? x_mm + 0.01 : 0.0;
     for (PlacedContact& contact : placed) contact.x_mm = x_mm;
     drive.compute(placed);
-    benchmark::DoNotOptimize(drive.current_uA_per_cm2().data());
+    benchmark::DoNotOptimize(drive.output().data());
   }
   state.SetItemsProcessed(state.iterations() * state.range(1));
 }

@@ -9,7 +9,7 @@
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/receptors/patch.hpp"
 #include "core/receptors/receptor_placement.hpp"
 #include "core/skin/point_load.hpp"
@@ -185,14 +185,14 @@ int spikes_with(Rates rates) {
   const auto steady = [](double alpha, double beta) { return alpha / (alpha + beta); };
   GateRates k = rates(neuron.V_rest);
   Gates x{steady(k.alpha.n, k.beta.n), steady(k.alpha.m, k.beta.m), steady(k.alpha.h, k.beta.h)};
-  const auto rest = neuron.membrane(x, neuron.V_rest);
+  const auto rest = neuron.channels(x, neuron.V_rest);
   const double leak = neuron.V_rest - (rest.driven - rest.conductance * neuron.V_rest) / neuron.g_L;
   double V = neuron.V_rest;
   int spikes = 0;
   for (int step = 0; step < 10'000; ++step) {
     constexpr double kStep = 0.01;
     k = rates(V);
-    const auto membrane = neuron.membrane(x, leak);
+    const auto membrane = neuron.channels(x, leak);
     const double before = V;
     V += kStep * (membrane.driven - membrane.conductance * V + 10.0);
     x.n += kStep * (k.alpha.n * (1.0 - x.n) - k.beta.n * x.n);
@@ -229,7 +229,7 @@ TEST(Errata, Row15TheOldSignConventionClosesGatesOnDepolarisation) {
 TEST(Errata, Row16WithTheClassicLeakTheCalciumTermMovesTheRest) {
   const HodgkinHuxley neuron;
   const auto rest_current = [&](double leak) {
-    const auto rest = neuron.membrane(neuron.steady_gates(neuron.V_rest), leak);
+    const auto rest = neuron.channels(neuron.steady_gates(neuron.V_rest), leak);
     return rest.driven - rest.conductance * neuron.V_rest;
   };
   EXPECT_GT(rest_current(-54.387), 0.5);  // µA/cm²: the resting potential rises
@@ -239,7 +239,7 @@ TEST(Errata, Row16WithTheClassicLeakTheCalciumTermMovesTheRest) {
 TEST(Errata, Row17WithoutACouplingTermNoNeighbourFeelsASpike) {
   const std::vector<double> current = {12.0, 0.0};
   const auto swing = [&](double gain) {
-    HodgkinHuxleyPopulation pair({}, 2, *LatticeCoupling::create({.gain = gain}, 2, 1));
+    HodgkinHuxleyGroup pair({}, 2, *LatticeCoupling::create({.gain = gain}, 2, 1));
     SpikeBuffer spikes(100);
     double largest = 0.0;
     for (int step = 0; step < 4000; ++step) {

@@ -107,6 +107,28 @@ TEST(Inspect, NeuronThatBlowsUpSaysSo) {
   EXPECT_NE(run.err.find("make --step-us smaller"), std::string::npos);
 }
 
+TEST(Inspect, PrintsTheReceptorsAndAfferentsThatTheModelHas) {
+  const auto receptors = table(run_program({"inspect", "receptors", "goodwin"}).out);
+  ASSERT_EQ(receptors.size(), 12'600U);
+  EXPECT_EQ(receptors.front()[3], 1.0);
+  EXPECT_EQ(receptors.back()[3], 450.0);
+  const auto afferents = table(run_program({"inspect", "afferents", "goodwin"}).out);
+  ASSERT_EQ(afferents.size(), 450U);
+  for (const auto& afferent : afferents) {
+    EXPECT_EQ(afferent[3], 1.0);
+    EXPECT_EQ(afferent[4], 28.0);
+  }
+
+  const TemporaryFolder folder;
+  const std::string scene = folder.file(
+      "s.toml", "preset = \"goodwin\"\n[receptors]\ncentres_mm = [[15, 10], [17, 9]]\n");
+  EXPECT_EQ(table(run_program({"inspect", "receptors", scene}).out).size(), 56U);
+  const auto centres = table(run_program({"inspect", "afferents", scene}).out);
+  ASSERT_EQ(centres.size(), 2U);
+  EXPECT_EQ(centres[1][1], 17.0);
+  EXPECT_EQ(centres[1][2], 9.0);
+}
+
 TEST(Inspect, ReceptorsAreThoseOfTheScene) {
   const auto rows = table(run_program({"inspect", "receptors"}).out);
   ASSERT_EQ(rows.size(), 450U);

@@ -30,7 +30,7 @@ std::vector<SpikeEvent> by_cvode(Scene scene, const Rehearsal& rehearsal) {
   for (const auto& contacts : rehearsal.ticks) {
     model.step(contacts, time);
     time += scene.model.tick;
-    const auto now = model.patches()[0].current_uA_per_cm2();
+    const auto now = model.patches()[0].drive().output();
     currents.emplace_back(now.begin(), now.end());
   }
   const double tick_ms = units::ms_from(scene.model.tick);

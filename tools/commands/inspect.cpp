@@ -2,29 +2,60 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/scene/patch_layout.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
 
-int inspect_receptors(const InspectOptions& options) {
+/// Calls print(patch's parameters, its layout, afferents before it) for each patch of a scene.
+template <class Print>
+int for_each_layout(const InspectOptions& options, const char* columns, Print print) {
   const auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
-  const auto& patches = scene->model.patches;
-  const bool several = patches.size() > 1;
-  std::printf("receptor,x_mm,y_mm,neuron%s\n", several ? ",patch" : "");
-  for (const PatchParameters& patch : patches) {
-    const auto receptors = place_receptors(patch.receptors, patch.patch);
-    if (!receptors) return refuse(scene->sentence(receptors.error()));
-    std::size_t number = 0;
-    for (const Receptor& receptor : *receptors) {
-      std::printf("%zu,%.12g,%.12g,%u", ++number, receptor.x_mm, receptor.y_mm, receptor.neuron);
-      std::printf(several ? ",%s\n" : "\n", patch.name.c_str());
-    }
+  std::vector<PatchLayout> layouts;
+  for (const PatchParameters& patch : scene->model.patches) {
+    auto layout = layout_of(patch);
+    if (!layout) return refuse(scene->sentence(layout.error()));
+    layouts.push_back(std::move(*layout));
+  }
+  const bool several = layouts.size() > 1;
+  std::printf("%s%s\n", columns, several ? ",patch" : "");
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < layouts.size(); ++i) {
+    print(layouts[i], before, several ? "," + scene->model.patches[i].name : "");
+    before += layouts[i].afferents.size();
   }
   return kDone;
+}
+
+int inspect_receptors(const InspectOptions& options) {
+  return for_each_layout(
+      options, "receptor,x_mm,y_mm,neuron",
+      [](const PatchLayout& layout, std::size_t before, const std::string& patch) {
+        std::size_t number = 0;
+        for (const Receptor& receptor : layout.receptors) {
+          std::printf("%zu,%.12g,%.12g,%zu%s\n", ++number, receptor.x_mm, receptor.y_mm,
+                      before + receptor.neuron, patch.c_str());
+        }
+      });
+}
+
+int inspect_afferents(const InspectOptions& options) {
+  return for_each_layout(
+      options, "neuron,x_mm,y_mm,field_radius_mm,receptors",
+      [](const PatchLayout& layout, std::size_t before, const std::string& patch) {
+        std::size_t number = before;
+        for (const AfferentSite& site : layout.afferents) {
+          std::printf("%zu,%.12g,%.12g,%.12g,%zu%s\n", ++number, site.x_mm, site.y_mm,
+                      site.radius_mm, site.receptors, patch.c_str());
+        }
+      });
 }
 
 }  // namespace
@@ -88,10 +119,18 @@ void add_inspect_command(CommandLine& program) {
       .runs([options] { return inspect_neuron(*options); });
 
   command
-      .subcommand("receptors", "The receptors of a scene, as they are drawn.",
+      .subcommand("receptors", "The receptors of a scene, in the order in which they are drawn.",
                   "inspect receptors scene.toml")
       .option("scene", options->scene, "Scene file or preset")
       .runs([options] { return inspect_receptors(*options); });
+  command
+      .subcommand(
+          "afferents",
+          "The afferents of a scene: number, middle and radius of the receptive field (of a "
+          "subregion: the circle about it), and receptors.",
+          "inspect afferents goodwin")
+      .option("scene", options->scene, "Scene file or preset")
+      .runs([options] { return inspect_afferents(*options); });
   add_inspect_session_command(command);
 }
 

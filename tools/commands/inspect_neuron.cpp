@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "tools/commands/command.hpp"
@@ -92,7 +92,7 @@ int inspect_neuron(const InspectOptions& options) {
     return refuse(checked.error().key + " " + checked.error().reason);
   }
 
-  HodgkinHuxleyPopulation population(
+  HodgkinHuxleyGroup population(
       {.neuron = neuron, .method = *method, .step = step, .freeze_resting = false}, 1,
       std::nullopt);
   SpikeBuffer spikes(2);

@@ -1,104 +1,130 @@
 #include "core/neurons/connor_stevens/connor_stevens_kernel.hpp"
 
+#include <cmath>
+
 #include "core/math/portable_math.hpp"
-#include "core/neurons/hodgkin_huxley/kernel/membrane_kernel.hpp"
+#include "core/neurons/spike_detector.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/neurons/connor_stevens/connor_stevens_kernel.cpp"
 #include <hwy/foreach_target.h>  // before the kernels: compiles this file once for each target
 
-#include "core/neurons/normal_noise-inl.hpp"
+#include "core/neurons/noisy_steps-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// Tells the observer of the crossings among `count` neurons from i on.
-HWY_NOINLINE void tell(const ConnorStevensArguments& a, std::size_t i, std::size_t count, int step,
-                       const double* before, const double* after) {
+using Args = ConnorStevensArguments;
+
+/// Reports the spikes and non-finite states among `count` neurons from i on, and resets the latter.
+HWY_NOINLINE void observe(const Args& a, std::size_t i, std::size_t count, int step,
+                          const double* before, const double* after) {
   const double threshold = a.neuron->spike_threshold_mV;
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    if (before[lane] < threshold && after[lane] >= threshold && i + lane < a.last) {
-      a.observer->spiked(i + lane, step, (threshold - before[lane]) / (after[lane] - before[lane]));
-    }
-  }
+  observe_step(
+      a.call, step, i, count, threshold, before, after,
+      [&](std::size_t lane) { return linear_crossing(before[lane], after[lane], threshold); },
+      [&](std::size_t neuron) {
+        a.V[neuron] = a.resting_V_mV;
+        for (std::size_t k = 0; k < GateTable::kGates; ++k) {
+          a.gates[k][neuron] = a.resting_gates[k];
+        }
+      });
 }
 
-/// One block of neurons through all steps.
+/// One vector of neurons through one step.
 template <bool kNoisy>
-HWY_INLINE void step_block(const ConnorStevensArguments& a, std::size_t block) {
-  const hn::ScalableTag<double> d;
-  using V = hn::Vec<decltype(d)>;
-  const hn::RebindToSigned<decltype(d)> di;
-  const std::size_t lanes = hn::Lanes(d);
-  const ConnorStevens& c = *a.neuron;
-  const auto set = [&](double value) HWY_ATTR { return hn::Set(d, value); };
-  const V capacitance_per_step = set(c.capacitance_uF_per_cm2 / a.step_ms);
-  const V half = set(0.5);
-  const V lowest = set(GateTable::kLowest_mV);
-  const V highest = set(GateTable::kHighest_mV - 1.0 / GateTable::kPer_mV);
-  const V shift = set(4503599627370496.0);  // 2^52: a whole number added stands in the low bits
-  HWY_ALIGN double noise[kNeuronBlock];
-  for (int step = 0; step < a.steps; ++step) {
-    const V phase = set((step + 0.5) / a.steps);
-    if constexpr (kNoisy) {
-      NormalNoise<decltype(d)>::fill(a.noise_key + block / 2,
-                                     a.steps_before + static_cast<std::uint64_t>(step), noise);
-    }
-    for (std::size_t i = block; i < block + kNeuronBlock; i += lanes) {
-      const V before = hn::LoadU(d, a.V + i);
-      const V place = hn::Mul(hn::Sub(hn::Min(hn::Max(before, lowest), highest), lowest),
-                              set(GateTable::kPer_mV));
-      const V whole = hn::Floor(place);
-      const V beyond = hn::Sub(place, whole);
-      const auto number = hn::Sub(hn::BitCast(di, hn::Add(whole, shift)), hn::BitCast(di, shift));
-      // row·20 = row·16 + row·4
-      const auto row = hn::Add(hn::ShiftLeft<4>(number), hn::ShiftLeft<2>(number));
-      V x[GateTable::kGates];
-      for (std::size_t gate = 0; gate < GateTable::kGates; ++gate) {
-        const double* const column = a.gate_table + 4 * gate;
-        const V p = hn::Add(hn::GatherIndex(d, column, row),
-                            hn::Mul(beyond, hn::GatherIndex(d, column + 1, row)));
-        const V q = hn::Add(hn::GatherIndex(d, column + 2, row),
-                            hn::Mul(beyond, hn::GatherIndex(d, column + 3, row)));
-        x[gate] = hn::Add(hn::Mul(p, hn::LoadU(d, a.gates[gate] + i)), q);
-        hn::StoreU(x[gate], d, a.gates[gate] + i);
-      }
-      const V m3h = hn::Mul(hn::Mul(hn::Mul(x[0], x[0]), x[0]), x[1]);
-      const V n2 = hn::Mul(x[2], x[2]);
-      const V a3b = hn::Mul(hn::Mul(hn::Mul(x[3], x[3]), x[3]), x[4]);
-      const V sodium = hn::Mul(set(c.g_Na), m3h);
-      const V potassium = hn::Mul(set(c.g_K), hn::Mul(n2, n2));
-      const V transient = hn::Mul(set(c.g_A), a3b);
-      const V conductance = hn::Add(hn::Add(set(c.g_L), sodium), hn::Add(potassium, transient));
-      const V current = hn::Add(hn::LoadU(d, a.current_begin + i),
-                                hn::Mul(hn::LoadU(d, a.current_change + i), phase));
-      const V driven =
-          hn::Add(hn::Add(hn::Mul(sodium, set(c.E_Na)), hn::Mul(potassium, set(c.E_K))),
-                  hn::Add(hn::Mul(transient, set(c.E_A)), hn::Add(set(c.g_L * c.E_L), current)));
-      V after = hn::Add(before, hn::Div(hn::Sub(driven, hn::Mul(conductance, before)),
-                                        hn::Add(capacitance_per_step, hn::Mul(half, conductance))));
-      if constexpr (kNoisy) {
-        after = hn::Add(after, hn::Mul(set(a.noise_per_step), hn::LoadU(d, noise + i - block)));
-      }
-      hn::StoreU(after, d, a.V + i);
-      const V threshold = set(c.spike_threshold_mV);
-      const auto crossed = hn::AndNot(hn::Lt(after, threshold), hn::Lt(before, threshold));
-      if (HWY_UNLIKELY(!hn::AllFalse(d, crossed))) {
-        HWY_ALIGN double from[hn::MaxLanes(d)];
-        HWY_ALIGN double to[hn::MaxLanes(d)];
-        hn::Store(before, d, from);
-        hn::Store(after, d, to);
-        tell(a, i, lanes, step, from, to);
-      }
+struct ConnorStevensStep {
+  using D = hn::ScalableTag<double>;
+  using Math = SideBySide<D, 1>;
+  using X = VectorPack<D, 1>;
+  using V = hn::Vec<D>;
+  using Signed = hn::RebindToSigned<D>;
+
+  HWY_INLINE explicit ConnorStevensStep(const Args& arguments)
+      : a(arguments),
+        c(*a.neuron),
+        capacitance_per_step(Math::constant(c.capacitance_uF_per_cm2 / a.step_ms)),
+        half(Math::constant(0.5)),
+        lowest(Math::constant(GateTable::kLowest_mV)),
+        highest(Math::constant(GateTable::kHighest_mV - 1.0 / GateTable::kPer_mV)),
+        shift(Math::constant(4503599627370496.0)) {}
+
+  /// Takes the gates a step on, by the table's rows about the potential.
+  HWY_INLINE void step_gates(std::size_t i, const X& potential, X* x) const {
+    const X place = Math::mul(Math::sub(Math::min(Math::max(potential, lowest), highest), lowest),
+                              Math::constant(GateTable::kPer_mV));
+    const X whole = Math::floor(place);
+    const X beyond = Math::sub(place, whole);
+    const auto number =
+        hn::Sub(hn::BitCast(Signed(), Math::add(whole, shift).v[0]), hn::BitCast(Signed(), shift));
+    // row·20 = row·16 + row·4
+    const auto row = hn::Add(hn::ShiftLeft<4>(number), hn::ShiftLeft<2>(number));
+    const auto column = [&](const double* from) HWY_ATTR {
+      X values;
+      values.v[0] = hn::GatherIndex(D(), from, row);
+      return values;
+    };
+    for (std::size_t gate = 0; gate < GateTable::kGates; ++gate) {
+      const double* const first = a.gate_table + 4 * gate;
+      const X p = Math::add(column(first), Math::mul(beyond, column(first + 1)));
+      const X q = Math::add(column(first + 2), Math::mul(beyond, column(first + 3)));
+      x[gate] = Math::add(Math::mul(p, Math::load(a.gates[gate] + i)), q);
+      Math::store(x[gate], a.gates[gate] + i);
     }
   }
-}
 
-void step_connor_stevens_all(const ConnorStevensArguments& arguments) {
-  const ConnorStevensArguments a = arguments;  // of our own: nobody else can write to it
-  for (std::size_t block = a.first; block < a.last; block += kNeuronBlock) {
-    a.noise_per_step > 0.0 ? step_block<true>(a, block) : step_block<false>(a, block);
+  HWY_INLINE void operator()(std::size_t i, int step, V phase, const double* noise) const {
+    const X before = Math::load(a.V + i);
+    X x[GateTable::kGates];
+    step_gates(i, before, x);
+    const X m3h = Math::mul(Math::mul(Math::mul(x[0], x[0]), x[0]), x[1]);
+    const X n2 = Math::mul(x[2], x[2]);
+    const X a3b = Math::mul(Math::mul(Math::mul(x[3], x[3]), x[3]), x[4]);
+    const auto set = [](double value) HWY_ATTR { return Math::constant(value); };
+    const X sodium = Math::mul(set(c.g_Na), m3h);
+    const X potassium = Math::mul(set(c.g_K), Math::mul(n2, n2));
+    const X transient = Math::mul(set(c.g_A), a3b);
+    const X conductance = Math::add(Math::add(set(c.g_L), sodium), Math::add(potassium, transient));
+    const X current =
+        Math::add(Math::load(a.input_begin + i), Math::mul(Math::load(a.input_change + i), phase));
+    const X driven = Math::add(
+        Math::add(Math::mul(sodium, set(c.E_Na)), Math::mul(potassium, set(c.E_K))),
+        Math::add(Math::mul(transient, set(c.E_A)), Math::add(set(c.g_L * c.E_L), current)));
+    X after =
+        Math::add(before, Math::div(Math::sub(driven, Math::mul(conductance, before)),
+                                    Math::add(capacitance_per_step, Math::mul(half, conductance))));
+    if constexpr (kNoisy) {
+      after = Math::add(after, Math::mul(set(a.noise_per_step), Math::load(noise)));
+    }
+    Math::store(after, a.V + i);
+    if (HWY_UNLIKELY(Math::any(Math::rises(before, after, set(c.spike_threshold_mV))))) {
+      HWY_ALIGN double from[hn::MaxLanes(D())];
+      HWY_ALIGN double to[hn::MaxLanes(D())];
+      Math::store(before, from);
+      Math::store(after, to);
+      observe(a, i, hn::Lanes(D()), step, from, to);
+    }
+  }
+
+  const Args a;  ///< a local copy: no other pointer can alias it
+  const ConnorStevens c;
+  V capacitance_per_step, half, lowest, highest;
+  V shift;  ///< 2^52: a whole number added to it stands in the low bits
+};
+
+void step_connor_stevens_all(const Args& a) {
+  using D = hn::ScalableTag<double>;
+  if (a.noise_per_step > 0.0) {
+    take_noisy_steps<true, D>(a.call, a.noise_key, ConnorStevensStep<true>(a));
+  } else {
+    take_noisy_steps<false, D>(a.call, nullptr, ConnorStevensStep<false>(a));
+  }
+  // A non-finite state affects its own neuron only, so one look a call is enough.
+  for (std::size_t i = a.call.first; i < a.call.last; ++i) {
+    if (HWY_UNLIKELY(!(std::fabs(a.V[i]) < kRunaway_mV))) {
+      observe(a, i, 1, a.call.steps - 1, a.V + i, a.V + i);
+    }
   }
 }
 

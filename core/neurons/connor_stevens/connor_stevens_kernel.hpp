@@ -4,12 +4,12 @@
 #include <cstdint>
 
 #include "core/neurons/connor_stevens/connor_stevens.hpp"
-#include "core/neurons/spike_observer.hpp"
+#include "core/neurons/step_call.hpp"
 #include "core/simd/aligned_array.hpp"
 
 namespace merkel {
 
-/// What a step does to the five gates, by potential: x → p·x + q with p = e^{−dt/τ} and
+/// The step of the five gates, by potential: x → p·x + q with p = e^{−dt/τ} and
 /// q = x∞·(1−p). Both are taken from straight lines between potentials 1/16 mV apart, which is
 /// within 1e-5 of the exact step; outside −120 … 80 mV the outermost values hold.
 class GateTable {
@@ -32,18 +32,16 @@ class GateTable {
 struct ConnorStevensArguments {
   double* V = nullptr;
   double* gates[GateTable::kGates] = {};
-  const double* current_begin = nullptr;     ///< µA/cm² at the first step's beginning
-  const double* current_change = nullptr;    ///< by the last step's end
+  const double* input_begin = nullptr;       ///< µA/cm² at the first step's beginning
+  const double* input_change = nullptr;      ///< by the last step's end
   const std::uint64_t* noise_key = nullptr;  ///< of each block's eight pairs of neurons
-  std::size_t first = 0;  ///< neurons [first, last) are stepped; first in whole blocks
-  std::size_t last = 0;
-  int steps = 0;
-  std::uint64_t steps_before = 0;  ///< since reset: the number of the first step
+  StepCall call;
   double step_ms = 0.0;
   double noise_per_step = 0.0;  ///< σ·√dt
   const ConnorStevens* neuron = nullptr;
   const double* gate_table = nullptr;
-  SpikeObserver* observer = nullptr;
+  double resting_V_mV = 0.0;  ///< for neurons whose state turns non-finite
+  double resting_gates[GateTable::kGates] = {};
 };
 
 /// Takes all steps: gates half a step away from the potential, by exact exponential steps; the

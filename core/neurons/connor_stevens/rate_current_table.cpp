@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "core/neurons/connor_stevens/connor_stevens_population.hpp"
+#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -31,7 +31,7 @@ std::vector<double> steady_rates(const ConnorStevens& neuron, nanoseconds step,
                                  const std::vector<double>& currents) {
   ConnorStevens quiet = neuron;
   quiet.noise.sigma = 0.0;
-  ConnorStevensPopulation neurons({.neuron = quiet, .step = step}, currents.size());
+  ConnorStevensGroup neurons({.neuron = quiet, .step = step}, currents.size());
   std::vector<int> count(currents.size());
   std::vector<nanoseconds> first(currents.size());
   std::vector<nanoseconds> last(currents.size());

@@ -45,11 +45,11 @@ Gates HodgkinHuxley::steady_gates(double V_mV) const noexcept {
 }
 
 double HodgkinHuxley::leak_reversal_mV() const noexcept {
-  const Membrane rest = membrane(steady_gates(V_rest), V_rest);
+  const Channels rest = channels(steady_gates(V_rest), V_rest);
   return V_rest - (rest.driven - rest.conductance * V_rest) / g_L;
 }
 
-HodgkinHuxley::Membrane HodgkinHuxley::membrane(const Gates& gates,
+HodgkinHuxley::Channels HodgkinHuxley::channels(const Gates& gates,
                                                 double leak_reversal_mV) const noexcept {
   const double sodium = g_Na * gates.m * gates.m * gates.m * gates.h;
   const double potassium = g_K * gates.n * gates.n * gates.n * gates.n;

@@ -74,11 +74,11 @@ struct HodgkinHuxley {
   /// El, chosen so that V_r is a fixed point without current: −56.3469184654 mV with the defaults.
   [[nodiscard]] double leak_reversal_mV() const noexcept;
   /// Σ g and Σ g·E of all channels: the ionic current is driven − conductance·V. Real-time: yes.
-  struct Membrane {
+  struct Channels {
     double conductance = 0.0;  ///< mS/cm²
     double driven = 0.0;       ///< µA/cm²
   };
-  [[nodiscard]] Membrane membrane(const Gates& gates, double leak_reversal_mV) const noexcept;
+  [[nodiscard]] Channels channels(const Gates& gates, double leak_reversal_mV) const noexcept;
 };
 
 }  // namespace merkel

@@ -9,9 +9,9 @@ Quiescence::Quiescence(const HodgkinHuxley& neuron, std::size_t neurons, std::si
     : resting_states_(std::make_shared<RestingStates>(neuron)),
       neurons_(neurons),
       columns_(columns),
-      reach_((columns + kNeuronBlock - 1) / kNeuronBlock),
+      reach_(blocks_of(columns)),
       current_(neurons),
-      resting_((neurons + kNeuronBlock - 1) / kNeuronBlock),
+      resting_(blocks_of(neurons)),
       frozen_(resting_.size()) {}
 
 void Quiescence::wake() noexcept { std::fill(frozen_.begin(), frozen_.end(), std::uint8_t{0}); }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
-#include "core/neurons/hodgkin_huxley/kernel/membrane_kernel.hpp"
 #include "core/neurons/hodgkin_huxley/resting_states.hpp"
+#include "core/neurons/neuron_arrays.hpp"
 #include "core/realtime_tag.hpp"
 
 namespace merkel {

@@ -14,17 +14,17 @@ constexpr double kScan_mV = 0.1;
 
 /// The current that holds the membrane at a potential, and its gates there.
 double holding_current(const HodgkinHuxley& neuron, double leak_mV, double V) {
-  const auto membrane = neuron.membrane(neuron.steady_gates(V), leak_mV);
-  return membrane.conductance * V - membrane.driven;
+  const auto open = neuron.channels(neuron.steady_gates(V), leak_mV);
+  return open.conductance * V - open.driven;
 }
 
 /// The largest real part of the eigenvalues of the linearised neuron at a fixed point, 1/ms.
 double growth_rate(const HodgkinHuxley& neuron, double leak_mV, double V, double current) {
   const auto slope = [&](const Eigen::Vector4d& x) {
     const GateRates k = neuron.rates(x[0]);
-    const auto membrane = neuron.membrane({x[1], x[2], x[3]}, leak_mV);
+    const auto open = neuron.channels({x[1], x[2], x[3]}, leak_mV);
     return Eigen::Vector4d(
-        (membrane.driven - membrane.conductance * x[0] + current) / neuron.capacitance_uF_per_cm2,
+        (open.driven - open.conductance * x[0] + current) / neuron.capacitance_uF_per_cm2,
         k.alpha.n * (1.0 - x[1]) - k.beta.n * x[1], k.alpha.m * (1.0 - x[2]) - k.beta.m * x[2],
         k.alpha.h * (1.0 - x[3]) - k.beta.h * x[3]);
   };

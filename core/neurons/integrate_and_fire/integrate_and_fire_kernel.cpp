@@ -1,12 +1,12 @@
 #include "core/neurons/integrate_and_fire/integrate_and_fire_kernel.hpp"
 
-#include "core/neurons/hodgkin_huxley/kernel/membrane_kernel.hpp"
+#include <cstddef>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/neurons/integrate_and_fire/integrate_and_fire_kernel.cpp"
 #include <hwy/foreach_target.h>  // before the kernels: compiles this file once for each target
 
-#include "core/neurons/normal_noise-inl.hpp"
+#include "core/neurons/noisy_steps-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace merkel {
@@ -14,73 +14,76 @@ namespace HWY_NAMESPACE {
 
 using Args = IntegrateAndFireArguments;
 
-/// Tells the observer of the spikes among `count` neurons from i on.
-HWY_NOINLINE void tell(const Args& a, std::size_t i, std::size_t count, int step,
-                       const double* spiked, const double* time) {
+/// Reports the spikes among `count` neurons from i on.
+HWY_NOINLINE void report_spikes(const Args& a, std::size_t i, std::size_t count, int step,
+                                const double* spiked, const double* time) {
   for (std::size_t lane = 0; lane < count; ++lane) {
-    if (spiked[lane] != 0.0 && i + lane < a.last) {
-      a.observer->spiked(i + lane, step, time[lane] / a.step);
+    if (spiked[lane] != 0.0 && i + lane < a.call.last) {
+      a.call.observer->spiked(i + lane, step, time[lane] / a.step);
     }
   }
 }
 
-/// One block of neurons through all steps.
+/// One vector of neurons through one step.
 template <bool kNoisy>
-HWY_INLINE void step_block(const Args& a, std::size_t block) {
-  const hn::ScalableTag<double> d;
-  using V = hn::Vec<decltype(d)>;
-  const std::size_t lanes = hn::Lanes(d);
-  const V dt = hn::Set(d, a.step);
-  const V zero = hn::Zero(d);
-  const V inverse_tau = hn::Set(d, a.inverse_tau);
-  const V threshold = hn::Set(d, a.threshold);
-  const V reset = hn::Set(d, a.reset);
-  const V floor = hn::Set(d, a.floor);
-  const V refractory = hn::Set(d, a.refractory);
-  const V sigma = hn::Set(d, a.sigma);
-  HWY_ALIGN double noise[kNeuronBlock];
-  for (int step = 0; step < a.steps; ++step) {
-    const V phase = hn::Set(d, (step + 0.5) / a.steps);
-    if constexpr (kNoisy) {
-      NormalNoise<decltype(d)>::fill(a.noise_key + block / 2,
-                                     a.steps_before + static_cast<std::uint64_t>(step), noise);
-    }
-    for (std::size_t i = block; i < block + kNeuronBlock; i += lanes) {
-      const V before = hn::LoadU(d, a.v + i);
-      const V left = hn::LoadU(d, a.refractory_left + i);
-      const V waited = hn::Min(left, dt);
-      const V h = hn::Sub(dt, waited);
-      const V current = hn::Add(hn::LoadU(d, a.current_begin + i),
-                                hn::Mul(hn::LoadU(d, a.current_change + i), phase));
-      V v = hn::Add(before, hn::Mul(hn::Sub(current, hn::Mul(before, inverse_tau)), h));
-      if constexpr (kNoisy) {
-        v = hn::Add(v, hn::Mul(hn::Mul(sigma, hn::Sqrt(h)), hn::LoadU(d, noise + i - block)));
-      }
-      v = hn::Max(v, floor);
-      V left_after = hn::Sub(left, waited);
-      const auto spikes = hn::Ge(v, threshold);
-      if (HWY_UNLIKELY(!hn::AllFalse(d, spikes))) {
-        const V fraction = hn::Div(hn::Sub(threshold, before), hn::Sub(v, before));
-        const V time = hn::Add(waited, hn::Mul(hn::Min(fraction, hn::Set(d, 1.0)), h));
-        HWY_ALIGN double spiked[hn::MaxLanes(d)];
-        HWY_ALIGN double at[hn::MaxLanes(d)];
-        hn::Store(hn::IfThenElse(spikes, hn::Set(d, 1.0), zero), d, spiked);
-        hn::Store(time, d, at);
-        tell(a, i, lanes, step, spiked, at);
-        v = hn::IfThenElse(spikes, reset, v);
-        left_after = hn::IfThenElse(spikes, hn::Max(hn::Sub(refractory, hn::Sub(dt, time)), zero),
-                                    left_after);
-      }
-      hn::StoreU(v, d, a.v + i);
-      hn::StoreU(left_after, d, a.refractory_left + i);
-    }
-  }
-}
+struct IntegrateAndFireStep {
+  using D = hn::ScalableTag<double>;
+  using Math = SideBySide<D, 1>;
+  using X = VectorPack<D, 1>;
+  using V = hn::Vec<D>;
 
-void step_integrate_and_fire_all(const Args& arguments) {
-  const Args a = arguments;  // of our own: nobody else can write to it
-  for (std::size_t block = a.first; block < a.last; block += kNeuronBlock) {
-    a.sigma > 0.0 ? step_block<true>(a, block) : step_block<false>(a, block);
+  HWY_INLINE explicit IntegrateAndFireStep(const Args& arguments)
+      : a(arguments),
+        dt(Math::constant(a.step)),
+        inverse_tau(Math::constant(a.inverse_tau)),
+        threshold(Math::constant(a.threshold)),
+        reset(Math::constant(a.reset)),
+        floor(Math::constant(a.floor)),
+        sigma(Math::constant(a.sigma)) {}
+
+  HWY_INLINE void operator()(std::size_t i, int step, V phase, const double* noise) const {
+    const X before = Math::load(a.v + i);
+    const X left = Math::load(a.refractory_left + i);
+    const X waited = Math::min(left, dt);
+    const X h = Math::sub(dt, waited);
+    const X input =
+        Math::add(Math::load(a.input_begin + i), Math::mul(Math::load(a.input_change + i), phase));
+    X v = Math::add(before, Math::mul(Math::sub(input, Math::mul(before, inverse_tau)), h));
+    if constexpr (kNoisy) {
+      v = Math::add(v, Math::mul(Math::mul(sigma, Math::sqrt(h)), Math::load(noise)));
+    }
+    v = Math::max(v, floor);
+    X left_after = Math::sub(left, waited);
+    const auto spikes = Math::at_least(v, threshold);
+    if (HWY_UNLIKELY(Math::any(spikes))) {
+      const V one = Math::constant(1.0);
+      const V zero = Math::constant(0.0);
+      const X fraction = Math::div(Math::sub(threshold, before), Math::sub(v, before));
+      const X time = Math::add(waited, Math::mul(Math::min(fraction, one), h));
+      HWY_ALIGN double spiked[hn::MaxLanes(D())];
+      HWY_ALIGN double at[hn::MaxLanes(D())];
+      Math::store(Math::select(spikes, one, zero), spiked);
+      Math::store(time, at);
+      report_spikes(a, i, hn::Lanes(D()), step, spiked, at);
+      v = Math::select(spikes, reset, v);
+      const X rest_of_period =
+          Math::max(Math::sub(Math::constant(a.refractory), Math::sub(dt, time)), zero);
+      left_after = Math::select(spikes, rest_of_period, left_after);
+    }
+    Math::store(v, a.v + i);
+    Math::store(left_after, a.refractory_left + i);
+  }
+
+  const Args a;  ///< a local copy: no other pointer can alias it
+  V dt, inverse_tau, threshold, reset, floor, sigma;
+};
+
+void step_integrate_and_fire_all(const Args& a) {
+  using D = hn::ScalableTag<double>;
+  if (a.sigma > 0.0) {
+    take_noisy_steps<true, D>(a.call, a.noise_key, IntegrateAndFireStep<true>(a));
+  } else {
+    take_noisy_steps<false, D>(a.call, nullptr, IntegrateAndFireStep<false>(a));
   }
 }
 

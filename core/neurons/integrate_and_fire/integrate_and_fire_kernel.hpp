@@ -1,9 +1,8 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
-#include "core/neurons/spike_observer.hpp"
+#include "core/neurons/step_call.hpp"
 
 namespace merkel {
 
@@ -12,13 +11,10 @@ namespace merkel {
 struct IntegrateAndFireArguments {
   double* v = nullptr;
   double* refractory_left = nullptr;         ///< s
-  const double* current_begin = nullptr;     ///< Hz at the first step's beginning
-  const double* current_change = nullptr;    ///< by the last step's end
+  const double* input_begin = nullptr;       ///< Hz at the first step's beginning
+  const double* input_change = nullptr;      ///< by the last step's end
   const std::uint64_t* noise_key = nullptr;  ///< of each block's eight pairs of neurons
-  std::size_t first = 0;  ///< neurons [first, last) are stepped; first in whole blocks
-  std::size_t last = 0;
-  int steps = 0;
-  std::uint64_t steps_before = 0;  ///< since reset: the number of the first step
+  StepCall call;
   double step = 0.0;
   double inverse_tau = 0.0;
   double threshold = 1.0;
@@ -26,7 +22,6 @@ struct IntegrateAndFireArguments {
   double floor = -1.0;
   double refractory = 0.0;
   double sigma = 0.0;
-  SpikeObserver* observer = nullptr;
 };
 
 /// Takes all steps by the Euler-Maruyama method. Bit-identical on every instruction set.

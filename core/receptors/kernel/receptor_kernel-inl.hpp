@@ -33,7 +33,7 @@ struct Receptors {
   using Real = hn::TFromD<D>;
   using Math = SideBySide<D, kCount>;
   using V = hn::Vec<D>;
-  using X = Several<D, kCount>;
+  using X = VectorPack<D, kCount>;
 
   static HWY_INLINE V set(Real value) { return hn::Set(D(), value); }
 
@@ -70,7 +70,7 @@ struct Receptors {
     // u and w, of which u·w = a²z² and u−w = B: the larger by a sum, the other by a quotient.
     const X larger = Math::mul(Math::add(root_D, Math::abs(B)), set(Real(0.5)));
     const X smaller = Math::div(set(f.a2_z2), larger);
-    const X u = Math::choose(Math::less(set(Real(0)), B), larger, smaller);
+    const X u = Math::select(Math::less(set(Real(0)), B), larger, smaller);
     const X root_u = Math::sqrt(u);
     const X s = Math::div(set(f.z), root_u);
     const X s2 = Math::mul(s, s);
@@ -92,7 +92,7 @@ struct Receptors {
     const X beyond =
         Math::fused_negative(v, set(Real(1.57079632679489661923)),
                              Math::fused(v2, Math::fused_negative(v2, rest, one), one));
-    const X g = Math::choose(Math::less(y2, one), Math::mul(y2, rest), beyond);
+    const X g = Math::select(Math::less(y2, one), Math::mul(y2, rest), beyond);
 
     h.X_ = Math::mul(Math::mul(s2, s), Math::mul(inverse_D, set(f.a2)));
     h.A = Math::mul(Math::mul(k, set(f.third)), Math::add(s, inverse_one_plus_s));
@@ -127,9 +127,9 @@ struct Receptors {
     const V one = set(Real(1));
     const X inverse_r2 = Math::div(one, Math::max(h.r2, set(Real(1e-30))));
     const auto off_axis = Math::less(set(Real(1e-30)), h.r2);
-    const X xx = Math::choose(off_axis, Math::mul(Math::mul(h.dx, h.dx), inverse_r2), one);
+    const X xx = Math::select(off_axis, Math::mul(Math::mul(h.dx, h.dx), inverse_r2), one);
     const X yy = Math::sub(one, xx);
-    const X xy = Math::choose(off_axis, Math::mul(Math::mul(h.dx, h.dy), inverse_r2), set(Real(0)));
+    const X xy = Math::select(off_axis, Math::mul(Math::mul(h.dx, h.dy), inverse_r2), set(Real(0)));
     const X shear = Math::mul(h.T, hn::Neg(p0));
     const auto add = [&](Real* sum, const X& value)
                          HWY_ATTR { Math::store(Math::add(Math::load(sum + i), value), sum + i); };

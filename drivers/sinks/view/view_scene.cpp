@@ -44,8 +44,7 @@ std::string centres_of(const std::vector<Receptor>& receptors) {
   return centres.end();
 }
 
-std::string json_of(const TactileModel::PatchParameters& parameters,
-                    const std::vector<Receptor>& receptors) {
+std::string json_of(const PatchParameters& parameters, const std::vector<Receptor>& receptors) {
   // Thinned out evenly where there are more than a picture shows.
   const std::size_t stride = receptors.size() / kMostReceptors + 1;
   JsonWriter dots('[');
@@ -93,7 +92,7 @@ std::string json_of(const Indenter& indenter) {
 
 std::string view_scene_json(const SinkSetup& setup, bool control) {
   const RunDescription& run = setup.run;
-  const NeuronKind kind = run.model.neuron_kind;
+  const NeuronKind kind = run.model.kind();
   const bool volts = kind != NeuronKind::kIntegrateAndFire;
   JsonWriter json;
   json.text("scene", run.scene).number("neurons", setup.numbering.neurons());

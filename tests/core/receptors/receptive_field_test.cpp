@@ -6,8 +6,20 @@
 
 #include <gtest/gtest.h>
 
+#include "core/scene/patch_layout.hpp"
+
 namespace merkel {
 namespace {
+
+/// The receptors of fields whose centres follow the density law.
+Expected<std::vector<Receptor>, ParameterError> place_fields(const ReceptiveField& field,
+                                                             const ReceptorParameters& placement,
+                                                             const Patch& patch) {
+  const auto layout = layout_of(
+      {.patch = patch, .receptors = placement, .layout = ReceptorLayout::kFields, .field = field});
+  if (!layout) return Unexpected<ParameterError>(layout.error());
+  return layout->receptors;
+}
 
 TEST(ReceptiveField, IsAVogelSpiral) {
   const auto receptors = place_fields(ReceptiveField{}, {{15.0, 10.0}, {3.0, 4.0}}, Patch{});

@@ -86,7 +86,7 @@ ReceptorDrive drive_of(const Reference& reference, Precision precision = Precisi
 void expect_currents(const ReceptorDrive& drive, const std::vector<double>& expected,
                      double tolerance) {
   for (std::size_t n = 0; n < kAfferents; ++n) {
-    EXPECT_NEAR(drive.current_uA_per_cm2()[n], expected[n], tolerance) << "afferent " << n + 1;
+    EXPECT_NEAR(drive.output()[n], expected[n], tolerance) << "afferent " << n + 1;
   }
 }
 
@@ -171,8 +171,7 @@ TEST(ReceptorDrive, GivesTheSameBitsOnEveryInstructionSet) {
       std::vector<double> bits;
       for (const auto& contacts : presses(reference.skin)) {
         drive.compute(contacts);
-        bits.insert(bits.end(), drive.current_uA_per_cm2().begin(),
-                    drive.current_uA_per_cm2().end());
+        bits.insert(bits.end(), drive.output().begin(), drive.output().end());
         for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
           bits.push_back(drive.energy_density_kPa(i));
         }
@@ -189,7 +188,7 @@ TEST(ReceptorDrive, LooksAgainOnlyWhenAContactChanges) {
   EXPECT_TRUE(drive.compute(contacts));
   EXPECT_FALSE(drive.compute(contacts));
   EXPECT_TRUE(drive.compute({}));
-  EXPECT_EQ(drive.current_uA_per_cm2()[7], 0.0);
+  EXPECT_EQ(drive.output()[7], 0.0);
 }
 
 TEST(DriveReach, BoundsWhatIsLeftOut) {

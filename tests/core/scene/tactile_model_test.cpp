@@ -66,7 +66,7 @@ TEST(TactileModel, NoContactGivesNoSpike) {
     const ContactInput input{.depth_mm = depth, .x_mm = 15.0, .y_mm = 10.0};
     EXPECT_TRUE(press(model, {&input, 1}, 1000).empty());
   }
-  const auto currents = model.patches()[0].current_uA_per_cm2();
+  const auto currents = model.patches()[0].drive().output();
   EXPECT_TRUE(
       std::all_of(currents.begin(), currents.end(), [](double current) { return current == 0.0; }));
 }

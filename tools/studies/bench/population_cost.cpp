@@ -17,11 +17,11 @@ Measurement neuron_step_cost(const PopulationCase& which, int runs, double run_s
     while (static_cast<int>(which.neurons) % rows != 0) --rows;
     network = *LatticeCoupling::create({}, static_cast<int>(which.neurons) / rows, rows);
   }
-  HodgkinHuxleyPopulation population({.method = which.method,
-                                      .precision = which.precision,
-                                      .step = units::nanoseconds_from_us(which.step_us),
-                                      .freeze_resting = false},
-                                     which.neurons, network);
+  HodgkinHuxleyGroup population({.method = which.method,
+                                 .precision = which.precision,
+                                 .step = units::nanoseconds_from_us(which.step_us),
+                                 .freeze_resting = false},
+                                which.neurons, network);
   std::vector<double> current(which.neurons);
   for (std::size_t i = 0; i < current.size(); ++i) {
     current[i] = 8.0 + 6.0 * static_cast<double>(i) / static_cast<double>(current.size());

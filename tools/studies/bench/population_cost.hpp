@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/worker_team.hpp"
 #include "tools/studies/bench/measure.hpp"
 

@@ -100,7 +100,7 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
       PlacedContact now = placed;
       now.reach_mm = reach.radius_mm(placed.contact.depth_mm);
       drive.compute({&now, 1});
-      const double error = largest_difference(drive.current_uA_per_cm2(), reference);
+      const double error = largest_difference(drive.output(), reference);
       const double cost_s = measure([&] {
                               now.x_mm = now.x_mm == 8.0 ? 8.0 + 1e-9 : 8.0;
                               drive.compute({&now, 1});

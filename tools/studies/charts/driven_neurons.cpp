@@ -11,7 +11,7 @@ DrivenNeurons drive_neurons(const std::vector<double>& current, double duration_
                             IntegrationMethod method, Precision precision, double step_us,
                             const std::optional<LatticeCoupling>& network) {
   const auto step = units::nanoseconds_from_us(step_us);
-  HodgkinHuxleyPopulation population(
+  HodgkinHuxleyGroup population(
       {.method = method, .precision = precision, .step = step, .freeze_resting = false},
       current.size(), network);
   // A call at a time that holds a few milliseconds: no neuron fires more often in it.

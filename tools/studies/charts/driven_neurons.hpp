@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 
 namespace merkel {
 

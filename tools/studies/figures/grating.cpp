@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/contact/flat_tip_field.hpp"
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/receptors/sigmoid_transduction.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/figures/figure.hpp"
@@ -22,7 +22,7 @@ constexpr double kReach_mm = 18.0;
 
 /// Mean rates over a second of neurons under constant currents.
 std::vector<double> steady_rates(const std::vector<double>& currents) {
-  HodgkinHuxleyPopulation neurons({}, currents.size(), std::nullopt);
+  HodgkinHuxleyGroup neurons({}, currents.size(), std::nullopt);
   SpikeBuffer spikes(currents.size() * 1000);
   neurons.advance(currents, currents, 40'000, std::chrono::nanoseconds{0}, spikes);
   std::vector<double> rates(currents.size());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "tools/scene/contact_sentence.hpp"
 #include "tools/studies/bench/measure.hpp"
@@ -136,8 +137,10 @@ std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
 Expected<Plan, SetupError> make_plan(Scene& scene) {
   // Large scenes are rehearsed for less time: the reference is what takes long.
   std::size_t neurons = 0;
-  for (const auto& patch : scene.model.patches) {
-    neurons += static_cast<std::size_t>(patch.patch.subregions());
+  for (const PatchParameters& patch : scene.model.patches) {
+    const auto layout = layout_of(patch);
+    if (!layout) return bad_input(scene.sentence(layout.error()));
+    neurons += layout->afferents.size();
   }
   const std::chrono::milliseconds most{neurons > 500 ? 250 : 1000};
   const auto rehearsal = rehearse(scene, most);

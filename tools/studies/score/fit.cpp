@@ -11,7 +11,7 @@
 #include <nlopt.h>
 
 #include "core/parameters/nearest_name.hpp"
-#include "core/scene/energy_driven_neurons.hpp"
+#include "core/scene/afferents.hpp"
 #include "core/units.hpp"
 #include "tools/studies/score/trials.hpp"
 
@@ -90,12 +90,11 @@ class Answers {
   double answer(const TactileModel::Parameters& parameters, const Trace& trace) {
     TactileModel::Parameters own = parameters;
     own.step = trace.step;
-    const auto* const connor = std::get_if<ConnorStevensAfferent>(&own.afferent);
-    if (connor != nullptr && table_step_ != own.step) {
-      table_ = std::make_shared<RateCurrentTable>(connor->neuron, own.step);
+    if (table_step_ != own.step) {
+      table_ = *rate_current_table_of(own);
       table_step_ = own.step;
     }
-    EnergyDrivenNeurons neurons(TactileModel::energy_driven(own, 0, table_), trials_);
+    Afferents neurons = *Afferents::create(own, 0, trials_, table_);
     std::vector<std::vector<double>> times(trials_);
     SpikeBuffer spikes(trials_ * 4);
     std::vector<double> before(trials_, 0.0);

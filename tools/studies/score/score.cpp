@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/scene/energy_driven_neurons.hpp"
+#include "core/scene/afferents.hpp"
 #include "core/units.hpp"
 #include "tools/studies/score/trials.hpp"
 
@@ -39,18 +39,15 @@ double squared_correlation(const std::vector<double>& a, const std::vector<doubl
   return variances > 0.0 ? covariance * covariance / variances : kNone;
 }
 
-/// Neurons of the scene's kind that take energy densities for drives in Hz, without adaptation.
-EnergyDrivenNeurons driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
-  const auto* const connor = std::get_if<ConnorStevensAfferent>(&scene.afferent);
-  EnergyDrivenNeurons::Parameters parameters = TactileModel::energy_driven(
-      scene, 0,
-      connor != nullptr ? std::make_shared<RateCurrentTable>(connor->neuron, scene.step) : nullptr);
-  parameters.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0};
-  return {parameters, count};
+/// Neurons of the scene's kind whose energy density is their drive in Hz, without adaptation.
+Afferents driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
+  TactileModel::Parameters bare = scene;
+  bare.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0};
+  return *Afferents::create(bare, 0, count, *rate_current_table_of(bare));
 }
 
 /// Spike times of each neuron under constant drives, s, after a second's settling.
-std::vector<std::vector<double>> trains(EnergyDrivenNeurons& neurons, nanoseconds step,
+std::vector<std::vector<double>> trains(Afferents& neurons, nanoseconds step,
                                         const std::vector<double>& drive, double seconds) {
   neurons.reset();
   std::vector<std::vector<double>> times(drive.size());
@@ -117,7 +114,7 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
 Regularity regularity_at(const TactileModel::Parameters& scene, double rate_hz) {
   constexpr std::size_t kNeurons = 32;
   constexpr double kSeconds = 10.0;
-  EnergyDrivenNeurons neurons = driven_neurons(scene, kNeurons);
+  Afferents neurons = driven_neurons(scene, kNeurons);
   // The leak takes some of the drive: corrected until the rate is right.
   double drive = rate_hz;
   std::vector<std::vector<double>> times;
@@ -161,7 +158,7 @@ std::vector<DriveRate> rates_by_drive(const TactileModel::Parameters& scene) {
   constexpr double kSeconds = 4.0;
   std::vector<double> drives;
   for (int k = 0; k <= 100; ++k) drives.push_back(5.0 * k);
-  EnergyDrivenNeurons neurons = driven_neurons(scene, drives.size());
+  Afferents neurons = driven_neurons(scene, drives.size());
   const auto times = trains(neurons, scene.step, drives, kSeconds);
   std::vector<DriveRate> rates;
   for (std::size_t k = 0; k < drives.size(); ++k) {

@@ -109,7 +109,7 @@ std::vector<std::vector<double>> Trials::run(const Stimulus& stimulus) {
 std::vector<double> Trials::energies_kPa(const Stimulus& stimulus) {
   std::vector<double> energies;
   press(stimulus, [&](std::span<const SpikeEvent> /*spikes*/) {
-    energies.push_back(model_.patches().front().drive().mean_energy_kPa().front());
+    energies.push_back(model_.patches().front().drive().output().front());
   });
   return energies;
 }

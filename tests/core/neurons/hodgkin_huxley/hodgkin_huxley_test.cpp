@@ -11,7 +11,7 @@ namespace {
 TEST(HodgkinHuxley, LeakReversalMakesTheRestAFixedPoint) {
   const HodgkinHuxley neuron;
   EXPECT_NEAR(neuron.leak_reversal_mV(), -56.3469184654, 5e-11);
-  const auto rest = neuron.membrane(neuron.steady_gates(-65.0), neuron.leak_reversal_mV());
+  const auto rest = neuron.channels(neuron.steady_gates(-65.0), neuron.leak_reversal_mV());
   EXPECT_NEAR(rest.driven - rest.conductance * -65.0, 0.0, 1e-13);
 }
 

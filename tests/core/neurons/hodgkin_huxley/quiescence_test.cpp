@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -21,7 +21,7 @@ TEST(RestingStates, AreFixedPointsOfTheMembrane) {
   EXPECT_FALSE(resting.covers(std::nan("")));
   for (const double current : {-1.0, 0.0, 0.15, 2.0, 7.0}) {
     const auto state = resting.at(current);
-    const auto membrane = neuron.membrane(state.gates, neuron.leak_reversal_mV());
+    const auto membrane = neuron.channels(state.gates, neuron.leak_reversal_mV());
     EXPECT_NEAR(membrane.conductance * state.V - membrane.driven, current, 1e-4);
     EXPECT_NEAR(state.gates.h, neuron.steady_gates(state.V).h, 1e-6);
   }
@@ -38,7 +38,7 @@ Recorded wandering_press(bool freeze, double gain) {
   constexpr int kRows = 12;
   constexpr std::size_t kNeurons = kColumns * kRows;
   const auto network = LatticeCoupling::create({.gain = gain}, kColumns, kRows);
-  HodgkinHuxleyPopulation population({.freeze_resting = freeze}, kNeurons, *network);
+  HodgkinHuxleyGroup population({.freeze_resting = freeze}, kNeurons, *network);
   Random random(11);
   SpikeBuffer spikes(100'000);
   std::vector<double> begin(kNeurons, 0.15);

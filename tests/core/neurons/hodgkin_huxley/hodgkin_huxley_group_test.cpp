@@ -1,4 +1,4 @@
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 
 #include <cmath>
 #include <vector>
@@ -13,15 +13,14 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-HodgkinHuxleyPopulation population(IntegrationMethod method, nanoseconds step,
-                                   std::size_t neurons = 1,
-                                   std::optional<LatticeCoupling> network = std::nullopt) {
-  return HodgkinHuxleyPopulation({.method = method, .step = step}, neurons, std::move(network));
+HodgkinHuxleyGroup population(IntegrationMethod method, nanoseconds step, std::size_t neurons = 1,
+                              std::optional<LatticeCoupling> network = std::nullopt) {
+  return HodgkinHuxleyGroup({.method = method, .step = step}, neurons, std::move(network));
 }
 
 /// Spike times in ms of one neuron under a current that may change with time, step by step.
 template <class Current>
-std::vector<double> spike_times(HodgkinHuxleyPopulation neuron, nanoseconds step, Current current,
+std::vector<double> spike_times(HodgkinHuxleyGroup neuron, nanoseconds step, Current current,
                                 double end_ms) {
   std::vector<double> times;
   SpikeBuffer spikes(4);
@@ -44,7 +43,7 @@ void expect_times(const std::vector<double>& times,
   }
 }
 
-TEST(HodgkinHuxleyPopulation, Rk4AgreesWithCvodeOnStepsOfCurrent) {
+TEST(HodgkinHuxleyGroup, Rk4AgreesWithCvodeOnStepsOfCurrent) {
   for (const double I : {4.0, 7.0, 10.0, 20.0, 50.0, 100.0}) {
     reference::CvodeMembranes reference;
     reference.current = [I](int, double) { return I; };
@@ -57,7 +56,7 @@ TEST(HodgkinHuxleyPopulation, Rk4AgreesWithCvodeOnStepsOfCurrent) {
   }
 }
 
-TEST(HodgkinHuxleyPopulation, Rk4AgreesWithCvodeOnARampAndHold) {
+TEST(HodgkinHuxleyGroup, Rk4AgreesWithCvodeOnARampAndHold) {
   const auto ramp = [](double t) {
     return t < 10.0 ? 0.0 : t < 30.0 ? 12.0 * (t - 10.0) / 20.0 : t < 150.0 ? 12.0 : 0.0;
   };
@@ -91,7 +90,7 @@ Sustained sustained(double I) {
   return result;
 }
 
-TEST(HodgkinHuxleyPopulation, FiresInClassIIWithADepolarisationBlock) {
+TEST(HodgkinHuxleyGroup, FiresInClassIIWithADepolarisationBlock) {
   // No steady rate below about 48 Hz: whatever fires on, fires at least so fast.
   for (double I = 4.6; I < 7.0; I += 0.05) {
     const int spikes = sustained(I).spikes;
@@ -105,7 +104,7 @@ TEST(HodgkinHuxleyPopulation, FiresInClassIIWithADepolarisationBlock) {
   EXPECT_LT(after.peak_mV - after.trough_mV, 0.5);
 }
 
-TEST(HodgkinHuxleyPopulation, StepsAndSlowRampsHaveDifferentOnsets) {
+TEST(HodgkinHuxleyGroup, StepsAndSlowRampsHaveDifferentOnsets) {
   EXPECT_EQ(sustained(4.90).spikes, 0);
   EXPECT_GT(sustained(4.98).spikes, 0);
   // Reached over a second, the same current leaves the membrane silent until about 8.4.
@@ -119,7 +118,7 @@ TEST(HodgkinHuxleyPopulation, StepsAndSlowRampsHaveDifferentOnsets) {
   EXPECT_GT(spikes_after_ramp_to(8.5), 100U);
 }
 
-TEST(HodgkinHuxleyPopulation, CrankNicolsonConvergesWithTheSquareOfTheStep) {
+TEST(HodgkinHuxleyGroup, CrankNicolsonConvergesWithTheSquareOfTheStep) {
   reference::CvodeMembranes reference;
   reference.current = [](int, double) { return 10.0; };
   const auto expected = reference.spikes_until(200.0);
@@ -140,7 +139,7 @@ TEST(HodgkinHuxleyPopulation, CrankNicolsonConvergesWithTheSquareOfTheStep) {
   EXPECT_NEAR(coarse / fine, 4.0, 0.5);
 }
 
-TEST(HodgkinHuxleyPopulation, StaysAtRestWithoutCurrent) {
+TEST(HodgkinHuxleyGroup, StaysAtRestWithoutCurrent) {
   for (const auto method : {IntegrationMethod::kCrankNicolson, IntegrationMethod::kRk4}) {
     auto neuron = population(method, nanoseconds{25'000});
     SpikeBuffer spikes(4);
@@ -151,7 +150,7 @@ TEST(HodgkinHuxleyPopulation, StaysAtRestWithoutCurrent) {
   }
 }
 
-TEST(HodgkinHuxleyPopulation, CoupledRk4AgreesWithCvode) {
+TEST(HodgkinHuxleyGroup, CoupledRk4AgreesWithCvode) {
   const auto network = LatticeCoupling::create({.gain = 0.1, .seed = 3}, 5, 4);
   ASSERT_TRUE(network);
   std::vector<double> current(20);

@@ -1,4 +1,4 @@
-#include "core/neurons/connor_stevens/connor_stevens_population.hpp"
+#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ using std::chrono::nanoseconds;
 ConnorStevens quiet() { return {.noise = {}}; }
 
 std::vector<double> spike_times(nanoseconds step, double (*current)(double), double end_ms) {
-  ConnorStevensPopulation neuron({.neuron = quiet(), .step = step}, 1);
+  ConnorStevensGroup neuron({.neuron = quiet(), .step = step}, 1);
   SpikeBuffer spikes(1000);
   for (nanoseconds t{0}; units::ms_from(t) < end_ms; t += step) {
     const double begin = current(units::ms_from(t));
@@ -34,7 +34,7 @@ std::vector<double> spike_times(nanoseconds step, double (*current)(double), dou
   return times;
 }
 
-TEST(ConnorStevensPopulation, AgreesWithCvodeAndConvergesWithTheSquareOfTheStep) {
+TEST(ConnorStevensGroup, AgreesWithCvodeAndConvergesWithTheSquareOfTheStep) {
   const auto current = [](double t) {
     return 9.0 + 20.0 * std::sin(0.02 * t) * std::sin(0.02 * t);
   };
@@ -57,7 +57,7 @@ TEST(ConnorStevensPopulation, AgreesWithCvodeAndConvergesWithTheSquareOfTheStep)
   EXPECT_LT(error(5), 0.05);
 }
 
-TEST(ConnorStevensPopulation, FiresAtTheRatesOfThePublishedTable) {
+TEST(ConnorStevensGroup, FiresAtTheRatesOfThePublishedTable) {
   const RateCurrentTable table(ConnorStevens{}, microseconds{50});
   ASSERT_TRUE(table.valid());
   const double rates[] = {5, 10, 20, 40, 60, 80, 100, 130, 160, 200, 240};
@@ -71,7 +71,7 @@ TEST(ConnorStevensPopulation, FiresAtTheRatesOfThePublishedTable) {
   EXPECT_NEAR(table.onset_uA_per_cm2(), 8.13, 0.03);
 }
 
-TEST(ConnorStevensPopulation, FiftyMicrosecondsAreWithinAThirdOfAPercentOfTwenty) {
+TEST(ConnorStevensGroup, FiftyMicrosecondsAreWithinAThirdOfAPercentOfTwenty) {
   const RateCurrentTable coarse(ConnorStevens{}, microseconds{50});
   const RateCurrentTable fine(ConnorStevens{}, microseconds{20});
   for (const double I : {8.5, 9.5, 12.0, 20.0, 40.0}) {
@@ -86,7 +86,7 @@ struct Made {
 };
 
 Made noisy_run(std::size_t count, int steps_a_call, int steps, WorkerTeam* team = nullptr) {
-  ConnorStevensPopulation neurons({.step = microseconds{50}}, count);
+  ConnorStevensGroup neurons({.step = microseconds{50}}, count);
   std::vector<double> current(count);
   for (std::size_t n = 0; n < count; ++n) current[n] = 7.0 + static_cast<double>(n % 50);
   SpikeBuffer spikes(count * 100);
@@ -99,12 +99,12 @@ Made noisy_run(std::size_t count, int steps_a_call, int steps, WorkerTeam* team 
   return made;
 }
 
-TEST(ConnorStevensPopulation, GivesTheSameBitsOnEveryInstructionSet) {
+TEST(ConnorStevensGroup, GivesTheSameBitsOnEveryInstructionSet) {
   const Made made = on_every_simd_target([] { return noisy_run(53, 20, 6000); });
   EXPECT_GT(made.spikes.size(), 500U);
 }
 
-TEST(ConnorStevensPopulation, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
+TEST(ConnorStevensGroup, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
   const Made made = noisy_run(53, 1, 4000);
   EXPECT_TRUE(made == noisy_run(53, 20, 4000));
   EXPECT_TRUE(made == noisy_run(53, 500, 4000));
@@ -113,8 +113,8 @@ TEST(ConnorStevensPopulation, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
   EXPECT_EQ(team.most_parts, 3);
 }
 
-TEST(ConnorStevensPopulation, RestsUnderItsHoldingCurrent) {
-  ConnorStevensPopulation neuron(
+TEST(ConnorStevensGroup, RestsUnderItsHoldingCurrent) {
+  ConnorStevensGroup neuron(
       {.neuron = quiet(), .step = microseconds{50}, .holding_current_uA_per_cm2 = 7.8}, 1);
   const double V = neuron.potential_mV(0);
   const double I = 7.8;

@@ -1,4 +1,4 @@
-#include "core/neurons/hodgkin_huxley/kernel/membrane_constants.hpp"
+#include "core/neurons/hodgkin_huxley/kernel/neuron_constants.hpp"
 
 #include <algorithm>
 
@@ -14,8 +14,8 @@ bool can_share(const HodgkinHuxley& p, double leak_reversal_mV) {
                       p.beta_n.slope_mV == 8.0 * slope && p.alpha_h.slope_mV == 2.0 * slope &&
                       p.beta_m.slope_mV == 1.8 * slope;
   // Potentials stay between the extreme reversal potentials of the conductances that dominate.
-  const double centre = p.V_rest + MembraneConstants<double>::kCentre_mV;
-  const double half = MembraneConstants<double>::kHalfRange_mV;
+  const double centre = p.V_rest + NeuronConstants<double>::kCentre_mV;
+  const double half = NeuronConstants<double>::kHalfRange_mV;
   const double lowest = std::min({p.E_K, leak_reversal_mV, p.V_rest});
   const double highest = std::max({p.E_Na, leak_reversal_mV, p.V_rest});
   return ratios && slope >= 10.0 && lowest > centre - half && highest < centre + half;
@@ -24,12 +24,13 @@ bool can_share(const HodgkinHuxley& p, double leak_reversal_mV) {
 }  // namespace
 
 template <class Real>
-MembraneConstants<Real>::MembraneConstants(const HodgkinHuxley& p, double step_ms) {
+NeuronConstants<Real>::NeuronConstants(const HodgkinHuxley& p, double step_ms) {
   const auto real = [](double value) { return static_cast<Real>(value); };
   const double leak = p.leak_reversal_mV();
   shared_exponential = can_share(p, leak);
   V_rest = real(p.V_rest);
   threshold = real(p.spike_threshold_mV);
+  threshold_mV = p.spike_threshold_mV;
 
   const double slope = p.alpha_n.slope_mV;
   double term = 1.0;
@@ -85,7 +86,7 @@ MembraneConstants<Real>::MembraneConstants(const HodgkinHuxley& p, double step_m
   rest_h = real(rest.h);
 }
 
-template struct MembraneConstants<double>;
-template struct MembraneConstants<float>;
+template struct NeuronConstants<double>;
+template struct NeuronConstants<float>;
 
 }  // namespace merkel

@@ -1,52 +1,55 @@
-// One-step methods for the membranes: Crank–Nicolson, Rush–Larsen, exponential and backward Euler.
-#if defined(CORE_NEURON_KERNEL_MEMBRANE_STEP_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef CORE_NEURON_KERNEL_MEMBRANE_STEP_INL_HPP
-#undef CORE_NEURON_KERNEL_MEMBRANE_STEP_INL_HPP
-#else
-#define CORE_NEURON_KERNEL_MEMBRANE_STEP_INL_HPP
-#endif
-
+// One-step methods: Crank–Nicolson, Rush–Larsen, exponential and backward Euler.
 #include <algorithm>
+#include <cmath>
 
-#include "core/neurons/hodgkin_huxley/kernel/membrane_kernel.hpp"
-#include "core/neurons/hodgkin_huxley/kernel/membrane_rates-inl.hpp"
+#include "core/neurons/hodgkin_huxley/kernel/hodgkin_huxley_kernel.hpp"
+#include "core/neurons/neuron_arrays.hpp"
+#include "core/neurons/spike_detector.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/neurons/hodgkin_huxley/kernel/one_step.cpp"
+#include <hwy/foreach_target.h>  // before the kernels: compiles this file once for each target
+
+#include "core/neurons/hodgkin_huxley/kernel/rates-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// Tells the observer of spikes and non-finite states of `count` neurons from i on, and puts the
-/// latter to rest.
+/// Puts a neuron whose state turned non-finite at rest.
 template <class Real>
-HWY_NOINLINE void observe(const KernelArguments<Real>& a, std::size_t i, std::size_t count,
+void put_to_rest(const HodgkinHuxleyArguments<Real>& a, std::size_t neuron) {
+  const NeuronConstants<Real>& c = *a.constants;
+  a.V[neuron] = c.V_rest;
+  a.n[neuron] = c.rest_n;
+  a.m[neuron] = c.rest_m;
+  a.h[neuron] = c.rest_h;
+}
+
+/// Reports the spikes and non-finite states of `count` neurons from i on, and resets the latter.
+template <class Real>
+HWY_NOINLINE void observe(const HodgkinHuxleyArguments<Real>& a, std::size_t i, std::size_t count,
                           int step, const Real* before, const Real* after) {
-  const MembraneConstants<Real>& c = *a.constants;
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    const std::size_t neuron = i + lane;
-    if (!(std::fabs(after[lane]) < static_cast<Real>(kRunaway_mV))) {
-      a.V[neuron] = c.V_rest;
-      a.n[neuron] = c.rest_n;
-      a.m[neuron] = c.rest_m;
-      a.h[neuron] = c.rest_h;
-      if (neuron < a.last) a.observer->reset(neuron, step);
-    } else if (before[lane] < c.threshold && after[lane] >= c.threshold && neuron < a.last) {
-      a.observer->crossed({.neuron = neuron,
-                           .step = step,
-                           .V_before_mV = static_cast<double>(before[lane]),
-                           .V_after_mV = static_cast<double>(after[lane])});
-    }
-  }
+  const NeuronConstants<Real>& c = *a.constants;
+  observe_step(
+      a.call, step, i, count, c.threshold, before, after,
+      [&](std::size_t lane) {
+        return linear_crossing(static_cast<double>(before[lane]), static_cast<double>(after[lane]),
+                               c.threshold_mV);
+      },
+      [&](std::size_t neuron) { put_to_rest(a, neuron); });
 }
 
 /// The neurons [i, i + kCount·lanes) through one step. kFast: the shared exponential and
 /// Crank–Nicolson for gates and potential, by two divisions.
 template <bool kFast, bool kCoupled, int kCount, class D>
-HWY_INLINE void step_some(D d, const KernelArguments<hn::TFromD<D>>& a, const VectorConstants<D>& c,
-                          std::size_t i, int step, hn::Vec<D> phase, int seen) {
+HWY_INLINE void step_some(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& a,
+                          const VectorConstants<D>& c, std::size_t i, int step, hn::Vec<D> phase,
+                          int seen) {
   using Math = SideBySide<D, kCount>;
-  using Neurons = Membrane<D, kCount>;
+  using Neurons = RightHandSide<D, kCount>;
   using Real = hn::TFromD<D>;
-  using X = Several<D, kCount>;
+  using X = VectorPack<D, kCount>;
   const X before = Math::load(a.V + i);
   const X old_n = Math::load(a.n + i);
   const X old_m = Math::load(a.m + i);
@@ -86,8 +89,8 @@ HWY_INLINE void step_some(D d, const KernelArguments<hn::TFromD<D>>& a, const Ve
   const bool old_gates = !kFast && a.old_gates;
   const Channels<X> open =
       old_gates ? Neurons::channels(old_n, old_m, old_h, c) : Neurons::channels(n, m, h, c);
-  X driven = Math::add(open.driven, Math::fused(Math::load(a.current_change + i), phase,
-                                                Math::load(a.current_begin + i)));
+  X driven = Math::add(open.driven, Math::fused(Math::load(a.input_change + i), phase,
+                                                Math::load(a.input_begin + i)));
   X conductance = open.conductance;
   X implicit = Math::fused(conductance, c.half, c.capacitance_per_step);
   if constexpr (kCoupled) {
@@ -113,14 +116,11 @@ HWY_INLINE void step_some(D d, const KernelArguments<hn::TFromD<D>>& a, const Ve
   Math::store(n, a.n + i);
   Math::store(m, a.m + i);
   Math::store(h, a.h + i);
-  SeveralMasks<D, kCount> rare;
-  for (int j = 0; j < kCount; ++j) {
-    rare.v[j] = hn::AndNot(hn::Lt(after.v[j], c.threshold), hn::Lt(before.v[j], c.threshold));
-    // Without a network a non-finite state stays by itself: it is looked for once a call.
-    if constexpr (kCoupled) {
-      const auto sane = hn::Lt(hn::Abs(after.v[j]), Math::constant(kRunaway_mV));
-      rare.v[j] = hn::Or(rare.v[j], hn::Not(sane));
-    }
+  auto rare = Math::rises(before, after, c.threshold);
+  // Without a network a non-finite state affects its own neuron only: one look a call is enough.
+  if constexpr (kCoupled) {
+    const auto sane = Math::less(Math::abs(after), Math::constant(kRunaway_mV));
+    rare = Math::either(rare, Math::inverse(sane));
   }
   if (HWY_UNLIKELY(Math::any(rare))) {
     HWY_ALIGN Real from[kCount * hn::MaxLanes(d)];
@@ -138,14 +138,14 @@ HWY_INLINE void step_some(D d, const KernelArguments<hn::TFromD<D>>& a, const Ve
 
 /// The share of all steps at whose point the current is taken in a step.
 template <class D>
-HWY_INLINE hn::Vec<D> phase_of(D d, const KernelArguments<hn::TFromD<D>>& a, int step) {
-  return hn::Set(d, (static_cast<hn::TFromD<D>>(step) + a.current_phase) /
-                        static_cast<hn::TFromD<D>>(a.steps));
+HWY_INLINE hn::Vec<D> phase_of(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& a, int step) {
+  return hn::Set(d, (static_cast<hn::TFromD<D>>(step) + a.input_phase) /
+                        static_cast<hn::TFromD<D>>(a.call.steps));
 }
 
 /// The neurons [begin, end) through one step, several vectors at a time.
 template <bool kFast, bool kCoupled, class D>
-HWY_INLINE void step_range(D d, const KernelArguments<hn::TFromD<D>>& a,
+HWY_INLINE void step_range(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& a,
                            const VectorConstants<D>& c, std::size_t begin, std::size_t end,
                            int step, int seen) {
   constexpr int kCount = kFast ? 2 : 1;
@@ -160,27 +160,27 @@ HWY_INLINE void step_range(D d, const KernelArguments<hn::TFromD<D>>& a,
 
 /// Without a network: a few blocks at a time through all steps, which stay in the nearest cache.
 template <bool kFast, class D>
-HWY_INLINE void step_alone(D d, const KernelArguments<hn::TFromD<D>>& arguments) {
+HWY_INLINE void step_alone(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& arguments) {
   constexpr std::size_t kChunk = 4 * kNeuronBlock;
-  const KernelArguments<hn::TFromD<D>> a = arguments;  // of our own: nobody else can write to it
+  const HodgkinHuxleyArguments<hn::TFromD<D>> a = arguments;  // a local copy: nothing aliases it
   const VectorConstants<D> c(*a.constants);
-  std::size_t begin = a.first;
-  while (begin < a.last) {
+  std::size_t begin = a.call.first;
+  while (begin < a.call.last) {
     if (a.frozen != nullptr && a.frozen[begin / kNeuronBlock] != 0) {
       begin += kNeuronBlock;
       continue;
     }
-    std::size_t end = std::min(begin + kNeuronBlock, a.last);
-    while (end < a.last && end - begin < kChunk &&
+    std::size_t end = std::min(begin + kNeuronBlock, a.call.last);
+    while (end < a.call.last && end - begin < kChunk &&
            (a.frozen == nullptr || a.frozen[end / kNeuronBlock] == 0)) {
-      end = std::min(end + kNeuronBlock, a.last);
+      end = std::min(end + kNeuronBlock, a.call.last);
     }
-    for (int step = 0; step < a.steps; ++step) {
+    for (int step = 0; step < a.call.steps; ++step) {
       step_range<kFast, false>(d, a, c, begin, end, step, 0);
     }
     for (std::size_t i = begin; i < end; ++i) {
       if (HWY_UNLIKELY(!(std::fabs(a.V[i]) < static_cast<hn::TFromD<D>>(kRunaway_mV)))) {
-        observe(a, i, 1, a.steps - 1, a.V + i, a.V + i);
+        observe(a, i, 1, a.call.steps - 1, a.V + i, a.V + i);
       }
     }
     begin = end;
@@ -189,26 +189,27 @@ HWY_INLINE void step_alone(D d, const KernelArguments<hn::TFromD<D>>& arguments)
 
 /// With a network: all neurons through one step, then the next.
 template <bool kFast, class D>
-HWY_INLINE void step_coupled(D d, const KernelArguments<hn::TFromD<D>>& arguments) {
-  const KernelArguments<hn::TFromD<D>> a = arguments;
+HWY_INLINE void step_coupled(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& arguments) {
+  const HodgkinHuxleyArguments<hn::TFromD<D>> a = arguments;
   const VectorConstants<D> c(*a.constants);
   int seen = a.seen_at_begin;
-  for (int step = 0; step < a.steps; ++step) {
+  for (int step = 0; step < a.call.steps; ++step) {
     if (a.frozen == nullptr) {
-      step_range<kFast, true>(d, a, c, a.first, a.last, step, seen);
+      step_range<kFast, true>(d, a, c, a.call.first, a.call.last, step, seen);
     } else {
-      for (std::size_t block = a.first; block < a.last; block += kNeuronBlock) {
+      for (std::size_t block = a.call.first; block < a.call.last; block += kNeuronBlock) {
         if (a.frozen[block / kNeuronBlock] != 0) continue;
-        step_range<kFast, true>(d, a, c, block, std::min(block + kNeuronBlock, a.last), step, seen);
+        step_range<kFast, true>(d, a, c, block, std::min(block + kNeuronBlock, a.call.last), step,
+                                seen);
       }
     }
     seen = 1 - seen;
-    if (a.peers != nullptr) a.peers->barrier();
+    if (a.call.peers != nullptr) a.call.peers->barrier();
   }
 }
 
 template <class Real>
-HWY_INLINE void step_all(const KernelArguments<Real>& a) {
+HWY_INLINE void step_all(const HodgkinHuxleyArguments<Real>& a) {
   const hn::ScalableTag<Real> d;
   const bool fast = a.constants->shared_exponential && !a.old_gates &&
                     a.gate_rule == GateRule::kCrankNicolson &&
@@ -220,8 +221,26 @@ HWY_INLINE void step_all(const KernelArguments<Real>& a) {
   }
 }
 
+void one_step_double(const HodgkinHuxleyArguments<double>& arguments) { step_all(arguments); }
+void one_step_float(const HodgkinHuxleyArguments<float>& arguments) { step_all(arguments); }
+
 }  // namespace HWY_NAMESPACE
 }  // namespace merkel
 HWY_AFTER_NAMESPACE();
 
+#if HWY_ONCE
+namespace merkel {
+
+HWY_EXPORT(one_step_double);
+HWY_EXPORT(one_step_float);
+
+void step_hodgkin_huxley(const HodgkinHuxleyArguments<double>& arguments) noexcept {
+  HWY_DYNAMIC_DISPATCH(one_step_double)(arguments);
+}
+
+void step_hodgkin_huxley(const HodgkinHuxleyArguments<float>& arguments) noexcept {
+  HWY_DYNAMIC_DISPATCH(one_step_float)(arguments);
+}
+
+}  // namespace merkel
 #endif

@@ -1,4 +1,4 @@
-// What holds for the kernels of all methods; spike times are in hodgkin_huxley_population_test.cpp.
+// What holds for the kernels of all methods; spike times are in hodgkin_huxley_group_test.cpp.
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley_population.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/units.hpp"
 #include "tests/core/every_simd_target.hpp"
 
@@ -32,7 +32,7 @@ HodgkinHuxley general_slopes() {
 }
 
 /// Spikes and final states, as they are.
-std::vector<double> history(HodgkinHuxleyPopulation& population, int ticks) {
+std::vector<double> history(HodgkinHuxleyGroup& population, int ticks) {
   SpikeBuffer spikes(100'000);
   std::vector<double> begin(population.size());
   std::vector<double> end(population.size());
@@ -67,12 +67,12 @@ TEST(MembraneKernel, GivesTheSameBitsOnEveryInstructionSet) {
       for (const bool coupled : {false, true}) {
         for (const HodgkinHuxley& neuron : {HodgkinHuxley{}, general_slopes()}) {
           on_every_simd_target([&] {
-            HodgkinHuxleyPopulation population({.neuron = neuron,
-                                                .method = method,
-                                                .precision = precision,
-                                                .freeze_resting = false},
-                                               kColumns * kRows,
-                                               coupled ? std::optional(*network) : std::nullopt);
+            HodgkinHuxleyGroup population({.neuron = neuron,
+                                           .method = method,
+                                           .precision = precision,
+                                           .freeze_resting = false},
+                                          kColumns * kRows,
+                                          coupled ? std::optional(*network) : std::nullopt);
             return history(population, 12);
           });
         }
@@ -83,8 +83,8 @@ TEST(MembraneKernel, GivesTheSameBitsOnEveryInstructionSet) {
 
 TEST(MembraneKernel, ANeuronsResultDependsNeitherOnItsPlaceNorOnItsNumber) {
   for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
-    HodgkinHuxleyPopulation alone({.precision = precision}, 1, std::nullopt);
-    HodgkinHuxleyPopulation many({.precision = precision}, 50, std::nullopt);
+    HodgkinHuxleyGroup alone({.precision = precision}, 1, std::nullopt);
+    HodgkinHuxleyGroup many({.precision = precision}, 50, std::nullopt);
     const double current = 9.0;
     const std::vector<double> currents(50, current);
     SpikeBuffer spikes(10'000);
@@ -98,12 +98,12 @@ TEST(MembraneKernel, ANeuronsResultDependsNeitherOnItsPlaceNorOnItsNumber) {
 std::vector<GateRates> rates_of_kernel(const HodgkinHuxley& neuron, Precision precision,
                                        const std::vector<double>& V_mV) {
   constexpr nanoseconds kStep{1000};
-  HodgkinHuxleyPopulation population({.neuron = neuron,
-                                      .method = IntegrationMethod::kForwardEuler,
-                                      .precision = precision,
-                                      .step = kStep,
-                                      .freeze_resting = false},
-                                     2 * V_mV.size(), std::nullopt);
+  HodgkinHuxleyGroup population({.neuron = neuron,
+                                 .method = IntegrationMethod::kForwardEuler,
+                                 .precision = precision,
+                                 .step = kStep,
+                                 .freeze_resting = false},
+                                2 * V_mV.size(), std::nullopt);
   for (std::size_t i = 0; i < V_mV.size(); ++i) {
     population.set_state(2 * i, V_mV[i], {.n = 0.0, .m = 0.0, .h = 0.0});
     population.set_state(2 * i + 1, V_mV[i], {.n = 1.0, .m = 1.0, .h = 1.0});
@@ -171,9 +171,9 @@ TEST(MembraneKernel, SingularPotentialsAreExact) {
 
 TEST(MembraneKernel, SlopesThatShareNoExponentialGiveTheSameSpikes) {
   for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
-    HodgkinHuxleyPopulation shared({.precision = precision}, 20, std::nullopt);
-    HodgkinHuxleyPopulation general({.neuron = general_slopes(), .precision = precision}, 20,
-                                    std::nullopt);
+    HodgkinHuxleyGroup shared({.precision = precision}, 20, std::nullopt);
+    HodgkinHuxleyGroup general({.neuron = general_slopes(), .precision = precision}, 20,
+                               std::nullopt);
     std::vector<double> current(20);
     for (std::size_t i = 0; i < 20; ++i) current[i] = 6.0 + static_cast<double>(i);
     SpikeBuffer a(1000);
@@ -198,12 +198,12 @@ struct Outcome {
 };
 Outcome half_a_second(const HodgkinHuxley& neuron, IntegrationMethod method, int step_us,
                       double current, Precision precision = Precision::kDouble) {
-  HodgkinHuxleyPopulation population({.neuron = neuron,
-                                      .method = method,
-                                      .precision = precision,
-                                      .step = microseconds{step_us},
-                                      .freeze_resting = false},
-                                     1, std::nullopt);
+  HodgkinHuxleyGroup population({.neuron = neuron,
+                                 .method = method,
+                                 .precision = precision,
+                                 .step = microseconds{step_us},
+                                 .freeze_resting = false},
+                                1, std::nullopt);
   SpikeBuffer spikes(100'000);
   Outcome outcome;
   for (int step = 0; step < 500'000 / step_us; ++step) {
@@ -265,7 +265,7 @@ TEST(MembraneKernel, StaggeredMethodsStayFiniteAtAnyStepAndCurrent) {
 
 std::size_t resets_of_network(IntegrationMethod method, int step_us, double gain) {
   const auto network = LatticeCoupling::create({.gain = gain}, 5, 4);
-  HodgkinHuxleyPopulation population(
+  HodgkinHuxleyGroup population(
       {.method = method, .step = microseconds{step_us}, .freeze_resting = false}, 20, *network);
   std::vector<double> current(20);
   for (std::size_t i = 0; i < 20; ++i) current[i] = static_cast<double>(i);
@@ -310,8 +310,8 @@ TEST(MembraneKernel, TheStepBoundOfANetworkKeepsClearOfDivergence) {
 TEST(MembraneKernel, WithoutGainAllMethodsAreBitForBitUncoupled) {
   const auto silent = LatticeCoupling::create({.gain = 0.0}, 5, 4);
   for (const IntegrationMethod method : all_methods()) {
-    HodgkinHuxleyPopulation alone({.method = method}, 20, std::nullopt);
-    HodgkinHuxleyPopulation network({.method = method}, 20, *silent);
+    HodgkinHuxleyGroup alone({.method = method}, 20, std::nullopt);
+    HodgkinHuxleyGroup network({.method = method}, 20, *silent);
     EXPECT_EQ(history(alone, 50), history(network, 50)) << name_of(method);
   }
 }
@@ -321,8 +321,8 @@ TEST(MembraneKernel, ANonFiniteStateIsResetInEveryMethodAndReportedOnce) {
   const auto network = LatticeCoupling::create({}, 5, 4);
   for (const IntegrationMethod method : all_methods()) {
     for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
-      HodgkinHuxleyPopulation population({.method = method, .precision = precision, .patch = 3}, 20,
-                                         *network);
+      HodgkinHuxleyGroup population({.method = method, .precision = precision, .patch = 3}, 20,
+                                    *network);
       population.set_state(7, -65.0, {.n = nan, .m = 0.05, .h = 0.6});
       const std::vector<double> none(20, 0.0);
       SpikeBuffer spikes(100);

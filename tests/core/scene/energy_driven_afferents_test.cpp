@@ -69,7 +69,7 @@ TEST(EnergyDriven, TheDriveIsTheAdaptedMeanOfTheEnergyDensities) {
                   material, parameters.skin.energy_density) /
               28.0;
     }
-    EXPECT_NEAR(drive.mean_energy_kPa()[n], mean, 1e-9 * mean) << n;
+    EXPECT_NEAR(drive.output()[n], mean, 1e-9 * mean) << n;
   }
 }
 
@@ -83,8 +83,7 @@ TEST(EnergyDriven, CullingHardlyChangesTheDrive) {
   const auto& fewer = culled.patches().front().drive();
   EXPECT_LT(fewer.afferents_reached(), 440U);
   for (std::size_t n = 0; n < 450; ++n) {
-    EXPECT_NEAR(fewer.mean_energy_kPa()[n], all.patches().front().drive().mean_energy_kPa()[n],
-                1e-4);
+    EXPECT_NEAR(fewer.output()[n], all.patches().front().drive().output()[n], 1e-4);
   }
 }
 

@@ -4,24 +4,25 @@
 
 namespace merkel {
 
-/// The numbers of a Hodgkin-Huxley neuron as the kernels want them, in the precision they work in.
-/// All rates are per step, so that a gate goes on by ẋ·dt = (p − s·x)/D without a factor.
+/// The constants of a Hodgkin-Huxley neuron for the kernels, in their precision. All rates are per
+/// step, so that a gate changes by ẋ·dt = (p − s·x)/D without a factor.
 ///
 /// Slopes of 80, 20, 18 and 10 mV are whole multiples of one another over 720 mV: with
 /// b = e^{−w/720}, w = u − 45 mV, the exponentials of u/80, u/20, u/18 and u/10 are powers 9, 36,
 /// 40 and 72 of b. On the range of a membrane, b is a short polynomial. Where the slopes are not in
 /// these ratios, or potentials can leave the range, every exponential is computed by itself.
 template <class Real>
-struct MembraneConstants {
+struct NeuronConstants {
   static constexpr double kCentre_mV = 45.0;                 ///< u where w is 0
   static constexpr double kHalfRange_mV = 90.0;              ///< w is clamped to ± this
   static constexpr int kTerms = sizeof(Real) == 8 ? 10 : 6;  ///< of the polynomial
 
-  MembraneConstants(const HodgkinHuxley& neuron, double step_ms);
+  NeuronConstants(const HodgkinHuxley& neuron, double step_ms);
 
   bool shared_exponential;
   Real V_rest;
   Real threshold;
+  double threshold_mV;  ///< the same, not rounded to Real: for the times of spikes
 
   // Shared path.
   Real offset;                                              ///< V where w is 0
@@ -50,7 +51,7 @@ struct MembraneConstants {
 template <class Real>
 inline constexpr double kLinoidBorder = sizeof(Real) == 8 ? 1.0 / 1024 : 1.0 / 8;
 
-extern template struct MembraneConstants<double>;
-extern template struct MembraneConstants<float>;
+extern template struct NeuronConstants<double>;
+extern template struct NeuronConstants<float>;
 
 }  // namespace merkel

@@ -1,12 +1,12 @@
 // The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, mended) as vectors.
-#if defined(CORE_NEURON_KERNEL_MEMBRANE_RATES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef CORE_NEURON_KERNEL_MEMBRANE_RATES_INL_HPP
-#undef CORE_NEURON_KERNEL_MEMBRANE_RATES_INL_HPP
+#if defined(CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
+#undef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
 #else
-#define CORE_NEURON_KERNEL_MEMBRANE_RATES_INL_HPP
+#define CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
 #endif
 
-#include "core/neurons/hodgkin_huxley/kernel/membrane_kernel.hpp"
+#include "core/neurons/hodgkin_huxley/kernel/hodgkin_huxley_kernel.hpp"
 #include "core/simd/vector_math-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,7 +18,7 @@ template <class D>
 struct VectorConstants {
   using Real = hn::TFromD<D>;
   using V = hn::Vec<D>;
-  using Constants = MembraneConstants<Real>;
+  using Constants = NeuronConstants<Real>;
 
   HWY_INLINE explicit VectorConstants(const Constants& c)
       : one(set(Real(1))),
@@ -93,12 +93,12 @@ struct Channels {
 
 /// The right-hand sides of the neuron, on kCount vectors of D side by side.
 template <class D, int kCount>
-struct Membrane {
+struct RightHandSide {
   using Real = hn::TFromD<D>;
   using Math = SideBySide<D, kCount>;
   using V = hn::Vec<D>;
-  using X = Several<D, kCount>;
-  using Constants = MembraneConstants<Real>;
+  using X = VectorPack<D, kCount>;
+  using Constants = NeuronConstants<Real>;
 
   static constexpr bool kDouble = sizeof(Real) == 8;
 
@@ -116,13 +116,13 @@ struct Membrane {
     return driven;
   }
 
-  /// Mends numerator and denominator of rate·x/(eˣ−1) near x = 0, where both vanish, to
+  /// Replaces numerator and denominator of rate·x/(eˣ−1) near x = 0, where both vanish, by those of
   /// rate/(1 + x/2 + x²/6 + x³/24).
-  static HWY_INLINE void mend_linoid(const X& x, V rate, Fraction<X>& gate) {
+  static HWY_INLINE void extend_linoid(const X& x, V rate, Fraction<X>& gate) {
     constexpr double kSeries[] = {1.0, 1.0 / 2, 1.0 / 6, 1.0 / 24};
     const auto near = Math::less(Math::abs(x), Math::constant(kLinoidBorder<Real>));
-    gate.p = Math::choose(near, rate, gate.p);
-    gate.D = Math::choose(near, Math::polynomial(x, kSeries), gate.D);
+    gate.p = Math::select(near, rate, gate.p);
+    gate.D = Math::select(near, Math::polynomial(x, kSeries), gate.D);
   }
 
   /// All rates from one exponential and its powers.
@@ -148,8 +148,8 @@ struct Membrane {
     if (!kDouble ||
         HWY_UNLIKELY(Math::any(Math::either(Math::less(Math::abs(r.n.p), c.p_n_border),
                                             Math::less(Math::abs(r.m.p), c.p_m_border))))) {
-      mend_linoid(Math::mul(r.n.p, c.inverse_p_n), c.alpha_n_rate, r.n);
-      mend_linoid(Math::mul(r.m.p, c.inverse_p_m), c.alpha_m_rate, r.m);
+      extend_linoid(Math::mul(r.n.p, c.inverse_p_n), c.alpha_n_rate, r.n);
+      extend_linoid(Math::mul(r.m.p, c.inverse_p_m), c.alpha_m_rate, r.m);
     }
     r.n.s = Math::fused(Math::mul(b9, c.beta_n), r.n.D, r.n.p);
     r.m.s = Math::fused(Math::mul(b40, c.beta_m), r.m.D, r.m.p);
@@ -161,7 +161,7 @@ struct Membrane {
 
   /// The same with an exponential for each of the six rates: any slopes, any potential.
   static HWY_INLINE RateFractions<X> general_rates(const X& potential,
-                                                   const MembraneConstants<Real>& c) {
+                                                   const NeuronConstants<Real>& c) {
     const auto set = [](Real value) HWY_ATTR { return hn::Set(D(), value); };
     const auto over_slope = [&](Real shift, Real inverse) HWY_ATTR {
       return Math::mul(Math::sub(set(shift), potential), set(inverse));
@@ -175,7 +175,7 @@ struct Membrane {
       const X x = over_slope(shift, inverse);
       gate.p = Math::mul(x, set(rate));
       gate.D = Math::sub(Math::exponential(x), set(Real(1)));
-      mend_linoid(x, set(rate), gate);
+      extend_linoid(x, set(rate), gate);
       gate.s = Math::fused(decaying(beta_rate, beta_inverse), gate.D, gate.p);
       return gate;
     };

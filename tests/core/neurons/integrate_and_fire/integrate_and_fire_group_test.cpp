@@ -1,4 +1,4 @@
-#include "core/neurons/integrate_and_fire/integrate_and_fire_population.hpp"
+#include "core/neurons/integrate_and_fire/integrate_and_fire_group.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,10 +21,10 @@ using std::chrono::nanoseconds;
 IntegrateAndFire quiet() { return {.noise = {}}; }
 
 // The values of a prototype in Python, of the same equations.
-TEST(IntegrateAndFirePopulation, RepeatsThePublishedCheckOfItsEquations) {
+TEST(IntegrateAndFireGroup, RepeatsThePublishedCheckOfItsEquations) {
   constexpr nanoseconds kStep = microseconds{500};
   Adaptation adaptation({.gain_Hz_per_kPa = 18.1, .fast_weight = 57.0, .slow_weight = 1.54}, 1);
-  IntegrateAndFirePopulation neuron({.neuron = quiet(), .step = kStep}, 1);
+  IntegrateAndFireGroup neuron({.neuron = quiet(), .step = kStep}, 1);
   SpikeBuffer spikes(100);
   for (int i = 0; i < 2000; ++i) {
     const double energy = 2.20939 * std::min(1.0, (i + 1) * 0.5 / 50.0);
@@ -40,12 +40,12 @@ TEST(IntegrateAndFirePopulation, RepeatsThePublishedCheckOfItsEquations) {
   EXPECT_NEAR(units::ms_from(spikes.events().back().time), 996.454, 5.1e-4);
 }
 
-TEST(IntegrateAndFirePopulation, ApproachesTheExactSolutionWithTheStep) {
+TEST(IntegrateAndFireGroup, ApproachesTheExactSolutionWithTheStep) {
   // v = Iτ(1−e^{−t/τ}) reaches 1 after −τ·ln(1 − 1/(Iτ)); then 4 ms of rest.
   for (const double I : {2.5, 20.0, 120.0, 900.0}) {
     const double interval = 0.004 - 0.5 * std::log(1.0 - 1.0 / (0.5 * I));
     for (const int step_us : {500, 100}) {
-      IntegrateAndFirePopulation neuron({.neuron = quiet(), .step = microseconds{step_us}}, 1);
+      IntegrateAndFireGroup neuron({.neuron = quiet(), .step = microseconds{step_us}}, 1);
       SpikeBuffer spikes(1000);
       neuron.advance({&I, 1}, {&I, 1}, 4'000'000 / step_us, nanoseconds{0}, spikes);
       ASSERT_GE(spikes.events().size(), 2U) << I;
@@ -59,10 +59,10 @@ TEST(IntegrateAndFirePopulation, ApproachesTheExactSolutionWithTheStep) {
   }
 }
 
-TEST(IntegrateAndFirePopulation, NoiseIsThatOfTheSeedTheNeuronAndTheStep) {
+TEST(IntegrateAndFireGroup, NoiseIsThatOfTheSeedTheNeuronAndTheStep) {
   IntegrateAndFire neuron{.floor = -1e6, .noise = {.sigma = 0.8, .seed = 5}};
   neuron.threshold = 1e6;
-  IntegrateAndFirePopulation neurons({.neuron = neuron, .step = microseconds{500}}, 37);
+  IntegrateAndFireGroup neurons({.neuron = neuron, .step = microseconds{500}}, 37);
   const std::vector<double> none(37, 0.0);
   SpikeBuffer spikes(1);
   neurons.advance(none, none, 1, nanoseconds{0}, spikes);
@@ -79,7 +79,7 @@ struct Made {
 
 /// Half a second of neurons under various drives, in calls of so many steps.
 Made noisy_run(std::size_t count, int steps_a_call, WorkerTeam* team = nullptr) {
-  IntegrateAndFirePopulation neurons({.step = microseconds{500}}, count);
+  IntegrateAndFireGroup neurons({.step = microseconds{500}}, count);
   std::vector<double> drive(count);
   for (std::size_t n = 0; n < count; ++n) drive[n] = static_cast<double>(n % 97);
   SpikeBuffer spikes(count * 130);
@@ -93,12 +93,12 @@ Made noisy_run(std::size_t count, int steps_a_call, WorkerTeam* team = nullptr) 
   return made;
 }
 
-TEST(IntegrateAndFirePopulation, GivesTheSameBitsOnEveryInstructionSet) {
+TEST(IntegrateAndFireGroup, GivesTheSameBitsOnEveryInstructionSet) {
   const Made made = on_every_simd_target([] { return noisy_run(101, 2); });
   EXPECT_GT(made.spikes.size(), 1000U);
 }
 
-TEST(IntegrateAndFirePopulation, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
+TEST(IntegrateAndFireGroup, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
   const Made made = noisy_run(101, 1);
   EXPECT_TRUE(made == noisy_run(101, 8));
   EXPECT_TRUE(made == noisy_run(101, 125));
@@ -107,8 +107,8 @@ TEST(IntegrateAndFirePopulation, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) 
   EXPECT_EQ(team.most_parts, 3);
 }
 
-TEST(IntegrateAndFirePopulation, ResetRepeatsTheNoise) {
-  IntegrateAndFirePopulation neurons({}, 20);
+TEST(IntegrateAndFireGroup, ResetRepeatsTheNoise) {
+  IntegrateAndFireGroup neurons({}, 20);
   const std::vector<double> drive(20, 30.0);
   SpikeBuffer first(1000);
   neurons.advance(drive, drive, 2000, nanoseconds{0}, first);
@@ -119,10 +119,10 @@ TEST(IntegrateAndFirePopulation, ResetRepeatsTheNoise) {
                          second.events().end()));
 }
 
-TEST(IntegrateAndFirePopulation, FiresAsIrregularlyAsRecordedAfferents) {
+TEST(IntegrateAndFireGroup, FiresAsIrregularlyAsRecordedAfferents) {
   constexpr std::size_t kTrials = 64;
   for (const double rate : {10.0, 20.0, 40.0}) {
-    IntegrateAndFirePopulation trials({}, kTrials);
+    IntegrateAndFireGroup trials({}, kTrials);
     // The leak and the refractory period take some of the drive.
     const std::vector<double> drive(kTrials, 0.55 + rate / (1.0 - 0.004 * rate));
     SpikeBuffer spikes(kTrials * 1000);

@@ -1,4 +1,4 @@
-#include "core/neurons/hodgkin_huxley/membranes.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_arrays.hpp"
 
 #include <algorithm>
 
@@ -7,10 +7,6 @@ namespace {
 
 /// From here on (α+β)·dt can exceed 2, where Crank–Nicolson gates would swing beyond [0, 1].
 constexpr double kLargestCrankNicolsonGateStep_ms = 0.04;
-
-std::size_t padded(std::size_t neurons) {
-  return (neurons + kNeuronBlock - 1) / kNeuronBlock * kNeuronBlock;
-}
 
 std::optional<RungeKuttaScheme> scheme_of(IntegrationMethod method) {
   switch (method) {
@@ -31,16 +27,17 @@ std::optional<RungeKuttaScheme> scheme_of(IntegrationMethod method) {
 }  // namespace
 
 template <class Real>
-Membranes<Real>::Membranes(const HodgkinHuxley& neuron, IntegrationMethod method, double step_ms,
-                           std::size_t neurons, const std::optional<LatticeCoupling>& network)
+HodgkinHuxleyArrays<Real>::HodgkinHuxleyArrays(const HodgkinHuxley& neuron,
+                                               IntegrationMethod method, double step_ms,
+                                               std::size_t neurons,
+                                               const std::optional<LatticeCoupling>& network)
     : constants_(neuron, step_ms),
       neurons_(neurons),
-      V_(padded(neurons)),
-      n_(padded(neurons)),
-      m_(padded(neurons)),
-      h_(padded(neurons)),
-      current_begin_(padded(neurons)),
-      current_change_(padded(neurons)),
+      V_(whole_blocks(neurons)),
+      n_(whole_blocks(neurons)),
+      m_(whole_blocks(neurons)),
+      h_(whole_blocks(neurons)),
+      input_(neurons),
       runge_kutta_(scheme_of(method)) {
   if (network) set_up_network(*network);
   set_up_method(method, step_ms, neuron.capacitance_uF_per_cm2, network);
@@ -49,7 +46,7 @@ Membranes<Real>::Membranes(const HodgkinHuxley& neuron, IntegrationMethod method
 }
 
 template <class Real>
-void Membranes<Real>::set_up_network(const LatticeCoupling& network) {
+void HodgkinHuxleyArrays<Real>::set_up_network(const LatticeCoupling& network) {
   const std::size_t columns = network.columns();
   for (AlignedArray<Real>* const array : {&from_previous_column_, &from_next_column_,
                                           &from_previous_row_, &from_next_row_, &outflow_}) {
@@ -65,7 +62,7 @@ void Membranes<Real>::set_up_network(const LatticeCoupling& network) {
     outflow_[i] = static_cast<Real>(network.conductance()[i]);
   }
   // A halo of whole blocks, so that the middle begins at a cache line.
-  const std::size_t halo = padded(columns + kNeuronBlock);
+  const std::size_t halo = whole_blocks(columns + kNeuronBlock);
   for (AlignedArray<Real>& seen : seen_) seen = AlignedArray<Real>(V_.size() + 2 * halo);
   CouplingArguments<Real>& coupling = arguments_.coupling;
   coupling.columns = static_cast<std::ptrdiff_t>(columns);
@@ -73,9 +70,10 @@ void Membranes<Real>::set_up_network(const LatticeCoupling& network) {
 }
 
 template <class Real>
-void Membranes<Real>::set_up_method(IntegrationMethod method, double step_ms, double capacitance,
-                                    const std::optional<LatticeCoupling>& network) {
-  KernelArguments<Real>& a = arguments_;
+void HodgkinHuxleyArrays<Real>::set_up_method(IntegrationMethod method, double step_ms,
+                                              double capacitance,
+                                              const std::optional<LatticeCoupling>& network) {
+  HodgkinHuxleyArguments<Real>& a = arguments_;
   a.gate_rule = step_ms < kLargestCrankNicolsonGateStep_ms ? GateRule::kCrankNicolson
                                                            : GateRule::kExponential;
   CouplingArguments<Real>& coupling = a.coupling;
@@ -96,12 +94,12 @@ void Membranes<Real>::set_up_method(IntegrationMethod method, double step_ms, do
       a.gate_rule = GateRule::kExponential;
       a.voltage_rule = VoltageRule::kExponential;
       a.old_gates = true;
-      a.current_phase = Real(0);
+      a.input_phase = Real(0);
       break;
     case IntegrationMethod::kBackwardEuler:
       a.gate_rule = GateRule::kExponential;
       a.voltage_rule = VoltageRule::kBackwardEuler;
-      a.current_phase = Real(1);
+      a.input_phase = Real(1);
       break;
     case IntegrationMethod::kForwardEuler:
     case IntegrationMethod::kHeun:
@@ -119,55 +117,44 @@ void Membranes<Real>::set_up_method(IntegrationMethod method, double step_ms, do
 }
 
 template <class Real>
-void Membranes<Real>::set_currents(std::span<const double> begin,
-                                   std::span<const double> end) noexcept {
-  for (std::size_t i = 0; i < neurons_; ++i) {
-    current_begin_[i] = static_cast<Real>(begin[i]);
-    current_change_[i] = static_cast<Real>(end[i] - begin[i]);
-  }
-}
-
-template <class Real>
-void Membranes<Real>::step(std::size_t first, std::size_t last, int steps,
-                           const std::uint8_t* frozen, StepObserver& observer,
-                           WorkerTeam* peers) noexcept {
+void HodgkinHuxleyArrays<Real>::step(const StepCall& call, const std::uint8_t* frozen) noexcept {
   // The arguments are filled in here, not kept: moving the object moves what they point to.
-  KernelArguments<Real> a = arguments_;
+  HodgkinHuxleyArguments<Real> a = arguments_;
   a.V = V_.data();
   a.n = n_.data();
   a.m = m_.data();
   a.h = h_.data();
-  a.current_begin = current_begin_.data();
-  a.current_change = current_change_.data();
-  a.first = first;
-  a.last = last;
-  a.steps = steps;
+  a.input_begin = input_.begin.data();
+  a.input_change = input_.change.data();
+  a.call = call;
   a.constants = &constants_;
   a.frozen = frozen;
+  a.seen_at_begin = seen_after(call.steps_before);
   if (outflow_.size() > 0) {
     a.coupling.from_previous_column = from_previous_column_.data();
     a.coupling.from_next_column = from_next_column_.data();
     a.coupling.from_previous_row = from_previous_row_.data();
     a.coupling.from_next_row = from_next_row_.data();
     a.coupling.outflow = outflow_.data();
-    a.peers = peers;
-  }
-  a.observer = &observer;
-  if (runge_kutta_) {
-    step_membranes(a, *runge_kutta_, scratch_);
   } else {
-    step_membranes(a);
+    a.call.peers = nullptr;
+  }
+  if (runge_kutta_) {
+    step_hodgkin_huxley(a, *runge_kutta_, scratch_);
+  } else {
+    step_hodgkin_huxley(a);
   }
 }
 
 template <class Real>
-void Membranes<Real>::finish_steps(int steps) noexcept {
-  const int exchanges = steps * (runge_kutta_ ? runge_kutta_->stages : 1);
-  arguments_.seen_at_begin = (arguments_.seen_at_begin + exchanges) % 2;
+int HodgkinHuxleyArrays<Real>::seen_after(std::uint64_t steps) const noexcept {
+  const std::uint64_t exchanges_a_step =
+      runge_kutta_ ? static_cast<std::uint64_t>(runge_kutta_->stages) : 1;
+  return static_cast<int>(steps * exchanges_a_step % 2);
 }
 
 template <class Real>
-RestingStates::State Membranes<Real>::state(std::size_t i) const noexcept {
+RestingStates::State HodgkinHuxleyArrays<Real>::state(std::size_t i) const noexcept {
   return {.V = static_cast<double>(V_[i]),
           .gates = {.n = static_cast<double>(n_[i]),
                     .m = static_cast<double>(m_[i]),
@@ -175,7 +162,8 @@ RestingStates::State Membranes<Real>::state(std::size_t i) const noexcept {
 }
 
 template <class Real>
-void Membranes<Real>::set_state(std::size_t i, const RestingStates::State& state) noexcept {
+void HodgkinHuxleyArrays<Real>::set_state(std::size_t i,
+                                          const RestingStates::State& state) noexcept {
   V_[i] = static_cast<Real>(state.V);
   n_[i] = static_cast<Real>(state.gates.n);
   m_[i] = static_cast<Real>(state.gates.m);
@@ -186,16 +174,17 @@ void Membranes<Real>::set_state(std::size_t i, const RestingStates::State& state
 }
 
 template <class Real>
-double Membranes<Real>::exchange(std::size_t i) const noexcept {
+double HodgkinHuxleyArrays<Real>::exchange(std::size_t i,
+                                           std::uint64_t steps_taken) const noexcept {
   if (outflow_.size() == 0) return 0.0;
   const CouplingArguments<Real>& coupling = arguments_.coupling;
-  const Real* const V = coupling.seen[arguments_.seen_at_begin] + i;
+  const Real* const V = coupling.seen[seen_after(steps_taken)] + i;
   return static_cast<double>(from_previous_column_[i] * V[-1] + from_next_column_[i] * V[1] +
                              from_previous_row_[i] * V[-coupling.columns] +
                              from_next_row_[i] * V[coupling.columns] - outflow_[i] * V_[i]);
 }
 
-template class Membranes<double>;
-template class Membranes<float>;
+template class HodgkinHuxleyArrays<double>;
+template class HodgkinHuxleyArrays<float>;
 
 }  // namespace merkel

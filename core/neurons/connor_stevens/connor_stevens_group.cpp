@@ -1,0 +1,84 @@
+#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+/// For the settling to rest, whose spikes are no events.
+class SilentObserver final : public StepObserver {
+ public:
+  void spiked(std::size_t, int, double) noexcept override {}
+  void reset(std::size_t, int) noexcept override {}
+};
+
+}  // namespace
+
+ConnorStevensGroup::ConnorStevensGroup(const Parameters& parameters, std::size_t neurons)
+    : NeuronGroup(neurons, parameters.step, parameters.patch),
+      neuron_(parameters.neuron),
+      gate_table_(units::ms_from(parameters.step)),
+      V_(whole_blocks(neurons)),
+      input_(neurons),
+      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)) {
+  assert(parameters.neuron.check());
+  for (AlignedArray<double>& gate : gates_) gate = AlignedArray<double>(whole_blocks(neurons));
+  const ConnorStevens::Gates gates = ConnorStevens::kinetics(resting_V_mV_).steady;
+  const double steady[] = {gates.m, gates.h, gates.n, gates.a, gates.b};
+  std::copy(std::begin(steady), std::end(steady), resting_gates_);
+  reset();
+  // The state of rest is that of one neuron after a second without noise.
+  input_.begin[0] = parameters.holding_current_uA_per_cm2;
+  SilentObserver observer;
+  ConnorStevensArguments settle =
+      arguments({.last = 1,
+                 .steps = static_cast<int>(std::chrono::seconds{1} / parameters.step),
+                 .observer = &observer});
+  settle.noise_per_step = 0.0;
+  step_connor_stevens(settle);
+  resting_V_mV_ = V_[0];
+  for (std::size_t k = 0; k < GateTable::kGates; ++k) resting_gates_[k] = gates_[k][0];
+  reset();
+}
+
+ConnorStevensArguments ConnorStevensGroup::arguments(const StepCall& part) noexcept {
+  const double step_ms = units::ms_from(step());
+  ConnorStevensArguments all{.V = V_.data(),
+                             .input_begin = input_.begin.data(),
+                             .input_change = input_.change.data(),
+                             .noise_key = noise_key_.data(),
+                             .call = part,
+                             .step_ms = step_ms,
+                             .noise_per_step = neuron_.noise.sigma * std::sqrt(step_ms),
+                             .neuron = &neuron_,
+                             .gate_table = gate_table_.data(),
+                             .resting_V_mV = resting_V_mV_};
+  for (std::size_t k = 0; k < GateTable::kGates; ++k) {
+    all.gates[k] = gates_[k].data();
+    all.resting_gates[k] = resting_gates_[k];
+  }
+  return all;
+}
+
+void ConnorStevensGroup::put_to_rest() noexcept {
+  std::fill(V_.begin(), V_.end(), resting_V_mV_);
+  for (std::size_t k = 0; k < GateTable::kGates; ++k) {
+    std::fill(gates_[k].begin(), gates_[k].end(), resting_gates_[k]);
+  }
+}
+
+std::size_t ConnorStevensGroup::take_input(std::span<const double> begin,
+                                           std::span<const double> end) noexcept {
+  input_.set(begin, end);
+  return 0;  // noise never rests
+}
+
+void ConnorStevensGroup::step_part(const StepCall& part) noexcept {
+  step_connor_stevens(arguments(part));
+}
+
+}  // namespace merkel

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <span>
+
+#include "core/neurons/integrate_and_fire/integrate_and_fire.hpp"
+#include "core/neurons/neuron_group.hpp"
+#include "core/simd/aligned_array.hpp"
+
+namespace merkel {
+
+/// N integrate-and-fire neurons. Their input is a drive in Hz; at rest, they are at the reset value
+/// and out of their refractory period.
+class IntegrateAndFireGroup final : public NeuronGroup {
+ public:
+  struct Parameters {
+    IntegrateAndFire neuron;
+    std::chrono::nanoseconds step{500'000};
+    std::uint16_t patch = 0;  ///< written into every spike
+  };
+
+  /// \param parameters  valid.  \param neurons  N ≥ 1
+  IntegrateAndFireGroup(const Parameters& parameters, std::size_t neurons);
+
+  /// v of a neuron, from 0.
+  [[nodiscard]] double potential(std::size_t neuron) const noexcept { return v_[neuron]; }
+
+ private:
+  void put_to_rest() noexcept override;
+  std::size_t take_input(std::span<const double> begin,
+                         std::span<const double> end) noexcept override;
+  void step_part(const StepCall& part) noexcept override;
+
+  IntegrateAndFire neuron_;
+  AlignedArray<double> v_, refractory_left_;
+  LinearInput<double> input_;
+  AlignedArray<std::uint64_t> noise_key_;
+};
+
+}  // namespace merkel

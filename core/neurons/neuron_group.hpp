@@ -1,0 +1,74 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/neurons/neuron_arrays.hpp"
+#include "core/neurons/spike_buffer.hpp"
+#include "core/neurons/step_call.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/worker_team.hpp"
+
+namespace merkel {
+
+/// N neurons of one kind stepped together.
+///
+/// The result, noise included, depends neither on the instruction set, nor on the number of
+/// threads, nor on how many steps a call takes. Real-time: yes, after construction, which allocates
+/// all memory.
+class NeuronGroup {
+ public:
+  virtual ~NeuronGroup() = default;
+  NeuronGroup(const NeuronGroup&) = delete;
+  NeuronGroup& operator=(const NeuronGroup&) = delete;
+
+  /// Puts every neuron at rest, before the first step.
+  void reset() noexcept MERKEL_REALTIME;
+
+  /// Takes `steps` steps from `start`, the input running linearly from `input_begin` to `input_end`
+  /// (N values each, in the unit of the kind), and adds the spikes to `spikes`, in no particular
+  /// order. \param team  shares the work of large groups; null: alone
+  void advance(std::span<const double> input_begin, std::span<const double> input_end, int steps,
+               std::chrono::nanoseconds start, SpikeBuffer& spikes,
+               WorkerTeam* team = nullptr) noexcept MERKEL_REALTIME;
+
+  [[nodiscard]] std::size_t size() const noexcept { return neurons_; }
+  [[nodiscard]] std::chrono::nanoseconds step() const noexcept { return step_; }
+  /// Neurons that the last advance() reset because their state had turned non-finite, with the time
+  /// at which that was found.
+  [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
+  /// Blocks of 16 neurons that the last advance() skipped because they were at rest.
+  [[nodiscard]] std::size_t resting_blocks() const noexcept { return resting_blocks_; }
+  /// Neurons in the blocks that the last advance() stepped.
+  [[nodiscard]] std::size_t active_neurons() const noexcept;
+  /// Whether the last advance() skipped all: with the same input, the next one will do nothing.
+  [[nodiscard]] bool all_resting() const noexcept { return resting_blocks_ == blocks_of(neurons_); }
+
+ protected:
+  /// \param neurons  N ≥ 1.  \param patch  written into every spike
+  NeuronGroup(std::size_t neurons, std::chrono::nanoseconds step, std::uint16_t patch);
+
+  /// Nothing is known to be at rest: a state was changed from outside.
+  void wake() noexcept { resting_blocks_ = 0; }
+  [[nodiscard]] std::uint64_t steps_taken() const noexcept { return steps_taken_; }
+
+ private:
+  virtual void put_to_rest() noexcept = 0;
+  /// \return how many blocks are at rest under this input and will be skipped
+  virtual std::size_t take_input(std::span<const double> begin,
+                                 std::span<const double> end) noexcept = 0;
+  /// Calls the kernel. Thread: several at the same time, each with its own part.
+  virtual void step_part(const StepCall& part) noexcept = 0;
+
+  std::size_t neurons_;
+  std::chrono::nanoseconds step_;
+  std::uint16_t patch_;
+  std::uint64_t steps_taken_ = 0;  ///< since reset
+  std::size_t resting_blocks_ = 0;
+  SpikeBuffer resets_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/worker_team.hpp"
+
+namespace merkel {
+
+/// Receives the rare events of a kernel while it steps. All calls are real-time.
+class StepObserver {
+ public:
+  /// \param neuron  from 0.  \param step  from the call's first.
+  /// \param fraction  of the step at which the spike is
+  virtual void spiked(std::size_t neuron, int step, double fraction) noexcept = 0;
+  /// The state of a neuron turned non-finite in a step; the kernel has reset it to rest.
+  virtual void reset(std::size_t neuron, int step) noexcept = 0;
+
+ protected:
+  ~StepObserver() = default;
+};
+
+/// Which neurons take which steps: the same for the kernels of all neurons.
+struct StepCall {
+  std::size_t first = 0;  ///< neurons [first, last) are stepped; first begins a block
+  std::size_t last = 0;
+  int steps = 0;
+  std::uint64_t steps_before = 0;  ///< since reset: the number of the first step
+  StepObserver* observer = nullptr;
+  WorkerTeam* peers = nullptr;  ///< step the other parts at the same time; null where alone
+};
+
+}  // namespace merkel

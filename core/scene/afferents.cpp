@@ -1,0 +1,133 @@
+#include "core/scene/afferents.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
+#include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
+#include "core/neurons/integrate_and_fire/integrate_and_fire_group.hpp"
+#include "core/scene/model_check.hpp"
+
+namespace merkel {
+namespace {
+
+using Made = Expected<std::unique_ptr<NeuronGroup>, ParameterError>;
+
+Made make_group(const ModelParameters& p, const HodgkinHuxleyAfferent& afferent, std::size_t index,
+                std::size_t neurons) {
+  std::optional<LatticeCoupling> network;
+  if (p.network.gain > 0.0) {
+    NetworkParameters own = p.network;
+    own.seed += index;
+    const Patch& patch = p.patches[index].patch;
+    auto coupling = LatticeCoupling::create(own, patch.columns, patch.rows);
+    if (!coupling) return Unexpected<ParameterError>(coupling.error());
+    network = std::move(*coupling);
+  }
+  if (const auto checked = check_step(p, network); !checked) {
+    return Unexpected<ParameterError>(checked.error());
+  }
+  return std::make_unique<HodgkinHuxleyGroup>(
+      HodgkinHuxleyGroup::Parameters{.neuron = afferent.neuron,
+                                     .method = afferent.method,
+                                     .precision = afferent.precision,
+                                     .step = p.step,
+                                     .patch = static_cast<std::uint16_t>(index),
+                                     .freeze_resting = p.accuracy.freeze_resting},
+      neurons, network);
+}
+
+std::unique_ptr<NeuronGroup> make_group(const ModelParameters& p,
+                                        const IntegrateAndFireAfferent& afferent, std::size_t index,
+                                        std::size_t neurons) {
+  IntegrateAndFireGroup::Parameters own{
+      .neuron = afferent.neuron, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
+  own.neuron.noise.seed += index;
+  return std::make_unique<IntegrateAndFireGroup>(own, neurons);
+}
+
+std::unique_ptr<NeuronGroup> make_group(const ModelParameters& p,
+                                        const ConnorStevensAfferent& afferent, std::size_t index,
+                                        std::size_t neurons, const RateCurrentTable& table) {
+  ConnorStevensGroup::Parameters own{.neuron = afferent.neuron,
+                                     .step = p.step,
+                                     .holding_current_uA_per_cm2 = table.current_uA_per_cm2(0.0),
+                                     .patch = static_cast<std::uint16_t>(index)};
+  own.neuron.noise.seed += index;
+  return std::make_unique<ConnorStevensGroup>(own, neurons);
+}
+
+}  // namespace
+
+Expected<std::shared_ptr<const RateCurrentTable>, ParameterError> rate_current_table_of(
+    const ModelParameters& parameters) {
+  const auto* const connor = std::get_if<ConnorStevensAfferent>(&parameters.afferent);
+  if (connor == nullptr) return nullptr;
+  auto table = std::make_shared<RateCurrentTable>(connor->neuron, parameters.step);
+  if (!table->valid()) {
+    return Unexpected<ParameterError>(
+        {.key = "neuron.kind",
+         .reason = "is \"connor_stevens\" with conductances under which it never fires steadily: "
+                   "change g_Na, g_K, g_A or g_L"});
+  }
+  return table;
+}
+
+Expected<Afferents, ParameterError> Afferents::create(
+    const ModelParameters& parameters, std::size_t patch, std::size_t neurons,
+    const std::shared_ptr<const RateCurrentTable>& table) {
+  if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&parameters.afferent)) {
+    Made group = make_group(parameters, *paper, patch, neurons);
+    if (!group) return Unexpected<ParameterError>(group.error());
+    return Afferents(std::move(*group), std::nullopt);
+  }
+  AdaptationStage stage{.adaptation = parameters.adaptation, .table = table};
+  stage.adaptation.seed += patch;
+  if (const auto* const connor = std::get_if<ConnorStevensAfferent>(&parameters.afferent)) {
+    stage.compression_ms = connor->compression_ms;
+    return Afferents(make_group(parameters, *connor, patch, neurons, *table), stage);
+  }
+  const auto& integrate = std::get<IntegrateAndFireAfferent>(parameters.afferent);
+  return Afferents(make_group(parameters, integrate, patch, neurons), stage);
+}
+
+Afferents::Afferents(std::unique_ptr<NeuronGroup> neurons,
+                     const std::optional<AdaptationStage>& stage)
+    : neurons_(std::move(neurons)) {
+  if (!stage) return;
+  const std::size_t count = neurons_->size();
+  adaptation_.emplace(stage->adaptation, count);
+  table_ = stage->table;
+  compression_s_ = 1e-3 * stage->compression_ms;
+  drive_Hz_.resize(count);
+  begin_.resize(count);
+  end_.assign(count, input_of(0.0));
+}
+
+double Afferents::input_of(double drive_Hz) const noexcept {
+  if (!table_) return drive_Hz;
+  return table_->current_uA_per_cm2(drive_Hz / (1.0 + compression_s_ * drive_Hz));
+}
+
+void Afferents::reset() noexcept {
+  neurons_->reset();
+  if (!adaptation_) return;
+  adaptation_->reset();
+  std::fill(end_.begin(), end_.end(), input_of(0.0));
+}
+
+void Afferents::advance(std::span<const double> input_begin, std::span<const double> input_end,
+                        int steps, std::chrono::nanoseconds start, SpikeBuffer& spikes,
+                        WorkerTeam* team) noexcept {
+  if (adaptation_) {
+    begin_.swap(end_);
+    adaptation_->advance(input_begin, input_end, steps * neurons_->step(), drive_Hz_);
+    std::transform(drive_Hz_.begin(), drive_Hz_.end(), end_.begin(),
+                   [this](double drive) { return input_of(drive); });
+    input_begin = begin_;
+    input_end = end_;
+  }
+  neurons_->advance(input_begin, input_end, steps, start, spikes, team);
+}
+
+}  // namespace merkel

@@ -1,0 +1,57 @@
+#include "core/scene/patch_layout.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/receptors/receptive_field.hpp"
+
+namespace merkel {
+namespace {
+
+Expected<PatchLayout, ParameterError> subregions_of(const PatchParameters& parameters) {
+  auto placed = place_receptors(parameters.receptors, parameters.patch);
+  if (!placed) return Unexpected<ParameterError>(placed.error());
+  PatchLayout layout{.receptors = std::move(*placed), .afferents = {}};
+  const Patch& patch = parameters.patch;
+  const double radius_mm =
+      0.5 * std::hypot(patch.length_mm / patch.columns, patch.width_mm / patch.rows);
+  const auto count = static_cast<std::uint32_t>(patch.subregions());
+  for (std::uint32_t n = 1; n <= count; ++n) {
+    layout.afferents.push_back({.x_mm = patch.centre_x_mm(n),
+                                .y_mm = patch.centre_y_mm(n),
+                                .radius_mm = radius_mm,
+                                .receptors = 0});
+  }
+  for (const Receptor& receptor : layout.receptors) {
+    ++layout.afferents[receptor.neuron - 1].receptors;
+  }
+  return layout;
+}
+
+Expected<PatchLayout, ParameterError> fields_of(const PatchParameters& parameters) {
+  std::vector<FieldCentre> centres = parameters.centres;
+  if (centres.empty()) {
+    auto placed = place_centres(parameters.receptors, parameters.patch);
+    if (!placed) return Unexpected<ParameterError>(placed.error());
+    centres = std::move(*placed);
+  }
+  auto placed = place_fields(parameters.field, centres, parameters.patch);
+  if (!placed) return Unexpected<ParameterError>(placed.error());
+  PatchLayout layout{.receptors = std::move(*placed), .afferents = {}};
+  for (const FieldCentre& centre : centres) {
+    layout.afferents.push_back({.x_mm = centre.x_mm,
+                                .y_mm = centre.y_mm,
+                                .radius_mm = parameters.field.radius_mm,
+                                .receptors = static_cast<std::size_t>(parameters.field.receptors)});
+  }
+  return layout;
+}
+
+}  // namespace
+
+Expected<PatchLayout, ParameterError> layout_of(const PatchParameters& parameters) {
+  return parameters.layout == ReceptorLayout::kSubregions ? subregions_of(parameters)
+                                                          : fields_of(parameters);
+}
+
+}  // namespace merkel
