@@ -20,8 +20,11 @@ bool Patch::contains(double x_mm, double y_mm) const noexcept {
 
 std::uint32_t Patch::neuron_at(double x_mm, double y_mm) const noexcept {
   assert(contains(x_mm, y_mm));
-  const int column = std::min(static_cast<int>(x_mm * columns / length_mm), columns - 1);
-  const int row = std::min(static_cast<int>(y_mm * rows / width_mm), rows - 1);
+  const auto cell = [](double place, int cells) {
+    return place > 0.0 ? static_cast<int>(std::min(place, cells - 1.0)) : 0;
+  };
+  const int column = cell(x_mm * columns / length_mm, columns);
+  const int row = cell(y_mm * rows / width_mm, rows);
   return static_cast<std::uint32_t>(row * columns + column + 1);
 }
 

@@ -28,8 +28,8 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
     const auto& connor = std::get<ConnorStevensAfferent>(p.afferent);
     all.also(connor.neuron.check())
         .not_negative("neuron.compression_ms", connor.compression_ms)
-        .require(p.step <= std::chrono::microseconds{100}, "neuron.step_us",
-                 "must be at most 100 for neuron.kind \"connor_stevens\"");
+        .require(p.step >= std::chrono::microseconds{1} && p.step <= std::chrono::microseconds{100},
+                 "neuron.step_us", "must be from 1 to 100 for neuron.kind \"connor_stevens\"");
   }
   return all.also(p.adaptation.check())
       .require(p.network.gain == 0.0, "network.gain",
@@ -38,6 +38,7 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
 }
 
 constexpr double kSmallestStep_ms = 1e-4;
+constexpr std::int64_t kMostStepsPerTick = 100'000;
 
 /// A step that divides the tick and is no longer than a bound, as the shortest decimal of µs.
 std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
@@ -72,6 +73,8 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
       .also(check_neuron(p))
       .require(p.tick.count() % p.step.count() == 0, "neuron.step_us",
                "must divide loop.tick_us without remainder")
+      .require(p.tick / p.step <= kMostStepsPerTick, "neuron.step_us",
+               "must be at least a hundred-thousandth of loop.tick_us")
       .result();
 }
 

@@ -28,15 +28,39 @@ std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
                     [patch](const Indenter& indenter) { return indenter.patch == patch; }));
 }
 
+/// The memory that all patches of a model may take.
+constexpr std::size_t kMostSpikesPerTick = 10'000'000;
+
+Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel::Parameters& p) {
+  std::vector<PatchLayout> layouts;
+  std::size_t receptors = 0;
+  std::size_t spikes = 0;
+  for (const PatchParameters& patch : p.patches) {
+    auto layout = layout_of(patch);
+    if (!layout) return Unexpected<ParameterError>(layout.error());
+    receptors += layout->receptors.size();
+    spikes += most_spikes(p, layout->afferents.size());
+    const auto checked =
+        ParameterCheck()
+            .require(receptors <= static_cast<std::size_t>(kMaxReceptors), "receptors.count",
+                     "makes more receptors in all patches than a scene can hold (10000000)")
+            .require(spikes <= kMostSpikesPerTick, "loop.tick_us",
+                     "is so long that the afferents could fire more than 10000000 spikes in a "
+                     "tick: make it shorter")
+            .result();
+    if (!checked) return Unexpected<ParameterError>(checked.error());
+    layouts.push_back(std::move(*layout));
+  }
+  return layouts;
+}
+
 Expected<TactilePatch, ParameterError> make_patch(
-    const TactileModel::Parameters& p, std::size_t index,
+    const TactileModel::Parameters& p, std::size_t index, const PatchLayout& layout,
     const std::shared_ptr<const RateCurrentTable>& table) {
-  const auto layout = layout_of(p.patches[index]);
-  if (!layout) return Unexpected<ParameterError>(layout.error());
-  const std::size_t neurons = layout->afferents.size();
+  const std::size_t neurons = layout.afferents.size();
   auto afferents = Afferents::create(p, index, neurons, table);
   if (!afferents) return Unexpected<ParameterError>(afferents.error());
-  return TactilePatch(layout->receptors,
+  return TactilePatch(layout.receptors,
                       {.skin = p.skin,
                        .transduction = p.transduction,
                        .precision = p.precision(),
@@ -52,11 +76,13 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   if (const auto checked = check(parameters); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
+  const auto layouts = layouts_of(parameters);
+  if (!layouts) return Unexpected<ParameterError>(layouts.error());
   const auto table = rate_current_table_of(parameters);
   if (!table) return Unexpected<ParameterError>(table.error());
   std::vector<TactilePatch> patches;
   for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
-    auto patch = make_patch(parameters, i, *table);
+    auto patch = make_patch(parameters, i, (*layouts)[i], *table);
     if (!patch) return Unexpected<ParameterError>(patch.error());
     patches.push_back(std::move(*patch));
   }

@@ -14,7 +14,8 @@ namespace merkel {
 namespace {
 
 constexpr std::int64_t kPerSecond = 1'000'000'000;
-constexpr std::int64_t kLargestSeconds = 9'200'000'000;
+constexpr std::int64_t kLargestSeconds =
+    4'000'000'000;  ///< the difference of two times fits nanoseconds
 
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 bool is_number_end(char c) noexcept { return is_digit(c) || c == '.'; }

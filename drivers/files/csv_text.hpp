@@ -18,7 +18,8 @@ namespace merkel {
 [[nodiscard]] std::string shifted_decimal(double value, int shift);
 
 /// A whole field of seconds as nanoseconds, exact to the digit: decimals beyond the ninth are
-/// rounded. Nothing where it is not a finite number within ±9.2e9 s.
+/// rounded. Nothing where it is not a finite number within ±4e9 s, so that the difference of any
+/// two times fits.
 [[nodiscard]] std::optional<std::chrono::nanoseconds> parse_seconds(
     std::string_view field) noexcept;
 

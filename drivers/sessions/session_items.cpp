@@ -22,7 +22,7 @@ using Id = SessionStream::Id;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kFrameWords = RawFrame::kMostBytes / sizeof(std::int64_t);
-constexpr double kLargestTime_s = 9.2e9;
+constexpr double kLargestTime_s = 4e9;     ///< the difference of two times fits nanoseconds
 constexpr std::int8_t kMissingValue = -1;  ///< of a channel that the file does not have
 
 using Doubles = ItemValues<double>;

@@ -15,6 +15,7 @@ if ! command -v clang++ >/dev/null; then
   exit 77
 fi
 work=$(mktemp -d)
+limits=()  # of time and memory, for libFuzzer
 trap 'rm -rf "$work"' EXIT
 
 flags=(-std=c++20 -O1 -g1 -I "$source" -isystem /usr/include/eigen3 -fsanitize=address,undefined,fuzzer-no-link
@@ -40,7 +41,7 @@ fuzz() {
   [ -d "$source/tests/fuzz/seeds/$name" ] && folders+=("$source/tests/fuzz/seeds/$name")
   mkdir -p "$corpora/$name"
   "$work/$name" -seed=1 -max_len="$longest" -len_control=0 -runs=$((bytes / (longest / 8))) \
-    -print_final_stats=0 -verbosity=0 "${folders[@]}"
+    -print_final_stats=0 -verbosity=0 "${limits[@]}" "${folders[@]}"
   echo "$name: no fault"
 }
 
@@ -60,7 +61,19 @@ fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
 fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene/scene_{file,table,presets}.cpp \
   tools/run/loop_settings.cpp drivers/{uri,files/toml{,_guard}}.cpp core/contact/bar_contact.cpp \
-  core/neurons/hodgkin_huxley/integration_method.cpp realtime/threads/thread_setup.cpp
+  core/neurons/hodgkin_huxley/integration_method.cpp core/scene/model_parameters.cpp \
+  realtime/threads/thread_setup.cpp
+core=()
+for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*/*.cpp; do
+  [ -e "$file" ] && core+=("${file#"$source"/}")
+done
+# One instruction set is enough for memory faults. A run may take 10 s and 2 GB, all together a minute.
+flags+=(-DHWY_COMPILE_ONLY_STATIC)
+limits=(-timeout=10 -rss_limit_mb=2048 -max_total_time=60)
+fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" drivers/files/{csv_text,toml{,_guard}}.cpp \
+  tools/scene/scene_{file,table,presets}.cpp tools/run/loop_settings.cpp drivers/uri.cpp \
+  realtime/threads/thread_setup.cpp
+limits=()
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/recordings.cpp \
   core/contact/bar_contact.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

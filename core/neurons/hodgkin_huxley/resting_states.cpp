@@ -9,7 +9,8 @@ namespace merkel {
 namespace {
 
 constexpr int kStates = 1024;
-constexpr double kBelow_mV = 15.0;  ///< how far below V_r the table begins
+constexpr double kBelow_mV = 15.0;   ///< how far below V_r the table begins
+constexpr double kAbove_mV = 200.0;  ///< how far above V_r it ends at the latest
 constexpr double kScan_mV = 0.1;
 
 /// The current that holds the membrane at a potential, and its gates there.
@@ -45,15 +46,16 @@ RestingStates::RestingStates(const HodgkinHuxley& neuron) {
   const double leak = neuron.leak_reversal_mV();
   std::vector<double> V;
   std::vector<double> I;
-  for (double at = neuron.V_rest - kBelow_mV;; at += kScan_mV) {
+  const double highest = neuron.V_rest + kAbove_mV;
+  for (double at = neuron.V_rest - kBelow_mV; at < highest; at += kScan_mV) {
     const double current = holding_current(neuron, leak, at);
-    // As soon as the fixed point is not clearly stable, or not the only one, the table ends.
-    if (!I.empty() && current <= I.back()) break;
-    if (growth_rate(neuron, leak, at, current) > -0.01) break;
+    // The table ends where the fixed point is not clearly stable, or not the only one.
+    if (!I.empty() && !(current > I.back())) break;
+    if (!(growth_rate(neuron, leak, at, current) <= -0.01)) break;
     V.push_back(at);
     I.push_back(current);
   }
-  if (I.size() < 2) return;  // nothing is ever resting
+  if (I.size() < 2) return;  // no current has a stable rest
   lowest_ = I.front();
   highest_ = I.back();
   spacing_ = (highest_ - lowest_) / (kStates - 1);

@@ -43,8 +43,8 @@ TEST(CsvText, SecondsAreReadToTheNanosecond) {
   EXPECT_EQ(parse_seconds("0.00000000049"), nanoseconds{0});
   EXPECT_EQ(parse_seconds("2.5e-3"), nanoseconds{2'500'000});
   EXPECT_EQ(parse_seconds(".5"), nanoseconds{500'000'000});
-  for (const char* text :
-       {"", ".", "nan", "inf", "1e10", "9999999999", "99999999999", "1.5s", "1.2.3", "-"}) {
+  for (const char* text : {"", ".", "nan", "inf", "1e10", "4000000000", "-4e9", "9.2e9",
+                           "9999999999", "99999999999", "1.5s", "1.2.3", "-"}) {
     EXPECT_FALSE(parse_seconds(text)) << text;
   }
 }
