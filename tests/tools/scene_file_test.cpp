@@ -197,7 +197,7 @@ TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
   EXPECT_EQ(fault_of("[[sink]]\n"), "s.toml:1: sink.uri is missing: name where spikes go");
   EXPECT_EQ(fault_of("preset = \"papr\"\n"),
             "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", "
-            "\"goodwin-hh\", \"hand\"; did you mean \"paper\"?");
+            "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");
   EXPECT_EQ(fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
             "s.toml:3: probe.bar_gaps_mm must be positive, or the bars overlap: join them, or part "
             "them");
@@ -252,6 +252,19 @@ diameter_mm = 0.5
   ASSERT_TRUE(made) << made.error().key << " " << made.error().reason;
   EXPECT_EQ(made->neurons(), 2U);
   EXPECT_EQ(made->receptors(), 24U);
+}
+
+TEST(SceneFile, AFormerNameOfAPresetStillWorks) {
+  EXPECT_EQ(preset_scene("goodwin-cs")->notice, "");
+  const auto former = preset_scene("goodwin-hh");
+  ASSERT_TRUE(former);
+  EXPECT_EQ(former->preset, "goodwin-cs");
+  EXPECT_EQ(former->notice,
+            "the preset goodwin-hh is now called goodwin-cs; the old name still works");
+  const auto scene = parse_scene("preset = \"goodwin-hh\"\n", "s");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_EQ(scene->model.kind(), NeuronKind::kConnorStevens);
+  EXPECT_EQ(scene->notice, former->notice);
 }
 
 TEST(SceneFile, AnotherNeuronTakesItsOwnStepAndNoNetwork) {

@@ -96,7 +96,7 @@ TEST(Fit, RefusesWhatItCannotFit) {
   TactileModel::Parameters paper = preset_scene("paper")->model;
   EXPECT_EQ(fit(paper, sets, {"gain_Hz_per_kPa"}, 1, 10, {}).error().sentence,
             "only neurons that energy density drives can be fitted: start from goodwin or "
-            "goodwin-hh");
+            "goodwin-cs");
 }
 
 TEST(ScoreCommand, WritesAReportTablesAndPictures) {
@@ -160,7 +160,7 @@ TEST(FitCommand, WritesASceneThatRuns) {
 
 TEST(GoodwinScene, RunsByNameAndReplaysToTheByte) {
   const TemporaryFolder folder;
-  for (const char* preset : {"goodwin", "goodwin-hh"}) {
+  for (const char* preset : {"goodwin", "goodwin-cs"}) {
     const auto run_to = [&](const char* name, const char* seed) {
       const auto run = run_program({"run", preset, "--fast", "--duration-s", "0.5", "--seed", seed,
                                     "--overwrite", "--sink", "csv:" + folder.path(name)});

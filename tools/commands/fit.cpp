@@ -75,7 +75,7 @@ int fit_command(const FitCommand& command) {
   auto scene = preset_scene(command.preset);
   if (!scene) {
     return refuse("there is no preset \"" + command.preset +
-                  "\" to start from: a fit starts from goodwin or goodwin-hh");
+                  "\" to start from: a fit starts from goodwin or goodwin-cs");
   }
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());
@@ -111,7 +111,7 @@ void add_fit_command(CommandLine& program) {
                   "recordings, tells the cost before and after and how well the data fix each "
                   "parameter, and writes a scene.",
                   "fit goodwin --out fitted.toml")
-      .option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-hh")
+      .option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-cs")
       .option("--data", command->data,
               "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
       .option("--out", command->out, "Scene to write (TOML)")

@@ -183,7 +183,7 @@ void add_run_command(CommandLine& program) {
                   "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
                   "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
       .option("scene", options->scene,
-              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-hh, hand")
+              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-cs, hand")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
             "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, fused:URI|URI")

@@ -244,11 +244,29 @@ void for_each_table(SceneTable& root, std::string_view key, Findings& findings, 
   }
 }
 
+/// Drops the probes of a preset that press on patches which the scene does not have.
+void drop_stray_probes(Scene& scene) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    if (scene.model.indenters[i].patch >= scene.model.patches.size()) continue;
+    scene.probes[kept] = scene.probes[i];
+    scene.model.indenters[kept] = scene.model.indenters[i];
+    ++kept;
+  }
+  scene.probes.resize(kept);
+  scene.model.indenters.resize(kept);
+}
+
 Scene scene_of(const toml::table& root, Findings& findings) {
   SceneTable top(root, "", findings);
   std::size_t preset = 0;
-  top.word("preset", preset_names(), preset);
-  Scene scene = *preset_scene(preset_names()[preset]);
+  std::string name = root["preset"].value_or(std::string());
+  if (present_name(name) == name) {
+    top.word("preset", preset_names(), preset);
+    name = preset_names()[preset];
+  }
+  top.known("preset");
+  Scene scene = *preset_scene(name);
   const auto one = [&](std::string_view key, auto read) {
     const toml::node* const node = top.find(key);
     if (node == nullptr) return;
@@ -268,7 +286,10 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     read_receptors(SceneTable(table, "receptors", findings), patch);
     patches.push_back(std::move(patch));
   });
-  if (!patches.empty()) scene.model.patches = std::move(patches);
+  if (!patches.empty()) {
+    scene.model.patches = std::move(patches);
+    drop_stray_probes(scene);
+  }
   one("accuracy", [&](SceneTable table) {
     read_accuracy(std::move(table), scene.model.accuracy, scene.spike_time_us);
   });

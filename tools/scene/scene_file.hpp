@@ -34,6 +34,7 @@ struct Scene {
   std::string file;                                ///< empty for a preset
   std::string preset;                              ///< its name; of a file, not set
   std::string text;                                ///< from which parse_scene makes it again
+  std::string notice;                              ///< for the user; empty: none
   std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
 
   /// Takes these probes; further ones are like the scene's last.

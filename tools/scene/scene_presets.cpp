@@ -1,6 +1,7 @@
 #include "tools/scene/scene_presets.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace merkel {
 namespace {
@@ -34,7 +35,7 @@ Scene goodwin() {
 }
 
 /// The same with Connor-Stevens neurons.
-Scene goodwin_hh() {
+Scene goodwin_cs() {
   Scene scene = goodwin();
   scene.model.afferent = ConnorStevensAfferent{};
   scene.model.step = usual_step(scene.model.kind());
@@ -74,7 +75,7 @@ struct Preset {
 constexpr Preset kPresets[] = {{"paper", paper},
                                {"paper-wide", paper_wide},
                                {"goodwin", goodwin},
-                               {"goodwin-hh", goodwin_hh},
+                               {"goodwin-cs", goodwin_cs},
                                {"hand", hand}};
 
 }  // namespace
@@ -91,11 +92,20 @@ std::chrono::nanoseconds usual_step(NeuronKind kind) noexcept {
   return TactileModel::Parameters{}.step;
 }
 
-std::optional<Scene> preset_scene(std::string_view name) {
+std::string_view present_name(std::string_view preset) noexcept {
+  return preset == "goodwin-hh" ? "goodwin-cs" : preset;
+}
+
+std::optional<Scene> preset_scene(std::string_view given) {
+  const std::string_view name = present_name(given);
   const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
                                          [name](const Preset& p) { return name == p.name; });
   if (found == std::end(kPresets)) return std::nullopt;
   Scene scene = found->make();
+  if (name != given) {
+    scene.notice = "the preset " + std::string(given) + " is now called " + std::string(name) +
+                   "; the old name still works";
+  }
   scene.preset = name;
   scene.text = "preset = \"" + std::string(name) + "\"\n";
   return scene;
@@ -111,9 +121,12 @@ const std::vector<std::string>& preset_names() {
 }
 
 Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
-  if (name_or_file.empty()) return *preset_scene("paper");
-  if (auto preset = preset_scene(name_or_file)) return *preset;
-  return read_scene(name_or_file);
+  const auto preset = preset_scene(name_or_file.empty() ? "paper" : name_or_file);
+  auto scene = preset ? Expected<Scene, SetupError>(*preset) : read_scene(name_or_file);
+  if (scene && !scene->notice.empty()) {
+    std::fprintf(stderr, "merkel: %s\n", scene->notice.c_str());
+  }
+  return scene;
 }
 
 }  // namespace merkel

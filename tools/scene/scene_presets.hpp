@@ -10,14 +10,17 @@
 
 namespace merkel {
 
-/// The scenes that come with the program, by name.
+/// The scenes that come with the program, by name or former name.
 [[nodiscard]] std::optional<Scene> preset_scene(std::string_view name);
+/// The name that a preset has now; any other name is returned as it is.
+[[nodiscard]] std::string_view present_name(std::string_view preset) noexcept;
 [[nodiscard]] const std::vector<std::string>& preset_names();
 
-/// The membrane step that suits a neuron.
+/// The default step of a kind of neuron.
 [[nodiscard]] std::chrono::nanoseconds usual_step(NeuronKind kind) noexcept;
 
-/// What a command was given: nothing (the paper's scene), a preset's name, or a scene file.
+/// The scene that a command was given: nothing (the paper's scene), a preset's name, or a scene
+/// file. Prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> scene_named(const std::string& name_or_file);
 
 }  // namespace merkel

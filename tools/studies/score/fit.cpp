@@ -186,7 +186,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     const std::function<void(double)>& progress) {
   if (!scene.energy_driven()) {
     return bad_input(
-        "only neurons that energy density drives can be fitted: start from goodwin or goodwin-hh");
+        "only neurons that energy density drives can be fitted: start from goodwin or goodwin-cs");
   }
   if (sets.empty()) return bad_input("the data file holds no rates or declines to fit to");
   const auto parameters = chosen(scene, names);
