@@ -1,12 +1,12 @@
-// A program of somebody else's: presses with a simulated probe, polls the spikes from a queue, and
-// gets them by a callback too.
+// An independent program: presses with a simulated probe, polls the spikes from a queue, and also
+// receives them by a callback. It includes public headers only.
 #include <cstdio>
 #include <thread>
 
-#include <core/scene/tactile_model.hpp>
-#include <drivers/probes/open_probe.hpp>
-#include <realtime/output/spike_callback.hpp>
-#include <realtime/pipeline.hpp>
+#include <merkel/open_probe.hpp>
+#include <merkel/pipeline.hpp>
+#include <merkel/spike_callback.hpp>
+#include <merkel/tactile_model.hpp>
 
 int main() {
   auto model = merkel::TactileModel::create({});
@@ -15,7 +15,7 @@ int main() {
 
   merkel::Pipeline pipeline(*model, {.fast = true});
   pipeline.add_probe(std::move(*probe), {.x_mm = 15.0, .y_mm = 10.0});
-  unsigned called = 0;  // on a thread of the callback's own
+  unsigned called = 0;  // on the callback's thread
   pipeline.add_sink(std::make_unique<merkel::SpikeCallback>(
       "encoder", [&](std::span<const merkel::SpikeEvent> spikes) { called += spikes.size(); }));
   merkel::SpikeChannel& channel = pipeline.add_consumer(4096);

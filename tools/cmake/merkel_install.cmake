@@ -1,11 +1,15 @@
 # cmake --install: the libraries for find_package(merkel), and the program. The components are those
 # of the Debian packages: runtime and development (merkel_packages.cmake).
 include(CMakePackageConfigHelpers)
+include(${CMAKE_CURRENT_LIST_DIR}/public_headers.cmake)
+merkel_write_public_headers(${PROJECT_BINARY_DIR}/public_headers)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/public_headers/
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/merkel COMPONENT development)
 
 get_property(libraries GLOBAL PROPERTY MERKEL_LIBRARIES)
 install(TARGETS ${libraries} EXPORT merkel_targets
   ARCHIVE COMPONENT development
-  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/merkel COMPONENT development)
+  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/merkel/private COMPONENT development)
 install(EXPORT merkel_targets NAMESPACE merkel:: FILE merkel-targets.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel COMPONENT development)
 configure_package_config_file(

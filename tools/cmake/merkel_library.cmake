@@ -23,8 +23,8 @@ if(MERKEL_SANITIZE)
   target_compile_definitions(merkel_sanitizers INTERFACE MERKEL_SANITIZED)
 endif()
 
-# merkel_library(merkel_core core): the settings of the library of a folder, whose public headers
-# are all .hpp files below it; each of them must compile alone (target <library>_verify_…).
+# merkel_library(merkel_core core): the settings of the library of a folder. Each .hpp file below it
+# must compile alone (target <library>_verify_…).
 function(merkel_library target folder)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
   target_sources(${target} PUBLIC FILE_SET HEADERS
@@ -35,7 +35,8 @@ function(merkel_library target folder)
     EXPORT_NAME ${folder}
     VERIFY_INTERFACE_HEADER_SETS ON)
   target_include_directories(${target} PUBLIC
-    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/merkel>)
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/merkel/private>)
   target_link_libraries(${target} PRIVATE
     $<BUILD_INTERFACE:merkel_warnings> $<BUILD_INTERFACE:merkel_numerics>
     $<BUILD_INTERFACE:merkel_sanitizers>)
