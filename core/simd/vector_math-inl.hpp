@@ -70,91 +70,41 @@ struct SideBySide {
       hn::StoreU(x.v[j], d, to + static_cast<std::size_t>(j) * hn::Lanes(d));
     }
   }
-  template <class A, class B>
-  static HWY_INLINE X add(const A& a, const B& b) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Add(lane_pack(a, j), lane_pack(b, j)));
-    return r;
+#define MERKEL_LANEWISE(result, name, operation)                             \
+  template <class A, class B>                                                \
+  static HWY_INLINE result name(const A& a, const B& b) {                    \
+    result r;                                                                \
+    MERKEL_SIDE_BY_SIDE(r, hn::operation(lane_pack(a, j), lane_pack(b, j))); \
+    return r;                                                                \
   }
-  template <class A, class B>
-  static HWY_INLINE X sub(const A& a, const B& b) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Sub(lane_pack(a, j), lane_pack(b, j)));
-    return r;
+  MERKEL_LANEWISE(X, add, Add)
+  MERKEL_LANEWISE(X, sub, Sub)
+  MERKEL_LANEWISE(X, mul, Mul)
+  MERKEL_LANEWISE(X, div, Div)
+  MERKEL_LANEWISE(X, min, Min)
+  MERKEL_LANEWISE(X, max, Max)
+  MERKEL_LANEWISE(M, less, Lt)
+  MERKEL_LANEWISE(M, at_least, Ge)
+  MERKEL_LANEWISE(M, equal, Eq)
+#undef MERKEL_LANEWISE
+#define MERKEL_LANEWISE(type, name, operation)     \
+  static HWY_INLINE type name(const type& a) {     \
+    type r;                                        \
+    MERKEL_SIDE_BY_SIDE(r, hn::operation(a.v[j])); \
+    return r;                                      \
   }
-  template <class A, class B>
-  static HWY_INLINE X mul(const A& a, const B& b) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Mul(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
-  template <class A, class B>
-  static HWY_INLINE X div(const A& a, const B& b) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Div(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
-  template <class A, class B>
-  static HWY_INLINE X min(const A& a, const B& b) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Min(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
-  template <class A, class B>
-  static HWY_INLINE X max(const A& a, const B& b) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Max(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
-  static HWY_INLINE X abs(const X& a) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Abs(a.v[j]));
-    return r;
-  }
-  static HWY_INLINE X neg(const X& a) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Neg(a.v[j]));
-    return r;
-  }
-  static HWY_INLINE X sqrt(const X& a) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Sqrt(a.v[j]));
-    return r;
-  }
-  static HWY_INLINE X floor(const X& a) {
-    X r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Floor(a.v[j]));
-    return r;
-  }
-  template <class A, class B>
-  static HWY_INLINE M less(const A& a, const B& b) {
-    M r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Lt(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
-  template <class A, class B>
-  static HWY_INLINE M at_least(const A& a, const B& b) {
-    M r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Ge(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
-  template <class A, class B>
-  static HWY_INLINE M equal(const A& a, const B& b) {
-    M r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Eq(lane_pack(a, j), lane_pack(b, j)));
-    return r;
-  }
+  MERKEL_LANEWISE(X, abs, Abs)
+  MERKEL_LANEWISE(X, neg, Neg)
+  MERKEL_LANEWISE(X, sqrt, Sqrt)
+  MERKEL_LANEWISE(X, floor, Floor)
+  MERKEL_LANEWISE(M, inverse, Not)
+#undef MERKEL_LANEWISE
   /// before < threshold and not after < threshold: a rise through it, or a state that is not
   /// finite.
   static HWY_INLINE M rises(const X& before, const X& after, V threshold) {
     M r;
     MERKEL_SIDE_BY_SIDE(r,
                         hn::AndNot(hn::Lt(after.v[j], threshold), hn::Lt(before.v[j], threshold)));
-    return r;
-  }
-  static HWY_INLINE M inverse(const M& a) {
-    M r;
-    MERKEL_SIDE_BY_SIDE(r, hn::Not(a.v[j]));
     return r;
   }
   static HWY_INLINE M either(const M& a, const M& b) {
