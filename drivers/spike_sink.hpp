@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "core/expected.hpp"
 #include "core/records/loop_event.hpp"
@@ -18,30 +17,6 @@ namespace merkel {
 /// Why a sink takes no more spikes.
 struct SinkError {
   std::string sentence;  ///< what went wrong and what to do
-};
-
-/// How the neurons of a scene's patches are numbered where a format has one number only: through
-/// all patches, from 1.
-class NeuronNumbering {
- public:
-  /// \param neurons_of_patch  how many neurons each patch has
-  explicit NeuronNumbering(std::span<const std::size_t> neurons_of_patch) {
-    std::uint32_t before = 0;
-    for (const std::size_t count : neurons_of_patch) {
-      before_patch_.push_back(before);
-      before += static_cast<std::uint32_t>(count);
-    }
-    neurons_ = before;
-  }
-  [[nodiscard]] std::uint32_t number(const SpikeEvent& spike) const noexcept {
-    return before_patch_[spike.patch] + spike.neuron;
-  }
-  /// Neurons in all patches.
-  [[nodiscard]] std::uint32_t neurons() const noexcept { return neurons_; }
-
- private:
-  std::vector<std::uint32_t> before_patch_;
-  std::uint32_t neurons_ = 0;
 };
 
 /// A consumer of spikes: a file, a socket, a page. Used by one thread, which may block.

@@ -24,9 +24,10 @@ bool in_field(const std::optional<EncodedModel::Point>& afferent, const Electrod
 }  // namespace
 
 FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const EncodedModel& model) {
+  std::vector<std::size_t> first_of_patch;  // number of its first afferent, from 0
   std::size_t afferents = 0;
   for (const EncodedModel::OfPatch& patch : model.patches) {
-    first_of_patch_.push_back(afferents);
+    first_of_patch.push_back(afferents);
     afferents += patch.afferents.size();
   }
   std::vector<std::vector<Membership>> of_afferent(afferents);
@@ -40,7 +41,7 @@ FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const Encode
     const auto& places = model.patches[electrodes[e].patch].afferents;
     for (std::size_t n = 0; n < places.size(); ++n) {
       if (!in_field(places[n], electrodes[e])) continue;
-      of_afferent[first_of_patch_[electrodes[e].patch] + n].push_back(
+      of_afferent[first_of_patch[electrodes[e].patch] + n].push_back(
           {.electrode = static_cast<std::uint32_t>(e), .slot = slot++});
       ++fields_.back().afferents;
     }
@@ -55,7 +56,7 @@ FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const Encode
 
 std::span<const FieldActivity::Membership> FieldActivity::memberships(
     const SpikeEvent& spike) const noexcept {
-  const std::size_t afferent = first_of_patch_[spike.patch] + spike.neuron - 1;
+  const std::size_t afferent = spike.neuron - 1;
   return std::span(memberships_)
       .subspan(first_membership_[afferent],
                first_membership_[afferent + 1] - first_membership_[afferent]);

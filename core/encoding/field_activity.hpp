@@ -61,7 +61,6 @@ class FieldActivity {
   void add(const SpikeEvent& spike, std::chrono::nanoseconds end) noexcept;
 
   std::vector<Field> fields_;
-  std::vector<std::size_t> first_of_patch_;    ///< number of its first afferent
   std::vector<std::size_t> first_membership_;  ///< by afferent of all patches, and the end
   std::vector<Membership> memberships_;
   std::vector<std::chrono::nanoseconds> last_spike_;  ///< by slot

@@ -11,8 +11,13 @@ namespace {
 class SpikeRecorder final : public StepObserver {
  public:
   SpikeRecorder(std::chrono::nanoseconds start, std::chrono::nanoseconds step, std::uint16_t patch,
-                SpikeBuffer& spikes, SpikeBuffer& resets)
-      : start_(start), step_(step), patch_(patch), spikes_(spikes), resets_(resets) {}
+                std::uint32_t first_neuron, SpikeBuffer& spikes, SpikeBuffer& resets)
+      : start_(start),
+        step_(step),
+        patch_(patch),
+        first_neuron_(first_neuron),
+        spikes_(spikes),
+        resets_(resets) {}
 
   void spiked(std::size_t neuron, int step, double fraction) noexcept override {
     spikes_.push(event(neuron, step, fraction));
@@ -25,7 +30,7 @@ class SpikeRecorder final : public StepObserver {
   [[nodiscard]] SpikeEvent event(std::size_t neuron, int number, double fraction) const noexcept {
     const double within_ns = fraction * static_cast<double>(step_.count());
     return {.time = start_ + number * step_ + std::chrono::nanoseconds{std::llround(within_ns)},
-            .neuron = static_cast<std::uint32_t>(neuron + 1),
+            .neuron = first_neuron_ + static_cast<std::uint32_t>(neuron),
             .patch = patch_,
             .flags = 0};
   }
@@ -33,6 +38,7 @@ class SpikeRecorder final : public StepObserver {
   std::chrono::nanoseconds start_;
   std::chrono::nanoseconds step_;
   std::uint16_t patch_;
+  std::uint32_t first_neuron_;
   SpikeBuffer& spikes_;
   SpikeBuffer& resets_;
 };
@@ -74,8 +80,13 @@ void share_neurons(std::size_t neurons, WorkerTeam* team, Step step) noexcept ME
 
 }  // namespace
 
-NeuronGroup::NeuronGroup(std::size_t neurons, std::chrono::nanoseconds step, std::uint16_t patch)
-    : neurons_(neurons), step_(step), patch_(patch), resets_(neurons) {}
+NeuronGroup::NeuronGroup(std::size_t neurons, std::chrono::nanoseconds step, std::uint16_t patch,
+                         std::uint32_t first_neuron)
+    : neurons_(neurons),
+      step_(step),
+      patch_(patch),
+      first_neuron_(first_neuron),
+      resets_(neurons) {}
 
 std::size_t NeuronGroup::active_neurons() const noexcept {
   return size() - std::min(size(), resting_blocks_ * kNeuronBlock);
@@ -96,7 +107,7 @@ void NeuronGroup::advance(std::span<const double> input_begin, std::span<const d
   resets_.clear();
   share_neurons(neurons_, team,
                 [&](std::size_t first, std::size_t last, WorkerTeam* peers) noexcept {
-                  SpikeRecorder recorder(start, step_, patch_, spikes, resets_);
+                  SpikeRecorder recorder(start, step_, patch_, first_neuron_, spikes, resets_);
                   step_part({.first = first,
                              .last = last,
                              .steps = steps,

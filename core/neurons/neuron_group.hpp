@@ -49,7 +49,9 @@ class NeuronGroup {
 
  protected:
   /// \param neurons  N ≥ 1.  \param patch  written into every spike
-  NeuronGroup(std::size_t neurons, std::chrono::nanoseconds step, std::uint16_t patch);
+  /// \param first_neuron  number of the first neuron in spikes
+  NeuronGroup(std::size_t neurons, std::chrono::nanoseconds step, std::uint16_t patch,
+              std::uint32_t first_neuron);
 
   /// Nothing is known to be at rest: a state was changed from outside.
   void wake() noexcept { resting_blocks_ = 0; }
@@ -66,6 +68,7 @@ class NeuronGroup {
   std::size_t neurons_;
   std::chrono::nanoseconds step_;
   std::uint16_t patch_;
+  std::uint32_t first_neuron_;
   std::uint64_t steps_taken_ = 0;  ///< since reset
   std::size_t resting_blocks_ = 0;
   SpikeBuffer resets_;

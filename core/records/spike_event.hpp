@@ -16,7 +16,7 @@ struct SpikeEvent {
   };
 
   std::chrono::nanoseconds time{0};  ///< probe time of the crossing, within the membrane step
-  std::uint32_t neuron = 0;          ///< number within the patch, from 1
+  std::uint32_t neuron = 0;          ///< number in the model, through all patches, from 1
   std::uint16_t patch = 0;           ///< number of the patch, from 0
   std::uint16_t flags = 0;           ///< Flag bits
 

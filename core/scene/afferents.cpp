@@ -14,7 +14,7 @@ namespace {
 using Made = Expected<std::unique_ptr<NeuronGroup>, ParameterError>;
 
 Made make_group(const ModelParameters& p, const HodgkinHuxleyAfferent& afferent, std::size_t index,
-                std::size_t neurons) {
+                std::size_t neurons, std::uint32_t first_neuron) {
   std::optional<LatticeCoupling> network;
   if (p.network.gain > 0.0) {
     NetworkParameters own = p.network;
@@ -33,26 +33,31 @@ Made make_group(const ModelParameters& p, const HodgkinHuxleyAfferent& afferent,
                                      .precision = afferent.precision,
                                      .step = p.step,
                                      .patch = static_cast<std::uint16_t>(index),
+                                     .first_neuron = first_neuron,
                                      .freeze_resting = p.accuracy.freeze_resting},
       neurons, network);
 }
 
 std::unique_ptr<NeuronGroup> make_group(const ModelParameters& p,
                                         const IntegrateAndFireAfferent& afferent, std::size_t index,
-                                        std::size_t neurons) {
-  IntegrateAndFireGroup::Parameters own{
-      .neuron = afferent.neuron, .step = p.step, .patch = static_cast<std::uint16_t>(index)};
+                                        std::size_t neurons, std::uint32_t first_neuron) {
+  IntegrateAndFireGroup::Parameters own{.neuron = afferent.neuron,
+                                        .step = p.step,
+                                        .patch = static_cast<std::uint16_t>(index),
+                                        .first_neuron = first_neuron};
   own.neuron.noise.seed += index;
   return std::make_unique<IntegrateAndFireGroup>(own, neurons);
 }
 
 std::unique_ptr<NeuronGroup> make_group(const ModelParameters& p,
                                         const ConnorStevensAfferent& afferent, std::size_t index,
-                                        std::size_t neurons, const RateCurrentTable& table) {
+                                        std::size_t neurons, std::uint32_t first_neuron,
+                                        const RateCurrentTable& table) {
   ConnorStevensGroup::Parameters own{.neuron = afferent.neuron,
                                      .step = p.step,
                                      .holding_current_uA_per_cm2 = table.current_uA_per_cm2(0.0),
-                                     .patch = static_cast<std::uint16_t>(index)};
+                                     .patch = static_cast<std::uint16_t>(index),
+                                     .first_neuron = first_neuron};
   own.neuron.noise.seed += index;
   return std::make_unique<ConnorStevensGroup>(own, neurons);
 }
@@ -75,9 +80,9 @@ Expected<std::shared_ptr<const RateCurrentTable>, ParameterError> rate_current_t
 
 Expected<Afferents, ParameterError> Afferents::create(
     const ModelParameters& parameters, std::size_t patch, std::size_t neurons,
-    const std::shared_ptr<const RateCurrentTable>& table) {
+    const std::shared_ptr<const RateCurrentTable>& table, std::uint32_t first_neuron) {
   if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&parameters.afferent)) {
-    Made group = make_group(parameters, *paper, patch, neurons);
+    Made group = make_group(parameters, *paper, patch, neurons, first_neuron);
     if (!group) return Unexpected<ParameterError>(group.error());
     return Afferents(std::move(*group), std::nullopt);
   }
@@ -85,10 +90,10 @@ Expected<Afferents, ParameterError> Afferents::create(
   stage.adaptation.seed += patch;
   if (const auto* const connor = std::get_if<ConnorStevensAfferent>(&parameters.afferent)) {
     stage.compression_ms = connor->compression_ms;
-    return Afferents(make_group(parameters, *connor, patch, neurons, *table), stage);
+    return Afferents(make_group(parameters, *connor, patch, neurons, first_neuron, *table), stage);
   }
   const auto& integrate = std::get<IntegrateAndFireAfferent>(parameters.afferent);
-  return Afferents(make_group(parameters, integrate, patch, neurons), stage);
+  return Afferents(make_group(parameters, integrate, patch, neurons, first_neuron), stage);
 }
 
 Afferents::Afferents(std::unique_ptr<NeuronGroup> neurons,

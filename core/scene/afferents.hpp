@@ -29,10 +29,11 @@ class Afferents {
   };
 
   /// The afferents of a patch of a model. \param neurons  of the patch
-  /// \param table  of rate_current_table_of().  Real-time: no.
+  /// \param table  of rate_current_table_of()
+  /// \param first_neuron  number of the patch's first neuron in the model.  Real-time: no.
   [[nodiscard]] static Expected<Afferents, ParameterError> create(
       const ModelParameters& parameters, std::size_t patch, std::size_t neurons,
-      const std::shared_ptr<const RateCurrentTable>& table);
+      const std::shared_ptr<const RateCurrentTable>& table, std::uint32_t first_neuron = 1);
 
   Afferents(std::unique_ptr<NeuronGroup> neurons, const std::optional<AdaptationStage>& stage);
 

@@ -56,9 +56,9 @@ Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel
 
 Expected<TactilePatch, ParameterError> make_patch(
     const TactileModel::Parameters& p, std::size_t index, const PatchLayout& layout,
-    const std::shared_ptr<const RateCurrentTable>& table) {
+    const std::shared_ptr<const RateCurrentTable>& table, std::uint32_t first_neuron) {
   const std::size_t neurons = layout.afferents.size();
-  auto afferents = Afferents::create(p, index, neurons, table);
+  auto afferents = Afferents::create(p, index, neurons, table, first_neuron);
   if (!afferents) return Unexpected<ParameterError>(afferents.error());
   return TactilePatch(layout.receptors,
                       {.skin = p.skin,
@@ -81,9 +81,11 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   const auto table = rate_current_table_of(parameters);
   if (!table) return Unexpected<ParameterError>(table.error());
   std::vector<TactilePatch> patches;
+  std::uint32_t first_neuron = 1;
   for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
-    auto patch = make_patch(parameters, i, (*layouts)[i], *table);
+    auto patch = make_patch(parameters, i, (*layouts)[i], *table, first_neuron);
     if (!patch) return Unexpected<ParameterError>(patch.error());
+    first_neuron += static_cast<std::uint32_t>(patch->neurons());
     patches.push_back(std::move(*patch));
   }
   return TactileModel(parameters, std::move(patches));
@@ -122,12 +124,6 @@ std::size_t TactileModel::neurons() const noexcept {
   return std::accumulate(
       patches_.begin(), patches_.end(), std::size_t{0},
       [](std::size_t sum, const TactilePatch& patch) { return sum + patch.neurons(); });
-}
-
-std::vector<std::size_t> TactileModel::neurons_of_patch() const {
-  std::vector<std::size_t> neurons;
-  for (const TactilePatch& patch : patches_) neurons.push_back(patch.neurons());
-  return neurons;
 }
 
 std::size_t TactileModel::receptors() const noexcept {

@@ -57,7 +57,6 @@ class TactileModel {
   [[nodiscard]] std::span<const TactilePatch> patches() const noexcept { return patches_; }
   /// Neurons of all patches.
   [[nodiscard]] std::size_t neurons() const noexcept;
-  [[nodiscard]] std::vector<std::size_t> neurons_of_patch() const;
   /// Receptors of all patches.
   [[nodiscard]] std::size_t receptors() const noexcept;
   /// The deepest press of each indenter since reset.

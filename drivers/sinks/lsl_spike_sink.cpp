@@ -22,8 +22,8 @@ constexpr double kLongestWait_s = 3600.0;
 /// CLOCK_MONOTONIC in seconds: the probe time of a device is that already.
 class LslSpikeSink final : public SpikeSink {
  public:
-  LslSpikeSink(std::string uri, const lsl::stream_info& info, NeuronNumbering numbering)
-      : uri_(std::move(uri)), outlet_(info, 0, kBuffered_s), numbering_(std::move(numbering)) {}
+  LslSpikeSink(std::string uri, const lsl::stream_info& info)
+      : uri_(std::move(uri)), outlet_(info, 0, kBuffered_s) {}
 
   /// Whether an inlet has come in time.
   bool wait_for_consumers(double wait_s) { return outlet_.wait_for_consumers(wait_s); }
@@ -32,7 +32,7 @@ class LslSpikeSink final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     for (const SpikeEvent& spike : spikes) {
-      const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(numbering_.number(spike))};
+      const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(spike.neuron)};
       // What is pushed without being pushed through waits for the next that is.
       const bool last = &spike == &spikes.back();
       outlet_.push_sample(neuron.data(), units::s_from(spike.time), last);
@@ -52,7 +52,6 @@ class LslSpikeSink final : public SpikeSink {
  private:
   std::string uri_;
   lsl::stream_outlet outlet_;
-  NeuronNumbering numbering_;
   std::uint64_t delivered_ = 0;
 };
 
@@ -76,7 +75,7 @@ OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
         .append_child_value("type", "Spikes")
         .append_child_value("unit", "number from 1");
     info.desc().append_child_value("scene", setup.run.scene);
-    auto sink = std::make_unique<LslSpikeSink>(uri.text, info, setup.numbering);
+    auto sink = std::make_unique<LslSpikeSink>(uri.text, info);
     if (wait_s > 0.0 && !sink->wait_for_consumers(wait_s)) {
       return unavailable("\"" + uri.text + "\": no inlet has connected in time");
     }

@@ -10,7 +10,7 @@ namespace {
 template <TextSpikeSink::Form form>
 OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
   if (auto done = UriOptions(uri).finish(); !done) return Unexpected<SetupError>(done.error());
-  return TextSpikeSink::open(uri.text, uri.path, form, setup.numbering, setup.overwrite);
+  return TextSpikeSink::open(uri.text, uri.path, form, setup.overwrite);
 }
 
 struct Scheme {
@@ -86,11 +86,9 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text
 }
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view uri,
-                                                           const NeuronNumbering& numbering,
-                                                           bool overwrite) {
+                                                           std::uint32_t neurons, bool overwrite) {
   return open_sink(
-      uri,
-      SinkSetup{.numbering = numbering, .overwrite = overwrite, .allow_remote = false, .run = {}});
+      uri, SinkSetup{.neurons = neurons, .overwrite = overwrite, .allow_remote = false, .run = {}});
 }
 
 }  // namespace merkel

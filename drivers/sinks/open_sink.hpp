@@ -16,9 +16,10 @@ namespace merkel {
 [[nodiscard]] Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view uri,
                                                                          const SinkSetup& setup);
 
-/// The same for a run that nothing more is told about.
-[[nodiscard]] Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(
-    std::string_view uri, const NeuronNumbering& numbering, bool overwrite);
+/// The same for a run without a description. \param neurons  of the model
+[[nodiscard]] Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view uri,
+                                                                         std::uint32_t neurons,
+                                                                         bool overwrite);
 
 /// "csv:FILE, gdf:FILE, …": the schemes there are, for help texts.
 [[nodiscard]] std::string sink_schemes();

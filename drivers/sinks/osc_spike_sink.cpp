@@ -37,11 +37,8 @@ lo_timetag time_tag(std::chrono::nanoseconds utc) {
 /// bundles whose time tag is the time of sending.
 class OscSpikeSink final : public SpikeSink {
  public:
-  OscSpikeSink(std::string uri, Address address, std::string path, NeuronNumbering numbering)
-      : uri_(std::move(uri)),
-        address_(std::move(address)),
-        path_(std::move(path)),
-        numbering_(std::move(numbering)) {}
+  OscSpikeSink(std::string uri, Address address, std::string path)
+      : uri_(std::move(uri)), address_(std::move(address)), path_(std::move(path)) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
@@ -53,7 +50,7 @@ class OscSpikeSink final : public SpikeSink {
       const Bundle bundle(lo_bundle_new(now));
       for (const SpikeEvent& spike : some) {
         const lo_message message = lo_message_new();
-        lo_message_add_int32(message, static_cast<std::int32_t>(numbering_.number(spike)));
+        lo_message_add_int32(message, static_cast<std::int32_t>(spike.neuron));
         lo_message_add_int64(message, ++sequence_);
         lo_message_add_double(message, units::s_from(spike.time));
         lo_message_add_int32(message, spike.patch);
@@ -73,7 +70,6 @@ class OscSpikeSink final : public SpikeSink {
   std::string uri_;
   Address address_;
   std::string path_;
-  NeuronNumbering numbering_;
   std::int64_t sequence_ = 0;
   std::uint64_t sent_ = 0;
 };
@@ -100,7 +96,7 @@ OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
   }
   Address target(lo_address_new(address->host.c_str(), std::to_string(address->port).c_str()));
   if (!target) return bad_input("\"" + uri.text + "\": this is not an address to send to");
-  return std::make_unique<OscSpikeSink>(uri.text, std::move(target), path, setup.numbering);
+  return std::make_unique<OscSpikeSink>(uri.text, std::move(target), path);
 }
 
 }  // namespace merkel

@@ -28,13 +28,12 @@ std::int64_t sample_of(std::chrono::nanoseconds time, double sample_rate_hz) {
 }  // namespace
 
 PhySpikeSink::PhySpikeSink(std::string uri, double sample_rate_hz, NpyFile times, NpyFile clusters,
-                           NpyFile templates, NeuronNumbering numbering)
+                           NpyFile templates)
     : uri_(std::move(uri)),
       sample_rate_hz_(sample_rate_hz),
       times_(std::move(times)),
       clusters_(std::move(clusters)),
-      templates_(std::move(templates)),
-      numbering_(std::move(numbering)) {}
+      templates_(std::move(templates)) {}
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& uri,
                                                                     const SinkSetup& setup) {
@@ -67,8 +66,7 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& u
   auto templates = NpyFile::create(folder + "/spike_templates.npy", "<i4", setup.overwrite);
   if (!templates) return Unexpected<SetupError>(templates.error());
   std::unique_ptr<PhySpikeSink> sink(new PhySpikeSink(uri.text, rate_hz, std::move(*times),
-                                                      std::move(*clusters), std::move(*templates),
-                                                      setup.numbering));
+                                                      std::move(*clusters), std::move(*templates)));
   if (made) sink->folder_ = folder;
   return sink;
 }
@@ -95,8 +93,8 @@ Expected<void, SinkError> PhySpikeSink::settle(bool succeeded) {
 Expected<void, SinkError> PhySpikeSink::write(std::span<const SpikeEvent> spikes) {
   for (const SpikeEvent& spike : spikes) {
     times_.append(sample_of(spike.time, sample_rate_hz_));
-    clusters_.append(numbering_.number(spike));
-    templates_.append(numbering_.number(spike));
+    clusters_.append(spike.neuron);
+    templates_.append(spike.neuron);
   }
   taken_ += spikes.size();
   if (taken_ - delivered_ < kBuffered) return {};

@@ -31,7 +31,7 @@ class PhySpikeSink final : public SpikeSink {
 
  private:
   PhySpikeSink(std::string uri, double sample_rate_hz, NpyFile times, NpyFile clusters,
-               NpyFile templates, NeuronNumbering numbering);
+               NpyFile templates);
   Expected<void, SinkError> settle(bool succeeded);
 
   std::string uri_;
@@ -39,7 +39,6 @@ class PhySpikeSink final : public SpikeSink {
   NpyFile times_;
   NpyFile clusters_;
   NpyFile templates_;
-  NeuronNumbering numbering_;
   std::string folder_;  ///< where this sink has made it
   bool closed_ = false;
   std::uint64_t taken_ = 0;

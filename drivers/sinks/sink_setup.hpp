@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ struct RunDescription {
 
 /// How sinks are opened.
 struct SinkSetup {
-  NeuronNumbering numbering;
+  std::uint32_t neurons = 0;  ///< of the model; spikes number them from 1
   bool overwrite = false;     ///< existing files may be replaced
   bool allow_remote = false;  ///< other machines may be sent to, or connect
   RunDescription run;

@@ -62,13 +62,11 @@ class SonataSpikeSink final : public SpikeSink {
     Handle timestamps;
     Handle node_ids;
   };
-  SonataSpikeSink(std::string uri, std::string path, std::string part, Parts parts,
-                  NeuronNumbering numbering)
+  SonataSpikeSink(std::string uri, std::string path, std::string part, Parts parts)
       : uri_(std::move(uri)),
         path_(std::move(path)),
         part_(std::move(part)),
-        parts_(std::move(parts)),
-        numbering_(std::move(numbering)) {}
+        parts_(std::move(parts)) {}
   SonataSpikeSink(const SonataSpikeSink&) = delete;
   SonataSpikeSink& operator=(const SonataSpikeSink&) = delete;
   ~SonataSpikeSink() override {
@@ -82,7 +80,7 @@ class SonataSpikeSink final : public SpikeSink {
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     for (const SpikeEvent& spike : spikes) {
       times_ms_.push_back(static_cast<double>(spike.time.count()) * 1e-6);
-      node_ids_.push_back(numbering_.number(spike) - 1);
+      node_ids_.push_back(spike.neuron - 1);
     }
     return times_ms_.size() < kBuffered ? Expected<void, SinkError>{} : flush();
   }
@@ -147,7 +145,6 @@ class SonataSpikeSink final : public SpikeSink {
   std::string path_;
   std::string part_;
   Parts parts_;
-  NeuronNumbering numbering_;
   bool closed_ = false;
   std::vector<double> times_ms_;
   std::vector<std::uint64_t> node_ids_;
@@ -228,8 +225,7 @@ OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
       uri.text, uri.path, part,
       SonataSpikeSink::Parts{.file = std::move(file),
                              .timestamps = std::move(timestamps),
-                             .node_ids = std::move(node_ids)},
-      setup.numbering);
+                             .node_ids = std::move(node_ids)});
 }
 
 }  // namespace merkel

@@ -18,20 +18,17 @@ void append_number(std::string& text, std::uint32_t number) {
 
 }  // namespace
 
-TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, Form form, NeuronNumbering numbering)
-    : uri_(std::move(uri)), file_(std::move(file)), form_(form), numbering_(std::move(numbering)) {}
+TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, Form form)
+    : uri_(std::move(uri)), file_(std::move(file)), form_(form) {}
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const std::string& uri,
                                                                      const std::string& path,
-                                                                     Form form,
-                                                                     NeuronNumbering numbering,
-                                                                     bool overwrite) {
+                                                                     Form form, bool overwrite) {
   auto file = OutputFile::create(path, overwrite);
   if (!file) return Unexpected<SetupError>(file.error());
   if (form == Form::kCsv && !file->write("time_s,neuron\n")) return unavailable(file->error());
   file->end_header();
-  return std::unique_ptr<SpikeSink>(
-      new TextSpikeSink(uri, std::move(*file), form, std::move(numbering)));
+  return std::unique_ptr<SpikeSink>(new TextSpikeSink(uri, std::move(*file), form));
 }
 
 Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
@@ -43,7 +40,7 @@ Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
 Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spikes) {
   rows_.clear();
   for (const SpikeEvent& spike : spikes) {
-    const std::uint32_t neuron = numbering_.number(spike);
+    const std::uint32_t neuron = spike.neuron;
     if (form_ == Form::kCsv) {
       append_seconds(rows_, spike.time);
       rows_ += ',';

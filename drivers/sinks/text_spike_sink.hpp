@@ -19,8 +19,7 @@ class TextSpikeSink final : public SpikeSink {
 
   /// \param path  a file, "-" for the standard output, or a device
   [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
-      const std::string& uri, const std::string& path, Form form, NeuronNumbering numbering,
-      bool overwrite);
+      const std::string& uri, const std::string& path, Form form, bool overwrite);
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
@@ -29,13 +28,12 @@ class TextSpikeSink final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  TextSpikeSink(std::string uri, OutputFile file, Form form, NeuronNumbering numbering);
+  TextSpikeSink(std::string uri, OutputFile file, Form form);
   Expected<void, SinkError> settle(bool succeeded);
 
   std::string uri_;
   OutputFile file_;
   Form form_;
-  NeuronNumbering numbering_;
   std::string rows_;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

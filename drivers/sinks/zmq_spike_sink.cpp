@@ -27,10 +27,8 @@ constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5557";
 /// when a subscriber's queue is full.
 class ZmqSpikeSink final : public SpikeSink {
  public:
-  ZmqSpikeSink(std::string uri, NeuronNumbering numbering, const std::string& stream,
-               const std::string& topic)
+  ZmqSpikeSink(std::string uri, const std::string& stream, const std::string& topic)
       : uri_(std::move(uri)),
-        numbering_(std::move(numbering)),
         socket_(context_, zmq::socket_type::xpub),
         type_(reinterpret_cast<const char*>(&kSpikeMessage), sizeof kSpikeMessage),
         stream_(json_string(stream)) {
@@ -130,7 +128,7 @@ class ZmqSpikeSink final : public SpikeSink {
 
   void write_json(const SpikeEvent& spike, const ClockPair& now) {
     using std::chrono::microseconds;
-    const std::int64_t neuron = numbering_.number(spike);
+    const std::int64_t neuron = spike.neuron;
     json_ = R"({"event_type":"spike","stream":)";
     json_ += stream_;
     append(R"(,"source_node":1,"electrode":"afferent )", neuron);
@@ -150,7 +148,6 @@ class ZmqSpikeSink final : public SpikeSink {
   }
 
   std::string uri_;
-  NeuronNumbering numbering_;
   zmq::context_t context_;
   zmq::socket_t socket_;
   std::string type_;
@@ -195,7 +192,7 @@ OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
     return bad_input("\"" + uri.text + "\": the address must be tcp://HOST:PORT or ipc://FILE, " +
                      "for example zmq:" + std::string(kDefaultEndpoint));
   }
-  auto sink = std::make_unique<ZmqSpikeSink>(uri.text, setup.numbering, stream, topic);
+  auto sink = std::make_unique<ZmqSpikeSink>(uri.text, stream, topic);
   if (auto bound = sink->bind(endpoint, high_water_mark, wait_when_full); !bound) {
     return Unexpected<SetupError>(bound.error());
   }

@@ -58,13 +58,7 @@ class FixedStepLoop {
         contacts_(inputs.size()),
         records_(inputs.size()),
         released_since_(inputs.size()),
-        spikes_of_neuron_(model.neurons()) {
-    std::size_t before = 0;
-    for (const std::size_t neurons : model.neurons_of_patch()) {
-      first_of_patch_.push_back(before);
-      before += neurons;
-    }
-  }
+        spikes_of_neuron_(model.neurons()) {}
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
   /// Real-time: yes. Thread: simulation.
@@ -174,7 +168,7 @@ class FixedStepLoop {
     const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
-      ++spikes_of_neuron_[first_of_patch_[spike.patch] + spike.neuron - 1];
+      ++spikes_of_neuron_[spike.neuron - 1];
     }
     const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
@@ -198,7 +192,7 @@ class FixedStepLoop {
     for (const SpikeEvent& reset : model_.resets()) {
       raise({.time = reset.time,
              .length = std::chrono::nanoseconds{0},
-             .subject = static_cast<std::uint32_t>(first_of_patch_[reset.patch]) + reset.neuron,
+             .subject = reset.neuron,
              .kind = LoopEvent::Kind::kNeuronReset});
     }
     statistics_.ticks.add();
@@ -244,10 +238,9 @@ class FixedStepLoop {
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
-  std::chrono::nanoseconds now_{0};          ///< when the clock was last looked at
-  bool overran_ = false;                     ///< the tick before
-  bool late_wake_up_ = false;                ///< the cause of its overrun
-  std::vector<std::size_t> first_of_patch_;  ///< offsets into spikes_of_neuron_
+  std::chrono::nanoseconds now_{0};  ///< when the clock was last looked at
+  bool overran_ = false;             ///< the tick before
+  bool late_wake_up_ = false;        ///< the cause of its overrun
 };
 
 }  // namespace merkel

@@ -24,10 +24,8 @@ std::string good_headers() {
   const auto path = std::filesystem::temp_directory_path() /
                     ("merkel-fuzz-" + std::to_string(::getpid()) + ".xdf");
   const auto uri = Uri::parse("xdf:" + path.string());
-  const auto sink = open_xdf_sink(
-      *uri,
-      SinkSetup{
-          .numbering = NeuronNumbering({}), .overwrite = true, .allow_remote = false, .run = {}});
+  const auto sink =
+      open_xdf_sink(*uri, SinkSetup{.overwrite = true, .allow_remote = false, .run = {}});
   check(sink.has_value());
   std::ifstream file(path.string() + ".part", std::ios::binary);
   const std::string headers{std::istreambuf_iterator<char>(file), {}};

@@ -286,10 +286,10 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&dropouts_per_s=5&live=1";
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=1")), {.x_mm = 9.0, .y_mm = 7.5});
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=2")), {.x_mm = 21.0, .y_mm = 12.5});
-  const NeuronNumbering numbering(model->neurons_of_patch());
-  pipeline.add_sink(std::move(*open_sink("csv:/dev/null", numbering, false)));
+  const auto neurons = static_cast<std::uint32_t>(model->neurons());
+  pipeline.add_sink(std::move(*open_sink("csv:/dev/null", neurons, false)));
   // One that asks for all there is.
-  pipeline.add_sink(std::move(*open_sink("xdf:/dev/null", numbering, false)));
+  pipeline.add_sink(std::move(*open_sink("xdf:/dev/null", neurons, false)));
   g_calls = 0;
   g_sleeps = 0;
   const auto report = pipeline.run();
@@ -307,8 +307,8 @@ TEST(RealtimeSafety, TheSleepIsTheOnlySystemCallOfTheSimulationThread) {
     Pipeline pipeline(*model, {.fast = false});
     const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&live=1&tail_s=0.1";
     pipeline.add_probe(std::move(*open_probe(uri)), {});
-    pipeline.add_sink(
-        std::move(*open_sink("csv:/dev/null", NeuronNumbering(model->neurons_of_patch()), false)));
+    pipeline.add_sink(std::move(
+        *open_sink("csv:/dev/null", static_cast<std::uint32_t>(model->neurons()), false)));
     return pipeline.run();
   };
   // First: it does see one.

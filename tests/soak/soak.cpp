@@ -19,16 +19,13 @@
 
 namespace {
 
-constexpr std::size_t kNeurons = 1000;
+constexpr std::uint32_t kNeurons = 1000;
 constexpr int kSpikesPerTick = 5;
 constexpr std::chrono::milliseconds kTick{1};
 
 int soak(double seconds, double speed, const std::vector<const char*>& uris) {
   using namespace merkel;
-  const SinkSetup setup{.numbering = NeuronNumbering({&kNeurons, 1}),
-                        .overwrite = true,
-                        .allow_remote = true,
-                        .run = {}};
+  const SinkSetup setup{.neurons = kNeurons, .overwrite = true, .allow_remote = true, .run = {}};
   SpikeFanout fanout;
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   std::vector<std::unique_ptr<SinkWriter>> writers;

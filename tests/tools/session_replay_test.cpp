@@ -31,7 +31,7 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
   auto model = TactileModel::create(scene.model);
   const std::string path = folder.path("troubled.xdf");
   auto sink =
-      open_sink("xdf:" + path, SinkSetup{.numbering = NeuronNumbering(model->neurons_of_patch()),
+      open_sink("xdf:" + path, SinkSetup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                                          .overwrite = false,
                                          .allow_remote = false,
                                          .run = describe_run(scene, *model)});

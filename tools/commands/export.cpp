@@ -49,15 +49,14 @@ int export_session(const ExportOptions& options) {
   if (!scene) return refuse(scene.error());
   const auto model = TactileModel::create(scene->model);
   if (!model) return refuse(scene->sentence(model.error()));
-  const std::vector<std::size_t> neurons = model->neurons_of_patch();
-  const NeuronNumbering numbering(neurons);
+  const SessionNumbering numbering(*session, *model);
   // A copy is of the machine and the time of the recording.
   RunDescription run = describe_run(*scene, *model);
   run.facts = session->facts();
   std::erase_if(run.facts, [](const auto& fact) { return fact.first == "scene"; });
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, {.numbering = numbering,
+    auto sink = open_sink(uri, {.neurons = static_cast<std::uint32_t>(model->neurons()),
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
                                 .run = run});
@@ -70,10 +69,10 @@ int export_session(const ExportOptions& options) {
     const auto more = session->next(chunk);
     if (!more) return refuse(more.error());
     if (!*more) break;
+    numbering.apply(chunk);
     for (const SpikeEvent& spike : chunk.spikes) {
-      if (spike.patch < neurons.size() && spike.neuron <= neurons[spike.patch]) continue;
+      if (spike.neuron >= 1 && spike.neuron <= model->neurons()) continue;
       return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
-                    " of patch " + std::to_string(spike.patch) +
                     ", which its scene does not have: it is damaged");
     }
     spikes += chunk.spikes.size();

@@ -45,10 +45,9 @@ class Recording {
       run.facts = {{"command", command}, {"version", MERKEL_VERSION}, {"git_hash", kGitHash}};
       add_probe_facts(probe.info(), run);
       for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
-      auto sink = open_sink("xdf:" + options.file, SinkSetup{.numbering = NeuronNumbering({}),
-                                                             .overwrite = options.overwrite,
-                                                             .allow_remote = false,
-                                                             .run = std::move(run)});
+      auto sink = open_sink(
+          "xdf:" + options.file,
+          SinkSetup{.overwrite = options.overwrite, .allow_remote = false, .run = std::move(run)});
       if (!sink) return Unexpected<SetupError>(sink.error());
       recording.session_ = std::move(*sink);
       for (std::size_t port = 0; port < probe.ports(); ++port) {

@@ -83,12 +83,12 @@ int replay(const ReplayOptions& options) {
   auto model = TactileModel::create(scene->model);
   if (!model) return refuse(scene->sentence(model.error()));
 
-  const std::vector<std::size_t> neurons = model->neurons_of_patch();
+  const SessionNumbering numbering(*session, *model);
   RunDescription run = describe_run(*scene, *model);
   for (const auto& fact : session->facts()) {
     if (fact.first.starts_with("probe")) run.facts.push_back(fact);
   }
-  const SinkSetup setup{.numbering = NeuronNumbering(neurons),
+  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(run)};
@@ -108,6 +108,7 @@ int replay(const ReplayOptions& options) {
     const auto more = session->next(chunk);
     if (!more) return refuse(more.error());
     if (!*more) break;
+    numbering.apply(chunk);
     replay.take(chunk, [&](std::span<const SpikeEvent> spikes) {
       for (const auto& sink : sinks) keep(sink->write(spikes));
     });

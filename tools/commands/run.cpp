@@ -137,7 +137,7 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
-  const SinkSetup setup{.numbering = NeuronNumbering(model->neurons_of_patch()),
+  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(description)};

@@ -99,8 +99,7 @@ Expected<PathMeasurement, SetupError> measure_path(
   std::unique_ptr<UdpLoopback> udp;
   std::unique_ptr<ZmqLoopback> zmq;
   if (settings.zeromq) {
-    const auto neurons = model->neurons_of_patch();
-    auto opened = ZmqLoopback::open(NeuronNumbering(neurons), note);
+    auto opened = ZmqLoopback::open(static_cast<std::uint32_t>(model->neurons()), note);
     if (!opened) return Unexpected<SetupError>(opened.error());
     zmq = std::move(*opened);
   } else {

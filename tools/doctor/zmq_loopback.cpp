@@ -18,8 +18,8 @@ struct ZmqLoopback::Subscriber {
   zmq::socket_t socket{context, zmq::socket_type::sub};
 };
 
-Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(
-    const NeuronNumbering& numbering, Receive receive) {
+Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32_t neurons,
+                                                                     Receive receive) {
   auto subscriber = std::make_unique<Subscriber>();
   try {
     // A port that is free: what another socket was given, and has left.
@@ -37,7 +37,7 @@ Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(
     subscriber->socket.connect(endpoint);
     auto sink =
         open_sink("zmq:" + endpoint + "?subscribers=1&wait_s=5",
-                  {.numbering = numbering, .overwrite = false, .allow_remote = false, .run = {}});
+                  {.neurons = neurons, .overwrite = false, .allow_remote = false, .run = {}});
     if (!sink) return Unexpected<SetupError>(sink.error());
     return std::unique_ptr<ZmqLoopback>(
         new ZmqLoopback(std::move(subscriber), std::move(*sink), std::move(receive)));
@@ -70,8 +70,7 @@ namespace merkel {
 
 struct ZmqLoopback::Subscriber {};
 
-Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(const NeuronNumbering&,
-                                                                     Receive) {
+Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32_t, Receive) {
   return bad_input(
       "this merkel was built without ZeroMQ: apt install libzmq3-dev cppzmq-dev, and build again");
 }

@@ -19,7 +19,7 @@ class ZmqLoopback {
 
   /// Fails where no port can be opened, or where merkel was built without ZeroMQ.
   [[nodiscard]] static Expected<std::unique_ptr<ZmqLoopback>, SetupError> open(
-      const NeuronNumbering& numbering, Receive receive);
+      std::uint32_t neurons, Receive receive);
   ZmqLoopback(const ZmqLoopback&) = delete;
   ZmqLoopback& operator=(const ZmqLoopback&) = delete;
   /// Ends and joins the receiver.

@@ -15,6 +15,9 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kMostProbes = 64;
+/// The fact of sessions whose spikes number neurons through all patches.
+constexpr const char* kNumbering = "neuron_numbers";
+constexpr const char* kThroughPatches = "through all patches";
 
 std::optional<std::uint64_t> to_seed(std::string_view text) {
   std::uint64_t seed = 0;
@@ -79,7 +82,8 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
                {"precision", std::string(name_of(stepping_of(run.model).precision))},
                {"tick_ns", std::to_string(run.model.tick.count())},
                {"step_ns", std::to_string(run.model.step.count())},
-               {"neurons", std::to_string(model.neurons())}};
+               {"neurons", std::to_string(model.neurons())},
+               {kNumbering, kThroughPatches}};
   for (const NamedSeed& seed : seeds_of(run.model)) {
     const std::uint64_t value = seed.value != nullptr ? *seed.value : NeuronNoise{}.seed;
     run.facts.emplace_back(seed.name, std::to_string(value));
@@ -89,6 +93,21 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   }
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
   return run;
+}
+
+SessionNumbering::SessionNumbering(const SessionReader& session, const TactileModel& model) {
+  if (session.fact(kNumbering) == kThroughPatches) return;
+  std::uint32_t before = 0;
+  for (const TactilePatch& patch : model.patches()) {
+    before_patch_.push_back(before);
+    before += static_cast<std::uint32_t>(patch.neurons());
+  }
+}
+
+void SessionNumbering::apply(SessionChunk& chunk) const {
+  for (SpikeEvent& spike : chunk.spikes) {
+    if (spike.patch < before_patch_.size()) spike.neuron += before_patch_[spike.patch];
+  }
 }
 
 Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {

@@ -19,7 +19,7 @@ class SilentObserver final : public StepObserver {
 }  // namespace
 
 ConnorStevensGroup::ConnorStevensGroup(const Parameters& parameters, std::size_t neurons)
-    : NeuronGroup(neurons, parameters.step, parameters.patch),
+    : NeuronGroup(neurons, parameters.step, parameters.patch, parameters.first_neuron),
       neuron_(parameters.neuron),
       gate_table_(units::ms_from(parameters.step)),
       V_(whole_blocks(neurons)),

@@ -20,6 +20,7 @@ class ConnorStevensGroup final : public NeuronGroup {
     std::chrono::nanoseconds step{50'000};
     double holding_current_uA_per_cm2 = 0.0;  ///< under which the neurons are at rest
     std::uint16_t patch = 0;                  ///< written into every spike
+    std::uint32_t first_neuron = 1;           ///< number of the first neuron in spikes
   };
 
   /// \param parameters  valid.  \param neurons  N ≥ 1

@@ -25,7 +25,7 @@ std::optional<LatticeCoupling> active(const std::optional<LatticeCoupling>& netw
 
 HodgkinHuxleyGroup::HodgkinHuxleyGroup(const Parameters& parameters, std::size_t neurons,
                                        const std::optional<LatticeCoupling>& network)
-    : NeuronGroup(neurons, parameters.step, parameters.patch),
+    : NeuronGroup(neurons, parameters.step, parameters.patch, parameters.first_neuron),
       neuron_(parameters.neuron),
       arrays_(make_arrays(parameters, neurons, active(network))) {
   assert(!network || network->neurons() == neurons);

@@ -29,8 +29,9 @@ class HodgkinHuxleyGroup final : public NeuronGroup {
     IntegrationMethod method = IntegrationMethod::kCrankNicolson;
     Precision precision = Precision::kDouble;
     std::chrono::nanoseconds step{25'000};
-    std::uint16_t patch = 0;     ///< written into every spike
-    bool freeze_resting = true;  ///< skip blocks at rest
+    std::uint16_t patch = 0;         ///< written into every spike
+    std::uint32_t first_neuron = 1;  ///< number of the first neuron in spikes
+    bool freeze_resting = true;      ///< skip blocks at rest
   };
 
   /// \param neurons  N ≥ 1

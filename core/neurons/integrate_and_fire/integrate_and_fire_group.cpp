@@ -9,7 +9,7 @@
 namespace merkel {
 
 IntegrateAndFireGroup::IntegrateAndFireGroup(const Parameters& parameters, std::size_t neurons)
-    : NeuronGroup(neurons, parameters.step, parameters.patch),
+    : NeuronGroup(neurons, parameters.step, parameters.patch, parameters.first_neuron),
       neuron_(parameters.neuron),
       v_(whole_blocks(neurons)),
       refractory_left_(whole_blocks(neurons)),

@@ -17,7 +17,8 @@ class IntegrateAndFireGroup final : public NeuronGroup {
   struct Parameters {
     IntegrateAndFire neuron;
     std::chrono::nanoseconds step{500'000};
-    std::uint16_t patch = 0;  ///< written into every spike
+    std::uint16_t patch = 0;         ///< written into every spike
+    std::uint32_t first_neuron = 1;  ///< number of the first neuron in spikes
   };
 
   /// \param parameters  valid.  \param neurons  N ≥ 1

@@ -41,8 +41,7 @@ std::size_t latency_bin(nanoseconds latency) {
 
 }  // namespace
 
-ViewFrames::ViewFrames(const SinkSetup& setup)
-    : numbering_(setup.numbering), tick_(setup.run.model.tick) {
+ViewFrames::ViewFrames(const SinkSetup& setup) : tick_(setup.run.model.tick) {
   for (const Indenter& indenter : setup.run.model.indenters) {
     probes_.push_back({.tip = TipContact(indenter, setup.run.model.skin), .press = {}});
   }
@@ -58,7 +57,7 @@ void ViewFrames::add(std::span<const SpikeEvent> spikes) {
       ++left_out_;
       continue;
     }
-    spikes_.push_back({.time = spike.time, .neuron = numbering_.number(spike)});
+    spikes_.push_back({.time = spike.time, .neuron = spike.neuron});
   }
 }
 

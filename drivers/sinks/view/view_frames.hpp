@@ -83,7 +83,6 @@ class ViewFrames {
   void append_points(std::string& bytes) const;
   void append_spikes(std::string& bytes) const;
 
-  NeuronNumbering numbering_;
   std::chrono::nanoseconds tick_;
   std::vector<Probe> probes_;
   std::optional<std::chrono::nanoseconds> origin_;

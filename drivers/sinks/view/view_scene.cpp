@@ -95,7 +95,7 @@ std::string view_scene_json(const SinkSetup& setup, bool control) {
   const NeuronKind kind = run.model.kind();
   const bool volts = kind != NeuronKind::kIntegrateAndFire;
   JsonWriter json;
-  json.text("scene", run.scene).number("neurons", setup.numbering.neurons());
+  json.text("scene", run.scene).number("neurons", setup.neurons);
   json.number("tick_ms", units::ms_from(run.model.tick));
   json.raw("control", control ? "true" : "false");
   json.text("drive_unit", kind == NeuronKind::kHodgkinHuxley ? "\u00b5A/cm\u00b2" : "Hz");

@@ -253,6 +253,11 @@ TEST(TactileModel, PatchesFeelTheirOwnProbesOnly) {
   EXPECT_GT(std::count_if(on_both.begin(), on_both.end(),
                           [](const SpikeEvent& spike) { return spike.patch == 1; }),
             10);
+  // Neurons are numbered through all patches.
+  for (const SpikeEvent& spike : on_both) {
+    EXPECT_GT(spike.neuron, 20U * spike.patch);
+    EXPECT_LE(spike.neuron, 20U * (spike.patch + 1U));
+  }
 }
 
 TEST(TactileModel, APatchThatSleptWakesAsIfItHadNot) {

@@ -101,9 +101,8 @@ constexpr RunStatus::Rights kRights = {.scheduling_class = 1,
 /// A session with one chunk of each kind. \param closed  whether it was ended properly
 std::string record(const TemporaryFolder& folder, bool closed) {
   const std::string path = folder.path(closed ? "closed.xdf" : "open.xdf");
-  const std::size_t neurons = 20;
   auto sink = open_sink("xdf:" + path,
-                        SinkSetup{.numbering = NeuronNumbering({&neurons, 1}),
+                        SinkSetup{.neurons = 20,
                                   .overwrite = false,
                                   .allow_remote = false,
                                   .run = {.scene = "a <b> & \"c\"",

@@ -12,13 +12,10 @@
 namespace merkel {
 namespace {
 
-const std::size_t kNeurons = 20;
+const std::uint32_t kNeurons = 20;
 
 SinkSetup setup(bool overwrite = false, bool allow_remote = false) {
-  return {.numbering = NeuronNumbering({&kNeurons, 1}),
-          .overwrite = overwrite,
-          .allow_remote = allow_remote,
-          .run = {}};
+  return {.neurons = kNeurons, .overwrite = overwrite, .allow_remote = allow_remote, .run = {}};
 }
 
 std::string refusal(const std::string& uri, const SinkSetup& with = setup()) {

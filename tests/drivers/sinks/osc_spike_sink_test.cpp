@@ -41,9 +41,7 @@ TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {
   ASSERT_NE(server, nullptr);
   std::vector<Received> received;
   lo_server_add_method(server, "/merkel/spike", "ihdii", take, &received);
-  const std::size_t neurons = 20;
-  auto sink = open_sink("osc:127.0.0.1:" + std::to_string(lo_server_get_port(server)),
-                        NeuronNumbering({&neurons, 1}), false);
+  auto sink = open_sink("osc:127.0.0.1:" + std::to_string(lo_server_get_port(server)), 20, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
   std::vector<SpikeEvent> spikes;
   for (std::uint32_t k = 0; k < 50; ++k) {
@@ -71,8 +69,7 @@ TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {
 }
 
 TEST(OscSpikeSink, NobodyListeningIsNoFailure) {
-  const std::size_t neurons = 20;
-  auto sink = open_sink("osc:127.0.0.1:45999", NeuronNumbering({&neurons, 1}), false);
+  auto sink = open_sink("osc:127.0.0.1:45999", 20, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
   for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write(spikes));

@@ -12,14 +12,11 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-NeuronNumbering one_patch() {
-  const std::size_t neurons = 20;
-  return NeuronNumbering({&neurons, 1});
-}
+constexpr std::uint32_t kNeurons = 20;
 
 TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
   const TemporaryFolder folder;
-  auto sink = open_sink("csv:" + folder.path("s.csv"), one_patch(), false);
+  auto sink = open_sink("csv:" + folder.path("s.csv"), kNeurons, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
   const std::array<SpikeEvent, 2> spikes = {
       SpikeEvent{.time = nanoseconds{1'234'567'891}, .neuron = 8},
@@ -34,7 +31,7 @@ TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
 
 TEST(TextSpikeSink, WritesNestsGdf) {
   const TemporaryFolder folder;
-  auto sink = open_sink("gdf:" + folder.path("s.gdf"), one_patch(), false);
+  auto sink = open_sink("gdf:" + folder.path("s.gdf"), kNeurons, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
   const std::array<SpikeEvent, 2> spikes = {
       SpikeEvent{.time = nanoseconds{-1}, .neuron = 8},
@@ -45,7 +42,7 @@ TEST(TextSpikeSink, WritesNestsGdf) {
 }
 
 TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
-  auto sink = open_sink("csv:/dev/full", one_patch(), false);
+  auto sink = open_sink("csv:/dev/full", kNeurons, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 3> spikes{};
   EXPECT_TRUE((*sink)->write(spikes));
@@ -55,19 +52,10 @@ TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
   EXPECT_EQ((*sink)->delivered(), 0U);
 }
 
-TEST(NeuronNumbering, RunsThroughThePatches) {
-  const std::array<std::size_t, 3> neurons = {20, 5, 7};
-  const NeuronNumbering numbering(neurons);
-  EXPECT_EQ(numbering.number({.neuron = 20, .patch = 0}), 20U);
-  EXPECT_EQ(numbering.number({.neuron = 1, .patch = 1}), 21U);
-  EXPECT_EQ(numbering.number({.neuron = 7, .patch = 2}), 32U);
-  EXPECT_EQ(numbering.neurons(), 32U);
-}
-
 TEST(OpenSink, NamesTheSchemesItKnows) {
-  EXPECT_NE(open_sink("drain:x", one_patch(), false).error().sentence.find("csv:FILE"),
+  EXPECT_NE(open_sink("drain:x", kNeurons, false).error().sentence.find("csv:FILE"),
             std::string::npos);
-  EXPECT_NE(open_sink("csv:x?mode=fast", one_patch(), false)
+  EXPECT_NE(open_sink("csv:x?mode=fast", kNeurons, false)
                 .error()
                 .sentence.find("the option mode is not known"),
             std::string::npos);
