@@ -35,7 +35,20 @@ double own_logarithm(const Bar& bar, int at, int of) {
   return sum;
 }
 
+/// The rule's error at the distance z falls as e^{−2n·asinh(z/half_width)}: n for an error of 1e-8.
+int nodes_of(double half_width_mm, double finest_mm) {
+  const double wanted = std::ceil(9.3 / std::asinh(finest_mm / half_width_mm));
+  return static_cast<int>(std::clamp(wanted, 12.0, 64.0));
+}
+
 }  // namespace
+
+std::size_t BarTip::loads(double finest_mm) const noexcept {
+  return std::accumulate(widths_mm.begin(), widths_mm.end(), std::size_t{0},
+                         [=](std::size_t sum, double width) {
+                           return sum + static_cast<std::size_t>(nodes_of(0.5 * width, finest_mm));
+                         });
+}
 
 Expected<void, ParameterError> BarTip::check() const {
   ParameterCheck all;
@@ -66,10 +79,8 @@ BarContact BarContact::solve(const BarTip& tip, double reduced_modulus_kPa, doub
   std::vector<Bar> bars;
   Eigen::Index unknowns = 0;
   for (std::size_t i = 0; i < tip.widths_mm.size(); ++i) {
-    // The rule's error at the distance z falls as e^{−2n·asinh(z/half_width)}: to 1e-8.
     const double half_width = 0.5 * tip.widths_mm[i];
-    const double wanted = std::ceil(9.3 / std::asinh(finest_mm / half_width));
-    const int nodes = static_cast<int>(std::clamp(wanted, 12.0, 64.0));
+    const int nodes = nodes_of(half_width, finest_mm);
     bars.push_back({tip.centre_mm(i), half_width, nodes, unknowns});
     unknowns += nodes;
   }

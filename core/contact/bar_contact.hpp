@@ -19,6 +19,8 @@ struct BarTip {
   [[nodiscard]] Expected<void, ParameterError> check() const;
   /// From the first bar's outer edge to the last bar's.
   [[nodiscard]] double total_width_mm() const noexcept;
+  /// How many line loads stand for all bars, where they are used from a distance on.
+  [[nodiscard]] std::size_t loads(double finest_mm) const noexcept;
   /// Centre of a bar, the middle of the row at 0.
   [[nodiscard]] double centre_mm(std::size_t bar) const noexcept;
 };

@@ -15,6 +15,14 @@ double grid_spacing_mm(const SkinParameters& skin) {
   return std::clamp(skin.receptor_depth_mm / 8.0, 0.02, 0.2);
 }
 
+/// Nodes of the grid of a tip, which covers half of it along y.
+double grid_nodes(double width_mm, double length_mm, const SkinParameters& skin) {
+  const double spacing = grid_spacing_mm(skin);
+  return (width_mm + 2.0 * kMargin_mm) / spacing * (0.5 * length_mm + kMargin_mm) / spacing;
+}
+constexpr double kMostNodes = 4e6;
+constexpr double kMostSuperposed = 4e8;
+
 std::array<double, 7> pack(const FlatTipField::Unit& unit) {
   const CartesianStress& s = unit.stress;
   return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, unit.displacement};
@@ -27,6 +35,16 @@ std::array<double, 4> cubic_weights(double t) {
 }
 
 }  // namespace
+
+bool FlatTipField::fits(const BarTip& tip, const SkinParameters& skin) noexcept {
+  const double nodes = grid_nodes(tip.total_width_mm(), tip.length_mm, skin);
+  return nodes <= kMostNodes &&
+         nodes * static_cast<double>(tip.loads(skin.receptor_depth_mm)) <= kMostSuperposed;
+}
+
+bool FlatTipField::fits(const PinTip& tip, const SkinParameters& skin) noexcept {
+  return grid_nodes(tip.diameter_mm, tip.diameter_mm, skin) <= kMostNodes;
+}
 
 FlatTipField::FlatTipField(const BarTip& tip, const SkinParameters& skin)
     : skin_(skin),

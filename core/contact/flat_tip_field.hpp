@@ -24,6 +24,11 @@ class FlatTipField {
   /// The same of a round pin, in closed form.
   FlatTipField(const PinTip& tip, const SkinParameters& skin);
 
+  /// Whether the grid of a tip would have no more than four million nodes (220 MB), and no more
+  /// than 4e8 loads to superpose on them (some ten seconds).
+  [[nodiscard]] static bool fits(const BarTip& tip, const SkinParameters& skin) noexcept;
+  [[nodiscard]] static bool fits(const PinTip& tip, const SkinParameters& skin) noexcept;
+
   struct Unit {
     CartesianStress stress;     ///< kPa per mm of depth
     double displacement = 0.0;  ///< mm per mm of depth

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/contact/flat_tip_field.hpp"
+
 namespace merkel {
 
 Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const {
@@ -15,6 +17,9 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
             "skin.thickness_mm and skin.contact_law")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
                  "must be at least 0.05 under bars, whose edges press infinitely hard")
+        .require(FlatTipField::fits(bars, skin), "probe.bar_widths_mm",
+                 "and bar_length_mm make a tip so large that its stress field takes more than "
+                 "220 MB or some ten seconds: make the tip smaller")
         .result();
   }
   if (tip == Tip::kPin) {
@@ -25,6 +30,9 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
                  "skin.contact_law")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
                  "must be at least 0.05 under a pin, whose rim presses infinitely hard")
+        .require(FlatTipField::fits(pin, skin), "probe.diameter_mm",
+                 "makes a tip so large that its stress field takes more than 220 MB: make it "
+                 "smaller")
         .result();
   }
   return ParameterCheck()

@@ -63,6 +63,7 @@ TEST(Scenes, WhatWouldTakeTooMuchMemoryIsRefused) {
         "[probe]\ntip = \"pin\"\ndiameter_mm = 1000\n",
         "[probe]\ntip = \"bars\"\nbar_length_mm = 1e6\n",
         "[probe]\ntip = \"bars\"\nbar_widths_mm = [1e6]\nbar_gaps_mm = []\n",
+        "[probe]\ntip = \"bars\"\nbar_widths_mm = [90, 90, 90]\nbar_length_mm = 900\n",
         "[[receptors]]\ncount = 6000000\n[[receptors]]\ncount = 6000000\n",
         "preset = \"goodwin\"\n[neuron]\nrefractory_ms = 0.5\n[loop]\ntick_us = 1e8\n"}) {
     const auto scene = parse_scene(text, "s.toml");
