@@ -1,12 +1,15 @@
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
 
+#include <cmath>
+#include <utility>
+
 #include "core/math/portable_math.hpp"
 
 namespace merkel {
 
 Expected<void, ParameterError> HodgkinHuxley::check() const {
-  return ParameterCheck()
-      .positive("neuron.capacitance_uF_per_cm2", capacitance_uF_per_cm2)
+  ParameterCheck all;
+  all.positive("neuron.capacitance_uF_per_cm2", capacitance_uF_per_cm2)
       .not_negative("neuron.g_Na", g_Na)
       .not_negative("neuron.g_K", g_K)
       .positive("neuron.g_L", g_L)
@@ -16,8 +19,18 @@ Expected<void, ParameterError> HodgkinHuxley::check() const {
       .finite("neuron.E_Ca", E_Ca)
       .finite("neuron.V_rest", V_rest)
       .finite("neuron.spike_threshold_mV", spike_threshold_mV)
-      .require(spike_threshold_mV > V_rest, "neuron.spike_threshold_mV", "must lie above V_rest")
-      .result();
+      .require(spike_threshold_mV > V_rest, "neuron.spike_threshold_mV", "must lie above V_rest");
+  // Beyond these, no step is small enough, and neurons are reset all the time.
+  for (const auto& [key, g] : {std::pair("neuron.g_Na", g_Na), std::pair("neuron.g_K", g_K),
+                               std::pair("neuron.g_L", g_L), std::pair("neuron.g_CaL", g_CaL)}) {
+    all.require(g <= 1e4, key, "must be at most 10000 mS/cm²");
+  }
+  for (const auto& [key, E] :
+       {std::pair("neuron.E_Na", E_Na), std::pair("neuron.E_K", E_K),
+        std::pair("neuron.E_Ca", E_Ca), std::pair("neuron.V_rest", V_rest)}) {
+    all.require(std::fabs(E) <= 500.0, key, "must be from -500 to 500 mV");
+  }
+  return all.result();
 }
 
 double linoid(double x) noexcept { return x == 0.0 ? 1.0 : x / portable_expm1(x); }
