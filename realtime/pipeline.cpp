@@ -260,7 +260,12 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     started.store(true, std::memory_order_release);
     loop.run(stop_);
     host.usage = ThreadUsage::of_this_thread().since(before);
-    report.spikes_of_neuron.assign(loop.spikes_of_neuron().begin(), loop.spikes_of_neuron().end());
+    const auto copy = [](std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
+      to.assign(from.begin(), from.end());
+    };
+    copy(loop.spikes_of_neuron(), report.spikes_of_neuron);
+    copy(loop.contact_spikes_of_neuron(), report.contact_spikes_of_neuron);
+    copy(loop.contact_ticks_of_patch(), report.contact_ticks_of_patch);
     done.store(true, std::memory_order_release);
   });
   while (!started.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});

@@ -67,6 +67,8 @@ struct RunReport : RunCounters {
   std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
   std::chrono::nanoseconds wall{0};       ///< how long it took
   std::vector<std::uint64_t> spikes_of_neuron;
+  std::vector<std::uint64_t> contact_spikes_of_neuron;  ///< while a probe touched its patch
+  std::vector<std::uint64_t> contact_ticks_of_patch;    ///< ticks in which a probe touched it
 
   std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
   std::string trouble;                      ///< empty, or why a probe's stream broke off

@@ -1,14 +1,58 @@
 #include "tools/command_line.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "core/parameters/nearest_name.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/machine_facts.hpp"
 
 namespace merkel {
+namespace {
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done; 1 failed while running; 2 wrong input or usage; 3 a device or the host\n"
+    "refused. Each subcommand has --help.";
+
+/// What is wrong with the first word that is neither a subcommand nor an option there is, with the
+/// name that was probably meant; empty where every word is known.
+std::string unknown_word(const CLI::App& program, int argc, char** argv) {
+  const CLI::App* app = &program;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool option = word.starts_with("--");
+    std::vector<std::string> names;
+    if (option) {
+      for (const CLI::Option* const each : app->get_options()) {
+        for (const std::string& name : each->get_lnames()) names.push_back("--" + name);
+      }
+    } else if (!word.starts_with('-')) {
+      for (const CLI::App* const each :
+           app->get_subcommands([](const CLI::App*) { return true; })) {
+        names.push_back(each->get_name());
+      }
+    }
+    const std::string bare = option ? word.substr(0, word.find('=')) : word;
+    if (std::find(names.begin(), names.end(), bare) != names.end()) {
+      if (!option) app = app->get_subcommand(bare);
+      continue;
+    }
+    // What follows the last subcommand are its arguments.
+    if (names.empty() || word == "--") continue;
+    const std::string nearest = nearest_name(bare, names);
+    const std::string command = app == &program ? "merkel" : "merkel " + app->get_name();
+    return std::string("there is no ") + (option ? "option " : "command ") + bare +
+           (nearest.empty() ? ": " + command + " --help lists them"
+                            : ": did you mean " + nearest + "?");
+  }
+  return {};
+}
+
+}  // namespace
 
 CommandLine::CommandLine(CLI::App* app, std::shared_ptr<Choice> choice)
     : app_(app), choice_(std::move(choice)) {}
@@ -75,6 +119,11 @@ CommandLine& CommandLine::list(const std::string& name, std::vector<double>& val
   return *this;
 }
 
+CommandLine& CommandLine::notes(const std::string& text) {
+  app_->footer(text + "\n\n" + app_->get_footer());
+  return *this;
+}
+
 CommandLine& CommandLine::required() {
   last_->required();
   return *this;
@@ -87,13 +136,18 @@ int run_command_line(int argc, char** argv, const std::function<void(CommandLine
       "merkel");
   program.set_version_flag("--version",
                            std::string("merkel " MERKEL_VERSION " (") + kGitHash + ")");
+  program.footer(kExitCodes);
   CommandLine line(&program, std::make_shared<CommandLine::Choice>());
   line.require_subcommand();
   declare(line);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? kDone : kWrongInput;
+    if (error.get_exit_code() == 0) return program.exit(error);
+    const std::string unknown = unknown_word(program, argc, argv);
+    if (!unknown.empty()) return refuse(unknown);
+    static_cast<void>(program.exit(error));
+    return kWrongInput;
   }
   return line.choice_->action();
 }

@@ -47,6 +47,8 @@ class CommandLine {
   /// Numbers separated by commas. \param count  how many; any number, if 0
   CommandLine& list(const std::string& name, std::vector<double>& values, const std::string& help,
                     Range range, int count = 0);
+  /// Text at the end of the --help, above the example.
+  CommandLine& notes(const std::string& text);
   /// The option declared last must be given.
   CommandLine& required();
 

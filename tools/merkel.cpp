@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
       merkel::add_calibrate_command(program);
       merkel::add_simulate_probe_command(program);
       merkel::add_inspect_command(program);
+      merkel::add_scene_command(program);
       merkel::add_figures_command(program);
       merkel::add_score_command(program);
       merkel::add_fit_command(program);

@@ -48,6 +48,15 @@ std::size_t BarTip::loads(double finest_mm) const noexcept {
                          [=](std::size_t sum, double width) {
                            return sum + static_cast<std::size_t>(nodes_of(0.5 * width, finest_mm));
                          });
+FieldTable BarTip::fields() {
+  static constexpr Field kFields[] = {
+      {"bar_widths_mm", "mm", positive(100.0), "width of each bar, along x",
+       at<&BarTip::widths_mm>},
+      {"bar_gaps_mm", "mm", positive(100.0), "gap between neighbouring bars, one fewer than bars",
+       at<&BarTip::gaps_mm>},
+      {"bar_length_mm", "mm", positive(1e3), "length of the bars, along y",
+       at<&BarTip::length_mm>}};
+  return {"probe", kFields};
 }
 
 Expected<void, ParameterError> BarTip::check() const {
@@ -56,12 +65,11 @@ Expected<void, ParameterError> BarTip::check() const {
               "must list from 1 to 40 widths")
       .require(gaps_mm.size() + 1 == std::max<std::size_t>(widths_mm.size(), 1),
                "probe.bar_gaps_mm", "must list one gap fewer than there are bars");
-  for (const double width : widths_mm) all.positive("probe.bar_widths_mm", width);
   for (const double gap : gaps_mm) {
     all.require(gap > 0.0 && std::isfinite(gap), "probe.bar_gaps_mm",
                 "must be positive, or the bars overlap: join them, or part them");
   }
-  return all.positive("probe.bar_length_mm", length_mm).result();
+  return all.fields(*this).result();
 }
 
 double BarTip::total_width_mm() const noexcept {

@@ -16,6 +16,7 @@ struct BarTip {
 
   static constexpr std::size_t kMostBars = 40;
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
   /// From the first bar's outer edge to the last bar's.
   [[nodiscard]] double total_width_mm() const noexcept;

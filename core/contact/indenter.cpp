@@ -6,6 +6,16 @@
 
 namespace merkel {
 
+FieldTable Indenter::fields() {
+  static constexpr std::string_view kTips[] = {"sphere", "bars", "pin"};
+  static constexpr Field kFields[] = {
+      {"tip", "", one_of(kTips), "shape of the tip", at<&Indenter::tip>},
+      {"radius_mm", "mm", positive_or_infinite(1e6),
+       "radius of a sphere; inf is a flat plate, on a curved finger only",
+       at<&Indenter::radius_mm>}};
+  return {"probe", kFields};
+}
+
 Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const {
   if (tip == Tip::kBars) {
     return ParameterCheck()
@@ -36,7 +46,7 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
         .result();
   }
   return ParameterCheck()
-      .positive_or_infinite("probe.radius_mm", radius_mm)
+      .fields(*this)
       .require(std::isfinite(radius_mm) || std::isfinite(skin.radius_mm), "probe.radius_mm",
                "may be inf (a flat plate) only on a curved finger: set skin.radius_mm")
       .result();

@@ -28,6 +28,7 @@ struct Indenter {
   Control control = Control::kDepth;
   std::size_t patch = 0;  ///< which of the model's patches it presses on
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
 };
 

@@ -7,8 +7,14 @@
 
 namespace merkel {
 
+FieldTable PinTip::fields() {
+  static constexpr Field kFields[] = {{"diameter_mm", "mm", positive(100.0),
+                                       "diameter of a flat round pin", at<&PinTip::diameter_mm>}};
+  return {"probe", kFields};
+}
+
 Expected<void, ParameterError> PinTip::check() const {
-  return ParameterCheck().positive("probe.diameter_mm", diameter_mm).result();
+  return ParameterCheck().fields(*this).result();
 }
 
 double pin_force_mN_per_mm(const PinTip& pin, double reduced_modulus_kPa) noexcept {

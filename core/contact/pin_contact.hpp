@@ -11,6 +11,7 @@ namespace merkel {
 struct PinTip {
   double diameter_mm = 1.0;
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 

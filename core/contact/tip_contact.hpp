@@ -34,7 +34,7 @@ class TipContact {
  private:
   bool by_force_;
   std::optional<SphereLaw> sphere_;
-  std::optional<SkinParameters::Apex> apex_;
+  std::optional<Position> apex_;
   double offset_kept_ = 1.0;  ///< of the axis from the apex: k/(k + 1/R_skin), k = 1/R
   std::shared_ptr<const FlatTipField> flat_tip_;
 };

@@ -9,7 +9,7 @@
 namespace merkel {
 namespace {
 
-bool positive(double value) { return std::isfinite(value) && value > 0.0; }
+bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
 
 bool name_is_plain(std::string_view name) {
   const auto plain = [](char c) {
@@ -38,9 +38,9 @@ void check_limits(const StimulationParameters& p, ParameterCheck& check) {
                "must be above 0 and at most 1000 ms")
       .require(p.phase >= std::chrono::microseconds{1} && p.phase <= std::chrono::milliseconds{10},
                "stimulation.phase_us", "must be from 1 to 10000 µs")
-      .require(positive(p.max_charge_nC), "stimulation.max_charge_nC", kNoDefault.substr(1))
-      .require(positive(p.max_total_uA), "stimulation.max_total_uA", kNoDefault.substr(1))
-      .require(!p.max_slope_uA_per_s || positive(*p.max_slope_uA_per_s),
+      .require(is_positive(p.max_charge_nC), "stimulation.max_charge_nC", kNoDefault.substr(1))
+      .require(is_positive(p.max_total_uA), "stimulation.max_total_uA", kNoDefault.substr(1))
+      .require(!p.max_slope_uA_per_s || is_positive(*p.max_slope_uA_per_s),
                "stimulation.max_slope_uA_per_s", "must be a positive number; leave it out for none")
       .require(!p.max_electrodes || *p.max_electrodes >= 1, "stimulation.max_electrodes",
                "must be a whole number from 1; leave it out for all");
@@ -51,7 +51,7 @@ void check_electrode(const Electrode& e, ParameterCheck& check) {
       .require(name_is_plain(e.name), "electrode.name",
                "must have 1 to 32 letters, digits, '_', '-' or '.'")
       .require(e.field_mm.size() == 3 && std::isfinite(e.field_mm[0]) &&
-                   std::isfinite(e.field_mm[1]) && positive(e.field_mm[2]),
+                   std::isfinite(e.field_mm[1]) && is_positive(e.field_mm[2]),
                "electrode.field_mm",
                of(e, "must be [x, y, radius] on the patch, with a positive radius"))
       .require(e.window >= std::chrono::milliseconds{1} && e.window <= std::chrono::seconds{10},
@@ -64,11 +64,12 @@ void check_electrode(const Electrode& e, ParameterCheck& check) {
                of(e,
                   "must be set to [weakest, strongest]: two numbers from 0 to 10000, the second "
                   "above 0 and no less than the first"))
-      .require(positive(e.full_rate_Hz), "electrode.full_rate_Hz", of(e, "must be positive"))
-      .require(positive(e.full_force_N), "electrode.full_force_N", of(e, "must be positive"))
-      .require(positive(e.full_population_Hz), "electrode.full_population_Hz",
+      .require(is_positive(e.full_rate_Hz), "electrode.full_rate_Hz", of(e, "must be positive"))
+      .require(is_positive(e.full_force_N), "electrode.full_force_N", of(e, "must be positive"))
+      .require(is_positive(e.full_population_Hz), "electrode.full_population_Hz",
                of(e, "must be positive"))
-      .require(positive(e.full_population), "electrode.full_population", of(e, "must be positive"));
+      .require(is_positive(e.full_population), "electrode.full_population",
+               of(e, "must be positive"));
 }
 
 /// The ranges of a valid electrode against valid limits.

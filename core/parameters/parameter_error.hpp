@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/expected.hpp"
+#include "core/parameters/field.hpp"
 
 namespace merkel {
 
@@ -17,23 +18,21 @@ struct ParameterError {
 /// Collects the first thing wrong with a set of parameters.
 ///
 /// \code
-///   return ParameterCheck().positive("probe.radius_mm", p.radius_mm).result();
+///   return ParameterCheck().fields(*this).require(low < high, "skin.low", "must be below
+///   high").result();
 /// \endcode
 /// Every check also refuses NaN. Real-time: no (it builds strings).
 class ParameterCheck {
  public:
-  /// Finite and > 0.
-  ParameterCheck& positive(std::string_view key, double value);
-  /// > 0; +infinity is allowed and means "flat", "unlimited" or "absent".
-  ParameterCheck& positive_or_infinite(std::string_view key, double value);
-  /// Finite and ≥ 0.
-  ParameterCheck& not_negative(std::string_view key, double value);
-  ParameterCheck& finite(std::string_view key, double value);
-  /// low ≤ value < high.
-  ParameterCheck& in_range(std::string_view key, double value, double low, double high);
-  /// low ≤ value ≤ high, for whole numbers.
-  ParameterCheck& whole_in_range(std::string_view key, long long value, long long low,
-                                 long long high);
+  /// Every field of a struct that has a field table: the value must lie in the field's range.
+  template <class P>
+  ParameterCheck& fields(const P& parameters) {
+    P copy = parameters;
+    return fields(bind_fields(copy));
+  }
+  ParameterCheck& fields(const BoundFields& fields);
+  /// One number.
+  ParameterCheck& number(std::string_view key, double value, const Range& range);
   /// A condition between parameters.
   ParameterCheck& require(bool condition, std::string_view key, std::string_view reason);
   /// A nested check's outcome.
@@ -45,8 +44,5 @@ class ParameterCheck {
   void fail(std::string_view key, std::string reason);
   std::optional<ParameterError> first_;
 };
-
-/// The shortest decimal that reads back as the same double.
-[[nodiscard]] std::string shortest_decimal(double value);
 
 }  // namespace merkel

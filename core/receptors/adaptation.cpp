@@ -9,15 +9,28 @@
 
 namespace merkel {
 
+FieldTable AdaptationParameters::fields() {
+  using P = AdaptationParameters;
+  static constexpr Field kFields[] = {
+      {"gain_Hz_per_kPa", "Hz/kPa", not_negative(1e6),
+       "drive for each unit of mean energy density in the receptive field, held for long",
+       at<&P::gain_Hz_per_kPa>, "", true},
+      {"fast_weight", "", not_negative(1e6), "weight of the fast adaptation", at<&P::fast_weight>,
+       "", true},
+      {"slow_weight", "", not_negative(1e6), "weight of the slow adaptation", at<&P::slow_weight>,
+       "", true},
+      {"fast_ms", "ms", positive(1e6), "time constant of the fast adaptation", at<&P::fast_ms>, "",
+       true},
+      {"slow_ms", "ms", positive(1e7), "time constant of the slow adaptation", at<&P::slow_ms>, "",
+       true},
+      {"gain_spread", "", from_below(0.0, 2.0), "standard deviation of ln(gain) between afferents",
+       at<&P::gain_spread>},
+      {"seed", "", any_value(), "seed of the spread", at<&P::seed>}};
+  return {"afferent", kFields};
+}
+
 Expected<void, ParameterError> AdaptationParameters::check() const {
-  return ParameterCheck()
-      .not_negative("afferent.gain_Hz_per_kPa", gain_Hz_per_kPa)
-      .not_negative("afferent.fast_weight", fast_weight)
-      .not_negative("afferent.slow_weight", slow_weight)
-      .positive("afferent.fast_ms", fast_ms)
-      .positive("afferent.slow_ms", slow_ms)
-      .in_range("afferent.gain_spread", gain_spread, 0.0, 2.0)
-      .result();
+  return ParameterCheck().fields(*this).result();
 }
 
 Adaptation::Adaptation(const AdaptationParameters& parameters, std::size_t afferents)

@@ -26,6 +26,7 @@ struct AdaptationParameters {
   double gain_spread = 0.0;       ///< standard deviation of ln g between afferents
   std::uint64_t seed = 1;         ///< of the spread
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 

@@ -5,13 +5,19 @@
 
 namespace merkel {
 
+FieldTable Patch::fields() {
+  static constexpr Field kFields[] = {
+      {"length_mm", "mm", positive(1e3), "length of the patch along the finger (x)",
+       at<&Patch::length_mm>},
+      {"width_mm", "mm", positive(1e3), "width of the patch (y)", at<&Patch::width_mm>},
+      {"columns", "", from_to(1, 1000), "subregions along x, one afferent each",
+       at<&Patch::columns>},
+      {"rows", "", from_to(1, 1000), "subregions along y", at<&Patch::rows>}};
+  return {"receptors", kFields};
+}
+
 Expected<void, ParameterError> Patch::check() const {
-  return ParameterCheck()
-      .positive("receptors.length_mm", length_mm)
-      .positive("receptors.width_mm", width_mm)
-      .whole_in_range("receptors.columns", columns, 1, 1000)
-      .whole_in_range("receptors.rows", rows, 1, 1000)
-      .result();
+  return ParameterCheck().fields(*this).result();
 }
 
 bool Patch::contains(double x_mm, double y_mm) const noexcept {

@@ -16,6 +16,7 @@ struct Patch {
   int columns = 5;          ///< subregions along x
   int rows = 4;             ///< subregions along y
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
   [[nodiscard]] int subregions() const noexcept { return columns * rows; }
   [[nodiscard]] double area_mm2() const noexcept { return length_mm * width_mm; }

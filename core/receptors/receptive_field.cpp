@@ -13,10 +13,19 @@ constexpr double kSine = 0.67549029426152364;
 
 }  // namespace
 
+FieldTable ReceptiveField::fields() {
+  static constexpr Field kFields[] = {
+      {"field_receptors", "", from_to(1, 10'000),
+       "receptors of an afferent that has a receptive field of its own",
+       at<&ReceptiveField::receptors>},
+      {"field_radius_mm", "mm", positive(1e3), "radius of its receptive field",
+       at<&ReceptiveField::radius_mm>}};
+  return {"receptors", kFields};
+}
+
 Expected<void, ParameterError> ReceptiveField::check(const Patch& patch) const {
   return ParameterCheck()
-      .whole_in_range("receptors.field_receptors", receptors, 1, 10'000)
-      .positive("receptors.field_radius_mm", radius_mm)
+      .fields(*this)
       .require(2.0 * radius_mm <= std::min(patch.length_mm, patch.width_mm),
                "receptors.field_radius_mm",
                "must be at most half of the patch's shorter side, or the receptive fields lie "

@@ -20,14 +20,12 @@ struct ReceptiveField {
   std::int64_t receptors = 28;  ///< MCNCs of an afferent
   double radius_mm = 1.0;
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const Patch& patch) const;
 };
 
 /// Where the centre of an afferent's receptive field is.
-struct FieldCentre {
-  double x_mm = 0.0;
-  double y_mm = 0.0;
-};
+using FieldCentre = Position;
 
 /// The receptors of afferents with given centres, numbered from 1 in their order: each on a Vogel
 /// spiral, r_k = radius·√((k+½)/n), θ_k = k·π(3−√5), which fills the disc evenly. Fields at the

@@ -26,10 +26,10 @@ double bisect(double low, double high, Below below) {
 Expected<ReceptorDensity, ParameterError> ReceptorDensity::create(const Parameters& p) {
   const auto checked =
       ParameterCheck()
-          .positive("receptors.length_mm", p.length_mm)
-          .positive("receptors.density_per_mm2", p.mean_per_mm2)
-          .not_negative("receptors.density_min_per_mm2", p.min_per_mm2)
-          .positive("receptors.density_max_per_mm2", p.max_per_mm2)
+          .number("receptors.length_mm", p.length_mm, positive(1e9))
+          .number("receptors.density_per_mm2", p.mean_per_mm2, positive(1e9))
+          .number("receptors.density_min_per_mm2", p.min_per_mm2, not_negative(1e9))
+          .number("receptors.density_max_per_mm2", p.max_per_mm2, positive(1e9))
           .require(p.min_per_mm2 < p.mean_per_mm2 && p.mean_per_mm2 < p.max_per_mm2,
                    "receptors.density_per_mm2",
                    "must lie between density_min_per_mm2 and density_max_per_mm2")

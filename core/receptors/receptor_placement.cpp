@@ -15,12 +15,28 @@ double golden_fraction(std::int64_t k) {
 
 }  // namespace
 
+FieldTable ReceptorParameters::fields() {
+  using P = ReceptorParameters;
+  static constexpr std::string_view kPlacements[] = {"random", "lattice"};
+  static constexpr Field kFields[] = {
+      {"placement", "", one_of(kPlacements),
+       "random positions by the density law, or an even lattice that follows it",
+       at<&P::placement>},
+      {"seed", "", any_value(), "seed of random positions", at<&P::seed>},
+      {"count", "", from_to(0, static_cast<double>(kMaxReceptors)),
+       "number of receptors (of afferents, with receptive fields); 0 is density × area",
+       at<&P::count>},
+      {"density_per_mm2", "1/mm²", positive(1e4), "mean density", at<&P::density_per_mm2>},
+      {"density_max_per_mm2", "1/mm²", positive(1e4), "density at the fingertip (x = 0)",
+       at<&P::density_max_per_mm2>},
+      {"density_min_per_mm2", "1/mm²", not_negative(1e4), "density far from the fingertip",
+       at<&P::density_min_per_mm2>}};
+  return {"receptors", kFields};
+}
+
 Expected<std::vector<Receptor>, ParameterError> place_receptors(
     const ReceptorParameters& parameters, const Patch& patch) {
-  const auto checked = ParameterCheck()
-                           .also(patch.check())
-                           .whole_in_range("receptors.count", parameters.count, 0, kMaxReceptors)
-                           .result();
+  const auto checked = ParameterCheck().also(patch.check()).fields(parameters).result();
   if (!checked) return Unexpected<ParameterError>(checked.error());
   const auto density = ReceptorDensity::create({.mean_per_mm2 = parameters.density_per_mm2,
                                                 .max_per_mm2 = parameters.density_max_per_mm2,

@@ -29,6 +29,8 @@ struct ReceptorParameters {
   double density_per_mm2 = 0.75;
   double density_max_per_mm2 = 1.29;
   double density_min_per_mm2 = 0.143;
+
+  [[nodiscard]] static FieldTable fields();
 };
 
 /// Largest number of receptors a patch may hold.

@@ -26,6 +26,7 @@ struct SigmoidTransduction {
   double gamma_per_kPa = 50.0;    ///< γ, slope
   double threshold_um = 5.0;      ///< least surface displacement at the receptor
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 
   /// The sigmoid without the threshold. Real-time: yes.

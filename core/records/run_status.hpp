@@ -39,29 +39,27 @@ struct RunStatus {
 
 inline constexpr auto kLossFields = [] {
   using Losses = RunStatus::Losses;
-  using Field = CounterField<Losses, std::uint64_t>;
+  using Row = CounterField<Losses, std::uint64_t>;
   return std::array{
-      Field{"lost_spikes", "", "spikes not in this file", &Losses::spikes, true},
-      Field{"lost_ticks", "", "tick records not in this file: one a tick and probe", &Losses::ticks,
-            true},
-      Field{"lost_events", "", "events not in this file", &Losses::events, true},
-      Field{"lost_samples", "", "samples not in this file", &Losses::samples, true},
-      Field{"lost_frames", "", "portions of devices' bytes not in this file", &Losses::frames,
-            true},
+      Row{"lost_spikes", "", "spikes not in this file", &Losses::spikes, true},
+      Row{"lost_ticks", "", "tick records not in this file: one a tick and probe", &Losses::ticks,
+          true},
+      Row{"lost_events", "", "events not in this file", &Losses::events, true},
+      Row{"lost_samples", "", "samples not in this file", &Losses::samples, true},
+      Row{"lost_frames", "", "portions of devices' bytes not in this file", &Losses::frames, true},
   };
 }();
 
 inline constexpr auto kRightFields = [] {
   using Rights = RunStatus::Rights;
-  using Field = CounterField<Rights, std::int64_t>;
+  using Row = CounterField<Rights, std::int64_t>;
   return std::array{
-      Field{"scheduling_class", "", "of the loop: 0 normal, 1 FIFO", &Rights::scheduling_class},
-      Field{"priority", "", "of the loop, 1 to 99 of FIFO, else 0", &Rights::priority},
-      Field{"cpu", "", "core that the loop is pinned to, or -1", &Rights::cpu},
-      Field{"locked_memory_kB", "kB", "locked memory of the process", &Rights::locked_memory_kB},
-      Field{"timer_slack_ns", "ns", "timer slack of the loop", &Rights::timer_slack_ns},
-      Field{"cpu_awake", "", "1 if idle cores are kept from deep sleep, else 0",
-            &Rights::cpu_awake},
+      Row{"scheduling_class", "", "of the loop: 0 normal, 1 FIFO", &Rights::scheduling_class},
+      Row{"priority", "", "of the loop, 1 to 99 of FIFO, else 0", &Rights::priority},
+      Row{"cpu", "", "core that the loop is pinned to, or -1", &Rights::cpu},
+      Row{"locked_memory_kB", "kB", "locked memory of the process", &Rights::locked_memory_kB},
+      Row{"timer_slack_ns", "ns", "timer slack of the loop", &Rights::timer_slack_ns},
+      Row{"cpu_awake", "", "1 if idle cores are kept from deep sleep, else 0", &Rights::cpu_awake},
   };
 }();
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/scene/model_fields.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -27,7 +28,6 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
   } else {
     const auto& connor = std::get<ConnorStevensAfferent>(p.afferent);
     all.also(connor.neuron.check())
-        .not_negative("neuron.compression_ms", connor.compression_ms)
         .require(p.step >= std::chrono::microseconds{1} && p.step <= std::chrono::microseconds{100},
                  "neuron.step_us", "must be from 1 to 100 for neuron.kind \"connor_stevens\"");
   }
@@ -53,15 +53,16 @@ std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
 }  // namespace
 
 Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
+  TactileModel::Parameters copy = p;
   ParameterCheck all;
   all.also(p.skin.check())
       .also(p.transduction.check())
       .also(p.network.check())
-      .in_range("accuracy.cull_tolerance", p.accuracy.cull_tolerance, 0.0, 1.0)
+      .fields(p.accuracy)
       .require(!p.patches.empty(), "patch", "is missing: a scene needs at least one patch of skin")
       .require(!p.indenters.empty(), "probe", "is missing: a scene needs at least one probe")
-      .require(p.tick.count() > 0, "loop.tick_us", "must be a positive number of microseconds")
-      .require(p.step.count() > 0, "neuron.step_us", "must be a positive number of microseconds");
+      .fields(tick_fields(copy))
+      .fields(neuron_fields(copy));
   for (const auto& patch : p.patches) all.also(patch.patch.check());
   for (const Indenter& indenter : p.indenters) {
     all.also(indenter.check(p.skin))

@@ -2,16 +2,22 @@
 
 namespace merkel {
 
-AfferentParameters default_afferent(NeuronKind kind) {
+void set_kind(ModelParameters& model, NeuronKind kind) {
+  using std::chrono::microseconds;
   switch (kind) {
-    case NeuronKind::kIntegrateAndFire:
-      return IntegrateAndFireAfferent{};
-    case NeuronKind::kConnorStevens:
-      return ConnorStevensAfferent{};
     case NeuronKind::kHodgkinHuxley:
+      model.afferent = HodgkinHuxleyAfferent{};
+      model.step = ModelParameters{}.step;
+      break;
+    case NeuronKind::kIntegrateAndFire:
+      model.afferent = IntegrateAndFireAfferent{};
+      model.step = microseconds{500};
+      break;
+    case NeuronKind::kConnorStevens:
+      model.afferent = ConnorStevensAfferent{};
+      model.step = microseconds{50};
       break;
   }
-  return HodgkinHuxleyAfferent{};
 }
 
 const NeuronNoise* ModelParameters::noise() const noexcept {

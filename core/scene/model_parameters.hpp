@@ -33,6 +33,8 @@ struct PatchParameters {
   ReceptorLayout layout = ReceptorLayout::kSubregions;
   ReceptiveField field;              ///< for ReceptorLayout::kFields
   std::vector<FieldCentre> centres;  ///< of fields; empty: by the density law
+
+  [[nodiscard]] static FieldTable fields();
 };
 
 /// The paper's afferent: the summed currents of its receptors drive a Hodgkin-Huxley neuron.
@@ -40,6 +42,8 @@ struct HodgkinHuxleyAfferent {
   HodgkinHuxley neuron;
   IntegrationMethod method = IntegrationMethod::kCrankNicolson;
   Precision precision = Precision::kDouble;  ///< of neurons and receptors
+
+  [[nodiscard]] static FieldTable fields();
 };
 
 /// The adapted mean energy density of a receptive field drives a noisy integrate-and-fire neuron.
@@ -52,6 +56,8 @@ struct IntegrateAndFireAfferent {
 struct ConnorStevensAfferent {
   ConnorStevens neuron;
   double compression_ms = 4.0;
+
+  [[nodiscard]] static FieldTable fields();
 };
 
 using AfferentParameters =
@@ -60,15 +66,14 @@ using AfferentParameters =
 /// The alternatives of AfferentParameters, in their order.
 enum class NeuronKind : std::uint8_t { kHodgkinHuxley, kIntegrateAndFire, kConnorStevens };
 
-/// The default afferent of a kind.
-[[nodiscard]] AfferentParameters default_afferent(NeuronKind kind);
-
 /// Approximations, and how much they may change.
 struct AccuracyParameters {
   /// Receptors are skipped where the press can move their current by no more than this fraction of
   /// α, or the energy density by no more than this many kPa where that is the drive; 0 skips none.
   double cull_tolerance = 1e-4;
   bool freeze_resting = true;  ///< do not step neurons that are at rest
+
+  [[nodiscard]] static FieldTable fields();
 };
 
 /// All parameters of a TactileModel. The defaults are the paper's fingertip under a sphere of 2 mm
@@ -100,5 +105,8 @@ struct ModelParameters {
     return const_cast<NeuronNoise*>(std::as_const(*this).noise());
   }
 };
+
+/// Gives a model the default afferent of a kind, with the step that suits it. Real-time: no.
+void set_kind(ModelParameters& model, NeuronKind kind);
 
 }  // namespace merkel

@@ -59,6 +59,8 @@ class TactileModel {
   [[nodiscard]] std::size_t neurons() const noexcept;
   /// Receptors of all patches.
   [[nodiscard]] std::size_t receptors() const noexcept;
+  /// Whether an indenter touched a patch in the last step. Real-time: yes.
+  [[nodiscard]] bool touched(std::size_t patch) const noexcept { return !touching_[patch].empty(); }
   /// The deepest press of each indenter since reset.
   [[nodiscard]] std::span<const Press> deepest() const noexcept { return deepest_; }
   /// The least distance so far between the rims of two spheres' contacts that touch one patch at

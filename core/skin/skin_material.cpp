@@ -2,18 +2,43 @@
 
 namespace merkel {
 
+FieldTable SkinParameters::fields() {
+  using P = SkinParameters;
+  static constexpr std::string_view kContactLaws[] = {"hertz", "sneddon"};
+  static constexpr std::string_view kLayerLaws[] = {"dimitriadis", "exact"};
+  static constexpr std::string_view kEnergyDensities[] = {"distortional", "full"};
+  static constexpr Field kFields[] = {
+      {"epidermis_kPa", "kPa", positive(1e6), "Young's modulus of the epidermis",
+       at<&P::epidermis_kPa>},
+      {"dermis_kPa", "kPa", positive(1e6), "Young's modulus of the dermis", at<&P::dermis_kPa>},
+      {"poisson_ratio", "", from_below(0.0, 0.5), "Poisson's ratio of both layers",
+       at<&P::poisson_ratio>},
+      {"radius_mm", "mm", positive_or_infinite(1e6),
+       "radius of curvature of the finger; inf is flat skin", at<&P::radius_mm>},
+      {"apex_mm", "mm", from_to(-1e4, 1e4),
+       "[x, y] of the highest point of a curved finger; a sphere beside it touches nearer to it",
+       at<&P::apex>, "the skin curves away from the axis of the probe"},
+      {"receptor_depth_mm", "mm", not_negative(100.0), "depth of the receptors below the surface",
+       at<&P::receptor_depth_mm>},
+      {"thickness_mm", "mm", positive_or_infinite(1e3),
+       "thickness of the skin down to bone; inf is no bone", at<&P::thickness_mm>},
+      {"contact_law", "", one_of(kContactLaws),
+       "force and contact radius of a sphere: a paraboloid (the paper) or the exact sphere",
+       at<&P::contact_law>},
+      {"layer_law", "", one_of(kLayerLaws),
+       "how bone at thickness_mm stiffens the contact: published polynomial or exact equation",
+       at<&P::layer_law>},
+      {"energy_density", "", one_of(kEnergyDensities),
+       "strain energy density at the receptors: distortional part (the paper) or all of it",
+       at<&P::energy_density>}};
+  return {"skin", kFields};
+}
+
 Expected<void, ParameterError> SkinParameters::check() const {
   return ParameterCheck()
-      .positive("skin.epidermis_kPa", epidermis_kPa)
-      .positive("skin.dermis_kPa", dermis_kPa)
-      .in_range("skin.poisson_ratio", poisson_ratio, 0.0, 0.5)
-      .positive_or_infinite("skin.radius_mm", radius_mm)
-      .not_negative("skin.receptor_depth_mm", receptor_depth_mm)
-      .positive_or_infinite("skin.thickness_mm", thickness_mm)
+      .fields(*this)
       .require(!apex || std::isfinite(radius_mm), "skin.apex_mm",
                "is only of a curved finger: set skin.radius_mm")
-      .require(!apex || (std::isfinite(apex->x_mm) && std::isfinite(apex->y_mm)), "skin.apex_mm",
-               "must be two finite numbers")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
                "must be less than skin.thickness_mm: the receptors lie in the skin, not the bone")
       .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",

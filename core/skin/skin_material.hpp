@@ -35,11 +35,7 @@ struct SkinParameters {
   /// Where a curved finger is highest, in patch coordinates. A sphere whose axis is X beside it
   /// touches the finger at X·k/(k + 1/R_skin), k = 1/R: a plate always touches the apex. Without an
   /// apex, the skin curves away from the axis of the sphere wherever that is.
-  struct Apex {
-    double x_mm = 0.0;
-    double y_mm = 0.0;
-  };
-  std::optional<Apex> apex;
+  std::optional<Position> apex;
   double receptor_depth_mm = 0.65;  ///< z0, the epidermal-dermal junction
   double thickness_mm = std::numeric_limits<double>::infinity();  ///< h, down to bone; inf: none
   ContactLaw contact_law = ContactLaw::kHertz;
@@ -48,6 +44,7 @@ struct SkinParameters {
 
   [[nodiscard]] bool layered() const noexcept { return std::isfinite(thickness_mm); }
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 

@@ -12,18 +12,23 @@
 
 namespace merkel {
 
-/// A simulated press: `sim:SHAPE?option=value&…`. Sample k is taken at k/rate_hz, so that the same
-/// URI always gives the same samples.
-///
-/// Shapes, all starting after `wait_s` and followed by `tail_s` without contact:
-/// - `ramp`: down in `ramp_s`, held for `hold_s`, up in `ramp_s`;
-/// - `taps`: `count` raised cosines of `tap_s`, one every `interval_s`;
-/// - `sine`: `depth_mm` + `amplitude_mm`·sin(2π·`frequency_hz`·t) for `hold_s`, between ramps;
-/// - `slide`: ramp down at (`x_mm`, `y_mm`), move to (`to_x_mm`, `to_y_mm`) at `speed_mm_per_s`,
-///   ramp up.
-/// All take `rate_hz`, `depth_mm` (or `force_N` and, for `sine`, `amplitude_N`), `x_mm`, `y_mm`,
-/// and faults: `jitter_us` (uniform, on the times), `noise_um` (standard deviation, on the depth;
-/// `noise_mN` on the force), `dropouts_per_s` of `dropout_ms` each, and `seed` for all three.
+/// The shapes and options of sim: URIs, for people. A test opens each of them.
+inline constexpr const char* kSimProbeHelp =
+    "Simulated presses, sim:SHAPE?option=value&...:\n"
+    "  ramp   down, hold, up: ramp_s (0.02), hold_s (2)\n"
+    "  taps   raised cosines: count (6), tap_s (0.1), interval_s (0.4)\n"
+    "  sine   oscillates during the hold: ramp_s (0.15), hold_s (2), frequency_hz (5),\n"
+    "         amplitude_mm (0.3) or, with force_N, amplitude_N (0.03)\n"
+    "  slide  moves during the hold: ramp_s (0.15), to_x_mm (27), to_y_mm (y_mm),\n"
+    "         speed_mm_per_s (12)\n"
+    "  all    depth_mm (1.5) or force_N (0.1), x_mm (15; of slide 3), y_mm (10),\n"
+    "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); faults: jitter_us (0),\n"
+    "         noise_um (0) or, with force_N, noise_mN (0), dropouts_per_s (0),\n"
+    "         dropout_ms (100), seed (1)";
+
+/// A simulated press: `sim:SHAPE?option=value&…`, as kSimProbeHelp describes. Sample k is taken at
+/// k/rate_hz; the same URI always gives the same samples. Jitter is uniform, noise has the given
+/// standard deviation.
 class SimProbe final : public Probe {
  public:
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(const Uri& uri);

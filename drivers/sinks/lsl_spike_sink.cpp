@@ -81,7 +81,7 @@ OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
     }
     return sink;
   } catch (const std::exception& error) {
-    return bad_input("\"" + uri.text + "\": liblsl refused: " + error.what());
+    return unavailable("\"" + uri.text + "\": liblsl refused: " + error.what());
   }
 }
 

@@ -46,11 +46,12 @@ class ZmqSpikeSink final : public SpikeSink {
       socket_.bind(endpoint);
     } catch (const zmq::error_t& error) {
       if (error.num() == EADDRINUSE) {
-        return bad_input("\"" + uri_ + "\": " + endpoint +
-                         " is in use, perhaps by Open Ephys or another merkel: name another port");
+        return unavailable(
+            "\"" + uri_ + "\": " + endpoint +
+            " is in use, perhaps by Open Ephys or another merkel: name another port");
       }
-      return bad_input("\"" + uri_ + "\": cannot listen at " + endpoint + ": " + error.what() +
-                       "; write zmq:tcp://127.0.0.1:5557 or zmq:ipc://FILE");
+      return unavailable("\"" + uri_ + "\": cannot listen at " + endpoint + ": " + error.what() +
+                         "; write zmq:tcp://127.0.0.1:5557 or zmq:ipc://FILE");
     }
     return {};
   }

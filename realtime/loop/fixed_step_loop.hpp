@@ -58,7 +58,9 @@ class FixedStepLoop {
         contacts_(inputs.size()),
         records_(inputs.size()),
         released_since_(inputs.size()),
-        spikes_of_neuron_(model.neurons()) {}
+        spikes_of_neuron_(model.neurons()),
+        contact_spikes_of_neuron_(model.neurons()),
+        contact_ticks_of_patch_(model.patches().size()) {}
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
   /// Real-time: yes. Thread: simulation.
@@ -88,6 +90,14 @@ class FixedStepLoop {
   /// Spikes of every neuron so far; read after run().
   [[nodiscard]] std::span<const std::uint64_t> spikes_of_neuron() const noexcept {
     return spikes_of_neuron_;
+  }
+  /// The same in ticks in which a probe touched the neuron's patch.
+  [[nodiscard]] std::span<const std::uint64_t> contact_spikes_of_neuron() const noexcept {
+    return contact_spikes_of_neuron_;
+  }
+  /// How many such ticks there were.
+  [[nodiscard]] std::span<const std::uint64_t> contact_ticks_of_patch() const noexcept {
+    return contact_ticks_of_patch_;
   }
 
  private:
@@ -169,6 +179,10 @@ class FixedStepLoop {
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
       ++spikes_of_neuron_[spike.neuron - 1];
+      if (model_.touched(spike.patch)) ++contact_spikes_of_neuron_[spike.neuron - 1];
+    }
+    for (std::size_t i = 0; i < contact_ticks_of_patch_.size(); ++i) {
+      if (model_.touched(i)) ++contact_ticks_of_patch_[i];
     }
     const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
@@ -238,6 +252,8 @@ class FixedStepLoop {
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
+  std::vector<std::uint64_t> contact_spikes_of_neuron_;
+  std::vector<std::uint64_t> contact_ticks_of_patch_;
   std::chrono::nanoseconds now_{0};  ///< when the clock was last looked at
   bool overran_ = false;             ///< the tick before
   bool late_wake_up_ = false;        ///< the cause of its overrun

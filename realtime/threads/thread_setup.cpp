@@ -99,11 +99,31 @@ bool raise_thread(const RealtimeSettings& settings) {
 
 }  // namespace
 
+FieldTable RealtimeSettings::fields() {
+  using P = RealtimeSettings;
+  static constexpr std::string_view kSchedulers[] = {"fifo", "normal"};
+  static constexpr Field kFields[] = {
+      {"scheduler", "", one_of(kSchedulers),
+       "scheduling class of the simulation thread: SCHED_FIFO or the normal class",
+       [](void* p) -> FieldPointer {
+         return Choice{&static_cast<P*>(p)->fifo,
+                       [](const void* fifo) -> std::optional<std::size_t> {
+                         return *static_cast<const bool*>(fifo) ? 0 : 1;
+                       },
+                       [](void* fifo, std::size_t word) { *static_cast<bool*>(fifo) = word == 0; }};
+       }},
+      {"priority", "", from_to(1, 98), "priority of SCHED_FIFO", at<&P::priority>},
+      {"cpu", "", from_to(0, CPU_SETSIZE - 1), "core to which the simulation thread is pinned",
+       at<&P::cpu>, "not pinned"},
+      {"lock_memory", "", any_value(), "keep the program's memory from being paged out",
+       at<&P::lock_memory>},
+      {"cpu_awake", "", any_value(), "keep idle cores in shallow sleep (/dev/cpu_dma_latency)",
+       at<&P::cpu_awake>}};
+  return {"loop", kFields};
+}
+
 Expected<void, ParameterError> RealtimeSettings::check() const {
-  return ParameterCheck()
-      .whole_in_range("loop.priority", priority, 1, 98)
-      .whole_in_range("loop.cpu", cpu.value_or(0), 0, CPU_SETSIZE - 1)
-      .result();
+  return ParameterCheck().fields(*this).result();
 }
 
 RightsFacts RightsFacts::of_this_process() {

@@ -18,6 +18,7 @@ struct RealtimeSettings {
   bool lock_memory = true;  ///< no page of the process leaves memory
   bool cpu_awake = true;    ///< idle cores stay in shallow sleep (/dev/cpu_dma_latency)
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 

@@ -45,7 +45,7 @@ fuzz() {
   echo "$name: no fault"
 }
 
-words=(core/parameters/{nearest_name,parameter_error}.cpp drivers/files/csv_text.cpp)
+words=(core/parameters/{field,nearest_name,parameter_error,range}.cpp drivers/files/csv_text.cpp)
 protocols=("${words[@]}" drivers/uri.cpp)
 for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols/${file##*/}"); done
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
@@ -59,10 +59,14 @@ fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_r
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
-fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" tools/scene/scene_{file,table,presets}.cpp \
-  tools/run/loop_settings.cpp drivers/{uri,files/toml{,_guard}}.cpp core/contact/bar_contact.cpp \
-  core/neurons/hodgkin_huxley/integration_method.cpp core/scene/model_parameters.cpp \
-  realtime/threads/thread_setup.cpp
+parameters=(core/scene/model_{fields,parameters}.cpp core/skin/skin_material.cpp
+  core/contact/{bar_contact,indenter,pin_contact}.cpp core/math/{normal_random,portable_math}.cpp
+  core/receptors/{adaptation,patch,receptive_field,receptor_density,receptor_placement,sigmoid_transduction}.cpp
+  core/neurons/connor_stevens/connor_stevens.cpp core/neurons/integrate_and_fire/integrate_and_fire.cpp
+  core/neurons/hodgkin_huxley/{hodgkin_huxley,integration_method,lattice_coupling}.cpp)
+scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/run/loop_settings.cpp
+  drivers/{uri,files/toml{,_guard}}.cpp realtime/threads/thread_setup.cpp)
+fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" "${parameters[@]}" "${scenes[@]}"
 core=()
 for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*/*.cpp; do
   [ -e "$file" ] && core+=("${file#"$source"/}")
@@ -70,9 +74,7 @@ done
 # One instruction set is enough for memory faults. A run may take 10 s and 2 GB, all together a minute.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 limits=(-timeout=10 -rss_limit_mb=2048 -max_total_time=60)
-fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" drivers/files/{csv_text,toml{,_guard}}.cpp \
-  tools/scene/scene_{file,table,presets}.cpp tools/run/loop_settings.cpp drivers/uri.cpp \
-  realtime/threads/thread_setup.cpp
+fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" drivers/files/csv_text.cpp "${scenes[@]}"
 limits=()
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/recordings.cpp \
   core/contact/bar_contact.cpp

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tools/scene/scene_file.hpp"
+#include "tools/scene/scene_keys.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;
@@ -16,5 +17,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!again || again->sinks != scene->sinks || again->probes.size() != scene->probes.size()) {
     std::abort();
   }
+  // Printed, it is a scene again, and every key has the same value.
+  const std::string printed = scene_text(*scene);
+  const auto read = parse_scene(printed, "s.toml");
+  if (!read || scene_text(*read) != printed) std::abort();
   return 0;
 }

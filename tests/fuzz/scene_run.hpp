@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <string>
@@ -9,6 +10,8 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "tools/scene/scene_file.hpp"
+#include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 
@@ -52,66 +55,27 @@ inline std::string fault_of_run(const std::string& text, int ticks, double most_
   return fault_of_run(*scene, ticks, most_steps);
 }
 
-struct SceneKey {
-  const char* table;
-  const char* name;
-};
-
-inline constexpr SceneKey kSceneKeys[] = {
-    {"skin", "epidermis_kPa"},
-    {"skin", "dermis_kPa"},
-    {"skin", "poisson_ratio"},
-    {"skin", "radius_mm"},
-    {"skin", "receptor_depth_mm"},
-    {"skin", "thickness_mm"},
-    {"receptors", "count"},
-    {"receptors", "density_per_mm2"},
-    {"receptors", "density_max_per_mm2"},
-    {"receptors", "density_min_per_mm2"},
-    {"receptors", "length_mm"},
-    {"receptors", "width_mm"},
-    {"receptors", "columns"},
-    {"receptors", "rows"},
-    {"receptors", "field_receptors"},
-    {"receptors", "field_radius_mm"},
-    {"transduction", "alpha_uA_per_cm2"},
-    {"transduction", "lambda_kPa"},
-    {"transduction", "gamma_per_kPa"},
-    {"transduction", "threshold_um"},
-    {"afferent", "gain_Hz_per_kPa"},
-    {"afferent", "fast_weight"},
-    {"afferent", "slow_weight"},
-    {"afferent", "fast_ms"},
-    {"afferent", "slow_ms"},
-    {"afferent", "gain_spread"},
-    {"neuron", "capacitance_uF_per_cm2"},
-    {"neuron", "g_Na"},
-    {"neuron", "g_K"},
-    {"neuron", "g_L"},
-    {"neuron", "g_CaL"},
-    {"neuron", "g_A"},
-    {"neuron", "E_Na"},
-    {"neuron", "E_K"},
-    {"neuron", "E_Ca"},
-    {"neuron", "E_A"},
-    {"neuron", "E_L"},
-    {"neuron", "V_rest"},
-    {"neuron", "spike_threshold_mV"},
-    {"neuron", "tau_ms"},
-    {"neuron", "threshold"},
-    {"neuron", "reset"},
-    {"neuron", "floor"},
-    {"neuron", "refractory_ms"},
-    {"neuron", "compression_ms"},
-    {"neuron", "step_us"},
-    {"network", "gain"},
-    {"network", "weight_min"},
-    {"network", "weight_max"},
-    {"accuracy", "cull_tolerance"},
-    {"probe", "radius_mm"},
-    {"probe", "x_mm"},
-    {"loop", "tick_us"},
-};
+/// Every number of a scene file, as "table.key", of all kinds of neurons.
+inline std::vector<std::string> number_keys() {
+  std::vector<std::string> names;
+  for (const char* const preset : {"paper", "goodwin", "goodwin-cs"}) {
+    Scene scene = *preset_scene(preset);
+    for (const SceneSection& section : sections_of(scene)) {
+      for (const BoundField& key : section.keys) {
+        const bool number = std::holds_alternative<double*>(key.value) ||
+                            std::holds_alternative<int*>(key.value) ||
+                            std::holds_alternative<std::int64_t*>(key.value) ||
+                            std::holds_alternative<std::chrono::nanoseconds*>(key.value);
+        // The seed that noise needs is not varied, nor is the host's load.
+        if (!number || key.field->key == "threads" || key.field->key == "noise") continue;
+        if (std::find(names.begin(), names.end(), key.name()) == names.end()) {
+          names.push_back(key.name());
+        }
+      }
+    }
+  }
+  return names;
+}
 
 /// Values that few scenes have.
 inline constexpr const char* kUnusualValues[] = {

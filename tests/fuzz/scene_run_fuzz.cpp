@@ -22,8 +22,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                               "goodwin", "goodwin", "hand", "goodwin-cs"});
   std::string text = std::string("preset = \"") + preset + "\"\n";
   for (int changes = bytes.ConsumeIntegralInRange(1, 4); changes > 0; --changes) {
-    const SceneKey& key =
-        kSceneKeys[bytes.ConsumeIntegralInRange<std::size_t>(0, std::size(kSceneKeys) - 1)];
+    static const std::vector<std::string> keys = number_keys();
+    const std::string& key = keys[bytes.ConsumeIntegralInRange<std::size_t>(0, keys.size() - 1)];
     std::string value =
         kUnusualValues[bytes.ConsumeIntegralInRange<std::size_t>(0, std::size(kUnusualValues) - 1)];
     if (bytes.ConsumeBool()) {
@@ -32,7 +32,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       value = number;
     }
     // Dotted keys, so that one table can be changed twice.
-    text += std::string(key.table) + "." + key.name + " = " + value + "\n";
+    text += key + " = " + value + "\n";
   }
   auto scene = parse_scene(text, "s.toml");
   if (!scene) return scene.error().sentence.empty() ? std::abort(), 0 : 0;

@@ -7,7 +7,7 @@
 #include "core/math/random.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
-#include "tools/doctor/child_process.hpp"
+#include "tools/child_process.hpp"
 #include "tools/doctor/cyclictest.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"

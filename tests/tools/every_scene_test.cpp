@@ -1,6 +1,6 @@
 // Every scene runs or is refused with a sentence: all keys of all presets with unusual values.
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -21,11 +21,13 @@ class EveryScene : public testing::TestWithParam<const char*> {};
 
 TEST_P(EveryScene, RunsOrIsRefused) {
   const std::string preset = std::string("preset = \"") + GetParam() + "\"\n";
-  for (const SceneKey& key : kSceneKeys) {
+  const std::vector<std::string> keys = number_keys();
+  ASSERT_GT(keys.size(), 50U);
+  for (const std::string& key : keys) {
     for (const char* const value : kUnusualValues) {
       // Long ticks hold many steps.
-      const int ticks = std::string_view(key.table) == "loop" ? 2 : 20;
-      run(preset + "[" + key.table + "]\n" + key.name + " = " + value + "\n", ticks);
+      const int ticks = key.starts_with("loop.") ? 2 : 20;
+      run(preset + key + " = " + value + "\n", ticks);
     }
   }
 }

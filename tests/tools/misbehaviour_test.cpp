@@ -137,7 +137,7 @@ TEST(Misbehaviour, AWrongBaudRateIsNamedWithinTwoSecondsWhateverTheProtocol) {
       if (given != std::string::npos) uri.erase(given, uri.find('&', given + 1) - given);
       const TemporaryFolder folder;
       const auto run = run_program({"record", uri + "&baud=9600", folder.path("t.csv")});
-      EXPECT_EQ(run.exit_code, 2) << entry.name;
+      EXPECT_EQ(run.exit_code, 3) << entry.name;
       EXPECT_NE(run.err.find("2.0 s"), std::string::npos) << run.err;
       EXPECT_NE(run.err.find("the baud rate (it is read at 9600 Bd"), std::string::npos) << run.err;
     });
@@ -155,7 +155,7 @@ TEST(Misbehaviour, AWrongProtocolIsToldTheLikelyOne) {
       const TemporaryFolder folder;
       const auto run = run_program(
           {"record", port + "?protocol=" + asked + "&baud=115200", folder.path("t.csv")});
-      EXPECT_EQ(run.exit_code, 2) << asked;
+      EXPECT_EQ(run.exit_code, 3) << asked;
       EXPECT_NE(run.err.find("so give protocol=csv"), std::string::npos) << asked << run.err;
     });
   }

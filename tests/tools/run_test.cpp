@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <regex>
+#include <sstream>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -140,6 +144,107 @@ TEST(Run, BadInputGetsOneSentenceExit2AndNoFile) {
     EXPECT_FALSE(std::filesystem::exists(spikes)) << sentence;
     std::filesystem::remove(spikes + ".part");
   }
+}
+
+/// The spikes that a run's JSON summary counts.
+int spikes_in(const std::vector<std::string>& arguments) {
+  std::vector<std::string> all = {"run", "--fast", "--json"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  const auto run = run_program(all);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return nlohmann::json::parse(run.out)["spikes"].get<int>();
+}
+
+TEST(Run, APressThatNoAfferentFeelsIsExplainedAndTheAdviceWorks) {
+  struct Silent {
+    std::string press;    ///< with the level left out
+    std::string level;    ///< that no afferent feels
+    std::string reached;  ///< part of what is printed
+    std::regex advice;
+  };
+  const std::vector<Silent> presses = {
+      {"sim:ramp?ramp_s=0.5&depth_mm=", "1", "the press reached 0.247 N (1 mm)",
+       std::regex("Press deeper than about ([0-9.]+) mm")},
+      {"sim:ramp?depth_mm=", "0.8", "the press reached 0.177 N (0.8 mm)",
+       std::regex("Press deeper than about ([0-9.]+) mm")},
+      {"sim:ramp?ramp_s=1&force_N=", "0.2", "the press reached 0.2 N",
+       std::regex("Press harder than about ([0-9.]+) N")}};
+  for (const Silent& silent : presses) {
+    const std::string uri = silent.press + silent.level;
+    EXPECT_EQ(spikes_in({"--probe", uri}), 0);
+    const std::string out = run_program({"run", "--fast", "--probe", uri}).out;
+    EXPECT_NE(out.find("no afferent fired: " + silent.reached), std::string::npos) << out;
+    EXPECT_TRUE(std::regex_search(out, std::regex("got [0-9.]+ % of its rheobase"))) << out;
+    std::smatch advice;
+    ASSERT_TRUE(std::regex_search(out, advice, silent.advice)) << out;
+    EXPECT_GT(spikes_in({"--probe", silent.press + advice[1].str()}), 0) << advice[1];
+    // Below it by more than the rounding, nothing fires.
+    EXPECT_EQ(spikes_in({"--probe", silent.press + std::to_string(0.85 * std::stod(advice[1]))}), 0)
+        << advice[1];
+    EXPECT_NE(out.find("try merkel run goodwin --probe '" + uri + "'"), std::string::npos) << out;
+    EXPECT_GT(spikes_in({"goodwin", "--probe", uri}), 0);
+  }
+  const auto apart = run_program({"run", "--fast", "--probe", "sim:ramp?depth_mm=0"});
+  EXPECT_NE(apart.out.find("no afferent fired: no probe touched the skin"), std::string::npos);
+  EXPECT_EQ(run_program({"run", "--fast"}).out.find("no afferent fired"), std::string::npos);
+}
+
+TEST(Run, ListsTheTenMostActiveAfferentsByTheirRateDuringContact) {
+  const auto rows_of = [](const std::string& out) {
+    std::vector<double> rates;
+    std::istringstream lines(out.substr(out.find("whole_run_hz\n") + 13));
+    std::string line;
+    while (std::getline(lines, line)) {
+      std::istringstream fields(line);
+      double number = 0.0;
+      double receptors = 0.0;
+      double distance = 0.0;
+      double spikes = 0.0;
+      double contact_hz = 0.0;
+      if (!(fields >> number >> receptors >> distance >> spikes >> contact_hz)) break;
+      rates.push_back(contact_hz);
+    }
+    return rates;
+  };
+  const auto ten = rows_of(run_program({"run", "goodwin", "--fast"}).out);
+  EXPECT_EQ(ten.size(), 10U);
+  EXPECT_TRUE(std::is_sorted(ten.rbegin(), ten.rend()));
+  EXPECT_GT(ten.back(), 10.0);
+  const auto all = rows_of(run_program({"run", "goodwin", "--fast", "--all"}).out);
+  EXPECT_EQ(all.size(), 450U);
+  EXPECT_EQ(std::vector<double>(all.begin(), all.begin() + 10), ten);
+}
+
+TEST(Run, RatesDuringContactAreOfTheTimeOfContact) {
+  const auto run = run_program({"run", "--fast", "--json"});
+  const auto summary = nlohmann::json::parse(run.out);
+  // The built-in press touches from 0.2 s to 2.24 s, of 2.74 s.
+  const auto& eighth = summary["neurons"][7];
+  EXPECT_NEAR(eighth["contact_rate_hz"].get<double>(), eighth["spikes"].get<int>() / 2.04, 0.2);
+  EXPECT_NEAR(eighth["rate_hz"].get<double>(), eighth["spikes"].get<int>() / 2.74, 0.2);
+  const auto apart = run_program({"run", "--fast", "--json", "--probe", "sim:ramp?depth_mm=0"});
+  EXPECT_TRUE(nlohmann::json::parse(apart.out)["neurons"][0]["contact_rate_hz"].is_null());
+}
+
+TEST(Run, WhatAContactDoesNotHaveIsNull) {
+  const TemporaryFolder folder;
+  const auto press_of = [&](const std::string& scene) {
+    const auto run = run_program({"run", folder.file("s.toml", scene), "--fast", "--json"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return nlohmann::json::parse(run.out)["probes"][0]["deepest_press"];
+  };
+  for (const char* const tip : {"pin", "bars"}) {
+    const auto press = press_of("[probe]\ntip = \"" + std::string(tip) + "\"\n");
+    for (const char* const key :
+         {"contact_radius_mm", "peak_pressure_kPa", "radius_ratio", "sphere_force_error",
+          "layer_ratio", "layer_force_error", "valid"}) {
+      EXPECT_TRUE(press.at(key).is_null()) << tip << " " << key;
+    }
+    EXPECT_GT(press["force_N"].get<double>(), 0.0);
+  }
+  const auto sphere = press_of("");
+  EXPECT_NEAR(sphere["contact_radius_mm"].get<double>(), 1.732, 1e-3);
+  EXPECT_NEAR(sphere["layer_ratio"].get<double>(), 0.433, 1e-3);
 }
 
 TEST(Run, AFullDiskIsAnErrorWithACount) {

@@ -118,7 +118,7 @@ uri = "csv:b"
   EXPECT_EQ(model.network.weight_max, 0.25);
   EXPECT_EQ(model.network.seed, 4U);
   EXPECT_EQ(model.tick, std::chrono::microseconds{250});
-  EXPECT_EQ(scene->max_catch_up_ticks, 5);
+  EXPECT_EQ(scene->loop.max_catch_up_ticks, 5);
   EXPECT_EQ(scene->sinks, (std::vector<std::string>{"csv:a", "csv:b"}));
   EXPECT_TRUE(TactileModel::create(model));
 }

@@ -15,7 +15,10 @@ int complain(const std::string& sentence, int exit_code) {
 
 int refuse(const std::string& sentence) { return complain(sentence, kWrongInput); }
 
-int refuse(const SetupError& error) { return refuse(error.sentence); }
+int refuse(const SetupError& error) {
+  return complain(error.sentence,
+                  error.kind == SetupError::Kind::kUnavailable ? kRefused : kWrongInput);
+}
 
 int fail(const std::string& sentence) { return complain(sentence, kFailed); }
 

@@ -9,8 +9,9 @@ namespace merkel {
 
 /// Exit codes of the program.
 inline constexpr int kDone = 0;
-inline constexpr int kFailed = 1;
-inline constexpr int kWrongInput = 2;
+inline constexpr int kFailed = 1;      ///< while running
+inline constexpr int kWrongInput = 2;  ///< or wrong usage
+inline constexpr int kRefused = 3;     ///< by a device or the host
 
 /// Each adds one subcommand to the program.
 void add_run_command(CommandLine& program);
@@ -23,6 +24,7 @@ void add_calibrate_command(CommandLine& program);
 void add_simulate_probe_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);
 void add_inspect_session_command(CommandLine& inspect);
+void add_scene_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
 void add_score_command(CommandLine& program);
 void add_fit_command(CommandLine& program);
@@ -30,8 +32,9 @@ void add_bench_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);
 
-/// Prints "merkel: sentence" to stderr. Returns the exit code for it: 2 before anything ran.
+/// Prints "merkel: sentence" to stderr. Returns the exit code of wrong input: 2.
 int refuse(const std::string& sentence);
+/// The same for an error of set-up; its kind decides whether the exit code is 2 or 3.
 int refuse(const SetupError& error);
 /// The same for something that failed while running: 1.
 int fail(const std::string& sentence);

@@ -9,8 +9,8 @@
 #include <unistd.h>
 
 #include "core/units.hpp"
+#include "tools/child_process.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/doctor/child_process.hpp"
 #include "tools/doctor/cyclictest.hpp"
 #include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"

@@ -1,6 +1,8 @@
-#include <array>
 #include <cstdio>
+#include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/units.hpp"
@@ -11,36 +13,25 @@
 namespace merkel {
 namespace {
 
-/// Sets a neuron parameter by its name, "gCaL=0" or "g_CaL=0".
+/// Sets a number of [neuron] by its key, "g_CaL=0"; underscores may be left out.
 Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxley& neuron) {
-  struct Named {
-    const char* name;
-    double HodgkinHuxley::*member;
+  const auto bare = [](std::string name) {
+    std::erase(name, '_');
+    return name;
   };
-  constexpr std::array<Named, 10> kNamed = {{{"gNa", &HodgkinHuxley::g_Na},
-                                             {"gK", &HodgkinHuxley::g_K},
-                                             {"gL", &HodgkinHuxley::g_L},
-                                             {"gCaL", &HodgkinHuxley::g_CaL},
-                                             {"ENa", &HodgkinHuxley::E_Na},
-                                             {"EK", &HodgkinHuxley::E_K},
-                                             {"ECa", &HodgkinHuxley::E_Ca},
-                                             {"Vrest", &HodgkinHuxley::V_rest},
-                                             {"C", &HodgkinHuxley::capacitance_uF_per_cm2},
-                                             {"threshold", &HodgkinHuxley::spike_threshold_mV}}};
   const auto equals = setting.find('=');
-  std::string name = setting.substr(0, equals);
-  std::erase(name, '_');
+  const std::string name = bare(setting.substr(0, equals));
   const auto value =
       equals == std::string::npos ? std::nullopt : parse_number(setting.substr(equals + 1));
-  for (const Named& named : kNamed) {
-    if (name != named.name) continue;
-    if (!value) break;
-    neuron.*named.member = *value;
+  std::string known;
+  for (const BoundField& key : bind_fields(neuron)) {
+    known.append(known.empty() ? "" : ", ").append(key.field->key);
+    if (!value || name != bare(std::string(key.field->key))) continue;
+    *std::get<double*>(key.value) = *value;
     return {};
   }
   return bad_input("--set " + setting +
-                   " is not understood: write NAME=NUMBER with gNa, gK, gL, gCaL, ENa, EK, ECa, "
-                   "V_rest, C or threshold");
+                   " is not understood: write NAME=NUMBER, as in gCaL=0, with " + known);
 }
 
 std::string joined(const std::vector<std::string>& words) {

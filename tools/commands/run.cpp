@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/recording_probe.hpp"
+#include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
 #include "realtime/threads/spinning_team.hpp"
@@ -33,6 +34,7 @@ struct RunOptions {
   std::vector<std::string> sinks;
   bool fast = false;
   bool json = false;
+  bool all = false;
   bool overwrite = false;
   bool allow_remote = false;
   std::string record;
@@ -109,7 +111,7 @@ int run(const RunOptions& options) {
   Pipeline::Parameters parameters{.fast = options.fast,
                                   .delay = delay,
                                   .duration = std::nullopt,
-                                  .max_catch_up_ticks = scene->max_catch_up_ticks,
+                                  .max_catch_up_ticks = scene->loop.max_catch_up_ticks,
                                   .wait = scene->loop.wait,
                                   .realtime = scene->loop.realtime,
                                   .team = team->get()};
@@ -160,8 +162,9 @@ int run(const RunOptions& options) {
   if (on_terminal) std::fputs("\r\033[K", stderr);
   if (!report) return refuse(report.error());
 
-  const std::string summary = options.json ? summary_json(*report, *model, plan ? &*plan : nullptr)
-                                           : summary_text(*report, *model, plan ? &*plan : nullptr);
+  const std::string summary =
+      options.json ? summary_json(*report, *model, plan ? &*plan : nullptr)
+                   : summary_text(*report, *model, plan ? &*plan : nullptr, options.all);
   std::fputs(summary.c_str(), summary_to_stderr ? stderr : stdout);
   if (!report->trouble.empty()) {
     return refuse(report->trouble);
@@ -198,9 +201,12 @@ void add_run_command(CommandLine& program) {
       .option("--seed", options->seed,
               "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
+      .flag("--all", options->all,
+            "Print every afferent at the end, not only the ten with the highest rates")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,
             "Let sinks send to, or be reached from, other machines")
+      .notes(kSimProbeHelp)
       .runs([options] { return run(*options); });
 }
 

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "tools/doctor/child_process.hpp"
+#include "tools/child_process.hpp"
 
 namespace merkel {
 namespace {

@@ -2,23 +2,24 @@
 
 namespace merkel {
 
-void read_loop_settings(SceneTable& table, LoopSettings& loop) {
-  auto wait = static_cast<std::size_t>(loop.wait);
-  table.word("wait", {"hybrid", "sleep"}, wait);
-  loop.wait = static_cast<LoopWait>(wait);
-  std::size_t scheduler = loop.realtime.fifo ? 0 : 1;
-  table.word("scheduler", {"fifo", "normal"}, scheduler);
-  loop.realtime.fifo = scheduler == 0;
-  table.whole("threads", loop.threads)
-      .whole("priority", loop.realtime.priority)
-      .truth("lock_memory", loop.realtime.lock_memory)
-      .truth("cpu_awake", loop.realtime.cpu_awake);
-  if (table.has("cpu")) {
-    int cpu = 0;
-    table.whole("cpu", cpu);
-    loop.realtime.cpu = cpu;
-  }
-  table.known("cpu");
+FieldTable LoopSettings::fields() {
+  using P = LoopSettings;
+  static constexpr std::string_view kWaits[] = {"hybrid", "sleep"};
+  static constexpr Field kFields[] = {
+      {"stale_after_ms", "ms", positive(1e7),
+       "a probe that sends nothing for this long is released", at<&P::stale_after>},
+      {"max_catch_up_ticks", "", from_to(0, 1'000'000),
+       "most ticks computed without waiting after a delay; further behind, ticks are skipped",
+       at<&P::max_catch_up_ticks>, "20 with a device, no limit for a recording"},
+      {"wait", "", one_of(kWaits),
+       "how the loop waits for a tick: sleep and then spin, or sleep alone", at<&P::wait>},
+      {"threads", "", any_value(), "threads that share the work of a tick, at most one a core",
+       at<&P::threads>}};
+  return {"loop", kFields};
+}
+
+Expected<void, ParameterError> LoopSettings::check() const {
+  return ParameterCheck().fields(*this).also(realtime.check()).result();
 }
 
 }  // namespace merkel

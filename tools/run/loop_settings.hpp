@@ -1,21 +1,26 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "core/parameters/parameter_error.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/input/probe_input.hpp"
 #include "realtime/threads/thread_setup.hpp"
-#include "tools/scene/scene_table.hpp"
 
 namespace merkel {
 
-/// How a scene's [loop] meets the host's time.
+/// How the loop of a scene runs on the host, apart from the length of its ticks.
 struct LoopSettings {
+  std::chrono::nanoseconds stale_after = ProbeInput::Parameters{}.stale_after;
+  std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
   LoopWait wait = LoopWait::kHybrid;
   int threads = 1;  ///< that share a tick's work
   RealtimeSettings realtime;
 
-  [[nodiscard]] Expected<void, ParameterError> check() const { return realtime.check(); }
+  [[nodiscard]] static FieldTable fields();
+  [[nodiscard]] Expected<void, ParameterError> check() const;
 };
-
-/// Reads the keys wait, threads, scheduler, priority, cpu, lock_memory and cpu_awake.
-void read_loop_settings(SceneTable& table, LoopSettings& loop);
 
 }  // namespace merkel

@@ -14,54 +14,15 @@
 
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
+#include "tools/run/afferent_table.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/loop_summary.hpp"
+#include "tools/run/silence.hpp"
 #include "tools/scene/contact_sentence.hpp"
 
 namespace merkel {
 namespace {
-
-/// What the summary says of one afferent.
-struct NeuronRow {
-  std::size_t receptors = 0;
-  double mean_distance_mm = 0.0;  ///< of its receptors from the axis of the patch's first probe
-  std::uint64_t spikes = 0;
-  double rate_hz = 0.0;
-};
-
-std::optional<std::size_t> first_probe_on(std::size_t patch, const TactileModel& model) {
-  const auto& indenters = model.parameters().indenters;
-  const auto found =
-      std::find_if(indenters.begin(), indenters.end(),
-                   [patch](const Indenter& indenter) { return indenter.patch == patch; });
-  if (found == indenters.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - indenters.begin());
-}
-
-std::vector<NeuronRow> neuron_rows(const RunReport& report, const TactileModel& model) {
-  std::vector<NeuronRow> rows(model.neurons());
-  std::size_t first = 0;
-  for (std::size_t patch = 0; patch < model.patches().size(); ++patch) {
-    const auto probe = first_probe_on(patch, model);
-    for (const Receptor& receptor : model.patches()[patch].drive().receptors()) {
-      NeuronRow& row = rows[first + receptor.neuron - 1];
-      ++row.receptors;
-      if (!probe) continue;
-      const Press& press = model.deepest()[*probe];
-      row.mean_distance_mm += std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
-    }
-    first += model.patches()[patch].neurons();
-  }
-  const double simulated_s = units::s_from(report.simulated);
-  for (std::size_t n = 0; n < rows.size(); ++n) {
-    NeuronRow& row = rows[n];
-    if (row.receptors > 0) row.mean_distance_mm /= static_cast<double>(row.receptors);
-    row.spikes = report.spikes_of_neuron[n];
-    if (simulated_s > 0.0) row.rate_hz = static_cast<double>(row.spikes) / simulated_s;
-  }
-  return rows;
-}
 
 [[gnu::format(printf, 2, 3)]] void append(std::string& text, const char* format, ...) {
   std::array<char, 1024> line{};
@@ -71,8 +32,6 @@ std::vector<NeuronRow> neuron_rows(const RunReport& report, const TactileModel& 
   va_end(arguments);
   text += line.data();
 }
-
-using Count = unsigned long long;
 
 /// How long a tick took: the median on the host's clock, the mean with --fast.
 double measured_tick_us(const RunReport& report) {
@@ -116,22 +75,26 @@ void add_handover(nlohmann::ordered_json& json, const Handover& counts) {
   for (const auto& [name, count] : counts) json[std::string(name)] = count;
 }
 
+/// Quantities that the contact does not have, as the radius of a flat tip's, are null.
 nlohmann::ordered_json press_json(const Press& press, const TactileModel& model,
                                   std::size_t indenter) {
+  using Json = nlohmann::ordered_json;
   const ContactValidity validity = validity_of(press.contact, model.parameters().skin,
                                                model.parameters().indenters[indenter].radius_mm);
+  const bool round = press.contact.touching();
+  const auto if_true = [](bool exists, double value) { return exists ? Json(value) : Json(); };
   return {{"depth_mm", press.contact.depth_mm},
           {"x_mm", press.x_mm},
           {"y_mm", press.y_mm},
-          {"contact_radius_mm", press.contact.contact_radius_mm},
+          {"contact_radius_mm", if_true(round, press.contact.contact_radius_mm)},
           {"force_N", units::N_from_mN(press.contact.force_mN)},
-          {"peak_pressure_kPa", press.contact.peak_pressure_kPa},
-          {"radius_ratio", validity.radius_ratio},
-          {"sphere_force_error", validity.sphere_force_error},
-          {"layer_ratio", validity.layer_ratio},
-          {"layer_force_error", validity.layer_force_error},
-          {"valid", validity.within},
-          {"validity", contact_sentence(press, model, indenter)}};
+          {"peak_pressure_kPa", if_true(round, press.contact.peak_pressure_kPa)},
+          {"radius_ratio", if_true(round, validity.radius_ratio)},
+          {"sphere_force_error", if_true(round, validity.sphere_force_error)},
+          {"layer_ratio", if_true(round, validity.layer_ratio)},
+          {"layer_force_error", if_true(round, validity.layer_force_error)},
+          {"valid", round ? Json(validity.within) : Json()},
+          {"validity", press.touching() ? Json(contact_sentence(press, model, indenter)) : Json()}};
 }
 
 nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
@@ -146,7 +109,8 @@ nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
 
 }  // namespace
 
-std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan) {
+std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan,
+                         bool all_afferents) {
   std::string text;
   const double simulated_s = units::s_from(report.simulated);
   const double wall_s = units::s_from(report.wall);
@@ -190,15 +154,8 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     text += "sink " + sink.uri + ":" + handover_text(counts_of(sink)) + "\n";
     if (!sink.trouble.empty()) append(text, "  failed: %s\n", sink.trouble.c_str());
   }
-  append(text, "neuron receptors mean_distance_mm spikes rate_hz\n");
-  const std::vector<NeuronRow> rows = neuron_rows(report, model);
-  // Of many, those that fired.
-  const bool all = rows.size() <= 100;
-  for (std::size_t n = 0; n < rows.size(); ++n) {
-    if (!all && rows[n].spikes == 0) continue;
-    append(text, "%6zu %9zu %16.2f %6llu %7.1f\n", n + 1, rows[n].receptors,
-           rows[n].mean_distance_mm, static_cast<Count>(rows[n].spikes), rows[n].rate_hz);
-  }
+  text += silence_text(report, model);
+  text += afferent_text(afferent_rows(report, model), all_afferents);
   return text;
 }
 
@@ -221,15 +178,6 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
     json["trouble"] = sink.trouble;
     sinks.push_back(std::move(json));
   }
-  Json neurons = Json::array();
-  const std::vector<NeuronRow> rows = neuron_rows(report, model);
-  for (std::size_t n = 0; n < rows.size(); ++n) {
-    neurons.push_back({{"neuron", n + 1},
-                       {"receptors", rows[n].receptors},
-                       {"mean_distance_mm", rows[n].mean_distance_mm},
-                       {"spikes", rows[n].spikes},
-                       {"rate_hz", rows[n].rate_hz}});
-  }
   Json summary = {{"start_s", units::s_from(report.start)},
                   {"simulated_s", units::s_from(report.simulated)},
                   {"wall_s", units::s_from(report.wall)},
@@ -241,7 +189,7 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
       std::isfinite(model.closest_rims()) ? Json(model.closest_rims()) : Json();
   summary["probes"] = std::move(probes);
   summary["sinks"] = std::move(sinks);
-  summary["neurons"] = std::move(neurons);
+  summary["neurons"] = afferent_json(afferent_rows(report, model));
   return summary.dump(2) + "\n";
 }
 

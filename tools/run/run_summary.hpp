@@ -10,7 +10,7 @@ namespace merkel {
 
 /// The end-of-run summary for people. \param plan  that chose the method; null: none
 [[nodiscard]] std::string summary_text(const RunReport& report, const TactileModel& model,
-                                       const Plan* plan = nullptr);
+                                       const Plan* plan = nullptr, bool all_afferents = false);
 
 /// The same as JSON, for programs: one object.
 [[nodiscard]] std::string summary_json(const RunReport& report, const TactileModel& model,

@@ -1,11 +1,11 @@
 #include "tools/scene/scene_file.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
+#include <cstddef>
 #include <utility>
 
-#include "core/units.hpp"
+#include "core/scene/model_fields.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/scene_table.hpp"
 
@@ -14,217 +14,29 @@ namespace {
 
 using Findings = SceneTable::Findings;
 
-using Words = std::vector<std::string>;
-
-/// Reads one of several words, in the order of an enumeration's values.
-template <class Enum>
-void read_word(SceneTable& table, std::string_view key, const Words& words, Enum& value) {
-  auto index = static_cast<std::size_t>(value);
-  table.word(key, words, index);
-  value = static_cast<Enum>(index);
-}
-
-/// Reads a time in a unit of `unit_ns` nanoseconds; whole nanoseconds, so that steps divide ticks
-/// exactly.
-void read_time(SceneTable& table, std::string_view key, double unit_ns,
-               std::chrono::nanoseconds& value) {
-  double amount = static_cast<double>(value.count()) / unit_ns;
-  table.number(key, amount);
-  const double ns = amount * unit_ns;
-  // Out of range becomes 0, which every check refuses where the time must be positive.
-  value = std::chrono::nanoseconds{ns >= 0.0 && ns < 9e18 ? std::llround(ns) : std::int64_t{0}};
-}
-
-void read_skin(SceneTable table, SkinParameters& skin) {
-  table.number("epidermis_kPa", skin.epidermis_kPa)
-      .number("dermis_kPa", skin.dermis_kPa)
-      .number("poisson_ratio", skin.poisson_ratio)
-      .number("radius_mm", skin.radius_mm)
-      .number("receptor_depth_mm", skin.receptor_depth_mm)
-      .number("thickness_mm", skin.thickness_mm);
-  if (table.has("apex_mm")) {
-    std::vector<double> apex;
-    table.numbers("apex_mm", apex);
-    if (apex.size() != 2) table.refuse("apex_mm", "must be two numbers: [x, y]");
-    if (apex.size() == 2) skin.apex = {.x_mm = apex[0], .y_mm = apex[1]};
-  }
-  table.known("apex_mm");
-  read_word(table, "contact_law", {"hertz", "sneddon"}, skin.contact_law);
-  read_word(table, "layer_law", {"dimitriadis", "exact"}, skin.layer_law);
-  read_word(table, "energy_density", {"distortional", "full"}, skin.energy_density);
-  table.finish();
-}
-
-/// Pairs of coordinates, [[x, y], …].
-void read_centres(SceneTable& table, PatchParameters& parameters) {
-  std::vector<std::array<double, 2>> pairs;
-  table.pairs("centres_mm", pairs);
-  for (const auto& [x, y] : pairs) parameters.centres.push_back({.x_mm = x, .y_mm = y});
-  if (!pairs.empty() && parameters.layout == ReceptorLayout::kSubregions) {
+void read_receptors(SceneTable table, PatchParameters& patch) {
+  table.read(receptor_fields(patch));
+  if (!patch.centres.empty() && patch.layout == ReceptorLayout::kSubregions) {
     table.refuse("centres_mm",
                  "is only of afferents with receptive fields: set layout = \"fields\"");
   }
+  table.finish();
 }
-
-void read_receptors(SceneTable table, PatchParameters& parameters) {
-  ReceptorParameters& receptors = parameters.receptors;
-  Patch& patch = parameters.patch;
-  read_word(table, "placement", {"random", "lattice"}, receptors.placement);
-  read_word(table, "layout", {"subregions", "fields"}, parameters.layout);
-  read_centres(table, parameters);
-  table.text("name", parameters.name)
-      .seed("seed", receptors.seed)
-      .whole("count", receptors.count)
-      .whole("field_receptors", parameters.field.receptors)
-      .number("field_radius_mm", parameters.field.radius_mm)
-      .number("density_per_mm2", receptors.density_per_mm2)
-      .number("density_max_per_mm2", receptors.density_max_per_mm2)
-      .number("density_min_per_mm2", receptors.density_min_per_mm2)
-      .number("length_mm", patch.length_mm)
-      .number("width_mm", patch.width_mm)
-      .whole("columns", patch.columns)
-      .whole("rows", patch.rows)
-      .finish();
-}
-
-void read_transduction(SceneTable table, SigmoidTransduction& transduction) {
-  table.number("alpha_uA_per_cm2", transduction.alpha_uA_per_cm2)
-      .number("lambda_kPa", transduction.lambda_kPa)
-      .number("gamma_per_kPa", transduction.gamma_per_kPa)
-      .number("threshold_um", transduction.threshold_um)
-      .finish();
-}
-
-void read_afferent(SceneTable table, AdaptationParameters& afferent) {
-  table.number("gain_Hz_per_kPa", afferent.gain_Hz_per_kPa)
-      .number("fast_weight", afferent.fast_weight)
-      .number("slow_weight", afferent.slow_weight)
-      .number("fast_ms", afferent.fast_ms)
-      .number("slow_ms", afferent.slow_ms)
-      .number("gain_spread", afferent.gain_spread)
-      .seed("seed", afferent.seed)
-      .finish();
-}
-
-/// Noise that a scene asks for must be one that can be had again.
-void read_noise(SceneTable& table, NeuronNoise& noise) {
-  const bool seeded = table.has("seed");
-  table.number("noise", noise.sigma).seed("seed", noise.seed);
-  if (table.has("noise") && noise.sigma != 0.0 && !seeded) {
-    table.refuse(
-        "noise",
-        "needs a seed, so that a run can be repeated: add seed = 1 beside it, or any other "
-        "whole number");
-  }
-}
-
-const Words kNeuronKinds = {"hodgkin_huxley", "integrate_and_fire", "connor_stevens"};
 
 void read_neuron(SceneTable table, TactileModel::Parameters& model) {
-  NeuronKind kind = model.kind();
-  read_word(table, "kind", kNeuronKinds, kind);
-  if (kind != model.kind()) {
-    model.afferent = default_afferent(kind);
-    model.step = usual_step(kind);
+  table.read(neuron_kind_fields(model));
+  const BoundFields keys = neuron_fields(model);
+  table.read(keys);
+  // Noise must be reproducible.
+  const auto noise = std::find_if(keys.begin(), keys.end(),
+                                  [](const BoundField& key) { return key.field->key == "noise"; });
+  if (noise != keys.end() && table.has("noise") && !table.has("seed") &&
+      *std::get<double*>(noise->value) != 0.0) {
+    table.refuse("noise",
+                 "needs a seed, so that a run can be repeated: add seed = 1 beside it, or any "
+                 "other whole number");
   }
-  if (auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&model.afferent)) {
-    IntegrateAndFire& neuron = integrate->neuron;
-    read_time(table, "step_us", 1e3, model.step);
-    read_noise(table, neuron.noise);
-    table.number("tau_ms", neuron.tau_ms)
-        .number("threshold", neuron.threshold)
-        .number("reset", neuron.reset)
-        .number("floor", neuron.floor)
-        .number("refractory_ms", neuron.refractory_ms)
-        .finish();
-    return;
-  }
-  if (auto* const connor = std::get_if<ConnorStevensAfferent>(&model.afferent)) {
-    ConnorStevens& neuron = connor->neuron;
-    read_time(table, "step_us", 1e3, model.step);
-    read_noise(table, neuron.noise);
-    table.number("compression_ms", connor->compression_ms)
-        .number("capacitance_uF_per_cm2", neuron.capacitance_uF_per_cm2)
-        .number("g_Na", neuron.g_Na)
-        .number("g_K", neuron.g_K)
-        .number("g_A", neuron.g_A)
-        .number("g_L", neuron.g_L)
-        .number("E_Na", neuron.E_Na)
-        .number("E_K", neuron.E_K)
-        .number("E_A", neuron.E_A)
-        .number("E_L", neuron.E_L)
-        .number("spike_threshold_mV", neuron.spike_threshold_mV)
-        .finish();
-    return;
-  }
-  auto& afferent = std::get<HodgkinHuxleyAfferent>(model.afferent);
-  HodgkinHuxley& neuron = afferent.neuron;
-  read_word(table, "method", integration_method_names(), afferent.method);
-  read_word(table, "precision", precision_names(), afferent.precision);
-  read_time(table, "step_us", 1e3, model.step);
-  table.number("capacitance_uF_per_cm2", neuron.capacitance_uF_per_cm2)
-      .number("g_Na", neuron.g_Na)
-      .number("g_K", neuron.g_K)
-      .number("g_L", neuron.g_L)
-      .number("g_CaL", neuron.g_CaL)
-      .number("E_Na", neuron.E_Na)
-      .number("E_K", neuron.E_K)
-      .number("E_Ca", neuron.E_Ca)
-      .number("V_rest", neuron.V_rest)
-      .number("spike_threshold_mV", neuron.spike_threshold_mV)
-      .finish();
-}
-
-void read_network(SceneTable table, NetworkParameters& network) {
-  table.number("gain", network.gain)
-      .number("weight_min", network.weight_min)
-      .number("weight_max", network.weight_max)
-      .seed("seed", network.seed)
-      .finish();
-}
-
-void read_accuracy(SceneTable table, AccuracyParameters& accuracy,
-                   std::optional<double>& spike_time_us) {
-  if (table.has("spike_time_us")) {
-    double budget = 0.0;
-    table.number("spike_time_us", budget);
-    spike_time_us = budget;
-  }
-  table.number("cull_tolerance", accuracy.cull_tolerance)
-      .truth("freeze_resting", accuracy.freeze_resting)
-      .known("spike_time_us")
-      .finish();
-}
-
-/// The patch that a probe presses on, by the name of its [[receptors]].
-void read_patch_of_probe(SceneTable& table, const std::vector<PatchParameters>& patches,
-                         std::size_t& patch) {
-  std::vector<std::string> names;
-  for (const auto& each : patches) names.push_back(each.name);
-  table.word("patch", names, patch);
-}
-
-void read_probe(SceneTable& table, Scene::OfProbe& probe, Indenter& indenter) {
-  read_word(table, "tip", {"sphere", "bars", "pin"}, indenter.tip);
-  table.text("uri", probe.uri)
-      .number("radius_mm", indenter.radius_mm)
-      .number("diameter_mm", indenter.pin.diameter_mm)
-      .numbers("bar_widths_mm", indenter.bars.widths_mm)
-      .numbers("bar_gaps_mm", indenter.bars.gaps_mm)
-      .number("bar_length_mm", indenter.bars.length_mm)
-      .number("x_mm", probe.input.x_mm)
-      .number("y_mm", probe.input.y_mm);
-  if (table.has("control")) {
-    Indenter::Control control{};
-    read_word(table, "control", {"depth", "force"}, control);
-    probe.control = control;
-  }
-  if (table.has("delay_ms")) {
-    std::chrono::nanoseconds delay{0};
-    read_time(table, "delay_ms", 1e6, delay);
-    probe.delay = delay;
-  }
-  table.known("control").known("delay_ms").finish();
+  table.finish();
 }
 
 /// Calls `read` for the table `key`, or for each of several.
@@ -257,6 +69,63 @@ void drop_stray_probes(Scene& scene) {
   scene.model.indenters.resize(kept);
 }
 
+/// Calls `read` for the table `key`, if there is one.
+template <class Read>
+void with_table(SceneTable& root, std::string_view key, Findings& findings, Read read) {
+  const toml::node* const node = root.find(key);
+  if (node == nullptr) return;
+  if (const toml::table* const table = node->as_table()) {
+    read(SceneTable(*table, std::string(key), findings));
+  } else {
+    findings.fail(node->source(),
+                  std::string(key) + " must be a table: write [" + std::string(key) + "]");
+  }
+}
+
+void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
+  std::vector<PatchParameters> patches;
+  for_each_table(root, "receptors", findings, [&](const toml::table& table) {
+    PatchParameters patch = scene.model.patches.front();
+    // Patches without a seed of their own are drawn differently.
+    patch.receptors.seed += patches.size();
+    read_receptors(SceneTable(table, "receptors", findings), patch);
+    patches.push_back(std::move(patch));
+  });
+  if (patches.empty()) return;
+  scene.model.patches = std::move(patches);
+  drop_stray_probes(scene);
+}
+
+/// Probes without a position press on the centre of their patch.
+void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
+  const auto to_centre = [&scene](std::size_t i) {
+    const Patch& skin = scene.model.patches[scene.model.indenters[i].patch].patch;
+    scene.probes[i].input = {.stale_after = scene.loop.stale_after,
+                             .x_mm = 0.5 * skin.length_mm,
+                             .y_mm = 0.5 * skin.width_mm};
+  };
+  const Scene::OfProbe first_probe = scene.probes.front();
+  const Indenter first_indenter = scene.model.indenters.front();
+  std::size_t count = 0;
+  for_each_table(root, "probe", findings, [&](const toml::table& table) {
+    if (count == 0) {
+      scene.probes.clear();
+      scene.model.indenters.clear();
+    }
+    scene.probes.push_back(first_probe);
+    scene.model.indenters.push_back(first_indenter);
+    SceneTable reader(table, "probe", findings);
+    BoundFields keys = probe_keys(scene, count);
+    const auto after_patch = keys.begin() + 1;
+    reader.read({keys.begin(), after_patch});
+    to_centre(count);
+    reader.read({after_patch, keys.end()}).finish();
+    ++count;
+  });
+  if (count > 0) return;
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) to_centre(i);
+}
+
 Scene scene_of(const toml::table& root, Findings& findings) {
   SceneTable top(root, "", findings);
   std::size_t preset = 0;
@@ -264,83 +133,25 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   if (present_name(name) == name) {
     top.word("preset", preset_names(), preset);
     name = preset_names()[preset];
-  }
-  top.known("preset");
-  Scene scene = *preset_scene(name);
-  const auto one = [&](std::string_view key, auto read) {
-    const toml::node* const node = top.find(key);
-    if (node == nullptr) return;
-    if (const toml::table* const table = node->as_table()) {
-      read(SceneTable(*table, std::string(key), findings));
-    } else {
-      findings.fail(node->source(),
-                    std::string(key) + " must be a table: write [" + std::string(key) + "]");
-    }
-  };
-  one("skin", [&](SceneTable table) { read_skin(std::move(table), scene.model.skin); });
-  std::vector<PatchParameters> patches;
-  for_each_table(top, "receptors", findings, [&](const toml::table& table) {
-    PatchParameters patch = scene.model.patches.front();
-    // Patches that say nothing of it are drawn each in its own way.
-    patch.receptors.seed += patches.size();
-    read_receptors(SceneTable(table, "receptors", findings), patch);
-    patches.push_back(std::move(patch));
-  });
-  if (!patches.empty()) {
-    scene.model.patches = std::move(patches);
-    drop_stray_probes(scene);
-  }
-  one("accuracy", [&](SceneTable table) {
-    read_accuracy(std::move(table), scene.model.accuracy, scene.spike_time_us);
-  });
-  one("transduction",
-      [&](SceneTable table) { read_transduction(std::move(table), scene.model.transduction); });
-  one("afferent",
-      [&](SceneTable table) { read_afferent(std::move(table), scene.model.adaptation); });
-  one("neuron", [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
-  one("network", [&](SceneTable table) { read_network(std::move(table), scene.model.network); });
-
-  // The default network is one of the default neurons.
-  if (scene.model.energy_driven() && top.find("network") == nullptr) scene.model.network.gain = 0.0;
-
-  std::chrono::nanoseconds stale_after = ProbeInput::Parameters{}.stale_after;
-  one("loop", [&](SceneTable table) {
-    read_time(table, "tick_us", 1e3, scene.model.tick);
-    read_time(table, "stale_after_ms", 1e6, stale_after);
-    if (table.has("max_catch_up_ticks")) {
-      std::int64_t ticks = 0;
-      table.whole("max_catch_up_ticks", ticks);
-      scene.max_catch_up_ticks = ticks;
-    }
-    read_loop_settings(table, scene.loop);
-    table.known("max_catch_up_ticks").finish();
-  });
-
-  std::vector<Scene::OfProbe> probes;
-  std::vector<Indenter> indenters;
-  const auto centre_of = [&](std::size_t patch) {
-    const Patch& skin = scene.model.patches[patch].patch;
-    return ProbeInput::Parameters{
-        .stale_after = stale_after, .x_mm = 0.5 * skin.length_mm, .y_mm = 0.5 * skin.width_mm};
-  };
-  for_each_table(top, "probe", findings, [&](const toml::table& table) {
-    Scene::OfProbe probe = scene.probes.front();
-    Indenter indenter = scene.model.indenters.front();
-    SceneTable keys(table, "probe", findings);
-    read_patch_of_probe(keys, scene.model.patches, indenter.patch);
-    probe.input = centre_of(indenter.patch);
-    read_probe(keys, probe, indenter);
-    probes.push_back(std::move(probe));
-    indenters.push_back(indenter);
-  });
-  if (!probes.empty()) {
-    scene.probes = std::move(probes);
-    scene.model.indenters = std::move(indenters);
   } else {
-    for (std::size_t i = 0; i < scene.probes.size(); ++i) {
-      scene.probes[i].input = centre_of(scene.model.indenters[i].patch);
-    }
+    static_cast<void>(top.find("preset"));
   }
+  Scene scene = *preset_scene(name);
+  const auto read = [&](std::string_view table, const BoundFields& keys) {
+    with_table(top, table, findings, [&](SceneTable reader) { reader.read(keys).finish(); });
+  };
+  read("skin", bind_fields(scene.model.skin));
+  read_patches(top, findings, scene);
+  read("accuracy", accuracy_keys(scene));
+  read("transduction", bind_fields(scene.model.transduction));
+  read("afferent", bind_fields(scene.model.adaptation));
+  with_table(top, "neuron", findings,
+             [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
+  read("network", bind_fields(scene.model.network));
+  // The default network couples the default neurons.
+  if (scene.model.energy_driven() && !top.has("network")) scene.model.network.gain = 0.0;
+  read("loop", loop_keys(scene));
+  read_probes(top, findings, scene);
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();
@@ -360,6 +171,14 @@ bool mixes_control(const Scene& scene) {
   return wants(Indenter::Control::kDepth) && wants(Indenter::Control::kForce);
 }
 
+/// What a scene may not have besides what TactileModel::create refuses.
+Expected<void, ParameterError> check(const Scene& scene) {
+  ParameterCheck all;
+  Scene copy = scene;
+  all.fields(accuracy_keys(copy)).also(scene.loop.check());
+  for (const Scene::OfProbe& probe : scene.probes) all.fields(probe);
+  return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();
+}
 }  // namespace
 
 void Scene::set_probes(const std::vector<std::string>& uris) {
@@ -394,16 +213,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   scene.file = name;
   scene.text = text;
   scene.line_of = std::move(findings.line_of);
-  const auto checked =
-      ParameterCheck()
-          .positive("accuracy.spike_time_us", scene.spike_time_us.value_or(1.0))
-          .whole_in_range("loop.max_catch_up_ticks", scene.max_catch_up_ticks.value_or(0), 0,
-                          1'000'000)
-          .also(scene.loop.check())
-          .require(scene.probes.front().input.stale_after.count() > 0, "loop.stale_after_ms",
-                   "must be a positive number of milliseconds")
-          .require(!mixes_control(scene), "probe.control", kMixedControl)
-          .result();
+  const auto checked = check(scene);
   if (!checked) return bad_input(scene.sentence(checked.error()));
   return scene;
 }

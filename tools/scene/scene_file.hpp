@@ -23,6 +23,8 @@ struct Scene {
     ProbeInput::Parameters input;
     /// Which reading drives the contact; as the probe's channels suggest, if not set.
     std::optional<Indenter::Control> control;
+
+    [[nodiscard]] static FieldTable fields();
   };
   TactileModel::Parameters model;
   std::vector<OfProbe> probes;
@@ -30,12 +32,11 @@ struct Scene {
   LoopSettings loop;
   /// Largest rms error of spike times; the plan picks a method that meets it.
   std::optional<double> spike_time_us;
-  std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
-  std::string file;                                ///< empty for a preset
-  std::string preset;                              ///< its name; of a file, not set
-  std::string text;                                ///< from which parse_scene makes it again
-  std::string notice;                              ///< for the user; empty: none
-  std::map<std::string, std::uint32_t> line_of;    ///< where each key stands in the file
+  std::string file;                              ///< empty for a preset
+  std::string preset;                            ///< from which the defaults come
+  std::string text;                              ///< from which parse_scene makes it again
+  std::string notice;                            ///< for the user; empty: none
+  std::map<std::string, std::uint32_t> line_of;  ///< where each key stands in the file
 
   /// Takes these probes; further ones are like the scene's last.
   void set_probes(const std::vector<std::string>& uris);

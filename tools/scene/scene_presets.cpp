@@ -2,6 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <iterator>
+#include <system_error>
+
+#include "core/parameters/nearest_name.hpp"
 
 namespace merkel {
 namespace {
@@ -28,17 +33,15 @@ Scene goodwin() {
   TactileModel::Parameters& model = scene.model;
   model.skin.radius_mm = 7.0;
   model.patches.front().layout = ReceptorLayout::kFields;
-  model.afferent = IntegrateAndFireAfferent{};
   model.network.gain = 0.0;
-  model.step = usual_step(model.kind());
+  set_kind(model, NeuronKind::kIntegrateAndFire);
   return scene;
 }
 
 /// The same with Connor-Stevens neurons.
 Scene goodwin_cs() {
   Scene scene = goodwin();
-  scene.model.afferent = ConnorStevensAfferent{};
-  scene.model.step = usual_step(scene.model.kind());
+  set_kind(scene.model, NeuronKind::kConnorStevens);
   return scene;
 }
 
@@ -78,19 +81,13 @@ constexpr Preset kPresets[] = {{"paper", paper},
                                {"goodwin-cs", goodwin_cs},
                                {"hand", hand}};
 
-}  // namespace
-
-std::chrono::nanoseconds usual_step(NeuronKind kind) noexcept {
-  switch (kind) {
-    case NeuronKind::kIntegrateAndFire:
-      return std::chrono::microseconds{500};
-    case NeuronKind::kConnorStevens:
-      return std::chrono::microseconds{50};
-    case NeuronKind::kHodgkinHuxley:
-      break;
-  }
-  return TactileModel::Parameters{}.step;
+/// A word without a folder or an ending is meant as a preset's name, unless there is such a file.
+bool is_mistyped_preset(const std::string& name) {
+  std::error_code ignored;
+  return name.find_first_of("/.") == std::string::npos && !std::filesystem::exists(name, ignored);
 }
+
+}  // namespace
 
 std::string_view present_name(std::string_view preset) noexcept {
   return preset == "goodwin-hh" ? "goodwin-cs" : preset;
@@ -122,6 +119,16 @@ const std::vector<std::string>& preset_names() {
 
 Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
   const auto preset = preset_scene(name_or_file.empty() ? "paper" : name_or_file);
+  if (!preset && is_mistyped_preset(name_or_file)) {
+    const std::string nearest = nearest_name(name_or_file, preset_names());
+    std::string list;
+    for (const std::string& name : preset_names()) {
+      list.append(list.empty() ? "" : ", ").append(name);
+    }
+    return bad_input(
+        "there is no preset or scene file " + name_or_file +
+        (nearest.empty() ? ": the presets are " + list : ": did you mean " + nearest + "?"));
+  }
   auto scene = preset ? Expected<Scene, SetupError>(*preset) : read_scene(name_or_file);
   if (scene && !scene->notice.empty()) {
     std::fprintf(stderr, "merkel: %s\n", scene->notice.c_str());

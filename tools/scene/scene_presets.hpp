@@ -16,9 +16,6 @@ namespace merkel {
 [[nodiscard]] std::string_view present_name(std::string_view preset) noexcept;
 [[nodiscard]] const std::vector<std::string>& preset_names();
 
-/// The default step of a kind of neuron.
-[[nodiscard]] std::chrono::nanoseconds usual_step(NeuronKind kind) noexcept;
-
 /// The scene that a command was given: nothing (the paper's scene), a preset's name, or a scene
 /// file. Prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> scene_named(const std::string& name_or_file);

@@ -1,11 +1,106 @@
 #include "tools/scene/scene_table.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <type_traits>
+#include <utility>
 
 #include "core/parameters/nearest_name.hpp"
 
 namespace merkel {
+namespace {
+
+// Each reads a value of its type, or leaves it alone and returns what it must be.
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, double& value) {
+  if (!node.is_number()) return "a number";
+  value = *node.value<double>();
+  return {};
+}
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, std::int64_t& value) {
+  const auto number = node.value_exact<std::int64_t>();
+  if (!number) return "a whole number";
+  value = *number;
+  return {};
+}
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, int& value) {
+  const auto number = node.value_exact<std::int64_t>();
+  if (!number) return "a whole number";
+  if (*number < INT32_MIN || *number > INT32_MAX) return "a whole number of ordinary size";
+  value = static_cast<int>(*number);
+  return {};
+}
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, std::uint64_t& value) {
+  const auto number = node.value_exact<std::int64_t>();
+  if (!number || *number < 0) return "a whole number, zero or more";
+  value = static_cast<std::uint64_t>(*number);
+  return {};
+}
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, bool& value) {
+  const auto truth = node.value_exact<bool>();
+  if (!truth) return "true or false";
+  value = *truth;
+  return {};
+}
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, std::string& value) {
+  const auto text = node.value_exact<std::string>();
+  if (!text) return "a text in quotes";
+  value = *text;
+  return {};
+}
+
+/// Whole nanoseconds, so that steps divide ticks exactly. NaN becomes 0, and what is too long for
+/// 64 bits the longest time: the check of ranges refuses both.
+std::string_view read_value(const toml::node& node, const Field& field,
+                            std::chrono::nanoseconds& value) {
+  if (!node.is_number()) return "a number";
+  const double ns = *node.value<double>() * nanoseconds_of_unit(field.unit);
+  constexpr double kLongest = 9e18;
+  value = std::chrono::nanoseconds{
+      std::isnan(ns) ? 0 : std::llround(std::clamp(ns, -kLongest, kLongest))};
+  return {};
+}
+
+std::string_view read_value(const toml::node& node, const Field& /*field*/, Position& value) {
+  const toml::array* const pair = node.as_array();
+  if (pair == nullptr || pair->size() != 2 || !pair->get(0)->is_number() ||
+      !pair->get(1)->is_number()) {
+    return "two numbers: [x, y]";
+  }
+  value = {.x_mm = *pair->get(0)->value<double>(), .y_mm = *pair->get(1)->value<double>()};
+  return {};
+}
+
+template <class T>
+std::string_view read_value(const toml::node& node, const Field& field, std::vector<T>& values) {
+  constexpr std::string_view kExpected =
+      std::is_same_v<T, double> ? "a list of numbers, as in [5, 5, 5]"
+                                : "a list of pairs of numbers, as in [[15, 10], [16, 10]]";
+  const toml::array* const list = node.as_array();
+  if (list == nullptr) return kExpected;
+  std::vector<T> read(list->size());
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    if (!read_value(*list->get(i), field, read[i]).empty()) return kExpected;
+  }
+  values = std::move(read);
+  return {};
+}
+
+template <class T>
+std::string_view read_value(const toml::node& node, const Field& field, std::optional<T>& value) {
+  T read{};
+  const std::string_view expected = read_value(node, field, read);
+  if (expected.empty()) value = read;
+  return expected;
+}
+
+}  // namespace
 
 void SceneTable::Findings::fail(const toml::source_region& where, const std::string& what) {
   if (error.empty()) error = file + ":" + std::to_string(where.begin.line) + ": " + what;
@@ -21,114 +116,44 @@ const toml::node* SceneTable::find(std::string_view key) {
   return node;
 }
 
-SceneTable& SceneTable::known(std::string_view key) {
-  known_.emplace_back(key);
-  return *this;
-}
-
 void SceneTable::fail(std::string_view key, const toml::node& node,
                       const std::string& expectation) {
   findings_.fail(node.source(),
                  (name_.empty() ? "" : name_ + ".") + std::string(key) + " must be " + expectation);
 }
 
-SceneTable& SceneTable::number(std::string_view key, double& value) {
-  if (const toml::node* const node = find(key)) {
-    if (const auto number = node->value<double>(); node->is_number() && number) {
-      value = *number;
-    } else {
-      fail(key, *node, "a number");
+SceneTable& SceneTable::read(const BoundFields& keys) {
+  for (const BoundField& key : keys) {
+    if (const auto* const choice = std::get_if<Choice>(&key.value)) {
+      if (!has(key.field->key)) {
+        known_.emplace_back(key.field->key);
+        continue;
+      }
+      std::size_t index = choice->get(choice->value).value_or(0);
+      word(key.field->key, key.words, index);
+      choice->set(choice->value, index);
+      continue;
     }
-  }
-  return *this;
-}
-
-SceneTable& SceneTable::numbers(std::string_view key, std::vector<double>& values) {
-  const toml::node* const node = find(key);
-  if (node == nullptr) return *this;
-  const toml::array* const list = node->as_array();
-  std::vector<double> read;
-  bool numeric = list != nullptr;
-  for (std::size_t i = 0; numeric && i < list->size(); ++i) {
-    const toml::node& item = *list->get(i);
-    numeric = item.is_number();
-    if (numeric) read.push_back(*item.value<double>());
-  }
-  if (numeric) {
-    values = std::move(read);
-  } else {
-    fail(key, *node, "a list of numbers, as in [5, 5, 5]");
-  }
-  return *this;
-}
-
-SceneTable& SceneTable::pairs(std::string_view key, std::vector<std::array<double, 2>>& values) {
-  const toml::node* const node = find(key);
-  if (node == nullptr) return *this;
-  const toml::array* const list = node->as_array();
-  bool all = list != nullptr;
-  for (std::size_t i = 0; all && i < list->size(); ++i) {
-    const toml::array* const pair = list->get(i)->as_array();
-    all = pair != nullptr && pair->size() == 2 && pair->get(0)->is_number() &&
-          pair->get(1)->is_number();
-    if (all) values.push_back({*pair->get(0)->value<double>(), *pair->get(1)->value<double>()});
-  }
-  if (!all) fail(key, *node, "a list of pairs of numbers, as in [[15, 10], [16, 10]]");
-  return *this;
-}
-
-SceneTable& SceneTable::whole(std::string_view key, std::int64_t& value) {
-  if (const toml::node* const node = find(key)) {
-    if (const auto number = node->value_exact<std::int64_t>()) {
-      value = *number;
-    } else {
-      fail(key, *node, "a whole number");
-    }
-  }
-  return *this;
-}
-
-SceneTable& SceneTable::whole(std::string_view key, int& value) {
-  std::int64_t wide = value;
-  whole(key, wide);
-  if (wide < INT32_MIN || wide > INT32_MAX) {
-    fail(key, *table_.get(key), "a whole number of ordinary size");
-  } else {
-    value = static_cast<int>(wide);
-  }
-  return *this;
-}
-
-SceneTable& SceneTable::seed(std::string_view key, std::uint64_t& value) {
-  if (const toml::node* const node = find(key)) {
-    const auto number = node->value_exact<std::int64_t>();
-    if (number && *number >= 0) {
-      value = static_cast<std::uint64_t>(*number);
-    } else {
-      fail(key, *node, "a whole number, zero or more");
-    }
-  }
-  return *this;
-}
-
-SceneTable& SceneTable::truth(std::string_view key, bool& value) {
-  if (const toml::node* const node = find(key)) {
-    if (const auto truth = node->value_exact<bool>()) {
-      value = *truth;
-    } else {
-      fail(key, *node, "true or false");
-    }
+    const toml::node* const node = find(key.field->key);
+    if (node == nullptr) continue;
+    const std::string_view expected = std::visit(
+        [&](const auto& value) -> std::string_view {
+          if constexpr (std::is_same_v<decltype(value), const Choice&>) {
+            return {};
+          } else {
+            return read_value(*node, *key.field, *value);
+          }
+        },
+        key.value);
+    if (!expected.empty()) fail(key.field->key, *node, std::string(expected));
   }
   return *this;
 }
 
 SceneTable& SceneTable::text(std::string_view key, std::string& value) {
   if (const toml::node* const node = find(key)) {
-    if (const auto text = node->value_exact<std::string>()) {
-      value = *text;
-    } else {
-      fail(key, *node, "a text in quotes");
-    }
+    const auto expected = read_value(*node, {}, value);
+    if (!expected.empty()) fail(key, *node, std::string(expected));
   }
   return *this;
 }

@@ -15,20 +15,32 @@ double cube_root(double x) {
 
 }  // namespace
 
+FieldTable ConnorStevens::fields() {
+  using P = ConnorStevens;
+  static constexpr Range kPotential = from_to(-500.0, 500.0);
+  static constexpr Field kFields[] = {
+      {"capacitance_uF_per_cm2", "µF/cm²", positive(1e3), "capacitance of the membrane",
+       at<&P::capacitance_uF_per_cm2>},
+      {"g_Na", "mS/cm²", not_negative(1e4), "sodium conductance", at<&P::g_Na>},
+      {"g_K", "mS/cm²", not_negative(1e4), "potassium conductance", at<&P::g_K>},
+      {"g_A", "mS/cm²", not_negative(1e4), "conductance of the A-current", at<&P::g_A>},
+      {"g_L", "mS/cm²", positive(1e4), "leak conductance", at<&P::g_L>},
+      {"E_Na", "mV", kPotential, "reversal potential of sodium", at<&P::E_Na>},
+      {"E_K", "mV", kPotential, "reversal potential of potassium", at<&P::E_K>},
+      {"E_A", "mV", kPotential, "reversal potential of the A-current", at<&P::E_A>},
+      {"E_L", "mV", kPotential, "reversal potential of the leak", at<&P::E_L>},
+      {"spike_threshold_mV", "mV", kPotential, "an upward crossing is a spike",
+       at<&P::spike_threshold_mV>},
+      {"noise", "mV/√ms", not_negative(1e6),
+       "white noise: a step of dt adds noise·√dt·ξ; needs a seed beside it",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->noise.sigma; }, "", true},
+      {"seed", "", any_value(), "seed of the noise",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->noise.seed; }}};
+  return {"neuron", kFields};
+}
+
 Expected<void, ParameterError> ConnorStevens::check() const {
-  return ParameterCheck()
-      .positive("neuron.capacitance_uF_per_cm2", capacitance_uF_per_cm2)
-      .not_negative("neuron.g_Na", g_Na)
-      .not_negative("neuron.g_K", g_K)
-      .not_negative("neuron.g_A", g_A)
-      .positive("neuron.g_L", g_L)
-      .finite("neuron.E_Na", E_Na)
-      .finite("neuron.E_K", E_K)
-      .finite("neuron.E_A", E_A)
-      .finite("neuron.E_L", E_L)
-      .finite("neuron.spike_threshold_mV", spike_threshold_mV)
-      .not_negative("neuron.noise", noise.sigma)
-      .result();
+  return ParameterCheck().fields(*this).result();
 }
 
 ConnorStevens::Kinetics ConnorStevens::kinetics(double V) noexcept {

@@ -36,6 +36,7 @@ struct ConnorStevens {
     Gates tau_ms;
   };
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
   /// Real-time: yes.
   [[nodiscard]] static Kinetics kinetics(double V_mV) noexcept;

@@ -1,36 +1,34 @@
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
 
-#include <cmath>
-#include <utility>
-
 #include "core/math/portable_math.hpp"
 
 namespace merkel {
 
+FieldTable HodgkinHuxley::fields() {
+  using P = HodgkinHuxley;
+  static constexpr Range kPotential = from_to(-500.0, 500.0);
+  static constexpr Field kFields[] = {
+      {"capacitance_uF_per_cm2", "µF/cm²", positive(1e3), "capacitance of the membrane",
+       at<&P::capacitance_uF_per_cm2>},
+      {"g_Na", "mS/cm²", not_negative(1e4), "sodium conductance", at<&P::g_Na>},
+      {"g_K", "mS/cm²", not_negative(1e4), "potassium conductance", at<&P::g_K>},
+      {"g_L", "mS/cm²", positive(1e4), "leak conductance", at<&P::g_L>},
+      {"g_CaL", "mS/cm²", not_negative(1e4), "L-type calcium conductance", at<&P::g_CaL>},
+      {"E_Na", "mV", kPotential, "reversal potential of sodium", at<&P::E_Na>},
+      {"E_K", "mV", kPotential, "reversal potential of potassium", at<&P::E_K>},
+      {"E_Ca", "mV", kPotential, "reversal potential of calcium", at<&P::E_Ca>},
+      {"V_rest", "mV", kPotential, "resting potential, from which the leak follows",
+       at<&P::V_rest>},
+      {"spike_threshold_mV", "mV", kPotential, "an upward crossing is a spike",
+       at<&P::spike_threshold_mV>}};
+  return {"neuron", kFields};
+}
+
 Expected<void, ParameterError> HodgkinHuxley::check() const {
-  ParameterCheck all;
-  all.positive("neuron.capacitance_uF_per_cm2", capacitance_uF_per_cm2)
-      .not_negative("neuron.g_Na", g_Na)
-      .not_negative("neuron.g_K", g_K)
-      .positive("neuron.g_L", g_L)
-      .not_negative("neuron.g_CaL", g_CaL)
-      .finite("neuron.E_Na", E_Na)
-      .finite("neuron.E_K", E_K)
-      .finite("neuron.E_Ca", E_Ca)
-      .finite("neuron.V_rest", V_rest)
-      .finite("neuron.spike_threshold_mV", spike_threshold_mV)
-      .require(spike_threshold_mV > V_rest, "neuron.spike_threshold_mV", "must lie above V_rest");
-  // Beyond these, no step is small enough, and neurons are reset all the time.
-  for (const auto& [key, g] : {std::pair("neuron.g_Na", g_Na), std::pair("neuron.g_K", g_K),
-                               std::pair("neuron.g_L", g_L), std::pair("neuron.g_CaL", g_CaL)}) {
-    all.require(g <= 1e4, key, "must be at most 10000 mS/cm²");
-  }
-  for (const auto& [key, E] :
-       {std::pair("neuron.E_Na", E_Na), std::pair("neuron.E_K", E_K),
-        std::pair("neuron.E_Ca", E_Ca), std::pair("neuron.V_rest", V_rest)}) {
-    all.require(std::fabs(E) <= 500.0, key, "must be from -500 to 500 mV");
-  }
-  return all.result();
+  return ParameterCheck()
+      .fields(*this)
+      .require(spike_threshold_mV > V_rest, "neuron.spike_threshold_mV", "must lie above V_rest")
+      .result();
 }
 
 double linoid(double x) noexcept { return x == 0.0 ? 1.0 : x / portable_expm1(x); }

@@ -65,6 +65,7 @@ struct HodgkinHuxley {
   ExponentialRate alpha_h{.rate_per_ms = 0.07, .slope_mV = 20.0};
   LogisticRate beta_h{.rate_per_ms = 1.0, .shift_mV = 30.0, .slope_mV = 10.0};
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 
   /// α and β of every gate at a membrane potential. Real-time: yes.

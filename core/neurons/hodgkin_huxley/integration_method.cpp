@@ -1,47 +1,21 @@
 #include "core/neurons/hodgkin_huxley/integration_method.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace merkel {
 
 std::string_view name_of(IntegrationMethod method) noexcept {
-  switch (method) {
-    case IntegrationMethod::kForwardEuler:
-      return "forward_euler";
-    case IntegrationMethod::kExponentialEuler:
-      return "exponential_euler";
-    case IntegrationMethod::kBackwardEuler:
-      return "backward_euler";
-    case IntegrationMethod::kRushLarsen:
-      return "rush_larsen";
-    case IntegrationMethod::kCrankNicolson:
-      return "crank_nicolson";
-    case IntegrationMethod::kHeun:
-      return "heun";
-    case IntegrationMethod::kRk4:
-      return "rk4";
-  }
-  return "";
+  return kIntegrationMethods[static_cast<std::size_t>(method)];
 }
 
 std::string_view name_of(Precision precision) noexcept {
-  return precision == Precision::kDouble ? "double" : "float";
+  return kPrecisions[static_cast<std::size_t>(precision)];
 }
 
 const std::vector<std::string>& integration_method_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (int i = 0; i <= static_cast<int>(IntegrationMethod::kRk4); ++i) {
-      all.emplace_back(name_of(static_cast<IntegrationMethod>(i)));
-    }
-    return all;
-  }();
-  return names;
-}
-
-const std::vector<std::string>& precision_names() {
-  static const std::vector<std::string> names = {std::string(name_of(Precision::kDouble)),
-                                                 std::string(name_of(Precision::kFloat))};
+  static const std::vector<std::string> names(std::begin(kIntegrationMethods),
+                                              std::end(kIntegrationMethods));
   return names;
 }
 

@@ -26,12 +26,18 @@ enum class IntegrationMethod {
   kRk4,               ///< fourth order, diverges from 95 µs
 };
 
-/// The name in scenes and on the command line, for example "crank_nicolson".
+/// The names in scenes and on the command line, in the order of the enumerations.
+inline constexpr std::string_view kIntegrationMethods[] = {"forward_euler",
+                                                           "exponential_euler",
+                                                           "backward_euler",
+                                                           "rush_larsen",
+                                                           "crank_nicolson",
+                                                           "heun",
+                                                           "rk4"};
+inline constexpr std::string_view kPrecisions[] = {"double", "float"};
 [[nodiscard]] std::string_view name_of(IntegrationMethod method) noexcept;
 [[nodiscard]] std::string_view name_of(Precision precision) noexcept;
-/// All names, in the order of the enumerations.
 [[nodiscard]] const std::vector<std::string>& integration_method_names();
-[[nodiscard]] const std::vector<std::string>& precision_names();
 [[nodiscard]] std::optional<IntegrationMethod> integration_method_named(std::string_view name);
 
 /// The largest step at which a method neither diverges nor gives wrong spike counts, ms.

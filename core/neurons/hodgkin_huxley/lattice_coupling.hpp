@@ -16,6 +16,7 @@ struct NetworkParameters {
   double weight_max = 0.3;
   std::uint64_t seed = 1;
 
+  [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 

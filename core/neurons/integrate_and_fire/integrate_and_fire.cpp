@@ -4,18 +4,31 @@
 
 namespace merkel {
 
+FieldTable IntegrateAndFire::fields() {
+  using P = IntegrateAndFire;
+  static constexpr Range kPotential = from_to(-1e6, 1e6);
+  static constexpr Field kFields[] = {
+      {"tau_ms", "ms", positive(1e6), "time constant of the leak", at<&P::tau_ms>, "", true},
+      {"threshold", "", kPotential, "potential at which there is a spike", at<&P::threshold>},
+      {"reset", "", kPotential, "potential after a spike", at<&P::reset>},
+      {"floor", "", kPotential, "least potential that noise can lead to", at<&P::floor>},
+      {"refractory_ms", "ms", positive(1e6), "refractory period, at least one step",
+       at<&P::refractory_ms>, "", true},
+      {"noise", "1/√s", not_negative(1e6),
+       "white noise: a step of dt adds noise·√dt·ξ; needs a seed beside it",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->noise.sigma; }, "", true},
+      {"seed", "", any_value(), "seed of the noise",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->noise.seed; }}};
+  return {"neuron", kFields};
+}
+
 Expected<void, ParameterError> IntegrateAndFire::check(std::chrono::nanoseconds step) const {
   return ParameterCheck()
-      .positive("neuron.tau_ms", tau_ms)
-      .finite("neuron.threshold", threshold)
-      .finite("neuron.reset", reset)
-      .finite("neuron.floor", floor)
+      .fields(*this)
       .require(reset < threshold, "neuron.reset", "must lie below neuron.threshold")
       .require(floor <= reset, "neuron.floor", "must not lie above neuron.reset")
-      .positive("neuron.refractory_ms", refractory_ms)
       .require(refractory_ms >= units::ms_from(step), "neuron.refractory_ms",
                "must be at least neuron.step_us: a step holds one spike")
-      .not_negative("neuron.noise", noise.sigma)
       .require(units::ms_from(step) <= 0.1 * tau_ms, "neuron.step_us",
                "must be at most a tenth of neuron.tau_ms: the leak is stepped by Euler's method")
       .result();

@@ -19,6 +19,7 @@ struct IntegrateAndFire {
   double refractory_ms = 4.0;                  ///< at least a step; carried within steps
   NeuronNoise noise{.sigma = 0.8, .seed = 1};  ///< σ in 1/√s
 
+  [[nodiscard]] static FieldTable fields();
   /// \param step  with which the neuron will be stepped
   [[nodiscard]] Expected<void, ParameterError> check(std::chrono::nanoseconds step) const;
 };

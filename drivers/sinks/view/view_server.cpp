@@ -462,14 +462,15 @@ Expected<std::unique_ptr<ViewServer>, SetupError> ViewServer::start(Parameters p
   const auto error = thread->listen(parameters.host, parameters.port);
   const std::string port = std::to_string(parameters.port);
   if (error == boost::system::errc::address_in_use) {
-    return bad_input("the port " + port +
-                     " of the live page is in use, perhaps by another merkel: name another, as in "
-                     "view:" +
-                     std::to_string(parameters.port == 65535 ? 8081 : parameters.port + 1));
+    return unavailable(
+        "the port " + port +
+        " of the live page is in use, perhaps by another merkel: name another, as in "
+        "view:" +
+        std::to_string(parameters.port == 65535 ? 8081 : parameters.port + 1));
   }
   if (error) {
-    return bad_input("cannot serve the live page at " + parameters.host + ":" + port + ": " +
-                     error.message() + "; name a port such as view:8080");
+    return unavailable("cannot serve the live page at " + parameters.host + ":" + port + ": " +
+                       error.message() + "; name a port such as view:8080");
   }
   thread->start();
   return std::unique_ptr<ViewServer>(new ViewServer(std::move(thread)));

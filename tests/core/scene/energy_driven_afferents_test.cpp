@@ -20,7 +20,7 @@ TactileModel::Parameters fingertip(NeuronKind kind = NeuronKind::kIntegrateAndFi
   TactileModel::Parameters parameters;
   parameters.skin.radius_mm = 7.0;
   parameters.patches.front().layout = ReceptorLayout::kFields;
-  parameters.afferent = default_afferent(kind);
+  set_kind(parameters, kind);
   parameters.network.gain = 0.0;
   parameters.step = kind == NeuronKind::kConnorStevens ? microseconds{50} : microseconds{500};
   return parameters;

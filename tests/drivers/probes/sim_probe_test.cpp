@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -112,6 +116,47 @@ TEST(SimProbe, RefusesOptionsItDoesNotKnow) {
   EXPECT_NE(sentence("sim:wave").find("sim:ramp, sim:taps, sim:sine or sim:slide"),
             std::string::npos);
   EXPECT_NE(sentence("sim:ramp?force_N=1&depth_mm=1").find("not both"), std::string::npos);
+}
+
+/// The options that the help lists for a shape, with the defaults it gives them.
+std::vector<std::pair<std::string, std::string>> options_of(const std::string& shape) {
+  const std::string help = kSimProbeHelp;
+  const auto begin = help.find("\n  " + shape + " ");
+  auto end = help.find("\n  ", begin + 1);
+  while (end != std::string::npos && help[end + 3] == ' ') end = help.find("\n  ", end + 1);
+  const std::string text = help.substr(begin, end - begin);
+  std::vector<std::pair<std::string, std::string>> options;
+  static const std::regex kOption("([a-z]+[a-z_NH]*) \\(([0-9.]+)");
+  for (std::sregex_iterator it(text.begin(), text.end(), kOption), last; it != last; ++it) {
+    options.emplace_back((*it)[1], (*it)[2]);
+  }
+  return options;
+}
+
+TEST(SimProbe, EveryOptionOfTheHelpIsTakenAndItsDefaultChangesNothing) {
+  const auto depth_of = [](const std::string& uri) {
+    std::vector<double> values;
+    for (const ProbeSample& sample : samples_of(uri)) {
+      values.push_back(sample.depth_mm);
+      values.push_back(sample.force_mN);
+    }
+    return values;
+  };
+  std::size_t tried = 0;
+  for (const std::string shape : {"ramp", "taps", "sine", "slide"}) {
+    auto options = options_of(shape);
+    for (auto& option : options_of("all")) options.push_back(option);
+    for (const auto& [key, value] : options) {
+      if (shape == "slide" && key == "x_mm") continue;  // has another default there
+      const bool force = key == "noise_mN" || key == "amplitude_N" || key == "force_N";
+      const std::string base = "sim:" + shape + (force ? "?force_N=0.1" : "");
+      const std::string given =
+          key == "force_N" ? base : base + (force ? "&" : "?") + key + "=" + value;
+      EXPECT_EQ(depth_of(given), depth_of(base)) << given;
+      ++tried;
+    }
+  }
+  EXPECT_GT(tried, 60U);
 }
 
 }  // namespace

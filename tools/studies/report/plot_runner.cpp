@@ -3,12 +3,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <utility>
 #include <vector>
 
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
+
+#include "tools/child_process.hpp"
 
 namespace merkel {
 
@@ -29,16 +28,8 @@ const char* python() {
 }
 
 /// Runs a program; its exit code, or -1 where it could not be started or was killed.
-int run_and_wait(std::vector<std::string> arguments) {
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  if (::posix_spawnp(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return -1;
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0) {
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+int run_and_wait(const std::vector<std::string>& arguments) {
+  return ChildProcess(arguments, ChildProcess::Output::kInherited).wait();
 }
 
 }  // namespace
@@ -62,7 +53,7 @@ Expected<void, SetupError> run_script(const std::string& script,
   }
   std::vector<std::string> command = {python(), (fs::path(folder) / (script + ".py")).string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  const int code = run_and_wait(std::move(command));
+  const int code = run_and_wait(command);
   std::error_code ignored;
   fs::remove_all(folder, ignored);
   if (code != 0) return unavailable("the script " + script + ".py failed: see above");

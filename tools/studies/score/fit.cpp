@@ -12,6 +12,7 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/scene/afferents.hpp"
+#include "core/scene/model_fields.hpp"
 #include "core/units.hpp"
 #include "tools/studies/score/trials.hpp"
 
@@ -121,8 +122,12 @@ class Answers {
   int evaluations_ = 0;
 };
 
-IntegrateAndFire& integrate_and_fire(TactileModel::Parameters& parameters) {
-  return std::get<IntegrateAndFireAfferent>(parameters.afferent).neuron;
+/// What `merkel fit` may change in a model.
+BoundFields fitted_keys(TactileModel::Parameters& model) {
+  BoundFields keys = bind_fields(model.adaptation);
+  for (BoundField& key : neuron_fields(model)) keys.push_back(std::move(key));
+  std::erase_if(keys, [](const BoundField& key) { return !key.field->fitted; });
+  return keys;
 }
 
 Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Parameters& scene,
@@ -159,24 +164,21 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
 }  // namespace
 
 std::vector<FitParameter> fit_parameters(NeuronKind kind) {
-  using P = TactileModel::Parameters;
-  std::vector<FitParameter> all = {
-      {"gain_Hz_per_kPa", "afferent", [](P& p) { return &p.adaptation.gain_Hz_per_kPa; }},
-      {"fast_weight", "afferent", [](P& p) { return &p.adaptation.fast_weight; }},
-      {"slow_weight", "afferent", [](P& p) { return &p.adaptation.slow_weight; }},
-      {"fast_ms", "afferent", [](P& p) { return &p.adaptation.fast_ms; }},
-      {"slow_ms", "afferent", [](P& p) { return &p.adaptation.slow_ms; }}};
-  if (kind == NeuronKind::kIntegrateAndFire) {
-    all.push_back({"tau_ms", "neuron", [](P& p) { return &integrate_and_fire(p).tau_ms; }});
-    all.push_back(
-        {"refractory_ms", "neuron", [](P& p) { return &integrate_and_fire(p).refractory_ms; }});
-  } else {
-    all.push_back({"compression_ms", "neuron", [](P& p) {
-                     return &std::get<ConnorStevensAfferent>(p.afferent).compression_ms;
-                   }});
+  TactileModel::Parameters model;
+  set_kind(model, kind);
+  std::vector<FitParameter> all;
+  for (const BoundField& key : fitted_keys(model)) {
+    all.push_back({std::string(key.field->key), std::string(key.table)});
   }
-  all.push_back({"noise", "neuron", [](P& p) { return &p.noise()->sigma; }});
   return all;
+}
+
+double* FitParameter::in(TactileModel::Parameters& model) const {
+  const BoundFields keys = fitted_keys(model);
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const BoundField& key) {
+    return key.field->key == name && key.table == table;
+  });
+  return std::get<double*>(found->value);
 }
 
 Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,

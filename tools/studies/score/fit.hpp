@@ -15,7 +15,8 @@ namespace merkel {
 struct FitParameter {
   std::string name;   ///< for example "fast_weight"
   std::string table;  ///< of a scene file: "afferent" or "neuron"
-  double* (*in)(TactileModel::Parameters&);
+  /// Its value in a model. The model's neurons must have it.
+  [[nodiscard]] double* in(TactileModel::Parameters& model) const;
 };
 /// All there are; those that a neuron does not have are left out.
 [[nodiscard]] std::vector<FitParameter> fit_parameters(NeuronKind kind);

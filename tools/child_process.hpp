@@ -5,11 +5,13 @@
 
 namespace merkel {
 
-/// Another program, run without input or output. Ended with this object if it has not by itself.
+/// Another program, run without input. Ended with this object if it has not by itself.
 class ChildProcess {
  public:
+  enum class Output { kNone, kInherited };
+
   /// \param arguments  the program's name first, looked for in the PATH
-  explicit ChildProcess(const std::vector<std::string>& arguments);
+  explicit ChildProcess(const std::vector<std::string>& arguments, Output output = Output::kNone);
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
   ~ChildProcess();

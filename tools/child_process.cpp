@@ -1,4 +1,4 @@
-#include "tools/doctor/child_process.hpp"
+#include "tools/child_process.hpp"
 
 #include <cerrno>
 #include <csignal>
@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
+ChildProcess::ChildProcess(const std::vector<std::string>& arguments, Output output) {
   std::vector<std::string> words = arguments;
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);
@@ -18,7 +18,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
-  for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+  const int last = output == Output::kNone ? STDERR_FILENO : STDIN_FILENO;
+  for (int file = STDIN_FILENO; file <= last; ++file) {
     ::posix_spawn_file_actions_addopen(&actions, file, "/dev/null", O_RDWR, 0);
   }
   pid_t child = 0;

@@ -1,0 +1,141 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/parameters/position.hpp"
+#include "core/parameters/range.hpp"
+
+namespace merkel {
+
+/// A value that is one of several words: an index into Field::range.words, or none.
+struct Choice {
+  void* value;
+  std::optional<std::size_t> (*get)(const void* value);
+  void (*set)(void* value, std::size_t index);
+};
+
+/// Where a parameter's value is. An empty optional stands for a default that follows from something
+/// else, which Field::absent describes.
+using FieldPointer =
+    std::variant<double*, int*, std::int64_t*, std::uint64_t*, bool*, std::string*,
+                 std::chrono::nanoseconds*, Choice, std::vector<double>*, std::vector<Position>*,
+                 std::optional<double>*, std::optional<int>*, std::optional<std::int64_t>*,
+                 std::optional<std::chrono::nanoseconds>*, std::optional<Position>*>;
+
+/// One parameter of a struct: everything that the check, the reader and writer of scenes and the
+/// documents need to know of it. Times are std::chrono::nanoseconds in the struct and numbers of
+/// `unit` ("us" or "ms") outside.
+struct Field {
+  std::string_view key;      ///< its name in a scene, for example "radius_mm"
+  std::string_view unit;     ///< for people, for example "mm"; empty: none
+  Range range;               ///< the values it may have
+  std::string_view meaning;  ///< a phrase without a full stop
+  FieldPointer (*in)(void* parameters);
+  std::string_view absent = {};  ///< of an optional: what holds where it is not set
+  bool fitted = false;           ///< `merkel fit` may change it
+};
+
+/// The parameters of one struct, in the order in which people read them. A struct with parameters
+/// has `static FieldTable fields()`; a new parameter is one line of it.
+struct FieldTable {
+  std::string_view name;  ///< the table of a scene that holds them, for example "skin"
+  std::span<const Field> fields;
+};
+
+/// A parameter of a particular object.
+struct BoundField {
+  std::string_view table;
+  const Field* field;
+  FieldPointer value;
+  /// The words of a choice: those of the field's range, or those that the scene itself defines.
+  std::vector<std::string> words;
+
+  /// As in a scene file, for example "skin.poisson_ratio".
+  [[nodiscard]] std::string name() const;
+};
+using BoundFields = std::vector<BoundField>;
+
+/// Appends the parameters of an object, borrowed. Real-time: no.
+void bind_fields(const FieldTable& table, void* parameters, BoundFields& fields);
+template <class P>
+void bind_fields(P& parameters, BoundFields& fields) {
+  bind_fields(P::fields(), &parameters, fields);
+}
+template <class P>
+[[nodiscard]] BoundFields bind_fields(P& parameters) {
+  BoundFields fields;
+  bind_fields(P::fields(), &parameters, fields);
+  return fields;
+}
+
+/// What is wrong with the value of a field, as "must be …, but is …"; empty where nothing is.
+/// Real-time: no.
+[[nodiscard]] std::string fault_of(const BoundField& field);
+
+/// Nanoseconds in the unit of a time.
+[[nodiscard]] double nanoseconds_of_unit(std::string_view unit) noexcept;
+
+namespace detail {
+
+template <class T>
+inline constexpr bool kIsOptional = false;
+template <class T>
+inline constexpr bool kIsOptional<std::optional<T>> = true;
+
+template <class Enum>
+Choice choice_of(Enum& value) {
+  return {&value,
+          [](const void* at) -> std::optional<std::size_t> {
+            return static_cast<std::size_t>(*static_cast<const Enum*>(at));
+          },
+          [](void* at, std::size_t index) { *static_cast<Enum*>(at) = static_cast<Enum>(index); }};
+}
+
+template <class Enum>
+Choice choice_of(std::optional<Enum>& value) {
+  return {&value,
+          [](const void* at) -> std::optional<std::size_t> {
+            const auto& enumerator = *static_cast<const std::optional<Enum>*>(at);
+            return enumerator ? std::optional(static_cast<std::size_t>(*enumerator)) : std::nullopt;
+          },
+          [](void* at, std::size_t index) {
+            *static_cast<std::optional<Enum>*>(at) = static_cast<Enum>(index);
+          }};
+}
+
+template <class T>
+FieldPointer pointer_to(T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return choice_of(value);
+  } else if constexpr (kIsOptional<T>) {
+    if constexpr (std::is_enum_v<typename T::value_type>) {
+      return choice_of(value);
+    } else {
+      return &value;
+    }
+  } else {
+    return &value;
+  }
+}
+
+template <class P, class T>
+P owner_of(T P::*);
+
+}  // namespace detail
+
+/// For Field::in: the member of a struct, as in at<&SkinParameters::radius_mm>.
+template <auto Member>
+FieldPointer at(void* parameters) {
+  using P = decltype(detail::owner_of(Member));
+  return detail::pointer_to(static_cast<P*>(parameters)->*Member);
+}
+
+}  // namespace merkel

@@ -1,0 +1,121 @@
+#include "core/scene/model_fields.hpp"
+
+#include <optional>
+#include <string_view>
+#include <variant>
+
+namespace merkel {
+namespace {
+
+using P = ModelParameters;
+
+constexpr std::string_view kLayouts[] = {"subregions", "fields"};
+constexpr std::string_view kKinds[] = {"hodgkin_huxley", "integrate_and_fire", "connor_stevens"};
+
+FieldPointer kind_in(void* model) {
+  return Choice{model,
+                [](const void* p) -> std::optional<std::size_t> {
+                  return static_cast<std::size_t>(static_cast<const P*>(p)->kind());
+                },
+                [](void* p, std::size_t index) {
+                  auto& parameters = *static_cast<P*>(p);
+                  const auto kind = static_cast<NeuronKind>(index);
+                  if (kind != parameters.kind()) set_kind(parameters, kind);
+                }};
+}
+
+constexpr Field kTick[] = {
+    {"tick_us", "us", {.low = 1.0, .high = 1e6}, "length of a tick", at<&P::tick>}};
+constexpr Field kKind[] = {
+    {"kind", "", one_of(kKinds), "model of the neurons; the other keys depend on it", kind_in}};
+constexpr Field kStep[] = {{"step_us",
+                            "us",
+                            {.low = 0.1, .high = 1e6},
+                            "step of the neurons; divides the tick",
+                            at<&P::step>}};
+
+}  // namespace
+
+FieldTable HodgkinHuxleyAfferent::fields() {
+  using Q = HodgkinHuxleyAfferent;
+  static constexpr Field kFields[] = {
+      {"method", "", one_of(kIntegrationMethods), "integration method", at<&Q::method>},
+      {"precision", "", one_of(kPrecisions), "floating-point precision", at<&Q::precision>}};
+  return {"neuron", kFields};
+}
+
+FieldTable ConnorStevensAfferent::fields() {
+  static constexpr Field kFields[] = {
+      {"compression_ms", "ms", not_negative(1e6),
+       "compresses strong drives as a refractory period of this length would",
+       at<&ConnorStevensAfferent::compression_ms>, "", true}};
+  return {"neuron", kFields};
+}
+
+FieldTable PatchParameters::fields() {
+  using Q = PatchParameters;
+  static constexpr Field kFields[] = {
+      {"name", "", any_value(), "name by which a [[probe]] chooses this patch", at<&Q::name>},
+      {"layout", "", one_of(kLayouts),
+       "one afferent a subregion (the paper), or afferents with receptive fields of their own",
+       at<&Q::layout>},
+      {"centres_mm", "mm", from_to(-1e4, 1e4),
+       "[[x, y], …]: centres of the receptive fields; [] places them by the density law",
+       at<&Q::centres>}};
+  return {"receptors", kFields};
+}
+
+FieldTable AccuracyParameters::fields() {
+  static constexpr Field kFields[] = {
+      {"cull_tolerance", "", from_below(0.0, 1.0),
+       "receptors are skipped whose current the press changes by less than this fraction of "
+       "alpha_uA_per_cm2; 0 skips none",
+       at<&AccuracyParameters::cull_tolerance>},
+      {"freeze_resting", "", any_value(), "skip neurons that are at rest",
+       at<&AccuracyParameters::freeze_resting>}};
+  return {"accuracy", kFields};
+}
+
+BoundFields receptor_fields(PatchParameters& patch) {
+  BoundFields fields = bind_fields(patch);
+  bind_fields(patch.receptors, fields);
+  bind_fields(patch.patch, fields);
+  bind_fields(patch.field, fields);
+  return fields;
+}
+
+BoundFields tip_fields(Indenter& indenter) {
+  BoundFields fields = bind_fields(indenter);
+  bind_fields(indenter.pin, fields);
+  bind_fields(indenter.bars, fields);
+  return fields;
+}
+
+BoundFields tick_fields(P& model) {
+  BoundFields fields;
+  bind_fields({"loop", kTick}, &model, fields);
+  return fields;
+}
+
+BoundFields neuron_kind_fields(P& model) {
+  BoundFields fields;
+  bind_fields({"neuron", kKind}, &model, fields);
+  return fields;
+}
+
+BoundFields neuron_fields(P& model) {
+  BoundFields fields;
+  bind_fields({"neuron", kStep}, &model, fields);
+  if (auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent)) {
+    bind_fields(*paper, fields);
+    bind_fields(paper->neuron, fields);
+  } else if (auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&model.afferent)) {
+    bind_fields(integrate->neuron, fields);
+  } else if (auto* const connor = std::get_if<ConnorStevensAfferent>(&model.afferent)) {
+    bind_fields(*connor, fields);
+    bind_fields(connor->neuron, fields);
+  }
+  return fields;
+}
+
+}  // namespace merkel

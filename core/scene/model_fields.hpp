@@ -1,0 +1,20 @@
+#pragma once
+
+#include "core/parameters/field.hpp"
+#include "core/scene/model_parameters.hpp"
+
+namespace merkel {
+
+/// The parameters of [receptors], borrowed from a patch.
+[[nodiscard]] BoundFields receptor_fields(PatchParameters& patch);
+/// The parameters of [probe] that belong to its tip.
+[[nodiscard]] BoundFields tip_fields(Indenter& indenter);
+/// The parameter of [loop] that belongs to the model: tick_us.
+[[nodiscard]] BoundFields tick_fields(ModelParameters& model);
+/// `kind` of [neuron]. To set another kind takes the default afferent and step of that kind, and
+/// ends the validity of neuron_fields().
+[[nodiscard]] BoundFields neuron_kind_fields(ModelParameters& model);
+/// The other parameters of [neuron], which depend on its kind.
+[[nodiscard]] BoundFields neuron_fields(ModelParameters& model);
+
+}  // namespace merkel

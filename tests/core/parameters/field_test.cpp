@@ -1,0 +1,112 @@
+#include "core/parameters/field.hpp"
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "core/scene/model_fields.hpp"
+#include "core/scene/tactile_model.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+TEST(Range, SaysWhatAValueMustBe) {
+  EXPECT_EQ(positive(10.0).fault(2.0), "");
+  EXPECT_EQ(positive(10.0).fault(0.0), "must be a positive number, but is 0");
+  EXPECT_EQ(positive(10.0).fault(11.0), "must be at most 10, but is 11");
+  EXPECT_EQ(positive(10.0).fault(kInfinite), "must be a positive number, but is inf");
+  EXPECT_EQ(positive_or_infinite(10.0).fault(kInfinite), "");
+  EXPECT_EQ(positive_or_infinite(1e6).fault(1e308),
+            "must be at most 1000000 or inf, but is 1e+308");
+  EXPECT_EQ(not_negative(10.0).fault(-1.0), "must be zero or a positive number, but is -1");
+  EXPECT_EQ(from_to(-5.0, 5.0).fault(-6.0), "must be at least -5, but is -6");
+  EXPECT_EQ(from_to(1, 98).fault(std::int64_t{99}),
+            "must be a whole number from 1 to 98, but is 99");
+}
+
+TEST(Range, ReadsAsText) {
+  EXPECT_EQ(positive(1e3).text(), "> 0 to 1000");
+  EXPECT_EQ(positive_or_infinite(1e6).text(), "> 0 to 1000000, or inf");
+  EXPECT_EQ(from_below(0.0, 0.5).text(), "0 to < 0.5");
+  EXPECT_EQ(any_value().text(), "");
+}
+
+/// Every field table of the model, bound to its defaults.
+BoundFields all_fields(TactileModel::Parameters& model) {
+  BoundFields all = bind_fields(model.skin);
+  const auto add = [&all](const BoundFields& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  add(receptor_fields(model.patches.front()));
+  add(tip_fields(model.indenters.front()));
+  add(bind_fields(model.transduction));
+  add(bind_fields(model.adaptation));
+  add(bind_fields(model.network));
+  add(bind_fields(model.accuracy));
+  add(tick_fields(model));
+  add(neuron_kind_fields(model));
+  add(neuron_fields(model));
+  return all;
+}
+
+TEST(Field, DefaultsLieInTheirRangesAndKeysAreUnique) {
+  for (const auto kind :
+       {NeuronKind::kHodgkinHuxley, NeuronKind::kIntegrateAndFire, NeuronKind::kConnorStevens}) {
+    TactileModel::Parameters model;
+    set_kind(model, kind);
+    std::set<std::string> names;
+    for (const BoundField& field : all_fields(model)) {
+      EXPECT_EQ(fault_of(field), "") << field.name();
+      EXPECT_FALSE(field.field->meaning.empty()) << field.name();
+      EXPECT_TRUE(names.insert(field.name()).second) << field.name() << " is there twice";
+    }
+    EXPECT_GT(names.size(), 50U);
+  }
+}
+
+TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
+  TactileModel::Parameters defaults;
+  const std::size_t count = all_fields(defaults).size();
+  int tried = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const double wild : {1e308, -1e308, std::nan("")}) {
+      TactileModel::Parameters model;
+      const BoundField field = all_fields(model)[i];
+      auto* const* const number = std::get_if<double*>(&field.value);
+      if (number == nullptr) continue;
+      // Keys of neurons that this model does not have are checked where they are used.
+      if (field.table == "afferent") continue;
+      if (field.field->key == "diameter_mm") model.indenters[0].tip = Indenter::Tip::kPin;
+      if (field.field->key == "bar_length_mm") model.indenters[0].tip = Indenter::Tip::kBars;
+      if (field.field->key == "field_radius_mm") model.patches[0].layout = ReceptorLayout::kFields;
+      **number = wild;
+      if (field.field->key == "field_radius_mm") model.network.gain = 0.0;
+      const auto made = TactileModel::create(model);
+      ASSERT_FALSE(made) << field.name() << " = " << wild;
+      EXPECT_EQ(made.error().key, field.name()) << wild;
+      ++tried;
+    }
+  }
+  EXPECT_GT(tried, 80);
+}
+
+TEST(Field, ReachesItsMember) {
+  TactileModel::Parameters model;
+  for (const BoundField& field : bind_fields(model.skin)) {
+    if (field.field->key == "dermis_kPa") *std::get<double*>(field.value) = 81.0;
+    if (field.field->key == "contact_law") {
+      const auto& choice = std::get<Choice>(field.value);
+      EXPECT_EQ(choice.get(choice.value), 0U);
+      choice.set(choice.value, 1);
+    }
+  }
+  EXPECT_EQ(model.skin.dermis_kPa, 81.0);
+  EXPECT_EQ(model.skin.contact_law, ContactLaw::kSneddon);
+}
+
+}  // namespace
+}  // namespace merkel

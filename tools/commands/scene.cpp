@@ -1,0 +1,44 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "tools/commands/command.hpp"
+#include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+struct SceneCommand {
+  std::string scene = "paper";
+  bool keys = false;
+};
+
+int print_scene(const SceneCommand& command) {
+  if (command.keys) {
+    std::fputs(scene_keys_text().c_str(), stdout);
+    return kDone;
+  }
+  const auto scene = scene_named(command.scene);
+  if (!scene) return refuse(scene.error());
+  std::fputs(scene_text(*scene).c_str(), stdout);
+  return kDone;
+}
+
+}  // namespace
+
+void add_scene_command(CommandLine& program) {
+  auto command = std::make_shared<SceneCommand>();
+  program
+      .subcommand(
+          "scene",
+          "Prints a preset, or a scene file, as a complete, commented scene file: every key "
+          "with its value, unit, range and meaning. Edit it and run it.",
+          "scene goodwin > my.toml; merkel run my.toml")
+      .option("scene", command->scene, "Preset or scene file (TOML)")
+      .flag("--keys", command->keys,
+            "Instead: all keys of scene files with unit, range, default and meaning (Markdown)")
+      .runs([command] { return print_scene(*command); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,91 @@
+#include "tools/scene/scene_keys.hpp"
+
+#include "core/scene/model_fields.hpp"
+#include "tools/scene/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr Field kSpikeTime[] = {
+    {"spike_time_us", "us", positive(1e6),
+     "largest rms error of spike times; method, precision and step are then planned",
+     at<&Scene::spike_time_us>, "method, precision and step_us of [neuron] hold"}};
+
+constexpr Field kPatch[] = {
+    {"patch", "", any_value(), "name of the [[receptors]] on which the probe presses",
+     [](void* indenter) -> FieldPointer {
+       return Choice{
+           &static_cast<Indenter*>(indenter)->patch,
+           [](const void* patch) -> std::optional<std::size_t> {
+             return *static_cast<const std::size_t*>(patch);
+           },
+           [](void* patch, std::size_t index) { *static_cast<std::size_t*>(patch) = index; }};
+     },
+     "the first"}};
+
+}  // namespace
+
+FieldTable Scene::OfProbe::fields() {
+  using P = Scene::OfProbe;
+  static constexpr std::string_view kControls[] = {"depth", "force"};
+  static constexpr Field kFields[] = {
+      {"uri", "", any_value(), "where the samples come from (merkel run --help)", at<&P::uri>},
+      {"x_mm", "mm", from_to(-1e4, 1e4), "where samples without a position press",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.x_mm; }},
+      {"y_mm", "mm", from_to(-1e4, 1e4), "where samples without a position press",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.y_mm; }},
+      {"control", "", one_of(kControls), "the reading that drives the contact", at<&P::control>,
+       "depth where the probe measures it, else force"},
+      {"delay_ms", "ms", not_negative(1e6), "how long a live run waits for samples", at<&P::delay>,
+       "two sample periods"}};
+  return {"probe", kFields};
+}
+
+BoundFields loop_keys(Scene& scene) {
+  BoundFields keys = tick_fields(scene.model);
+  bind_fields(scene.loop, keys);
+  bind_fields(scene.loop.realtime, keys);
+  return keys;
+}
+
+BoundFields accuracy_keys(Scene& scene) {
+  BoundFields keys;
+  bind_fields({"accuracy", kSpikeTime}, &scene, keys);
+  bind_fields(scene.model.accuracy, keys);
+  return keys;
+}
+
+BoundFields probe_keys(Scene& scene, std::size_t probe) {
+  BoundFields keys;
+  bind_fields({"probe", kPatch}, &scene.model.indenters[probe], keys);
+  for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
+  for (BoundField& key : tip_fields(scene.model.indenters[probe])) keys.push_back(std::move(key));
+  bind_fields(scene.probes[probe], keys);
+  return keys;
+}
+
+std::vector<SceneSection> sections_of(Scene& scene) {
+  TactileModel::Parameters& model = scene.model;
+  std::vector<SceneSection> sections;
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    sections.push_back({"[[probe]]", "a probe and its tip", probe_keys(scene, i)});
+  }
+  sections.push_back({"[skin]", "material and shape of the skin", bind_fields(model.skin)});
+  for (auto& patch : model.patches) {
+    sections.push_back({"[[receptors]]", "a patch of skin", receptor_fields(patch)});
+  }
+  sections.push_back({"[transduction]", "from energy density to current, of hodgkin_huxley neurons",
+                      bind_fields(model.transduction)});
+  sections.push_back({"[afferent]", "from energy density to drive, of all other neurons",
+                      bind_fields(model.adaptation)});
+  BoundFields neuron = neuron_kind_fields(model);
+  for (BoundField& key : neuron_fields(model)) neuron.push_back(std::move(key));
+  sections.push_back({"[neuron]", "", std::move(neuron)});
+  sections.push_back(
+      {"[network]", "coupling of hodgkin_huxley neurons", bind_fields(model.network)});
+  sections.push_back({"[loop]", "ticks, and the thread that computes them", loop_keys(scene)});
+  sections.push_back({"[accuracy]", "what may be skipped", accuracy_keys(scene)});
+  return sections;
+}
+
+}  // namespace merkel

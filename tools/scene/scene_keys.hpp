@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/parameters/field.hpp"
+#include "tools/scene/scene_file.hpp"
+
+namespace merkel {
+
+/// The keys of [loop], borrowed from a scene.
+[[nodiscard]] BoundFields loop_keys(Scene& scene);
+/// The keys of [accuracy], borrowed from a scene.
+[[nodiscard]] BoundFields accuracy_keys(Scene& scene);
+/// The keys of the [[probe]] number `probe`, from 0, borrowed from a scene. `patch` is one of the
+/// names of the scene's patches.
+[[nodiscard]] BoundFields probe_keys(Scene& scene, std::size_t probe);
+
+/// A table of a scene file with its keys.
+struct SceneSection {
+  std::string heading;  ///< "[skin]" or "[[probe]]"
+  std::string meaning;
+  BoundFields keys;
+};
+/// All tables of a scene but its sinks, in the order in which people read them, borrowed from it.
+[[nodiscard]] std::vector<SceneSection> sections_of(Scene& scene);
+
+/// A scene as a complete, commented scene file: parse_scene makes the same scene of it.
+[[nodiscard]] std::string scene_text(const Scene& scene);
+
+/// All keys of scene files with unit, range, default and meaning, as Markdown.
+[[nodiscard]] std::string scene_keys_text();
+
+}  // namespace merkel
