@@ -14,6 +14,8 @@
 
 namespace merkel {
 
+struct ProbeCalibration;
+
 /// Why a probe has no more samples to give.
 enum class ProbeError {
   kEndOfStream,  ///< a recording or a simulated press is over: nothing is wrong
@@ -60,6 +62,17 @@ struct DeviceCounts {
   bool clock_mistrusted = false;         ///< its rate is not the host's: arrivals are used
 };
 
+/// How often a device's samples come and how late, as measured.
+struct SampleTiming {
+  std::chrono::nanoseconds period{0};
+  std::chrono::nanoseconds jitter{0};  ///< 99.9 % of arrivals are later than due by no more
+  /// So long after a time the samples on both its sides are there.
+  std::chrono::nanoseconds delay{0};
+  /// So long after a time the samples before it are there.
+  std::chrono::nanoseconds delay_of_newest{0};
+  std::chrono::nanoseconds stale_after{0};  ///< a longer silence is an outage
+};
+
 /// Gets the bytes that go over a port of a probe.
 class PortListener {
  public:
@@ -96,6 +109,12 @@ class Probe {
 
   /// What was counted so far; nothing for a recording. Thread: any.
   [[nodiscard]] virtual std::optional<DeviceCounts> device_counts() const { return std::nullopt; }
+  /// Whether timing() will be known after a second of samples. Thread: any.
+  [[nodiscard]] virtual bool is_timed() const noexcept { return false; }
+  /// How its samples come, once enough of them have; nothing for a recording. Thread: any.
+  [[nodiscard]] virtual std::optional<SampleTiming> timing() const { return std::nullopt; }
+  /// What a device's readings are turned into samples by; null for all others. Thread: any.
+  [[nodiscard]] virtual const ProbeCalibration* calibration() const noexcept { return nullptr; }
   /// Sentences about what happened since the last call: unplugged, back, overloaded. Thread: any.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
 

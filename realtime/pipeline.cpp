@@ -30,7 +30,10 @@ constexpr std::size_t kTickQueue = 16384;
 constexpr std::size_t kEventQueue = 1024;
 constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for so long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
-constexpr nanoseconds kProgressEvery{1'000'000'000};
+constexpr milliseconds kMeasuring{3000};  ///< at most; a second is enough for most
+constexpr milliseconds kMostBehind{
+    4000};  ///< the first tick begins no earlier than that before now
+constexpr nanoseconds kProgressEvery{250'000'000};
 
 std::size_t queue_capacity(const ProbeInfo& info) {
   const auto period = std::max(info.period.value_or(kUnknownPeriod), nanoseconds{1});
@@ -205,7 +208,54 @@ Expected<void, SetupError> Pipeline::wait_for_first_samples() {
   return {};
 }
 
+/// The first second of a device's samples says how long the loop has to wait for them. They wait in
+/// the queue meanwhile: none is lost.
+void Pipeline::wait_for_timing() {
+  if (parameters_.delay) return;
+  const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
+  for (const auto& line : probes_) {
+    if (!line->probe->is_timed()) continue;
+    while (!line->probe->timing() && !line->channel.ended.load(std::memory_order_acquire) &&
+           line->channel.delivered.value() < kSampleQueue / 2 &&
+           !stop_.load(std::memory_order_relaxed) && PeriodicClock::now() < deadline) {
+      std::this_thread::sleep_for(milliseconds{1});
+    }
+  }
+}
+
+nanoseconds Pipeline::measured_delay() const {
+  nanoseconds delay{0};
+  for (const auto& line : probes_) {
+    const ProbeInfo& info = line->probe->info();
+    if (info.replayed) continue;
+    const auto timing = line->probe->timing();
+    if (timing) {
+      delay =
+          std::max(delay, line->parameters.interpolate ? timing->delay : timing->delay_of_newest);
+    } else {
+      delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));
+    }
+  }
+  return delay;
+}
+
+std::vector<RunProgress::OfProbe> Pipeline::readings() const {
+  std::vector<RunProgress::OfProbe> readings;
+  for (const auto& line : probes_) {
+    readings.push_back({.depth_mm = line->channel.depth_mm.load(std::memory_order_relaxed),
+                        .force_mN = line->channel.force_mN.load(std::memory_order_relaxed),
+                        .channels = line->probe->info().channels,
+                        .state = line->channel.state.load(std::memory_order_relaxed)});
+  }
+  return readings;
+}
+
 void Pipeline::drain_events(RunReport& report) {
+  if (!parameters_.delay) {
+    const std::int64_t delay = measured_delay().count();
+    if (delay > delay_ns_.load(std::memory_order_relaxed)) delay_ns_.store(delay);
+  }
+
   LoopEvent event;
   while (events_.try_pop(event)) {
     if (event.kind == LoopEvent::Kind::kRelease) ++report.probes[event.subject].releases;
@@ -221,12 +271,13 @@ void Pipeline::drain_events(RunReport& report) {
 template <class C>
 void Pipeline::run_loop(C& clock, RunReport& report) {
   constexpr bool kHostTime = std::is_same_v<C, PeriodicClock>;
-  nanoseconds delay = parameters_.delay.value_or(nanoseconds{0});
+  wait_for_timing();
+  const nanoseconds delay = parameters_.delay.value_or(measured_delay());
+  delay_ns_.store(delay.count());
   std::vector<nanoseconds> first_times;
   bool all_replayed = true;
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     const ProbeInfo& info = probes_[i]->probe->info();
-    if (!parameters_.delay) delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));
     first_times.push_back(*inputs_[i].first_time());
     all_replayed = all_replayed && info.replayed;
   }
@@ -247,10 +298,12 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
       rights_known_.store(true, std::memory_order_release);
     }
     const nanoseconds now = clock.now();
-    report.start = all_replayed ? earliest : std::max(latest, now - delay);
+    report.start = all_replayed ? earliest : std::max(latest, now - delay - kMostBehind);
     FixedStepLoop<C> loop({.start = report.start,
                            .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                            .delay = delay,
+                           .growing_delay = &delay_ns_,
+                           .starts_behind = !all_replayed,
                            .duration = parameters_.duration,
                            .max_catch_up_ticks = parameters_.max_catch_up_ticks.value_or(
                                all_replayed ? INT64_MAX : kLiveCatchUp),
@@ -266,6 +319,9 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     copy(loop.spikes_of_neuron(), report.spikes_of_neuron);
     copy(loop.contact_spikes_of_neuron(), report.contact_spikes_of_neuron);
     copy(loop.contact_ticks_of_patch(), report.contact_ticks_of_patch);
+    for (std::size_t i = 0; i < report.probes.size(); ++i) {
+      report.probes[i].deepest_input = loop.deepest_inputs()[i];
+    }
     done.store(true, std::memory_order_release);
   });
   while (!started.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});
@@ -281,7 +337,8 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     const nanoseconds now = PeriodicClock::now();
     if (parameters_.on_progress && now - told >= kProgressEvery) {
       told = now;
-      parameters_.on_progress({.wall = now - wall_start,
+      parameters_.on_progress({.probes = readings(),
+                               .wall = now - wall_start,
                                .counters = counters(),
                                .wake_up = statistics_.wake_up.snapshot(),
                                .tick = statistics_.tick.snapshot()});
@@ -293,7 +350,10 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   if constexpr (kHostTime) {
     host.margin = clock.margin();
     host.wake_up = LatencySummary::of(statistics_.wake_up.snapshot());
-    if (!all_replayed) host.queue = LatencySummary::of(statistics_.queue.snapshot());
+    if (!all_replayed) {
+      host.sample_to_spike = LatencySummary::of(statistics_.sample_to_spike.snapshot());
+      host.queue = LatencySummary::of(statistics_.queue.snapshot());
+    }
     host.tick = LatencySummary::of(statistics_.tick.snapshot());
     host.publish = LatencySummary::of(statistics_.publish.snapshot());
     report.host_time = std::move(host);
@@ -335,6 +395,10 @@ void Pipeline::finish(RunReport& report) {
     of.uri = line.probe->info().uri;
     of.counts = inputs_[i].counts();
     of.device = line.probe->device_counts();
+    of.timing = line.probe->timing();
+    of.channels = line.probe->info().channels;
+    of.stale_after =
+        line.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
     of.dropped = line.channel.dropped.value();
     of.samples_in = line.channel.delivered.value() + of.dropped;
     of.unused = line.channel.delivered.value() - of.counts.used - of.counts.late;
@@ -343,6 +407,7 @@ void Pipeline::finish(RunReport& report) {
     for (const auto& tap : line->frames) tap->end();
   }
   static_cast<RunCounters&>(report) = counters();
+  report.delay = nanoseconds{delay_ns_.load()};
   report.simulated =
       static_cast<std::int64_t>(report.ticks + report.skipped_ticks) * model_.parameters().tick;
   for (const auto& line : sinks_) {

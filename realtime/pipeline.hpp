@@ -33,7 +33,8 @@ struct HostTimeReport {
   LoopWait wait = LoopWait::kHybrid;
   std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end
   RealtimeRights rights;
-  ThreadUsage usage;  ///< of the simulation thread, while it ran
+  ThreadUsage usage;               ///< of the simulation thread, while it ran
+  LatencySummary sample_to_spike;  ///< of devices: from a sample's arrival to its spikes
   LatencySummary wake_up;
   LatencySummary queue;
   LatencySummary tick;
@@ -50,6 +51,10 @@ struct RunReport : RunCounters {
     ProbeInput::Counts counts;           ///< of those: used and late; and ticks held or released
     std::uint64_t releases = 0;          ///< outages during which the press was released
     std::optional<DeviceCounts> device;  ///< what its driver counted; not of a recording
+    std::optional<SampleTiming> timing;  ///< as measured; not of a recording
+    std::chrono::nanoseconds stale_after{0};  ///< the silence that released it; 0: none does
+    std::uint32_t channels = 0;               ///< of its samples
+    ContactInput deepest_input;               ///< what it reported at its deepest press
   };
   struct OfSink {
     std::string uri;
@@ -66,6 +71,7 @@ struct RunReport : RunCounters {
   std::chrono::nanoseconds start{0};      ///< probe time of the first tick
   std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
   std::chrono::nanoseconds wall{0};       ///< how long it took
+  std::chrono::nanoseconds delay{0};      ///< of the loop, at the end
   std::vector<std::uint64_t> spikes_of_neuron;
   std::vector<std::uint64_t> contact_spikes_of_neuron;  ///< while a probe touched its patch
   std::vector<std::uint64_t> contact_ticks_of_patch;    ///< ticks in which a probe touched it
@@ -79,6 +85,14 @@ struct RunReport : RunCounters {
 
 /// How far a run has come. Thread: any.
 struct RunProgress {
+  /// What a probe reads just now.
+  struct OfProbe {
+    double depth_mm = 0.0;
+    double force_mN = 0.0;
+    std::uint32_t channels = 0;
+    TickRecord::State state = TickRecord::State::kFollowing;
+  };
+  std::vector<OfProbe> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began
   RunCounters counters;
   LatencyHistogram::Snapshot wake_up;
@@ -93,7 +107,9 @@ class Pipeline {
  public:
   struct Parameters {
     bool fast = false;  ///< virtual clock: as fast as possible; recordings only
-    std::optional<std::chrono::nanoseconds> delay;     ///< default: two sample periods
+    /// Default: of devices what their samples need, as measured (Probe::timing); of recordings
+    /// none.
+    std::optional<std::chrono::nanoseconds> delay;
     std::optional<std::chrono::nanoseconds> duration;  ///< of probe time
     /// How far behind the loop may fall before it leaves ticks out. Default: 20 ticks with devices,
     /// no limit with recordings, of which every tick counts and which nothing outside waits for.
@@ -105,7 +121,7 @@ class Pipeline {
     std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
     /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
     std::function<void(const std::string&, const std::string&)> on_sink_failure;
-    /// Called on the thread that runs, once a second.
+    /// Called on the thread that runs, four times a second.
     std::function<void(const RunProgress&)> on_progress;
     /// Called on the thread that runs with each right that the host refused.
     std::function<void(const std::string&)> on_missing_right;
@@ -141,6 +157,9 @@ class Pipeline {
   struct SinkLine;
   Expected<void, SetupError> start_probes();
   Expected<void, SetupError> wait_for_first_samples();
+  void wait_for_timing();
+  [[nodiscard]] std::vector<RunProgress::OfProbe> readings() const;
+  [[nodiscard]] std::chrono::nanoseconds measured_delay() const;
   template <class C>
   void run_loop(C& clock, RunReport& report);
   void drain_events(RunReport& report);
@@ -159,6 +178,7 @@ class Pipeline {
   std::atomic<bool> rights_known_{false};  ///< set after rights_
   LoopStatistics statistics_;
   BoundedQueue<LoopEvent> events_;
+  std::atomic<std::int64_t> delay_ns_{0};
   std::atomic<bool> stop_{false};
 };
 

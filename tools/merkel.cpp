@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
       merkel::add_export_command(program);
       merkel::add_doctor_command(program);
       merkel::add_probes_command(program);
+      merkel::add_connect_command(program);
       merkel::add_calibrate_command(program);
       merkel::add_simulate_probe_command(program);
       merkel::add_inspect_command(program);

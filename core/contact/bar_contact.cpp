@@ -48,6 +48,8 @@ std::size_t BarTip::loads(double finest_mm) const noexcept {
                          [=](std::size_t sum, double width) {
                            return sum + static_cast<std::size_t>(nodes_of(0.5 * width, finest_mm));
                          });
+}
+
 FieldTable BarTip::fields() {
   static constexpr Field kFields[] = {
       {"bar_widths_mm", "mm", positive(100.0), "width of each bar, along x",

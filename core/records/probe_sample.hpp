@@ -29,6 +29,8 @@ struct ProbeSample {
   double y_mm = 0.0;           ///< patch coordinate across the finger
   std::uint32_t sequence = 0;  ///< counts samples from the device, lost ones included
   std::uint32_t channels = 0;  ///< Channel bits
+  /// How long it holds when no sample follows; then the probe is released. 0: until one follows.
+  std::chrono::nanoseconds valid_for{0};
 
   [[nodiscard]] bool has(Channel channel) const noexcept { return (channels & channel) != 0U; }
 };

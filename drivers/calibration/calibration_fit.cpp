@@ -1,5 +1,6 @@
 #include "drivers/calibration/calibration_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -9,9 +10,49 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kFewest = 10;
+constexpr double kMostDrift = 0.02;   ///< share of the span of the points
+constexpr double kMostNoise = 0.05;   ///< likewise, rms
 constexpr double kNoisesApart = 3.0;  ///< readings of two points must differ by so much noise
 
+struct Motion {
+  double drift = 0.0;  ///< from the first third of the readings to the last
+  double noise = 0.0;  ///< rms about their mean
+};
+
+Motion motion_of(std::span<const double> readings) {
+  const auto mean = [](std::span<const double> some) {
+    return std::accumulate(some.begin(), some.end(), 0.0) / static_cast<double>(some.size());
+  };
+  const std::size_t third = readings.size() / 3;
+  const double middle = mean(readings);
+  double squares = 0.0;
+  for (const double reading : readings) squares += (reading - middle) * (reading - middle);
+  return {.drift = std::fabs(mean(readings.last(third)) - mean(readings.first(third))),
+          .noise = std::sqrt(squares / static_cast<double>(readings.size()))};
+}
+
 }  // namespace
+
+std::string moving_point(std::span<const CalibrationPoint> points, double gain) {
+  if (points.size() < 2) return {};
+  const auto [least, most] = std::minmax_element(
+      points.begin(), points.end(), [](const auto& a, const auto& b) { return a.known < b.known; });
+  const double span = most->known - least->known;
+  for (const CalibrationPoint& point : points) {
+    if (point.readings.size() < kFewest) continue;
+    const Motion motion = motion_of(point.readings);
+    const bool drifts = std::fabs(gain) * motion.drift > kMostDrift * span;
+    const bool scatters = std::fabs(gain) * motion.noise > kMostNoise * span;
+    if (!drifts && !scatters) continue;
+    const double moved = std::fabs(gain) * (drifts ? motion.drift : motion.noise);
+    return "at " + shortest_decimal(point.known) + " the reading " +
+           (drifts ? "drifted" : "scattered") + " by " +
+           shortest_decimal(std::round(moved * 1e4) * 1e-4) + ", which is " +
+           shortest_decimal(std::round(100.0 * moved / span)) +
+           " % of the span of the points: keep the load still and measure again";
+  }
+  return {};
+}
 
 Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibration& before,
                                                          std::span<const CalibrationPoint> points) {
@@ -65,6 +106,9 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
       rest += error * error / n;
     }
     fitted.residual = std::sqrt(rest);
+    if (std::string sentence = moving_point(points, fitted.gain); !sentence.empty()) {
+      return bad_input(sentence);
+    }
   }
   fitted.noise = std::fabs(fitted.gain) * noise;
   return fitted;

@@ -16,6 +16,7 @@ namespace {
 const std::array<std::string, 5> kColumnNames = {"time_s", "depth_mm", "force_N", "x_mm", "y_mm"};
 constexpr std::array<std::uint32_t, 5> kColumnChannels = {
     0, ProbeSample::kDepth, ProbeSample::kForce, ProbeSample::kX, ProbeSample::kY};
+constexpr std::string_view kValidity = "# valid_for_s=";
 constexpr int kMilliPerUnit = 3;  // the file's N against the samples' mN, in powers of ten
 
 }  // namespace
@@ -38,6 +39,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   LineReader::Outcome outcome = LineReader::Outcome::kEnd;
   do {
     outcome = lines_.next();
+    if (outcome == LineReader::Outcome::kLine) read_comment(lines_.line());
   } while (outcome == LineReader::Outcome::kLine &&
            (lines_.line().empty() || lines_.line().front() == '#'));
   if (outcome == LineReader::Outcome::kError) return bad_input(lines_.error());
@@ -73,9 +75,16 @@ Expected<void, SetupError> TraceReader::read_header() {
   return {};
 }
 
+void TraceReader::read_comment(std::string_view line) {
+  if (!line.starts_with(kValidity)) return;
+  const auto time = parse_seconds(line.substr(kValidity.size()));
+  if (time && time->count() >= 0) valid_for_ = *time;
+}
+
 Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
   sample = {};
   sample.channels = channels_;
+  sample.valid_for = valid_for_.value_or(std::chrono::nanoseconds{0});
   std::string_view rest = lines_.line();
   const auto commas = std::count(rest.begin(), rest.end(), ',');
   if (static_cast<std::size_t>(commas) + 1 != columns_.size()) {
@@ -145,6 +154,7 @@ Expected<std::size_t, SetupError> TraceReader::read(std::span<ProbeSample> sampl
       case LineReader::Outcome::kLine:
         break;
     }
+    read_comment(lines_.line());
     if (lines_.line().empty() || lines_.line().front() == '#') continue;
     if (auto row = parse_row(samples[count]); !row) return Unexpected<SetupError>(row.error());
     ++count;
@@ -175,6 +185,12 @@ Expected<TraceWriter, SetupError> TraceWriter::create(const std::string& path,
 Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> samples) {
   std::string rows;
   for (const ProbeSample& sample : samples) {
+    if (sample.valid_for != valid_for_) {
+      valid_for_ = sample.valid_for;
+      rows += kValidity;
+      append_seconds(rows, valid_for_);
+      rows += '\n';
+    }
     append_seconds(rows, sample.time);
     const auto append = [&](std::uint32_t channel, double value, int shift = 0) {
       if ((channels_ & channel) != 0U) rows += "," + shifted_decimal(value, shift);

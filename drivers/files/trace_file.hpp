@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,7 +16,9 @@ namespace merkel {
 
 /// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
 /// and `y_mm`, in any order of columns. Lines that begin with '#' are comments. Times are strictly
-/// increasing, to the nanosecond; every value is finite. Streams: memory is bounded.
+/// increasing, to the nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets for
+/// how long the samples after it hold when none follows (ProbeSample::valid_for). Streams: memory
+/// is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on an unknown, missing or repeated
@@ -24,6 +27,8 @@ class TraceReader {
 
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
+  /// Whether the trace has said so far for how long its samples hold.
+  [[nodiscard]] bool says_validity() const noexcept { return valid_for_.has_value(); }
 
   /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to mend.
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
@@ -33,6 +38,7 @@ class TraceReader {
   explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
   Expected<void, SetupError> read_header();
   Expected<void, SetupError> parse_row(ProbeSample& sample);
+  void read_comment(std::string_view line);
   [[nodiscard]] static const char* name_of(Column column) noexcept;
 
   LineReader lines_;
@@ -40,6 +46,7 @@ class TraceReader {
   std::uint32_t channels_ = 0;
   std::uint32_t rows_ = 0;
   std::chrono::nanoseconds last_time_{0};
+  std::optional<std::chrono::nanoseconds> valid_for_;
 };
 
 /// Writes a trace that TraceReader reads back to the same samples, bit for bit.
@@ -59,6 +66,7 @@ class TraceWriter {
   explicit TraceWriter(OutputFile file, std::uint32_t channels);
   OutputFile file_;
   std::uint32_t channels_;
+  std::chrono::nanoseconds valid_for_{0};
 };
 
 }  // namespace merkel

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/units.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/sample_limits.hpp"
 
@@ -17,7 +18,6 @@ constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kLongestBackoff{2000};
 constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
-constexpr std::size_t kMostNotices = 256;
 
 }  // namespace
 
@@ -77,8 +77,9 @@ Expected<void, SetupError> DeviceProbe::listen() {
   }
   info_ = {.uri = settings_.uri,
            .name = settings_.protocol + " at " + transport_->info().name,
-           .serial_number = protocol_->serial_number().empty() ? transport_->info().serial_number
-                                                               : protocol_->serial_number(),
+           .serial_number =
+               printable_text(protocol_->serial_number().empty() ? transport_->info().serial_number
+                                                                 : protocol_->serial_number()),
            .channels = 0,
            .period = protocol_->period(),
            .replayed = false};
@@ -249,6 +250,7 @@ void DeviceProbe::take_readings() {
   for (std::string& sentence : std::exchange(stream_.notices, {})) {
     notice(info_.name + ": " + sentence);
   }
+  if (const std::uint64_t count = stream_.take_notices_left_out()) notices_.left_out(count);
   times_.set_wrap(protocol_->clock_wrap());
   times_.observe(std::exchange(stream_.exchanges, {}));
   const std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
@@ -302,13 +304,11 @@ void DeviceProbe::count_saturation(const DeviceReading& reading) {
   saturated_ = saturated;
 }
 
-void DeviceProbe::notice(std::string sentence) {
-  const std::scoped_lock lock(mutex_);
-  if (notices_.size() < kMostNotices) notices_.push_back(std::move(sentence));
-}
+void DeviceProbe::notice(const std::string& sentence) { notices_.add(sentence, now()); }
 
 void DeviceProbe::publish() {
   const ProtocolCounts& protocol = stream_.counts;
+  counts_.port = transport_->info().note;
   counts_.lost = protocol.lost;
   counts_.damaged = protocol.damaged;
   counts_.refused = protocol.refused;
@@ -324,9 +324,6 @@ std::optional<DeviceCounts> DeviceProbe::device_counts() const {
   return published_;
 }
 
-std::vector<std::string> DeviceProbe::take_notices() {
-  const std::scoped_lock lock(mutex_);
-  return std::exchange(notices_, {});
-}
+std::vector<std::string> DeviceProbe::take_notices() { return notices_.take(); }
 
 }  // namespace merkel

@@ -11,6 +11,7 @@
 
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/probes/device_notices.hpp"
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
 #include "drivers/probes/reading_times.hpp"
@@ -46,7 +47,9 @@ class DeviceProbe final : public Probe {
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
   /// What its readings are turned into samples by.
-  [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
+  [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
+    return &calibration_;
+  }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
   [[nodiscard]] std::size_t ports() const noexcept override { return 1; }
@@ -74,7 +77,7 @@ class DeviceProbe final : public Probe {
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
   void count_saturation(const DeviceReading& reading);
-  void notice(std::string sentence);
+  void notice(const std::string& sentence);
   void publish();
 
   Settings settings_;
@@ -105,9 +108,9 @@ class DeviceProbe final : public Probe {
   Time saturation_again_{0};  ///< when it may be said again
 
   DeviceCounts counts_;  ///< of the probe thread
+  DeviceNotices notices_;
   mutable std::mutex mutex_;
-  DeviceCounts published_;            ///< guarded by mutex_
-  std::vector<std::string> notices_;  ///< guarded by mutex_
+  DeviceCounts published_;  ///< guarded by mutex_
 };
 
 }  // namespace merkel

@@ -150,7 +150,9 @@ Expected<std::size_t, ProbeError> FusedProbe::read(std::span<ProbeSample> sample
       const Fill filled = fill(sample);
       if (filled == Fill::kWait) break;
       first.pop_front();
-      if (filled == Fill::kFilled) samples[count++] = sample;
+      if (filled != Fill::kFilled) continue;
+      sample.arrival = std::chrono::steady_clock::now().time_since_epoch();
+      samples[count++] = sample;
     }
     if (count > 0) return count;
     if (members_[0].ended && first.empty()) {

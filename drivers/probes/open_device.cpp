@@ -4,10 +4,12 @@
 #include <utility>
 
 #include "drivers/probes/device_probe.hpp"
+#include "drivers/protocols/ati_rdt.hpp"
 #include "drivers/protocols/hid_fields.hpp"
 #include "drivers/protocols/hid_report_descriptor.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/hid_port.hpp"
+#include "drivers/transports/network_port.hpp"
 #include "drivers/transports/serial_port.hpp"
 #include "drivers/transports/usb_port.hpp"
 
@@ -35,11 +37,45 @@ Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) 
     return bad_input("\"" + uri.text +
                      "\" names no device: write for example serial:/dev/ttyUSB0?protocol=hbf1");
   }
+  if ((*entry)->datagrams) {
+    return bad_input("\"" + uri.text + "\": " + std::string((*entry)->name) +
+                     " goes over udp: alone");
+  }
   settings.protocol = (*entry)->name;
   settings.hint = "the baud rate (it is read at " + std::to_string(baud) + " Bd; " +
                   settings.protocol + " mostly runs at " + std::to_string((*entry)->baud) +
                   ") and the cable";
   auto port = open_serial({.device = uri.path, .baud = static_cast<int>(baud)});
+  if (!port) return Unexpected<SetupError>(port.error());
+  return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri) {
+  UriOptions options(uri);
+  const auto entry = find_protocol(options.text("protocol", ""));
+  if (!entry) return about(uri, entry.error());
+  const bool udp = uri.scheme == "udp";
+  const std::string_view name = (*entry)->name;
+  if (name != "csv" && name != (udp ? "ati_rdt" : "hbf1")) {
+    return bad_input("\"" + uri.text + "\": " + std::string(name) + " does not go over " +
+                     uri.scheme + ": write udp:HOST:PORT?protocol=ati_rdt, " +
+                     "udp:HOST:PORT?protocol=csv or tcp:HOST:PORT?protocol=csv|hbf1");
+  }
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  auto protocol = (*entry)->make(options);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (!protocol) return about(uri, protocol.error());
+  const auto address = HostAndPort::parse(uri.path);
+  if (!address) {
+    return bad_input("\"" + uri.text + "\": name host and port, for example " + uri.scheme +
+                     ":127.0.0.1:" + (udp ? "49152" : "5000"));
+  }
+  settings.protocol = name;
+  settings.hint = "its address, and whether a firewall is between";
+  auto port = udp ? open_udp_port({.address = *address,
+                                   .listen = !(*entry)->datagrams,
+                                   .datagram_bytes = (*entry)->datagrams ? kAtiRecordBytes : 0})
+                  : open_tcp_port(*address);
   if (!port) return Unexpected<SetupError>(port.error());
   return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
 }

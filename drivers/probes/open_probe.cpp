@@ -4,6 +4,7 @@
 
 #include "drivers/probes/fused_probe.hpp"
 #include "drivers/probes/live_probe.hpp"
+#include "drivers/probes/measured_probe.hpp"
 #include "drivers/probes/open_device.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
@@ -27,21 +28,28 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
   return std::make_unique<LiveProbe>(std::move(*probe));
 }
 
-}  // namespace
-
-Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
+Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
   if (text.starts_with("fused:")) return FusedProbe::open(text);
   const auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
   if (uri->scheme == "replay") return played(*uri, ReplayProbe::open);
   if (uri->scheme == "sim") return played(*uri, SimProbe::open);
   if (uri->scheme == "serial") return open_serial_device(*uri);
+  if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri);
   if (uri->scheme == "hid") return open_hid_device(*uri);
   if (uri->scheme == "usb") return open_usb_device(*uri);
   return bad_input(
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
       "\"; known are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
-      "usb:VID:PID and fused:URI|URI");
+      "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME and fused:URI|URI");
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
+  auto probe = open_any(text);
+  if (!probe || (*probe)->info().replayed) return probe;
+  return std::make_unique<MeasuredProbe>(std::move(*probe));
 }
 
 }  // namespace merkel

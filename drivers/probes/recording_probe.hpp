@@ -36,6 +36,8 @@ class RecordingProbe final : public Probe {
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override {
     return probe_->device_counts();
   }
+  [[nodiscard]] bool is_timed() const noexcept override { return probe_->is_timed(); }
+  [[nodiscard]] std::optional<SampleTiming> timing() const override { return probe_->timing(); }
   [[nodiscard]] std::vector<std::string> take_notices() override { return probe_->take_notices(); }
   [[nodiscard]] std::size_t ports() const noexcept override { return probe_->ports(); }
   void add_listener(std::size_t port, PortListener& listener) override {

@@ -11,7 +11,8 @@
 
 namespace merkel {
 
-/// Plays a trace file: `replay:FILE?chunk=N`. `chunk` is the most samples it hands over at once
+/// Plays a trace file: `replay:FILE?chunk=N&use=all|depth|force`. `use` leaves the other of the two
+/// out, where the trace has both. `chunk` is the most samples it hands over at once
 /// (default 256); the spikes do not depend on it. Pacing is the loop's business: the probe reads
 /// ahead of the clock and waits while its queue is full, so that no sample is ever late.
 class ReplayProbe final : public Probe {
@@ -33,6 +34,9 @@ class ReplayProbe final : public Probe {
   std::size_t next_of_first_ = 0;
   ProbeInfo info_;
   std::size_t chunk_;
+  void take_over(std::span<ProbeSample> samples) const noexcept;
+  std::uint32_t left_out_ = 0;                         ///< channels
+  std::optional<std::chrono::nanoseconds> valid_for_;  ///< where the trace does not say
   std::string trouble_;
 };
 

@@ -6,12 +6,14 @@
 #include <utility>
 
 #include "core/units.hpp"
+#include "drivers/probes/sample_meter.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
 namespace {
 
 constexpr double kLongest_s = 1e6;
+constexpr double kHertzExponent = 1.5;  ///< of force over depth
 constexpr double kPosition = SampleLimits::kPosition_mm;
 
 /// 0 before `begin`, 1 after `begin + length`, a straight line between.
@@ -40,13 +42,15 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   const auto seconds = [&](const char* key, double fallback, double least = 0.0) {
     return options.number(key, fallback, least, kLongest_s);
   };
-  const bool force = options.given("force_N");
-  if (force && options.given("depth_mm")) {
-    return bad_input("\"" + uri.text + "\": give depth_mm or force_N, not both");
-  }
+  const bool both = options.given("force_N") && options.given("depth_mm");
+  const bool force = options.given("force_N") && !both;
   const double rate_hz = options.number("rate_hz", 1000.0, 1.0, 1e5);
   const double wait_s = seconds("wait_s", 0.2);
   const double tail_s = seconds("tail_s", 0.5);
+  const double force_mN = both
+                              ? units::mN_from_N(options.number(
+                                    "force_N", 0.0, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))
+                              : 0.0;
   const double amplitude =
       force ? units::mN_from_N(
                   options.number("force_N", 0.1, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))
@@ -119,11 +123,14 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   ProbeInfo info{.uri = uri.text,
                  .name = "simulated " + uri.path,
                  .serial_number = {},
-                 .channels = (force ? ProbeSample::kForce : ProbeSample::kDepth) | positions,
+                 .channels = (force ? ProbeSample::kForce : ProbeSample::kDepth) |
+                             (both ? std::uint32_t{ProbeSample::kForce} : 0U) | positions,
                  .period = units::nanoseconds_from_s(1.0 / rate_hz),
                  .replayed = true};
-  return std::unique_ptr<Probe>(
+  std::unique_ptr<SimProbe> probe(
       new SimProbe(std::move(info), std::move(press), amplitude, duration_s, rate_hz, faults));
+  if (both) probe->force_mN_ = force_mN;
+  return probe;
 }
 
 /// The sum of twelve uniform numbers, less its mean (Irwin-Hall): normal enough, and portable.
@@ -152,8 +159,13 @@ Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
     sample = {.time = units::nanoseconds_from_s(taken_s),
               .arrival = units::nanoseconds_from_s(taken_s),
               .sequence = number,
-              .channels = info_.channels};
-    (sample.has(ProbeSample::kForce) ? sample.force_mN : sample.depth_mm) = value;
+              .channels = info_.channels,
+              .valid_for = SampleMeter::stale_after(*info_.period)};
+    (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
+    if (force_mN_) {
+      const double relative = amplitude_ > 0.0 ? std::max(value / amplitude_, 0.0) : 0.0;
+      sample.force_mN = *force_mN_ * std::pow(relative, kHertzExponent);
+    }
     if (sample.has(ProbeSample::kX)) {
       sample.x_mm = press.x_mm;
       sample.y_mm = press.y_mm;

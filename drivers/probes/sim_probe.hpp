@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/expected.hpp"
@@ -21,7 +22,7 @@ inline constexpr const char* kSimProbeHelp =
     "         amplitude_mm (0.3) or, with force_N, amplitude_N (0.03)\n"
     "  slide  moves during the hold: ramp_s (0.15), to_x_mm (27), to_y_mm (y_mm),\n"
     "         speed_mm_per_s (12)\n"
-    "  all    depth_mm (1.5) or force_N (0.1), x_mm (15; of slide 3), y_mm (10),\n"
+    "  all    depth_mm (1.5), force_N (0.1) or both (force as depth^1.5), x_mm (15; of slide 3), y_mm (10),\n"
     "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); faults: jitter_us (0),\n"
     "         noise_um (0) or, with force_N, noise_mN (0), dropouts_per_s (0),\n"
     "         dropout_ms (100), seed (1)";
@@ -58,7 +59,8 @@ class SimProbe final : public Probe {
 
   ProbeInfo info_;
   std::function<Press(double)> press_;
-  double amplitude_;  ///< mm, or mN when force-controlled
+  double amplitude_;                ///< mm, or mN when force-controlled
+  std::optional<double> force_mN_;  ///< at the amplitude, of a press with depth and force
   double rate_hz_;
   Faults faults_;
   Random random_;

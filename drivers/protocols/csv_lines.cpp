@@ -7,6 +7,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
@@ -25,12 +26,6 @@ struct Column {
   double factor = 1.0;           ///< to N or mm
   std::int64_t nanoseconds = 0;  ///< of one unit of time
 };
-
-std::string_view trimmed(std::string_view text) noexcept {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 /// What a column's name means; or a sentence.
 Expected<Column, std::string> column_named(std::string_view name) {
@@ -66,18 +61,12 @@ Expected<Column, std::string> column_named(std::string_view name) {
       "force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - for none");
 }
 
-std::string_view take_part(std::string_view& rest, char separator) noexcept {
-  const std::string_view part = rest.substr(0, rest.find(separator));
-  rest.remove_prefix(std::min(part.size() + 1, rest.size()));
-  return trimmed(part);
-}
-
 Expected<std::vector<Column>, std::string> columns_named(std::string_view names, char separator) {
   std::vector<Column> columns;
   std::uint32_t channels = 0;
   std::string_view rest = names;
   while (!rest.empty()) {
-    auto column = column_named(take_part(rest, separator));
+    auto column = column_named(take_csv_part(rest, separator));
     if (!column) return Unexpected<std::string>(column.error());
     if (column->kind == Column::Kind::kValue) channels |= bit_of(column->channel);
     columns.push_back(*column);
@@ -89,21 +78,40 @@ Expected<std::vector<Column>, std::string> columns_named(std::string_view names,
   return columns;
 }
 
+struct CsvOptions {
+  std::vector<Column> columns;
+  std::optional<CsvStyle> style;
+  unsigned sequence_bits = 32;
+  unsigned clock_bits = 32;
+  double rate_Hz = 0.0;  ///< 0: not known
+};
+
 class CsvLines final : public LineProtocol {
  public:
-  CsvLines(std::vector<Column> columns, char separator, unsigned sequence_bits, unsigned clock_bits)
-      : separator_(separator), sequence_(sequence_bits), clock_bits_(clock_bits) {
-    use(std::move(columns));
+  explicit CsvLines(CsvOptions options)
+      : sequence_(options.sequence_bits),
+        clock_bits_(options.clock_bits),
+        rate_Hz_(options.rate_Hz),
+        style_(options.style) {
+    use(std::move(options.columns));
   }
 
   void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {
     lines_.reset(columns_.empty());  // a header may be the very first line
+    unread_.clear();
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    if (rate_Hz_ == 0.0) return std::nullopt;
+    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+  }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
 
  private:
+  static constexpr std::size_t kLearnFrom = 3;
+
   void use(std::vector<Column> columns) {
     columns_ = std::move(columns);
     channels_ = 0;
@@ -116,33 +124,128 @@ class CsvLines final : public LineProtocol {
     }
   }
 
-  void read_line(std::string_view whole, nanoseconds arrival, DeviceStream& stream) override {
-    const std::string_view line = trimmed(whole);
-    if (line.empty() || line.front() == '#') return;
-    if (columns_.empty()) {
-      if (auto columns = columns_named(line, separator_)) {
-        use(std::move(*columns));
-        ++stream.counts.frames;
-      }
+  void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
+    if (line.front() == '#' || line.find_first_not_of(" \t") == std::string_view::npos) return;
+    if (read_header(line)) {
+      restarted_ = restarted_ || known_;
+      ++stream.counts.frames;
       return;
     }
+    if (known_ || (!columns_.empty() && suits(line))) {
+      known_ = true;
+      read_numbers(line, arrival, stream);
+      return;
+    }
+    if (line.find_first_of("0123456789") == std::string_view::npos) return;
+    unread_.emplace_back(std::string(line), arrival);
+    if (unread_.size() >= kLearnFrom) learn(stream);
+  }
+
+  /// A header names all columns. One that comes again says that the device has started anew.
+  bool read_header(std::string_view line) {
+    for (const char separator : {',', ';', '\t', ' '}) {
+      if (style_ && style_->separator != separator) continue;
+      auto columns = columns_named(line, separator);
+      if (!columns) continue;
+      if (columns_.empty()) {
+        use(std::move(*columns));
+        if (!style_ && columns_.size() > 1) separator_of_header_ = separator;
+      }
+      return true;
+    }
+    return false;
+  }
+
+  /// Whether a line is one of the named columns in the style that was given, or in the usual one.
+  bool suits(std::string_view line) {
+    const char separator = separator_of_header_.value_or(',');
+    const CsvStyle style = style_.value_or(CsvStyle{.separator = separator});
+    DeviceReading reading;
+    std::optional<std::uint32_t> number;
+    if (!style_ && !read_fields(line, style, reading, number)) return false;
+    style_ = style;
+    return true;
+  }
+
+  /// Learns the style of lines, and their columns where they say them.
+  void learn(DeviceStream& stream) {
+    std::vector<std::string> lines;
+    for (const auto& [line, arrival] : unread_) lines.push_back(line);
+    bool learned = false;
+    for (const CsvStyle& style : style_ ? std::vector{*style_} : csv_styles(lines)) {
+      std::vector<Column> columns = columns_.empty() ? columns_said(lines.back(), style) : columns_;
+      std::size_t fields = 0;
+      for (std::string_view rest = lines.back(); !rest.empty(); ++fields) {
+        static_cast<void>(take_csv_part(rest, style.separator));
+      }
+      if (columns.empty() || columns.size() != fields) continue;
+      style_ = style;
+      if (columns_.empty()) use(std::move(columns));
+      learned = true;
+      break;
+    }
+    if (!learned) {
+      if (columns_.empty()) {
+        trouble_ = unnamed(lines.back());
+      } else {
+        stream.counts.damaged += unread_.size();
+      }
+      unread_.clear();
+      return;
+    }
+    trouble_.clear();
+    known_ = true;
+    for (const auto& [line, arrival] : std::exchange(unread_, {})) {
+      read_numbers(line, arrival, stream);
+    }
+  }
+
+  /// The columns of a line that names them by labels and units; none where it does not.
+  static std::vector<Column> columns_said(const std::string& line, const CsvStyle& style) {
+    std::vector<Column> columns;
+    bool measures = false;
+    for (std::string_view rest = line; !rest.empty();) {
+      const CsvField field =
+          parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
+      const std::string name = csv_column_of(field);
+      auto column = column_named(name.empty() ? "-" : name);
+      if (!column) return {};
+      measures = measures || column->kind == Column::Kind::kValue;
+      columns.push_back(*column);
+    }
+    return measures ? columns : std::vector<Column>{};
+  }
+
+  static std::string unnamed(const std::string& line) {
+    const std::vector<CsvStyle> styles = csv_styles({line});
+    const char separator = styles.empty() ? ',' : styles.front().separator;
+    std::string names;
+    for (std::string_view rest = line; !rest.empty();) {
+      static_cast<void>(take_csv_part(rest, separator));
+      names += names.empty() ? "force_N" : ",-";
+    }
+    return "its lines, such as \"" + line +
+           "\", do not say what they measure: name their columns and units, for example columns=" +
+           names + ", or run merkel connect";
+  }
+
+  bool read_fields(std::string_view line, const CsvStyle& style, DeviceReading& reading,
+                   std::optional<std::uint32_t>& number) const {
+    std::string_view rest = line;
+    for (const Column& column : columns_) {
+      if (rest.empty()) return false;
+      const std::string_view part = take_csv_part(rest, style.separator);
+      if (!read_part(column, part, style.decimal_comma, reading, number)) return false;
+    }
+    return rest.empty();
+  }
+
+  void read_numbers(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
     DeviceReading reading;
     reading.arrival = arrival;
     std::optional<std::uint32_t> number;
-    std::string_view rest = line;
-    std::size_t i = 0;
-    for (; i < columns_.size() && !rest.empty(); ++i) {
-      const std::string_view part = take_part(rest, separator_);
-      if (!read_part(columns_[i], part, reading, number)) break;
-    }
-    if (i < columns_.size() || !rest.empty()) {
-      // A header again, in the middle of numbers: it has started anew.
-      if (columns_named(line, separator_)) {
-        restarted_ = true;
-        ++stream.counts.frames;
-      } else {
-        ++stream.counts.damaged;
-      }
+    if (!read_fields(line, *style_, reading, number)) {
+      ++stream.counts.damaged;
       return;
     }
     ++stream.counts.frames;
@@ -164,19 +267,19 @@ class CsvLines final : public LineProtocol {
     stream.accept(reading);
   }
 
-  static bool read_part(const Column& column, std::string_view part, DeviceReading& reading,
-                        std::optional<std::uint32_t>& number) {
+  static bool read_part(const Column& column, std::string_view part, bool decimal_comma,
+                        DeviceReading& reading, std::optional<std::uint32_t>& number) {
     switch (column.kind) {
       case Column::Kind::kSkip:
         return true;
       case Column::Kind::kTime: {
-        if (column.nanoseconds == 1'000'000'000) {
+        if (column.nanoseconds == 1'000'000'000 && !decimal_comma) {
           const auto time = parse_seconds(part);
           if (!time || time->count() < 0) return false;
           reading.device_time = *time;
           return true;
         }
-        const auto count = parse_number(part);
+        const auto count = parse_csv_field(part, decimal_comma).number;
         if (!count || !(*count >= 0.0 && *count < 9e15 / static_cast<double>(column.nanoseconds))) {
           return false;
         }
@@ -193,9 +296,21 @@ class CsvLines final : public LineProtocol {
         return true;
       }
       case Column::Kind::kValue: {
-        const auto value = parse_number(part);
-        if (!value) return false;
-        reading.set(column.channel, *value * column.factor);
+        // Exact to the digit where it is a bare number, as most are.
+        if (const auto value = decimal_comma ? std::nullopt : parse_number(part)) {
+          reading.set(column.channel, *value * column.factor);
+          return true;
+        }
+        const CsvField field = parse_csv_field(part, decimal_comma);
+        if (!field.number) return false;
+        double factor = column.factor;
+        if (!field.unit.empty()) {
+          const bool force = column.channel <= DeviceChannel::kForceZ;
+          const auto said = force ? newtons_per(field.unit) : millimetres_per(field.unit);
+          if (!said) return false;
+          factor = *said;
+        }
+        reading.set(column.channel, *field.number * factor);
         return true;
       }
     }
@@ -213,13 +328,18 @@ class CsvLines final : public LineProtocol {
     return confirmed;
   }
 
-  char separator_;
   SequenceCounter sequence_;
   unsigned clock_bits_;
+  double rate_Hz_;
+  std::optional<CsvStyle> style_;
+  std::optional<char> separator_of_header_;
+  std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
   std::vector<Column> columns_;
   std::uint32_t channels_ = 0;
+  std::string trouble_;
   std::optional<nanoseconds> wrap_;
   std::optional<nanoseconds> last_time_;
+  bool known_ = false;  ///< style and columns
   bool went_back_ = false;
   bool restarted_ = false;
 };
@@ -227,22 +347,29 @@ class CsvLines final : public LineProtocol {
 }  // namespace
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options) {
+  CsvOptions csv;
   const std::string names = options.text("columns", "");
-  const std::string separator = options.word("separator", "comma", "comma|semicolon|tab|space");
-  const auto sequence_bits = options.whole("seq_bits", 32, 4, 32);
-  const auto clock_bits = options.whole("clock_bits", 32, 8, 32);
-  std::vector<Column> columns;
+  const std::string separator = options.word("separator", "auto", "auto|comma|semicolon|tab|space");
+  const std::string decimal = options.word("decimal", "auto", "auto|point|comma");
+  csv.sequence_bits = static_cast<unsigned>(options.whole("seq_bits", 32, 4, 32));
+  csv.clock_bits = static_cast<unsigned>(options.whole("clock_bits", 32, 8, 32));
+  csv.rate_Hz = options.number("rate_hz", 0.0, 0.01, 100'000.0);
   if (!names.empty()) {
     auto named = columns_named(names, ',');
     if (!named) return bad_input("columns=" + names + ": " + named.error());
-    columns = std::move(*named);
+    csv.columns = std::move(*named);
   }
-  const char mark = separator == "semicolon" ? ';'
-                    : separator == "tab"     ? '\t'
-                    : separator == "space"   ? ' '
-                                             : ',';
-  return std::make_unique<CsvLines>(std::move(columns), mark, static_cast<unsigned>(sequence_bits),
-                                    static_cast<unsigned>(clock_bits));
+  if (separator != "auto" || decimal != "auto") {
+    const bool comma = decimal == "comma";
+    csv.style = CsvStyle{.separator = separator == "semicolon" ? ';'
+                                      : separator == "tab"     ? '\t'
+                                      : separator == "space"   ? ' '
+                                      : separator == "comma"   ? ','
+                                      : comma                  ? ';'
+                                                               : ',',
+                         .decimal_comma = comma};
+  }
+  return std::make_unique<CsvLines>(std::move(csv));
 }
 
 std::size_t lines_of_numbers(std::span<const std::uint8_t> bytes) {

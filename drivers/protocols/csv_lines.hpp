@@ -13,8 +13,10 @@ namespace merkel {
 /// Options: `columns` names what stands in each column, separated by commas: `time_s`, `time_ms` or
 /// `time_us` (the device's clock), `seq` (a counter), a channel with its unit (`force_N`,
 /// `force_gF`, `force_z_mN`, `depth_mm`, `depth_um`, `x_mm`, `y_mm`, `z_mm`), or `-` for one to be
-/// left out; without it, the device's own header line tells. `separator` is comma, semicolon, tab
-/// or space; `seq_bits` and `clock_bits` say when those counters wrap (32).
+/// left out; without it, the device's own header line names them, or labels and units in the lines
+/// themselves ("Force: 0.300 N"). `separator` (comma, semicolon, tab, space) and `decimal` (point,
+/// comma) are found by themselves. `rate_hz` is its rate, where known; `seq_bits` and `clock_bits`
+/// say when those counters wrap (32).
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options);
 
 /// How many of the lines in a stream are numbers and nothing else, whatever their columns.

@@ -160,6 +160,9 @@ class GrblDevice final : public SimulatedDevice {
   }
 
   [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    return milliseconds{1};  // asked at any time, it knows where it is
+  }
 
  private:
   static constexpr Vector kOffset = {-100.0, -50.0, -8.0};

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <string_view>
 
 #include "core/units.hpp"
@@ -41,6 +42,9 @@ class Hbf1Device final : public SimulatedDevice {
       if (frame->header.type != Hbf1Type::kCommand || frame->body.empty()) continue;
       const auto command = static_cast<Hbf1Command>(frame->body[0]);
       if (command == Hbf1Command::kHello) hello(now, out);
+      if (command == Hbf1Command::kRate && frame->body.size() == 3) {
+        asked_rate_Hz_ = read_u16(frame->body.subspan<1, 2>());
+      }
       if (command == Hbf1Command::kStart) started_ = true;
       if (command == Hbf1Command::kStop) started_ = false;
       const Bytes body = {frame->body[0], 0};
@@ -60,6 +64,11 @@ class Hbf1Device final : public SimulatedDevice {
   }
 
   [[nodiscard]] bool started() const noexcept override { return started_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    if (asked_rate_Hz_ == 0) return std::nullopt;
+    return units::nanoseconds_from_s(1.0 / asked_rate_Hz_);
+  }
+  void set_rate(double rate_Hz) override { rate_Hz_ = std::lround(rate_Hz); }
 
  private:
   static std::uint32_t clock_us(nanoseconds now) {
@@ -89,7 +98,7 @@ class Hbf1Device final : public SimulatedDevice {
     add(ProbeSample::kX, DeviceChannel::kX, kHbf1Millimetre);
     add(ProbeSample::kY, DeviceChannel::kY, kHbf1Millimetre);
     Bytes body = {1, count};
-    append_u16(1000, body);
+    append_u16(static_cast<std::uint16_t>(std::clamp(rate_Hz_, 0L, 65535L)), body);
     for (const std::string_view name : {"SIM1", "simulated"}) {
       body.push_back(static_cast<std::uint8_t>(name.size()));
       body.insert(body.end(), name.begin(), name.end());
@@ -102,6 +111,8 @@ class Hbf1Device final : public SimulatedDevice {
   Hbf1Decoder decoder_;
   std::uint16_t sequence_ = 0;
   bool started_ = false;
+  long rate_Hz_ = 1000;
+  std::uint16_t asked_rate_Hz_ = 0;  ///< by the host; 0: as often as the trace
 };
 
 }  // namespace

@@ -1,12 +1,12 @@
 #include "drivers/protocols/mark10.hpp"
 
 #include <array>
+#include <charconv>
+#include <cstdio>
 #include <string>
 #include <string_view>
 
-#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
-#include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/number_with_unit.hpp"
@@ -20,6 +20,7 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kQuiet{1000};  ///< a gauge silent for so long is told to stream again
 constexpr milliseconds kPatience{200};
+constexpr int kRateOfAout1 = 50;  ///< AOUT1 streams 50 readings a second
 
 /// Reads "travel and force" in any order, told apart by their units.
 bool parse_line(std::string_view line, double plain_factor, DeviceReading& reading,
@@ -162,18 +163,28 @@ class EsmStand final : public LineProtocol {
 
 void append(std::string_view text, Bytes& out) { out.insert(out.end(), text.begin(), text.end()); }
 
+/// As a display shows it: so many decimals, never an exponent.
+std::string displayed(double value, int decimals) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+  return text.data();
+}
+
 class Mark10Device final : public SimulatedDevice {
  public:
   void boot(nanoseconds /*now*/, Bytes& /*out*/) override {
     lines_.reset(true);
-    streaming_ = false;
+    rate_Hz_ = 0;
   }
   void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
     for (const std::uint8_t byte : bytes) {
       const auto line = lines_.take(byte);
       if (!line) continue;
       if (line->starts_with("AOUT")) {
-        streaming_ = *line != "AOUT0";
+        int rate = 0;
+        const auto digits = line->substr(4);
+        std::from_chars(digits.data(), digits.data() + digits.size(), rate);
+        rate_Hz_ = rate == 1 ? kRateOfAout1 : rate;
       } else if (*line == "?" || *line == "?C") {
         append(reading_, out);
       } else if (*line != "FULL") {
@@ -182,14 +193,18 @@ class Mark10Device final : public SimulatedDevice {
     }
   }
   void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
-    reading_ = shifted_decimal(sample.force_mN, -3) + " N\r\n";
-    if (streaming_) append(reading_, out);
+    reading_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N\r\n";
+    if (rate_Hz_ > 0) append(reading_, out);
   }
-  [[nodiscard]] bool started() const noexcept override { return streaming_; }
+  [[nodiscard]] bool started() const noexcept override { return rate_Hz_ > 0; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    if (rate_Hz_ <= 0) return std::nullopt;
+    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+  }
 
  private:
   std::string reading_ = "0.000 N\r\n";
-  bool streaming_ = false;
+  int rate_Hz_ = 0;  ///< of its stream; 0: it is quiet
   LineSplitter lines_;
 };
 
@@ -205,10 +220,13 @@ class EsmDevice final : public SimulatedDevice {
     }
   }
   void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
-    travel_ = shortest_decimal(sample.depth_mm) + " mm";
-    load_ = shifted_decimal(sample.force_mN, -3) + " N";
+    travel_ = displayed(sample.depth_mm, 3) + " mm";
+    load_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N";
   }
   [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    return milliseconds{1};  // asked at any time, it knows where it is
+  }
 
  private:
   bool force_;

@@ -183,6 +183,9 @@ class OptoForceDevice final : public SimulatedDevice {
   }
 
   [[nodiscard]] bool started() const noexcept override { return speed_ != 0; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    return speed_ == 0 ? std::nullopt : std::optional<nanoseconds>(milliseconds{speed_});
+  }
   [[nodiscard]] std::string uri_options() const override { return "counts_per_N=1024"; }
 
  private:

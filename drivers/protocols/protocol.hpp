@@ -55,11 +55,18 @@ struct DeviceStream {
   }
   void send(std::string_view text) { outgoing.insert(outgoing.end(), text.begin(), text.end()); }
   void notice(std::string sentence) {
-    if (notices.size() < kMostNotices) notices.push_back(std::move(sentence));
+    if (notices.size() < kMostNotices) {
+      notices.push_back(std::move(sentence));
+    } else {
+      ++notices_left_out_;
+    }
   }
+  /// Of sentences that found no room since the last call.
+  std::uint64_t take_notices_left_out() { return std::exchange(notices_left_out_, 0); }
 
  private:
   static constexpr std::size_t kMostNotices = 16;
+  std::uint64_t notices_left_out_ = 0;
 };
 
 /// The language of a device: bytes in, readings out, requests back. Knows no port and no clock;

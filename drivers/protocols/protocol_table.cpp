@@ -5,6 +5,7 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/records/probe_sample.hpp"
+#include "drivers/protocols/ati_rdt.hpp"
 #include "drivers/protocols/csv_lines.hpp"
 #include "drivers/protocols/grbl.hpp"
 #include "drivers/protocols/hbf1.hpp"
@@ -34,11 +35,17 @@ const std::array<ProtocolEntry, 7> kTable = {{
      [](std::uint32_t) { return make_zaber_device(); }, "um_per_step=0.9765625", kDepth},
 }};
 
+const ProtocolEntry kAtiRdt = {"ati_rdt", "ATI Net F/T, over udp: alone", 0, make_ati_rdt,
+                               make_ati_rdt_device, "", kForce, true};
+
 }  // namespace
+
+const ProtocolEntry& ati_rdt_entry() noexcept { return kAtiRdt; }
 
 std::span<const ProtocolEntry> protocol_table() noexcept { return kTable; }
 
 Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name) {
+  if (name == kAtiRdt.name) return &kAtiRdt;
   std::vector<std::string> names;
   std::string list;
   for (const ProtocolEntry& entry : kTable) {
@@ -56,12 +63,12 @@ std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
   constexpr std::uint64_t kEnough = 2;
   std::string_view likely;
   std::uint64_t most = kEnough - 1;
-  for (const ProtocolEntry& entry : kTable) {
+  const auto try_entry = [&](const ProtocolEntry& entry) {
     const auto uri = Uri::parse("serial:?" + std::string(entry.options));
-    if (!uri) continue;
+    if (!uri) return;
     UriOptions options(*uri);
     const auto protocol = entry.make(options);
-    if (!protocol) continue;
+    if (!protocol) return;
     DeviceStream stream;
     (*protocol)->begin(std::chrono::nanoseconds{0}, stream);
     (*protocol)->take(bytes, std::chrono::nanoseconds{1}, stream);
@@ -69,7 +76,12 @@ std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
       most = stream.counts.frames;
       likely = entry.name;
     }
+  };
+  // Lines of numbers with units are csv only where they are nothing else.
+  for (const ProtocolEntry& entry : kTable) {
+    if (entry.name != "csv") try_entry(entry);
   }
+  if (likely.empty()) try_entry(**find_protocol("csv"));
   // Columns that nobody has named are numbers all the same.
   if (likely.empty() && lines_of_numbers(bytes) > 2 * kEnough) likely = "csv";
   return likely;

@@ -25,7 +25,12 @@ struct ProtocolEntry {
   std::string_view options;
   /// ProbeSample::Channel bits of which a trace must have one to be played.
   std::uint32_t plays = 0;
+  /// Only for datagrams: has no frames in a stream of bytes.
+  bool datagrams = false;
 };
+
+/// ATI's, which is spoken over UDP alone: not in the table of protocols for streams of bytes.
+[[nodiscard]] const ProtocolEntry& ati_rdt_entry() noexcept;
 
 [[nodiscard]] std::span<const ProtocolEntry> protocol_table() noexcept;
 

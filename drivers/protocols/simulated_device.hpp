@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -28,6 +29,12 @@ class SimulatedDevice {
   virtual void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) = 0;
   /// Whether the press may begin: nothing is lost on a host that has not started to listen.
   [[nodiscard]] virtual bool started() const noexcept { return true; }
+  /// How often it measures, where the host or its kind sets that; else as often as the trace.
+  [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> period() const noexcept {
+    return std::nullopt;
+  }
+  /// The rate of the trace that it plays, for a device that reports one.
+  virtual void set_rate(double /*rate_Hz*/) {}
   /// Options without which the protocol cannot read it, as in a URI.
   [[nodiscard]] virtual std::string uri_options() const { return {}; }
 };

@@ -161,6 +161,9 @@ class ZaberDevice final : public SimulatedDevice {
     steps_ = std::lround(sample.depth_mm * kSimulatedSteps_per_mm);
   }
   [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    return milliseconds{1};  // asked at any time, it knows where it is
+  }
   [[nodiscard]] std::string uri_options() const override { return "um_per_step=0.9765625"; }
 
  private:

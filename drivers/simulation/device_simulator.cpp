@@ -6,6 +6,11 @@
 #include <thread>
 #include <utility>
 
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/simulation/network_line.hpp"
+#include "drivers/simulation/pty_master.hpp"
+
 namespace merkel {
 namespace {
 
@@ -18,6 +23,12 @@ constexpr nanoseconds kUptime{std::chrono::seconds{3}};  ///< of a device that w
 nanoseconds host_now() {
   return std::chrono::duration_cast<nanoseconds>(
       std::chrono::steady_clock::now().time_since_epoch());
+}
+
+/// Samples a second; 0 where that is not known.
+double rate_of(std::span<const ProbeSample> trace) {
+  const double length_s = units::s_from(trace.back().time - trace.front().time);
+  return length_s > 0.0 ? static_cast<double>(trace.size() - 1) / length_s : 0.0;
 }
 
 }  // namespace
@@ -35,7 +46,17 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
   }
   std::unique_ptr<DeviceSimulator> simulator(new DeviceSimulator(std::move(settings)));
   simulator->device_ = simulator->settings_.protocol->simulate(channels);
-  if (auto plugged = simulator->pty_.plug_in(simulator->settings_.link); !plugged) {
+  simulator->device_->set_rate(
+      simulator->settings_.rate_Hz.value_or(rate_of(simulator->settings_.trace)));
+  const Settings& own = simulator->settings_;
+  if (own.network.empty()) {
+    simulator->line_ = std::make_unique<PtyMaster>(own.link);
+  } else {
+    auto line = make_network_line(own.network, *own.protocol);
+    if (!line) return Unexpected<SetupError>(line.error());
+    simulator->line_ = std::move(*line);
+  }
+  if (auto plugged = simulator->line_->plug_in(); !plugged) {
     return Unexpected<SetupError>(plugged.error());
   }
   return simulator;
@@ -44,9 +65,12 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
 std::string DeviceSimulator::uri() const {
   const ProtocolEntry& protocol = *settings_.protocol;
   const std::string options = device_->uri_options();
-  return "serial:" + name() + "?protocol=" + std::string(protocol.name) +
-         (settings_.baud == protocol.baud ? "" : "&baud=" + std::to_string(settings_.baud)) +
-         (options.empty() ? "" : "&" + options);
+  return line_->address() + "?protocol=" + std::string(protocol.name) +
+         (settings_.baud == protocol.baud || !settings_.network.empty()
+              ? ""
+              : "&baud=" + std::to_string(settings_.baud)) +
+         (options.empty() ? "" : "&" + options) +
+         (settings_.rate_Hz ? "&rate_hz=" + shortest_decimal(*settings_.rate_Hz) : "");
 }
 
 nanoseconds DeviceSimulator::device_time(Time now) const noexcept {
@@ -72,7 +96,7 @@ void DeviceSimulator::run(const std::atomic<bool>& stop) {
 
 void DeviceSimulator::step(Time now) {
   if (begun_) pass_faults(now);
-  if (!begun_ && device_->started() && pty_.baud() != 0) {
+  if (!begun_ && device_->started() && line_->heard()) {
     begun_ = now;
     trace_start_ = device_time(now);
   }
@@ -86,13 +110,13 @@ void DeviceSimulator::pass_faults(Time now) {
   if (faults.unplug_at && played >= *faults.unplug_at) {
     faults.unplug_at.reset();
     ++counts_.unplugs;
-    pty_.unplug();
+    line_->unplug();
     plugged_ = false;
     held_.clear();
     unplugged_until_ = now + faults.unplug_for;
   }
   if (!plugged_ && now >= unplugged_until_) {
-    plugged_ = pty_.plug_in(settings_.link).has_value();
+    plugged_ = line_->plug_in().has_value();
   }
   if (faults.stall_at && played >= *faults.stall_at) {
     faults.stall_at.reset();
@@ -109,23 +133,62 @@ void DeviceSimulator::pass_faults(Time now) {
   }
 }
 
+std::optional<nanoseconds> DeviceSimulator::period() const noexcept {
+  if (const auto of_device = device_->period()) return of_device;
+  if (settings_.rate_Hz) return units::nanoseconds_from_s(1.0 / *settings_.rate_Hz);
+  return std::nullopt;
+}
+
+/// When the next sample is due, since the trace began. After its end a device goes on measuring
+/// what it measured last.
+nanoseconds DeviceSimulator::next_sample() const noexcept {
+  const auto& trace = settings_.trace;
+  if (period() || next_ == trace.size()) return next_time_;
+  return round_ + (trace[next_].time - trace.front().time);
+}
+
+/// Of the trace, interpolated.
+ProbeSample DeviceSimulator::sample_at(Time trace_time) const noexcept {
+  const auto& trace = settings_.trace;
+  const Time length = trace.back().time - trace.front().time;
+  if (settings_.repeat && length.count() > 0) trace_time %= length;
+  const Time time = trace.front().time + trace_time;
+  const auto after =
+      std::lower_bound(trace.begin(), trace.end(), time,
+                       [](const ProbeSample& sample, Time t) { return sample.time < t; });
+  if (after == trace.end()) return trace.back();
+  if (after == trace.begin() || after->time == time) return *after;
+  const ProbeSample& before = *(after - 1);
+  const double fraction = static_cast<double>((time - before.time).count()) /
+                          static_cast<double>((after->time - before.time).count());
+  ProbeSample sample = before;
+  for (double ProbeSample::*const field :
+       {&ProbeSample::depth_mm, &ProbeSample::force_mN, &ProbeSample::x_mm, &ProbeSample::y_mm}) {
+    sample.*field += fraction * (*after.*field - before.*field);
+  }
+  sample.time = time;
+  return sample;
+}
+
 void DeviceSimulator::play(Time now) {
   const auto& trace = settings_.trace;
   while (true) {
-    if (next_ == trace.size()) {
-      if (!settings_.repeat || trace.size() < 2) return;
+    if (!period() && next_ == trace.size() && settings_.repeat && trace.size() > 1) {
       const Time span = trace.back().time - trace.front().time;
       round_ += span + span / static_cast<std::int64_t>(trace.size() - 1);
       next_ = 0;
     }
-    const Time due = trace_start_ + round_ + (trace[next_].time - trace.front().time);
-    if (due > device_time(now)) return;
+    const Time next = next_sample();
+    if (trace_start_ + next > device_time(now)) return;
+    const bool over = !period() && next_ == trace.size();
     Bytes out;
-    device_->measure(trace[next_], due, out);
+    device_->measure(period() ? sample_at(next) : trace[over ? next_ - 1 : next_],
+                     trace_start_ + next, out);
     ++counts_.measured;
     if (!plugged_ || !device_->started()) ++counts_.unsent;
     send(out, true);
-    ++next_;
+    if (!period() && !over) ++next_;
+    next_time_ = next + period().value_or(mean_period_);
   }
 }
 
@@ -135,8 +198,8 @@ void DeviceSimulator::listen(Time patience) {
     std::this_thread::sleep_for(patience);
     return;
   }
-  const std::size_t count = pty_.read(bytes, patience);
-  if (count == 0 || pty_.baud() != settings_.baud) return;
+  const std::size_t count = line_->read(bytes, patience);
+  if (count == 0 || line_->baud(settings_.baud) != settings_.baud) return;
   const auto heard = std::span<const std::uint8_t>(bytes).first(count);
   if (settings_.faults.echo) send(Bytes(heard.begin(), heard.end()), false);
   Bytes out;
@@ -152,7 +215,8 @@ void DeviceSimulator::send(const Bytes& bytes, bool whole_frame) {
     ++counts_.frames_dropped;
     return;
   }
-  const bool garbage = pty_.baud() != 0 && pty_.baud() != settings_.baud;
+  const int baud = line_->baud(settings_.baud);
+  const bool garbage = baud != 0 && baud != settings_.baud;
   for (std::uint8_t byte : bytes) {
     if (whole_frame && faults.drop_byte > 0.0 && random_.uniform() < faults.drop_byte) {
       ++counts_.bytes_dropped;
@@ -181,7 +245,7 @@ void DeviceSimulator::flush(Time now) {
     count = 1 + static_cast<std::size_t>(random_.next() % (count - 1));
   }
   const auto piece = std::span<const std::uint8_t>(held_).first(count);
-  const std::size_t written = pty_.write(piece);
+  const std::size_t written = line_->write(piece);
   counts_.bytes_sent += written;
   counts_.bytes_overrun += count - written;
   held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(count));
@@ -189,10 +253,8 @@ void DeviceSimulator::flush(Time now) {
 
 nanoseconds DeviceSimulator::next_event(Time now) const noexcept {
   if (settings_.faults.split && !held_.empty()) return now + Time{200'000};
-  if (!begun_ || next_ == settings_.trace.size()) return now + kLongestWait;
-  const Time due =
-      trace_start_ + round_ + (settings_.trace[next_].time - settings_.trace.front().time);
-  return now + (due - device_time(now));
+  if (!begun_) return now + kLongestWait;
+  return now + (trace_start_ + next_sample() - device_time(now));
 }
 
 }  // namespace merkel

@@ -12,7 +12,7 @@
 #include "core/math/random.hpp"
 #include "core/records/probe_sample.hpp"
 #include "drivers/protocols/protocol_table.hpp"
-#include "drivers/simulation/pty_master.hpp"
+#include "drivers/simulation/device_line.hpp"
 
 namespace merkel {
 
@@ -34,7 +34,7 @@ struct SimulatedFaults {
   std::uint64_t seed = 1;
 };
 
-/// Plays a trace as a device of a protocol would, on a pseudo-terminal.
+/// Plays a trace as a device of a protocol would, on a pseudo-terminal or over the network.
 class DeviceSimulator {
  public:
   struct Settings {
@@ -42,7 +42,10 @@ class DeviceSimulator {
     std::vector<ProbeSample> trace;  ///< in order of time; at least one
     int baud = 115200;               ///< a host that has set another reads garbage
     std::string link;                ///< symbolic link to the terminal; none, if empty
-    bool repeat = false;             ///< begin again at the end of the trace
+    /// A line over the network instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".
+    std::string network;
+    bool repeat = false;            ///< begin again at the end of the trace
+    std::optional<double> rate_Hz;  ///< measurements a second; those of the trace, if not set
     SimulatedFaults faults;
   };
   /// What it did.
@@ -61,8 +64,6 @@ class DeviceSimulator {
   [[nodiscard]] static Expected<std::unique_ptr<DeviceSimulator>, SetupError> create(
       Settings settings);
 
-  /// Name of the terminal, or of the link to it.
-  [[nodiscard]] const std::string& name() const noexcept { return pty_.name(); }
   /// The probe URI under which it can be read.
   [[nodiscard]] std::string uri() const;
   /// Plays until told to stop. The press begins when the host has begun to listen.
@@ -76,6 +77,9 @@ class DeviceSimulator {
 
   void step(Time now);
   void play(Time now);
+  [[nodiscard]] Time next_sample() const noexcept;
+  [[nodiscard]] std::optional<Time> period() const noexcept;
+  [[nodiscard]] ProbeSample sample_at(Time trace_time) const noexcept;
   void boot(Time now);
   void pass_faults(Time now);
   void listen(Time patience);
@@ -86,15 +90,17 @@ class DeviceSimulator {
 
   Settings settings_;
   Random random_;
-  PtyMaster pty_;
+  std::unique_ptr<DeviceLine> line_;
   std::unique_ptr<SimulatedDevice> device_;
   Counts counts_;
 
   Time booted_{0};
-  std::optional<Time> begun_;  ///< host time at which the press began
-  Time trace_start_{0};        ///< device time at which it began, of this run of the device
-  std::size_t next_ = 0;
-  Time round_{0};  ///< trace time that earlier rounds took
+  std::optional<Time> begun_;    ///< host time at which the press began
+  Time trace_start_{0};          ///< device time at which it began, of this run of the device
+  std::size_t next_ = 0;         ///< sample of the trace that comes next
+  Time mean_period_{1'000'000};  ///< of the trace
+  Time next_time_{0};  ///< or where the rate is set: the time of the next, since the beginning
+  Time round_{0};      ///< trace time that earlier rounds took
   bool plugged_ = true;
   bool stalled_ = false;
   Time unplugged_until_{0};

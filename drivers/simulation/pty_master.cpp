@@ -19,7 +19,8 @@ constexpr unsigned kNobodysBaud = 50;  ///< set at first; no device is read at i
 
 }  // namespace
 
-Expected<void, SetupError> PtyMaster::plug_in(const std::string& link) {
+Expected<void, SetupError> PtyMaster::plug_in() {
+  const std::string& link = wanted_link_;
   unplug();
   master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0) {

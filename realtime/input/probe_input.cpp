@@ -1,6 +1,12 @@
 #include "realtime/input/probe_input.hpp"
 
 namespace merkel {
+namespace {
+
+/// How long the last sample of a recording holds that says nothing of it.
+constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
+
+}  // namespace
 
 void ProbeInput::take_until(std::chrono::nanoseconds time) noexcept {
   for (const ProbeSample* next = channel_.samples.front(); next != nullptr && next->time <= time;
@@ -41,6 +47,14 @@ ContactInput ProbeInput::released(const ContactInput& last) const noexcept {
 }
 
 ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
+  const Reading reading = reading_at(time);
+  channel_.depth_mm.store(reading.contact.depth_mm, std::memory_order_relaxed);
+  channel_.force_mN.store(reading.contact.force_mN, std::memory_order_relaxed);
+  channel_.state.store(reading.state, std::memory_order_relaxed);
+  return reading;
+}
+
+ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {
   take_until(time);
   const bool ended = channel_.ended.load(std::memory_order_acquire);
   take_until(time);  // a sample may have come just before the end was flagged
@@ -54,7 +68,10 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
   }
   const ContactInput before = contact_of(*last_);
   if (last_->time == time) return {before, State::kFollowing};
-  if (next != nullptr && next->time - last_->time <= parameters_.stale_after) {
+  const auto valid_for = valid_for_last();
+  const bool unlimited = valid_for.count() == 0;
+  if (next != nullptr && (unlimited || next->time - last_->time <= valid_for)) {
+    if (!parameters_.interpolate) return {before, State::kFollowing};
     const ContactInput after = contact_of(*next);
     const double fraction = static_cast<double>((time - last_->time).count()) /
                             static_cast<double>((next->time - last_->time).count());
@@ -66,12 +83,18 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
             State::kFollowing};
   }
   const bool over = ended && next == nullptr;
-  if (time - last_->time > parameters_.stale_after) {
+  if (time - last_->time > (unlimited ? kAfterTheEnd : valid_for) && (over || !unlimited)) {
     if (!over) channel_.released_ticks.add();
     return {released(before), over ? State::kEnded : State::kReleased};
   }
+  // Without interpolation the newest sample is all that is wanted.
+  if (!over && !parameters_.interpolate) return {before, State::kFollowing};
   if (!over) channel_.held_ticks.add();
   return {before, over ? State::kEnded : State::kHeld};
+}
+
+std::chrono::nanoseconds ProbeInput::valid_for_last() const noexcept {
+  return parameters_.stale_after.value_or(last_->valid_for);
 }
 
 }  // namespace merkel

@@ -14,16 +14,19 @@ namespace merkel {
 
 /// Turns one probe's samples into its contact at any time, which only goes forward.
 ///
-/// Between two samples the contact is their linear interpolation; before the first sample it is
-/// the first. A silence of more than `stale_after` between two samples, or after the last, is no
-/// press: the last sample holds for `stale_after`, then the probe is released (depth and force 0)
-/// until the next sample's time. Where no sample beyond the asked time has arrived yet, the last
-/// holds likewise. The rule depends on the samples' times alone, so a recording gives what the live
-/// run gave whenever nothing was late. Real-time: yes.
+/// Between two samples the contact is their linear interpolation (or the newest sample); before the
+/// first sample it is the first. Every sample says for how long it is valid: it holds for so long
+/// where none follows, then the probe is released (depth and force 0) until the next sample's time.
+/// Where no sample beyond the requested time has arrived yet, the last one holds too. The rule
+/// depends on the samples alone, so a recording gives what the live run gave whenever nothing was
+/// late. Real-time: yes.
 class ProbeInput {
  public:
   struct Parameters {
-    std::chrono::nanoseconds stale_after{50'000'000};
+    /// Replaces what the samples say (ProbeSample::valid_for); 0: never released.
+    std::optional<std::chrono::nanoseconds> stale_after;
+    /// Between two samples: their linear interpolation, or else the first of them.
+    bool interpolate = true;
     /// Where the probe presses if its samples do not say.
     double x_mm = 15.0;
     double y_mm = 10.0;
@@ -71,8 +74,10 @@ class ProbeInput {
   }
 
  private:
+  [[nodiscard]] Reading reading_at(std::chrono::nanoseconds time) noexcept;
   void take_until(std::chrono::nanoseconds time) noexcept;
   [[nodiscard]] ContactInput contact_of(const ProbeSample& sample) const noexcept;
+  [[nodiscard]] std::chrono::nanoseconds valid_for_last() const noexcept;
   [[nodiscard]] ContactInput released(const ContactInput& last) const noexcept;
 
   ProbeChannel& channel_;

@@ -39,6 +39,11 @@ class FixedStepLoop {
     std::chrono::nanoseconds start{0};        ///< probe time at which the first tick begins
     std::chrono::nanoseconds wall_offset{0};  ///< wall time − probe time
     std::chrono::nanoseconds delay{0};        ///< jitter buffer
+    /// The delay in ns while it runs, where it may grow; borrowed.
+    const std::atomic<std::int64_t>* growing_delay = nullptr;
+    /// The first samples waited while their rate was measured: ticks are made up for, however many,
+    /// and are no overruns, until the first that is on time.
+    bool starts_behind = false;
     std::optional<std::chrono::nanoseconds> duration;  ///< how much to simulate; all, if not set
     std::int64_t max_catch_up_ticks = 20;
     BoundedQueue<TickTiming>* timings = nullptr;  ///< gets one for every tick with spikes
@@ -56,6 +61,8 @@ class FixedStepLoop {
         statistics_(statistics),
         events_(events),
         contacts_(inputs.size()),
+        deepest_inputs_(inputs.size()),
+        deepest_mm_(inputs.size()),
         records_(inputs.size()),
         released_since_(inputs.size()),
         spikes_of_neuron_(model.neurons()),
@@ -68,21 +75,24 @@ class FixedStepLoop {
     const auto tick = model_.parameters().tick;
     const std::int64_t last_tick = parameters_.duration ? *parameters_.duration / tick : INT64_MAX;
     now_ = clock_.now();
+    bool behind_at_start = parameters_.starts_behind;
     for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
       if (exhausted()) break;
-      const auto due = parameters_.start + k * tick + parameters_.wall_offset + parameters_.delay;
+      const auto due = parameters_.start + k * tick + parameters_.wall_offset + delay();
       const auto started = wait_for(due, tick, stop);
       if (started < due) break;  // stopped
       const std::int64_t behind = std::max<std::int64_t>(0, (started - due) / tick);
-      if (behind > parameters_.max_catch_up_ticks) {
+      behind_at_start = behind_at_start && behind > 0 && k < kMostTicksBehind;
+      if (behind > parameters_.max_catch_up_ticks && !behind_at_start) {
         const std::int64_t ticks = std::min(behind, last_tick - k + 1);
         skip_ticks(k, ticks, tick);
         k += ticks - 1;
         continue;
       }
-      if (behind > 0) statistics_.catch_up_ticks.add();
+      on_time_ = !behind_at_start;
+      if (behind > 0 && on_time_) statistics_.catch_up_ticks.add();
       simulate(k, due, started, tick);
-      classify_overrun(due, started, tick);
+      if (on_time_) classify_overrun(due, started, tick);
     }
     fanout_.end();
   }
@@ -100,7 +110,18 @@ class FixedStepLoop {
     return contact_ticks_of_patch_;
   }
 
+  /// What each probe reported at its deepest press; read after run().
+  [[nodiscard]] std::span<const ContactInput> deepest_inputs() const noexcept {
+    return deepest_inputs_;
+  }
+
  private:
+  static constexpr std::int64_t kMostTicksBehind = 20'000;
+
+  [[nodiscard]] std::chrono::nanoseconds delay() const noexcept {
+    if (parameters_.growing_delay == nullptr) return parameters_.delay;
+    return std::chrono::nanoseconds{parameters_.growing_delay->load(std::memory_order_relaxed)};
+  }
   [[nodiscard]] bool exhausted() const noexcept {
     return std::all_of(inputs_.begin(), inputs_.end(),
                        [](const ProbeInput& input) { return input.exhausted(); });
@@ -170,12 +191,21 @@ class FixedStepLoop {
                      .late = static_cast<std::uint16_t>(
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
                      .state = reading.state};
-      if (const auto arrival = inputs_[i].last_arrival())
+      // Of an outage the queue knows nothing: the arrival is that of the last sample before it.
+      const auto arrival = inputs_[i].last_arrival();
+      if (arrival && on_time_ && reading.state == ProbeInput::State::kFollowing) {
         statistics_.queue.record(started - *arrival);
+      }
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
     }
     const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      const double depth_mm = model_.deepest()[i].contact.depth_mm;
+      if (depth_mm <= deepest_mm_[i]) continue;
+      deepest_mm_[i] = depth_mm;
+      deepest_inputs_[i] = contacts_[i];
+    }
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
       ++spikes_of_neuron_[spike.neuron - 1];
@@ -192,7 +222,12 @@ class FixedStepLoop {
     fanout_.published(published - due);
     statistics_.tick.record(computed - started);
     statistics_.publish.record(published - computed);
-    if (parameters_.timings != nullptr && !spikes.empty()) {
+    const auto arrival = inputs_.front().last_arrival();
+    if (arrival && on_time_ && !spikes.empty() &&
+        records_.front().state == ProbeInput::State::kFollowing) {
+      statistics_.sample_to_spike.record(published - *arrival);
+    }
+    if (parameters_.timings != nullptr && !spikes.empty() && on_time_) {
       const TickTiming timing{.end = end,
                               .arrival = inputs_.front().last_arrival().value_or(started),
                               .due = due,
@@ -249,6 +284,8 @@ class FixedStepLoop {
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
   std::vector<ContactInput> contacts_;
+  std::vector<ContactInput> deepest_inputs_;
+  std::vector<double> deepest_mm_;
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;
@@ -256,6 +293,7 @@ class FixedStepLoop {
   std::vector<std::uint64_t> contact_ticks_of_patch_;
   std::chrono::nanoseconds now_{0};  ///< when the clock was last looked at
   bool overran_ = false;             ///< the tick before
+  bool on_time_ = true;              ///< the start has been made up for
   bool late_wake_up_ = false;        ///< the cause of its overrun
 };
 

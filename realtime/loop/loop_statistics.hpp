@@ -19,6 +19,9 @@ struct LoopStatistics : RunCountersOf<Counter> {
     return counters;
   }
 
+  /// From the arrival of the last sample before a tick's end to its spikes' being published; of
+  /// ticks with spikes.
+  LatencyHistogram sample_to_spike;
   /// Where time goes between a sample and its spikes; of every tick.
   LatencyHistogram wake_up;  ///< from when a tick was due to when it began; of waits alone
   LatencyHistogram queue;    ///< from the sample's arrival to the tick's begin: the jitter buffer

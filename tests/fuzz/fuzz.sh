@@ -51,6 +51,7 @@ for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
 done
+fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${protocols[@]}"
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" drivers/uri.cpp \
   drivers/sessions/session_{reader,items,format}.cpp drivers/sinks/{xdf_spike_sink,clock_pair}.cpp \

@@ -44,7 +44,7 @@ def cases():
 
 
 def command(program, scene, trace):
-    return [program, "run", scene, "--probe", f"replay:{trace}", "--fast"]
+    return [program, "run", scene, "--probe", f"replay:{trace}?use=depth", "--fast"]
 
 
 def spikes(program, scene, trace):

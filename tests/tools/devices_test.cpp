@@ -216,6 +216,65 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   EXPECT_NE(recording.err.find("only devices are calibrated"), std::string::npos);
 }
 
+TEST(Devices, ARunThatLostTouchSaysSoAndFails) {
+  // The device stalls for most of the run.
+  RunningDevice device("hbf1", {.stall_at = milliseconds{300}, .stall_for = milliseconds{60'000}});
+  const auto run = run_program({"run", "--probe", device.uri(), "--duration-s", "3", "--json"});
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  const auto verdict = nlohmann::json::parse(run.out)["verdict"];
+  ASSERT_FALSE(verdict.empty());
+  EXPECT_EQ(verdict[0]["severity"], "failure");
+  EXPECT_NE(verdict[0]["finding"].get<std::string>().find("touch was lost"), std::string::npos);
+}
+
+TEST(Devices, ForceAndDepthAreComparedWhereBothAreMeasured) {
+  const TemporaryFolder folder;
+  const std::string both = "sim:ramp?depth_mm=1&force_N=0.9&hold_s=0.2";
+  const auto run = run_program({"run", "--fast", "--probe", both, "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  const auto& compared = json["probes"][0]["force_and_depth"];
+  EXPECT_NEAR(compared["force_N"], 0.9, 1e-6);
+  EXPECT_NEAR(compared["model_force_N"], 0.2468, 1e-3);
+  EXPECT_NEAR(compared["ratio"], 0.9 / 0.2468, 0.05);
+  ASSERT_FALSE(json["verdict"].empty());
+  EXPECT_NE(json["verdict"][0]["finding"].get<std::string>().find("times"), std::string::npos);
+  // The force drives, unless the scene says otherwise.
+  EXPECT_NEAR(json["probes"][0]["deepest_press"]["force_N"], 0.9, 1e-6);
+  const std::string scene = folder.file("s.toml", "[probe]\ncontrol = \"depth\"\n");
+  const auto depth = run_program({"run", scene, "--fast", "--probe", both, "--json"});
+  EXPECT_NEAR(nlohmann::json::parse(depth.out)["probes"][0]["deepest_press"]["depth_mm"], 1.0,
+              1e-6);
+}
+
+TEST(Devices, APressThatNoFingerBearsIsRefusedUnlessTheLimitIsRaised) {
+  const TemporaryFolder folder;
+  const std::string hard = "sim:ramp?force_N=113&hold_s=0.1";
+  const auto refused = run_program({"run", "--fast", "--probe", hard});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("[probe] max_force_N"), std::string::npos) << refused.err;
+  const std::string scene = folder.file("s.toml", "[probe]\nmax_force_N = 120\n");
+  EXPECT_EQ(run_program({"run", scene, "--fast", "--probe", hard}).exit_code, 0);
+}
+
+TEST(Devices, APressOutsideThePatchGetsAWarning) {
+  const auto run =
+      run_program({"run", "--fast", "--probe", "sim:ramp?x_mm=55&hold_s=0.1", "--strict"});
+  EXPECT_EQ(run.exit_code, 0);  // it did what was asked
+  EXPECT_NE(run.out.find("outside the patch"), std::string::npos) << run.out;
+}
+
+TEST(Devices, ARecordingIsNotReleasedForBeingSparse) {
+  const TemporaryFolder folder;
+  const std::string trace = folder.file("t.csv", "time_s,depth_mm\n0,1\n1,1\n");
+  const auto run = run_program({"run", "--fast", "--probe", "replay:" + trace, "--json"});
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json["probes"][0]["released_ticks"], 0);
+  const std::string scene = folder.file("s.toml", "[loop]\nstale_after_ms = 50\n");
+  const auto asked = run_program({"run", scene, "--fast", "--probe", "replay:" + trace, "--json"});
+  EXPECT_GT(nlohmann::json::parse(asked.out)["probes"][0]["released_ticks"], 900);
+}
+
 TEST(Devices, ProbesListsTheProtocols) {
   const auto text = run_program({"probes"});
   EXPECT_EQ(text.exit_code, 0);

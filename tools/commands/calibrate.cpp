@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ctime>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,9 +16,9 @@
 #include "core/units.hpp"
 #include "drivers/calibration/calibration_fit.hpp"
 #include "drivers/files/output_file.hpp"
-#include "drivers/probes/device_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/run/terminal_line.hpp"
 
 namespace merkel {
 namespace {
@@ -42,10 +43,10 @@ std::string today() {
 }
 
 /// Readings of `seconds`, undone from what the probe made of them.
-Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_t channel,
-                                                  double seconds,
-                                                  std::optional<double> saturation) {
-  const ChannelCalibration& natural = *probe.calibration().channels[channel];
+Expected<std::vector<double>, SetupError> measure(Probe& probe, std::size_t channel, double seconds,
+                                                  std::optional<double> saturation,
+                                                  TerminalLine& terminal) {
+  const ChannelCalibration& natural = *probe.calibration()->channels[channel];
   std::vector<double> readings;
   std::vector<ProbeSample> samples(1024);
   // What had come before the load was applied is old.
@@ -56,6 +57,7 @@ Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_
   const std::uint64_t saturated_before = probe.device_counts()->saturated;
   const auto begin = std::chrono::steady_clock::now();
   const auto end = begin + units::nanoseconds_from_s(seconds);
+  ReadingBar bar;
   while (std::chrono::steady_clock::now() < end) {
     const auto count = probe.read(samples, std::chrono::milliseconds{50});
     if (!count) return unavailable(probe.trouble());
@@ -65,6 +67,10 @@ Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_
           channel == 0 ? samples[i].depth_mm : units::N_from_mN(samples[i].force_mN);
       readings.push_back(value / natural.gain + natural.zero);
     }
+    if (readings.empty()) continue;
+    LiveReading live;
+    (channel == 0 ? live.depth_mm : live.force_N) = readings.back();
+    terminal.show({bar.text(live), std::to_string(readings.size()) + " readings"});
   }
   if (probe.device_counts()->saturated > saturated_before ||
       std::any_of(readings.begin(), readings.end(), [&](double reading) {
@@ -78,8 +84,8 @@ Expected<std::vector<double>, SetupError> measure(DeviceProbe& probe, std::size_
 int calibrate(const CalibrateOptions& options) {
   auto opened = open_probe(options.uri);
   if (!opened) return refuse(opened.error());
-  auto* const probe = dynamic_cast<DeviceProbe*>(opened->get());
-  if (probe == nullptr) {
+  Probe* const probe = opened->get();
+  if (probe->calibration() == nullptr) {
     return refuse("\"" + options.uri + "\" is no single device: only devices are calibrated");
   }
   if (options.uri.find("calibration=") != std::string::npos) {
@@ -91,7 +97,7 @@ int calibrate(const CalibrateOptions& options) {
   }
   const std::size_t channel = force ? 1 : 0;
   const char* const unit = force ? "N" : "mm";
-  ProbeCalibration calibration = probe->calibration();
+  const ProbeCalibration calibration = *probe->calibration();
   if (!calibration.channels[channel]) {
     return refuse("the device at " + options.uri + " does not measure " + options.channel);
   }
@@ -99,6 +105,7 @@ int calibrate(const CalibrateOptions& options) {
   if (!file) return refuse(file.error());
 
   const bool asks = ::isatty(STDIN_FILENO) != 0;
+  TerminalLine terminal;
   std::vector<CalibrationPoint> points;
   for (const double known : options.points) {
     if (asks) {
@@ -106,8 +113,9 @@ int calibrate(const CalibrateOptions& options) {
       for (int c = std::getchar(); c != '\n' && c != EOF; c = std::getchar()) {
       }
     }
-    auto readings = measure(*probe, channel, options.seconds, options.saturation);
+    auto readings = measure(*probe, channel, options.seconds, options.saturation, terminal);
     if (!readings) return fail(readings.error().sentence);
+    terminal.clear();
     std::fprintf(stderr, "%g %s: %zu readings\n", known, unit, readings->size());
     points.push_back({known, std::move(*readings)});
   }
@@ -120,6 +128,13 @@ int calibrate(const CalibrateOptions& options) {
   result.channels[channel] = *fitted;
   const std::string text = calibration_text(result, "merkel calibrate '" + options.uri + "'");
   if (!file->write(text) || !file->close()) return fail(file->error());
+  for (const CalibrationPoint& point : points) {
+    const double mean = std::accumulate(point.readings.begin(), point.readings.end(), 0.0) /
+                        static_cast<double>(point.readings.size());
+    const double value = fitted->gain * (mean - fitted->zero);
+    std::printf("%g %s: the fit gives %.4g, residual %+.2g\n", point.known, unit, value,
+                value - point.known);
+  }
   std::printf(
       "zero %g %s, gain %g, residual %g %s, noise %g %s (rms); use it with calibration=%s\n",
       fitted->zero, unit, fitted->gain, fitted->residual, unit, fitted->noise, unit,

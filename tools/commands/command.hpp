@@ -20,6 +20,7 @@ void add_replay_command(CommandLine& program);
 void add_export_command(CommandLine& program);
 void add_doctor_command(CommandLine& program);
 void add_probes_command(CommandLine& program);
+void add_connect_command(CommandLine& program);
 void add_calibrate_command(CommandLine& program);
 void add_simulate_probe_command(CommandLine& program);
 void add_inspect_command(CommandLine& program);

@@ -19,6 +19,7 @@
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/status_line.hpp"
 #include "tools/run/stop_signal.hpp"
+#include "tools/run/terminal_line.hpp"
 
 namespace merkel {
 namespace {
@@ -127,9 +128,9 @@ int doctor(const DoctorOptions& options) {
     }
   }
   StatusLine status;
-  const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
+  TerminalLine terminal;
   const auto on_progress = [&](const RunProgress& progress) {
-    if (on_terminal) std::fprintf(stderr, "\r\033[K%s", status.text(progress).c_str());
+    if (terminal.on_terminal()) terminal.show(status.fields(progress));
   };
   std::unique_ptr<StopSignal> stop;
   const auto started = [&stop](Pipeline* pipeline) {
@@ -140,7 +141,7 @@ int doctor(const DoctorOptions& options) {
   for (std::size_t i = 0; i < wanted; ++i) {
     status = StatusLine();
     auto path = measure_path(settings, on_progress, started);
-    if (on_terminal) std::fputs("\r\033[K", stderr);
+    terminal.clear();
     if (!path) return refuse(path.error());
     const bool interrupted = path->report.interrupted;
     const RealtimeRights rights = path->report.host_time->rights;

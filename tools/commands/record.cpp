@@ -17,6 +17,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/machine_facts.hpp"
+#include "tools/run/terminal_line.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -124,10 +125,13 @@ int record(const RecordOptions& options) {
   std::vector<ProbeSample> samples(1024);
   std::optional<std::chrono::nanoseconds> end;
   std::uint64_t written = 0;
+  TerminalLine terminal;
+  ReadingBar bar;
+  auto show_again = std::chrono::steady_clock::now();
   while (!g_stop.load()) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
     for (const std::string& sentence : (*probe)->take_notices()) {
-      std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+      terminal.say("merkel: " + sentence);
     }
     if (!count) {
       if (count.error() == ProbeError::kEndOfStream) break;
@@ -143,8 +147,17 @@ int record(const RecordOptions& options) {
       if (!trouble.empty()) return fail(trouble);
     }
     written += wanted;
+    if (wanted > 0 && std::chrono::steady_clock::now() >= show_again) {
+      show_again += std::chrono::milliseconds{200};
+      const ProbeSample& last = samples[wanted - 1];
+      LiveReading reading;
+      if (last.has(ProbeSample::kForce)) reading.force_N = units::N_from_mN(last.force_mN);
+      if (last.has(ProbeSample::kDepth)) reading.depth_mm = last.depth_mm;
+      terminal.show({bar.text(reading), std::to_string(written) + " samples"});
+    }
     if (wanted < *count) break;
   }
+  terminal.clear();
   if (const std::string trouble = recording->close(); !trouble.empty()) return fail(trouble);
   if (recording->lost_frames() > 0) {
     std::fprintf(stderr, "merkel: at least %llu portions of the device's bytes are not in it\n",

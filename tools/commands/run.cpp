@@ -2,14 +2,14 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <unistd.h>
-
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/recording_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
@@ -21,6 +21,7 @@
 #include "tools/run/run_summary.hpp"
 #include "tools/run/status_line.hpp"
 #include "tools/run/stop_signal.hpp"
+#include "tools/run/verdict.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
@@ -37,22 +38,36 @@ struct RunOptions {
   bool all = false;
   bool overwrite = false;
   bool allow_remote = false;
+  bool strict = false;
   std::string record;
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
 
-/// The reading that drives a contact: what the scene says, else the depth where the probe has it.
-Expected<Indenter::Control, SetupError> control_of(const Scene::OfProbe& setup,
-                                                   const ProbeInfo& info) {
-  const bool depth = (info.channels & ProbeSample::kDepth) != 0U;
-  const bool force = (info.channels & ProbeSample::kForce) != 0U;
-  const auto control =
-      setup.control.value_or(depth ? Indenter::Control::kDepth : Indenter::Control::kForce);
-  if (control == Indenter::Control::kDepth ? depth : force) return control;
-  return bad_input("probe.control asks for " +
-                   std::string(control == Indenter::Control::kDepth ? "depth" : "force") +
-                   ", which the probe " + info.uri + " does not measure: change probe.control");
+/// Chooses the reading that drives each contact: what the scene says, else the force where every
+/// probe measures it, else the depth. A force is measured at the skin; the depth that goes with it
+/// depends on the finger, and on where the stage was zeroed.
+Expected<void, SetupError> choose_controls(Scene& scene,
+                                           std::span<const std::unique_ptr<Probe>> probes) {
+  const auto has = [](const Probe& probe, std::uint32_t channel) {
+    return (probe.info().channels & channel) != 0U;
+  };
+  const bool force = std::all_of(probes.begin(), probes.end(), [&](const auto& probe) {
+    return has(*probe, ProbeSample::kForce);
+  });
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    const auto usual = force || !has(*probes[i], ProbeSample::kDepth) ? Indenter::Control::kForce
+                                                                      : Indenter::Control::kDepth;
+    const auto control = scene.probes[i].control.value_or(usual);
+    const bool by_depth = control == Indenter::Control::kDepth;
+    if (!has(*probes[i], by_depth ? ProbeSample::kDepth : ProbeSample::kForce)) {
+      return bad_input("probe.control asks for " + std::string(by_depth ? "depth" : "force") +
+                       ", which the probe " + probes[i]->info().uri +
+                       " does not measure: change probe.control");
+    }
+    scene.model.indenters[i].control = control;
+  }
+  return {};
 }
 
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
@@ -79,14 +94,12 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < scene->probes.size(); ++i) {
     auto probe = open_probe(scene->probes[i].uri);
     if (!probe) return refuse(probe.error());
-    const auto control = control_of(scene->probes[i], (*probe)->info());
-    if (!control) return refuse(control.error());
-    scene->model.indenters[i].control = *control;
     if (scene->probes[i].delay) {
       delay = std::max(delay.value_or(std::chrono::nanoseconds{0}), *scene->probes[i].delay);
     }
-    probes.push_back(std::move(*probe));
+    probes.push_back(std::make_unique<LimitedProbe>(std::move(*probe), scene->probes[i].limits));
   }
+  if (auto chosen = choose_controls(*scene, probes); !chosen) return refuse(chosen.error());
   if (!options.record.empty()) {
     if (probes.size() != 1) return refuse("--record writes one probe: this scene has several");
     const std::vector<std::string> comment = {"merkel run --probe '" + probes[0]->info().uri +
@@ -115,21 +128,17 @@ int run(const RunOptions& options) {
                                   .wait = scene->loop.wait,
                                   .realtime = scene->loop.realtime,
                                   .team = team->get()};
-  parameters.on_sink_failure = [](const std::string& uri, const std::string& trouble) {
-    std::fprintf(stderr, "merkel: the sink %s is closed, the run goes on: %s\n", uri.c_str(),
-                 trouble.c_str());
+  TerminalLine terminal;
+  parameters.on_sink_failure = [&](const std::string& uri, const std::string& trouble) {
+    terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + trouble);
   };
-  parameters.on_notice = [](const std::string& sentence) {
-    std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+  parameters.on_notice = [&](const std::string& sentence) { terminal.say("merkel: " + sentence); };
+  parameters.on_missing_right = [&](const std::string& sentence) {
+    terminal.say("merkel: note: " + sentence);
   };
-  parameters.on_missing_right = [](const std::string& sentence) {
-    std::fprintf(stderr, "merkel: note: %s\n", sentence.c_str());
-  };
-  const bool on_terminal = ::isatty(STDERR_FILENO) == 1;
-  if (on_terminal) {
-    parameters.on_progress = [line = StatusLine()](const RunProgress& progress) mutable {
-      std::fprintf(stderr, "\r\033[K%s", line.text(progress).c_str());
-      std::fflush(stderr);
+  if (terminal.on_terminal()) {
+    parameters.on_progress = [&, line = StatusLine()](const RunProgress& progress) mutable {
+      terminal.show(line.fields(progress));
     };
   }
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
@@ -159,7 +168,7 @@ int run(const RunOptions& options) {
   const StopSignal stop(pipeline);
   const CrashWatch watch(pipeline.statistics(), model->parameters().tick);
   const auto report = pipeline.run();
-  if (on_terminal) std::fputs("\r\033[K", stderr);
+  terminal.clear();
   if (!report) return refuse(report.error());
 
   const std::string summary =
@@ -172,7 +181,7 @@ int run(const RunOptions& options) {
   for (const RunReport::OfSink& sink : report->sinks) {
     if (!sink.trouble.empty()) return fail(sink.trouble);
   }
-  return kDone;
+  return failed(verdict_of(*report, *model), options.strict) ? kFailed : kDone;
 }
 
 }  // namespace
@@ -189,7 +198,8 @@ void add_run_command(CommandLine& program) {
               "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-cs, hand")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
-            "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, fused:URI|URI")
+            "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "
+            "tcp:HOST:PORT?protocol=NAME, fused:URI|URI")
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .option(
           "--record", options->record,
@@ -203,6 +213,10 @@ void add_run_command(CommandLine& program) {
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--all", options->all,
             "Print every afferent at the end, not only the ten with the highest rates")
+      .flag(
+          "--strict", options->strict,
+          "Exit 1 where samples, ticks or spikes were lost, more than 1 % of ticks held, or ticks "
+          "ended late")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,
             "Let sinks send to, or be reached from, other machines")

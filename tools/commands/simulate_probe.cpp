@@ -21,7 +21,9 @@ struct SimulateOptions {
   std::string protocol;
   std::string trace;
   std::string link;
+  std::string network;
   std::optional<double> baud;
+  std::optional<double> rate_hz;
   std::optional<double> duration_s;
   bool repeat = false;
   bool split = false;
@@ -72,7 +74,9 @@ int simulate(const SimulateOptions& options) {
       .trace = std::move(*trace),
       .baud = options.baud ? static_cast<int>(*options.baud) : (*protocol)->baud,
       .link = options.link,
+      .network = options.network,
       .repeat = options.repeat,
+      .rate_Hz = options.rate_hz,
       .faults = {.drop_byte = options.drop_byte,
                  .flip_byte = options.flip_byte,
                  .drop_frame = options.drop_frame,
@@ -86,7 +90,7 @@ int simulate(const SimulateOptions& options) {
                  .echo = options.echo,
                  .drift_ppm = options.drift_ppm,
                  .seed = options.seed.value_or(1)}};
-  if (options.unplug_s && options.link.empty()) {
+  if (options.unplug_s && options.link.empty() && options.network.empty()) {
     return refuse("--unplug-s needs --link: a terminal that comes back has another name");
   }
   auto simulator = DeviceSimulator::create(std::move(settings));
@@ -126,6 +130,7 @@ void add_simulate_probe_command(CommandLine& program) {
   for (const ProtocolEntry& entry : protocol_table()) {
     names += (names.empty() ? "" : ", ") + std::string(entry.name);
   }
+  names += ", " + std::string(ati_rdt_entry().name);
   program
       .subcommand("simulate-probe",
                   "Plays a trace as a device would, on a pseudo-terminal, and prints the probe URI "
@@ -136,7 +141,12 @@ void add_simulate_probe_command(CommandLine& program) {
       .option("--trace", options->trace, "Trace file to play (CSV)")
       .required()
       .option("--link", options->link, "Symbolic link to make to the terminal")
+      .option("--network", options->network,
+              "Over the network instead of a terminal: udp:HOST:PORT or tcp:HOST:PORT")
       .option("--baud", options->baud, "Its rate; a host with another reads garbage", {50, 12e6})
+      .option("--rate-hz", options->rate_hz,
+              "Measurements a second, and the rate_hz of the URI; as the trace, if not given",
+              {0.1, 20'000})
       .flag("--repeat", options->repeat, "Begin again at the end of the trace")
       .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-3, 1e9})
       .option("--drop-byte", options->drop_byte, "Probability that a byte gets lost", {0, 1})

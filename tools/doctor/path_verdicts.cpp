@@ -67,6 +67,15 @@ Verdict of_software(const char* consumer, const LatencySummary& software) {
           good ? "" : "beyond the jitter buffer and the tick, half of all spikes take over 60 µs"};
 }
 
+Verdict of_sample_to_spike(const LatencySummary& latency) {
+  if (latency.count == 0) return {Grade::kUnknown, "sample to spike", "no tick made spikes", ""};
+  const bool good = latency.p50 <= microseconds{1700};
+  return {good ? Grade::kGood : Grade::kFair, "sample to spike", latency_text(latency),
+          good ? ""
+               : "samples arrive irregularly, so the loop waits longer for them: take load off "
+                 "this machine, or set [loop] interpolation = \"hold\""};
+}
+
 }  // namespace
 
 LatencySummary median_of(std::vector<LatencySummary> summaries) {
@@ -95,7 +104,12 @@ std::vector<Verdict> path_verdicts(const std::vector<DoctorRun>& runs) {
     if (run.cyclictest) cyclictests.push_back(*run.cyclictest);
   }
   const LatencySummary wake_up = median_of(wake_ups);
-  std::vector<Verdict> verdicts = {of_wake_up(wake_up), of_missed(runs)};
+  std::vector<LatencySummary> from_sample;
+  for (const DoctorRun& run : runs) {
+    from_sample.push_back(run.path.report.host_time->sample_to_spike);
+  }
+  std::vector<Verdict> verdicts = {of_sample_to_spike(median_of(from_sample)), of_wake_up(wake_up),
+                                   of_missed(runs)};
   for (std::size_t i = 0; i < runs.front().path.consumers.size(); ++i) {
     std::vector<LatencySummary> software;
     for (const DoctorRun& run : runs) software.push_back(run.path.consumers[i].software);

@@ -5,9 +5,14 @@ namespace merkel {
 FieldTable LoopSettings::fields() {
   using P = LoopSettings;
   static constexpr std::string_view kWaits[] = {"hybrid", "sleep"};
+  static constexpr std::string_view kInterpolations[] = {"hold", "linear"};
   static constexpr Field kFields[] = {
       {"stale_after_ms", "ms", positive(1e7),
-       "a probe that sends nothing for this long is released", at<&P::stale_after>},
+       "a probe that sends nothing for this long is released", at<&P::stale_after>,
+       "three delays of the probe, 50 ms at least"},
+      {"interpolation", "", one_of(kInterpolations),
+       "the input between two samples: the first of them, at once, or their line, when the second came",
+       at<&P::interpolation>},
       {"max_catch_up_ticks", "", from_to(0, 1'000'000),
        "most ticks computed without waiting after a delay; further behind, ticks are skipped",
        at<&P::max_catch_up_ticks>, "20 with a device, no limit for a recording"},

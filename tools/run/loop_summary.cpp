@@ -37,7 +37,11 @@ std::string latency_text(const LatencySummary& latency) {
 std::string loop_text(const RunReport& report) {
   if (!report.host_time) return {};
   const HostTimeReport& host = *report.host_time;
-  std::string text = "loop: ";
+  std::string text;
+  if (host.sample_to_spike.count > 0) {
+    text += "from a sample's arrival to its spike: " + latency_text(host.sample_to_spike) + "\n";
+  }
+  text += "loop: ";
   text.append(name_of(host.wait)).append(" wait");
   std::array<char, 256> line{};
   if (host.wait == LoopWait::kHybrid) {
@@ -64,6 +68,7 @@ Json loop_json(const RunReport& report) {
   if (!report.host_time) return {};
   const HostTimeReport& host = *report.host_time;
   return {
+      {"sample_to_spike", latency_json(host.sample_to_spike)},
       {"wait", name_of(host.wait)},
       {"margin_us", host.wait == LoopWait::kHybrid ? Json(units::us_from(host.margin)) : Json()},
       {"scheduler", host.rights.fifo ? "fifo" : "normal"},

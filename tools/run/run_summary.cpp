@@ -17,8 +17,10 @@
 #include "tools/run/afferent_table.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
+#include "tools/run/force_and_depth.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/silence.hpp"
+#include "tools/run/verdict.hpp"
 #include "tools/scene/contact_sentence.hpp"
 
 namespace merkel {
@@ -107,6 +109,22 @@ nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
           {"measured_tick_us", measured_tick_us(report)}};
 }
 
+nlohmann::ordered_json both_json(const std::optional<ForceAndDepth>& both) {
+  if (!both) return {};
+  return {{"force_N", both->force_N},
+          {"depth_mm", both->depth_mm},
+          {"model_force_N", both->model_force_N},
+          {"ratio", both->ratio()}};
+}
+
+nlohmann::ordered_json timing_json(const RunReport::OfProbe& probe) {
+  if (!probe.timing) return {};
+  return {{"period_ms", units::ms_from(probe.timing->period)},
+          {"jitter_ms", units::ms_from(probe.timing->jitter)},
+          {"delay_ms", units::ms_from(probe.timing->delay)},
+          {"stale_after_ms", units::ms_from(probe.stale_after)}};
+}
+
 }  // namespace
 
 std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan,
@@ -130,6 +148,13 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];
     text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
+    if (probe.timing) {
+      append(text,
+             "  a sample every %.4g ms with %.3g ms of jitter: the loop runs %.4g ms behind, and "
+             "%.4g ms of silence release the press\n",
+             units::ms_from(probe.timing->period), units::ms_from(probe.timing->jitter),
+             units::ms_from(report.delay), units::ms_from(probe.stale_after));
+    }
     if (probe.device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
@@ -141,6 +166,11 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     if (press.contact.touching()) {
       append(text, ", contact radius %.4g mm, peak pressure %.4g kPa",
              press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
+    }
+    if (const auto both = force_and_depth(probe, model, i)) {
+      append(text,
+             "\n  measured there %.4g N at %.4g mm, for which the model gives %.4g N: ratio %.2f",
+             both->force_N, both->depth_mm, both->model_force_N, both->ratio());
     }
     append(text, "\n  contact law: %s\n", contact_sentence(press, model, i).c_str());
   }
@@ -156,7 +186,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   }
   text += silence_text(report, model);
   text += afferent_text(afferent_rows(report, model), all_afferents);
-  return text;
+  return text + verdict_text(verdict_of(report, model), report);
 }
 
 std::string summary_json(const RunReport& report, const TactileModel& model, const Plan* plan) {
@@ -167,7 +197,9 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
     const Press& press = model.deepest()[i];
     Json json = {{"uri", probe.uri}};
     add_handover(json, counts_of(probe));
+    json["timing"] = timing_json(probe);
     json["device"] = device_json(probe.device);
+    json["force_and_depth"] = both_json(force_and_depth(probe, model, i));
     json["deepest_press"] = press_json(press, model, i);
     probes.push_back(std::move(json));
   }
@@ -181,7 +213,9 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
   Json summary = {{"start_s", units::s_from(report.start)},
                   {"simulated_s", units::s_from(report.simulated)},
                   {"wall_s", units::s_from(report.wall)},
-                  {"interrupted", report.interrupted}};
+                  {"interrupted", report.interrupted},
+                  {"verdict", verdict_json(verdict_of(report, model))},
+                  {"delay_ms", units::ms_from(report.delay)}};
   add_counters(summary, report);
   summary["plan"] = plan != nullptr ? plan_part(*plan, report) : Json();
   summary["loop"] = loop_json(report);

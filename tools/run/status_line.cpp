@@ -1,30 +1,56 @@
 #include "tools/run/status_line.hpp"
 
 #include <array>
+#include <cstdarg>
 #include <cstdio>
 
 #include "core/units.hpp"
 #include "tools/run/counter_text.hpp"
 
 namespace merkel {
-std::string StatusLine::text(const RunProgress& now) {
+namespace {
+
+[[gnu::format(printf, 1, 2)]] std::string field(const char* format, ...) {
+  std::array<char, 96> text{};
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text.data(), text.size(), format, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+LiveReading reading_of(const RunProgress::OfProbe& probe) {
+  LiveReading reading;
+  if ((probe.channels & ProbeSample::kForce) != 0U) {
+    reading.force_N = units::N_from_mN(probe.force_mN);
+  }
+  if ((probe.channels & ProbeSample::kDepth) != 0U) reading.depth_mm = probe.depth_mm;
+  return reading;
+}
+
+}  // namespace
+
+std::vector<std::string> StatusLine::fields(const RunProgress& now) {
   const RunProgress before = before_.value_or(RunProgress{});
   before_ = now;
   const double seconds = units::s_from(now.wall - before.wall);
   const auto rate = [seconds](std::uint64_t later, std::uint64_t earlier) {
     return seconds > 0.0 ? static_cast<double>(later - earlier) / seconds : 0.0;
   };
-  const auto ticks = now.tick.since(before.tick);
-  const auto wake_ups = now.wake_up.since(before.wake_up);
-  std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(),
-                "%.0f s  %.0f samples/s  tick p50 %.0f p99 %.0f max %.0f µs  wake-up p99 %.1f µs  "
-                "%.0f spikes/s",
-                units::s_from(now.wall), rate(now.counters.samples, before.counters.samples),
-                units::us_from(ticks.quantile(0.5)), units::us_from(ticks.quantile(0.99)),
-                units::us_from(ticks.longest()), units::us_from(wake_ups.quantile(0.99)),
-                rate(now.counters.spikes, before.counters.spikes));
-  return line.data() + fault_text(now.counters);
+  std::vector<std::string> fields = {field("%.0f s", units::s_from(now.wall))};
+  if (!now.probes.empty()) {
+    const RunProgress::OfProbe& probe = now.probes.front();
+    fields.push_back(bar_.text(reading_of(probe)));
+    fields.emplace_back(name_of(probe.state));
+  }
+  fields.push_back(field("%.0f spikes/s", rate(now.counters.spikes, before.counters.spikes)));
+  std::string faults = fault_text(now.counters);
+  faults.erase(0, faults.find_first_not_of(' '));
+  fields.push_back(std::move(faults));
+  fields.push_back(field("%.0f samples/s", rate(now.counters.samples, before.counters.samples)));
+  fields.push_back(
+      field("tick p99 %.0f us", units::us_from(now.tick.since(before.tick).quantile(0.99))));
+  return fields;
 }
 
 }  // namespace merkel

@@ -2,19 +2,22 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "realtime/pipeline.hpp"
+#include "tools/run/terminal_line.hpp"
 
 namespace merkel {
 
-/// One line about the last second of a run: rates, latencies, and what went wrong so far.
+/// The fields of one line about a run: what the first probe reads, what it is doing, rates of the
+/// time since the call before, and what went wrong so far. What matters most comes first.
 class StatusLine {
  public:
-  /// "12 s  1000 samples/s  0 late  …", of what happened since the call before.
-  [[nodiscard]] std::string text(const RunProgress& now);
+  [[nodiscard]] std::vector<std::string> fields(const RunProgress& now);
 
  private:
   std::optional<RunProgress> before_;
+  ReadingBar bar_;
 };
 
 }  // namespace merkel

@@ -101,6 +101,7 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   const auto to_centre = [&scene](std::size_t i) {
     const Patch& skin = scene.model.patches[scene.model.indenters[i].patch].patch;
     scene.probes[i].input = {.stale_after = scene.loop.stale_after,
+                             .interpolate = scene.loop.interpolation == Interpolation::kLinear,
                              .x_mm = 0.5 * skin.length_mm,
                              .y_mm = 0.5 * skin.width_mm};
   };

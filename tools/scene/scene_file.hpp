@@ -10,6 +10,7 @@
 #include "core/expected.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "drivers/probes/limited_probe.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tools/run/loop_settings.hpp"
 
@@ -21,6 +22,7 @@ struct Scene {
     std::string uri;
     std::optional<std::chrono::nanoseconds> delay;
     ProbeInput::Parameters input;
+    PressLimits limits;
     /// Which reading drives the contact; as the probe's channels suggest, if not set.
     std::optional<Indenter::Control> control;
 

@@ -35,9 +35,13 @@ FieldTable Scene::OfProbe::fields() {
       {"y_mm", "mm", from_to(-1e4, 1e4), "where samples without a position press",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.y_mm; }},
       {"control", "", one_of(kControls), "the reading that drives the contact", at<&P::control>,
-       "depth where the probe measures it, else force"},
+       "force where the probe measures it, else depth"},
+      {"max_force_N", "N", positive(1e6), "a larger measured force ends the run",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.force_N; }},
+      {"max_depth_mm", "mm", positive(1e6), "a larger measured depth ends the run",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.depth_mm; }},
       {"delay_ms", "ms", not_negative(1e6), "how long a live run waits for samples", at<&P::delay>,
-       "two sample periods"}};
+       "one sample period and the measured jitter"}};
   return {"probe", kFields};
 }
 

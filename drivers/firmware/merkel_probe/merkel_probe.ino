@@ -1,13 +1,14 @@
 // Reference firmware of an HBF1 probe for Arduino and Teensy boards: one load cell, one length.
-// Change read_force_N(), read_depth_mm() and kSerialNumber; the rest can stay.
+// Change read_force_N(), read_depth_mm() and serial_number; the rest can stay.
 //
 // 1 kHz needs a board with USB of its own (Teensy, RP2040, SAMD, ESP32-S3), where the baud rate
 // means nothing, or a UART of 460800 Bd and more.
 
 #include "hbf1.h"
 
-const char kSerialNumber[] = "PROBE-001";
-const char kFirmware[] = "merkel_probe 1";
+static const char* serial_number = "PROBE-001";
+static const char* firmware = "merkel_probe 1";
+const size_t kLongestName = 64;  // the rest of a longer one is not sent
 
 static hbf1::Encoder encoder;
 static hbf1::Decoder decoder;
@@ -36,14 +37,15 @@ static size_t add_channel(uint8_t* out, hbf1::Kind kind, hbf1::Unit unit) {
 }
 
 static void hello() {
-  uint8_t body[120];
+  uint8_t body[hbf1::kLongestBody];
   size_t n = 0;
   body[n++] = 1;  // protocol
   body[n++] = 2;  // channels
   memcpy(body + n, &rate_hz, 2);
   n += 2;
-  for (const char* name : {kSerialNumber, kFirmware}) {
-    const size_t length = strlen(name);
+  for (const char* name : {serial_number, firmware}) {
+    const size_t whole = strlen(name);
+    const size_t length = whole < kLongestName ? whole : kLongestName;
     body[n++] = (uint8_t)length;
     memcpy(body + n, name, length);
     n += length;
@@ -104,7 +106,10 @@ void loop() {
   }
   const uint32_t now = micros();
   if ((int32_t)(now - next_us) < 0) return;
-  next_us += 1000000UL / rate_hz;
+  const uint32_t period_us = 1000000UL / rate_hz;
+  next_us += period_us;
+  // A board that is too slow for the rate sends as often as it can: what it has missed is past.
+  if (now - next_us >= period_us && (int32_t)(now - next_us) > 0) next_us = now;
   struct __attribute__((packed)) {
     uint16_t status;
     float force_N;

@@ -214,7 +214,7 @@ TEST(DeviceProbe, ASilentDeviceIsNamed) {
   const std::string sentence = refusal(port + "?protocol=hbf1&baud=115200&timeout_ms=300");
   EXPECT_NE(sentence.find("check"), std::string::npos) << sentence;
   PtyMaster nobody;
-  ASSERT_TRUE(nobody.plug_in(""));
+  ASSERT_TRUE(nobody.plug_in());
   EXPECT_NE(refusal("serial:" + nobody.name() + "?protocol=csv&timeout_ms=150")
                 .find("has sent nothing for 0.1 s"),
             std::string::npos);

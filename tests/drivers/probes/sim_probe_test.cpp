@@ -115,7 +115,6 @@ TEST(SimProbe, RefusesOptionsItDoesNotKnow) {
   EXPECT_NE(sentence("sim:ramp?depth_mm=nan").find("a number from 0 to 1000"), std::string::npos);
   EXPECT_NE(sentence("sim:wave").find("sim:ramp, sim:taps, sim:sine or sim:slide"),
             std::string::npos);
-  EXPECT_NE(sentence("sim:ramp?force_N=1&depth_mm=1").find("not both"), std::string::npos);
 }
 
 /// The options that the help lists for a shape, with the defaults it gives them.

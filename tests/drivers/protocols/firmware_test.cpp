@@ -5,7 +5,39 @@
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #pragma GCC diagnostic ignored "-Wconversion"
 #endif
+#include <string>
+#include <vector>
+
 #include "drivers/firmware/merkel_probe/hbf1.h"
+
+/// The board that the sketch runs on.
+namespace board {
+
+std::uint32_t now_us = 0;
+std::uint32_t reading_us = 0;  ///< that an analogue input takes
+std::vector<std::uint8_t> sent;
+constexpr int A0 = 0;
+constexpr int A1 = 1;
+
+inline std::uint32_t micros() { return now_us; }
+inline std::uint32_t millis() { return now_us / 1000; }
+inline int analogRead(int) {
+  now_us += reading_us;
+  return 512;
+}
+struct {
+  void begin(long) {}
+  int available() { return 0; }
+  int read() { return -1; }
+  void write(std::uint8_t byte) { sent.push_back(byte); }
+  void write(const std::uint8_t* bytes, std::size_t count) {
+    sent.insert(sent.end(), bytes, bytes + count);
+  }
+} Serial;
+
+#include "drivers/firmware/merkel_probe/merkel_probe.ino"
+
+}  // namespace board
 #if defined(__GNUC__)
 #pragma GCC diagnostic pop
 #endif
@@ -58,6 +90,73 @@ TEST(Firmware, UnderstandsTheHostsCommands) {
   EXPECT_FALSE(hears({0, 1, 2, 3, 0}));
   wire[3] ^= 4U;
   EXPECT_FALSE(hears(wire));
+}
+
+/// The frames that the board has sent since the last call.
+std::vector<std::pair<Hbf1Header, Bytes>> frames_sent() {
+  std::vector<std::pair<Hbf1Header, Bytes>> frames;
+  Hbf1Decoder decoder;
+  decoder.reset(false);
+  for (const std::uint8_t byte : std::exchange(board::sent, {})) {
+    if (const auto frame = decoder.take(byte)) {
+      frames.emplace_back(frame->header, Bytes(frame->body.begin(), frame->body.end()));
+    }
+  }
+  EXPECT_EQ(decoder.counts().damaged, 0U);
+  return frames;
+}
+
+TEST(Firmware, ABoardTooSlowForItsRateNeverGoesSilent) {
+  board::setup();
+  board::streaming = true;
+  board::rate_hz = 1000;
+  for (const std::uint32_t reading_us : {550U, 50'000U}) {  // 10 % too slow; a hundred times
+    board::reading_us = reading_us;
+    board::next_us = board::now_us;
+    static_cast<void>(frames_sent());
+    // Long enough for the counter of microseconds to wrap, where a lag that grows would.
+    const int loops = reading_us > 1000 ? 60'000 : 20'000;
+    for (int k = 0; k < loops; ++k) {
+      board::loop();
+      ASSERT_LE(static_cast<std::int32_t>(board::now_us - board::next_us),
+                static_cast<std::int32_t>(2 * reading_us + 1000));
+    }
+    EXPECT_EQ(frames_sent().size(), static_cast<std::size_t>(loops)) << reading_us;
+  }
+}
+
+TEST(Firmware, AFastBoardKeepsItsRate) {
+  board::streaming = true;
+  board::rate_hz = 1000;
+  board::reading_us = 5;
+  board::next_us = board::now_us;
+  static_cast<void>(frames_sent());
+  const std::uint32_t begin = board::now_us;
+  while (board::now_us - begin < 1'000'000) {
+    board::loop();
+    board::now_us += 7;
+  }
+  EXPECT_NEAR(static_cast<double>(frames_sent().size()), 1000.0, 1.0);
+}
+
+TEST(Firmware, ASerialNumberOfAnyLengthFits) {
+  for (const std::size_t length :
+       {std::size_t{0}, std::size_t{64}, std::size_t{79}, std::size_t{300}}) {
+    const std::string number(length, 'n');
+    board::serial_number = number.c_str();
+    static_cast<void>(frames_sent());
+    board::hello();
+    const auto frames = frames_sent();
+    ASSERT_EQ(frames.size(), 1U) << length;
+    EXPECT_EQ(frames[0].first.type, Hbf1Type::kHello);
+    const Bytes& body = frames[0].second;
+    const std::size_t said = std::min<std::size_t>(length, 64);
+    ASSERT_GT(body.size(), 5 + said);
+    EXPECT_EQ(body[4], said);
+    EXPECT_EQ(std::string(body.begin() + 5, body.begin() + 5 + static_cast<std::ptrdiff_t>(said)),
+              number.substr(0, said));
+  }
+  board::serial_number = "PROBE-001";
 }
 
 }  // namespace

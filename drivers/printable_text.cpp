@@ -1,0 +1,59 @@
+#include "drivers/printable_text.hpp"
+
+#include <cstdint>
+
+namespace merkel {
+namespace {
+
+/// The length of the well-formed UTF-8 character at the beginning of a text, and which it is; 0
+/// where there is none.
+std::size_t first_character(std::string_view text, std::uint32_t& code) noexcept {
+  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+  const std::uint8_t lead = byte(0);
+  const std::size_t length = lead < 0x80                   ? 1
+                             : lead >= 0xC2 && lead < 0xE0 ? 2
+                             : lead >= 0xE0 && lead < 0xF0 ? 3
+                             : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                           : 0;
+  if (length == 0 || length > text.size()) return 0;
+  code = length == 1 ? lead : lead & (0xFFU >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80U) return 0;
+    code = code << 6U | (byte(i) & 0x3FU);
+  }
+  constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
+  return code >= kLeast[length] && code < 0x110000 ? length : 0;
+}
+
+bool harmless(std::uint32_t code) noexcept {
+  if (code < 0x20 || (code >= 0x7F && code < 0xA0)) return false;
+  if (code >= 0x200B && code <= 0x200F) return false;  // of no width, or that set a direction
+  if (code >= 0x2028 && code <= 0x202E) return false;  // line ends and directions
+  if (code >= 0x2060 && code <= 0x206F) return false;
+  if (code >= 0xD800 && code <= 0xF8FF) return false;  // surrogates, private use
+  return code != 0xFEFF && code < 0xE0000;
+}
+
+}  // namespace
+
+std::string printable_text(std::string_view text, std::size_t longest) {
+  std::string printable;
+  while (!text.empty()) {
+    std::uint32_t code = 0;
+    const std::size_t length = first_character(text, code);
+    const bool good = length > 0 && harmless(code);
+    if (printable.size() + (good ? length : 1) > longest) {
+      printable += "...";
+      break;
+    }
+    if (good) {
+      printable += text.substr(0, length);
+    } else {
+      printable += '?';
+    }
+    text.remove_prefix(length > 0 ? length : 1);
+  }
+  return printable;
+}
+
+}  // namespace merkel

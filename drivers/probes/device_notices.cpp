@@ -1,0 +1,37 @@
+#include "drivers/probes/device_notices.hpp"
+
+#include <utility>
+
+#include "drivers/printable_text.hpp"
+
+namespace merkel {
+
+void DeviceNotices::add(const std::string& sentence, std::chrono::nanoseconds now) {
+  const std::scoped_lock lock(mutex_);
+  if (now - second_ >= std::chrono::seconds{1}) {
+    second_ = now;
+    passed_ = 0;
+    if (left_out_ > 0 && sentences_.size() < kMost) {
+      sentences_.push_back(std::to_string(std::exchange(left_out_, 0)) +
+                           " more notices of its device were left out");
+    }
+  }
+  if (passed_ >= kPerSecond || sentences_.size() >= kMost) {
+    ++left_out_;
+    return;
+  }
+  ++passed_;
+  sentences_.push_back(printable_text(sentence));
+}
+
+void DeviceNotices::left_out(std::uint64_t count) {
+  const std::scoped_lock lock(mutex_);
+  left_out_ += count;
+}
+
+std::vector<std::string> DeviceNotices::take() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(sentences_, {});
+}
+
+}  // namespace merkel

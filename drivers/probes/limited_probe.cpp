@@ -1,0 +1,62 @@
+#include "drivers/probes/limited_probe.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "core/units.hpp"
+
+namespace merkel {
+
+/// Why a sample is refused; empty for a press that can be.
+std::string LimitedProbe::beyond(const ProbeSample& sample) const {
+  const double force_N = units::N_from_mN(sample.force_mN);
+  const bool force = sample.has(ProbeSample::kForce) && force_N > limits_.force_N;
+  const bool depth = sample.has(ProbeSample::kDepth) && sample.depth_mm > limits_.depth_mm;
+  if (!force && !depth) return {};
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                " reports a press of %.4g %s at %.3f s, and no finger bears more than %.4g: check "
+                "the unit, or raise [probe] %s",
+                force ? force_N : sample.depth_mm, force ? "N" : "mm", units::s_from(sample.time),
+                force ? limits_.force_N : limits_.depth_mm, force ? "max_force_N" : "max_depth_mm");
+  return info().name + text.data();
+}
+
+Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samples,
+                                                     std::chrono::milliseconds patience) {
+  if (!trouble_.empty()) return Unexpected<ProbeError>(ProbeError::kBadData);
+  const auto count = probe_->read(samples, patience);
+  if (!count) return count;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < *count; ++i) {
+    std::string why = beyond(samples[i]);
+    if (why.empty()) {
+      samples[kept++] = samples[i];
+      continue;
+    }
+    if (info().replayed) {
+      trouble_ = std::move(why);
+      if (kept == 0) return Unexpected<ProbeError>(ProbeError::kBadData);
+      break;
+    }
+    const std::scoped_lock lock(mutex_);
+    if (refused_++ == 0) notice_ = std::move(why);
+  }
+  return kept;
+}
+
+std::optional<DeviceCounts> LimitedProbe::device_counts() const {
+  auto counts = probe_->device_counts();
+  const std::scoped_lock lock(mutex_);
+  if (counts) counts->refused += refused_;
+  return counts;
+}
+
+std::vector<std::string> LimitedProbe::take_notices() {
+  std::vector<std::string> notices = probe_->take_notices();
+  const std::scoped_lock lock(mutex_);
+  if (notice_) notices.push_back(*std::exchange(notice_, std::nullopt));
+  return notices;
+}
+
+}  // namespace merkel

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/probe.hpp"
+
+namespace merkel {
+
+/// The hardest press that a probe may report: beyond it lies a wrong unit or a crash of the stage,
+/// not a touch.
+struct PressLimits {
+  double force_N = 50.0;
+  double depth_mm = 15.0;
+};
+
+/// Keeps presses beyond the limits from the model. A recording that holds one ends with a sentence;
+/// of a device such samples are left out, counted as refused and reported.
+class LimitedProbe final : public Probe {
+ public:
+  LimitedProbe(std::unique_ptr<Probe> probe, const PressLimits& limits)
+      : probe_(std::move(probe)), limits_(limits) {}
+
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return probe_->info(); }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+                                                       std::chrono::milliseconds patience) override;
+  [[nodiscard]] std::string trouble() const override {
+    return trouble_.empty() ? probe_->trouble() : trouble_;
+  }
+  [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
+    return probe_->calibration();
+  }
+  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
+  [[nodiscard]] bool is_timed() const noexcept override { return probe_->is_timed(); }
+  [[nodiscard]] std::optional<SampleTiming> timing() const override { return probe_->timing(); }
+  [[nodiscard]] std::vector<std::string> take_notices() override;
+  [[nodiscard]] std::size_t ports() const noexcept override { return probe_->ports(); }
+  void add_listener(std::size_t port, PortListener& listener) override {
+    probe_->add_listener(port, listener);
+  }
+  void remove_listener(std::size_t port, PortListener& listener) override {
+    probe_->remove_listener(port, listener);
+  }
+
+ private:
+  [[nodiscard]] std::string beyond(const ProbeSample& sample) const;
+
+  std::unique_ptr<Probe> probe_;
+  PressLimits limits_;
+  std::string trouble_;
+  mutable std::mutex mutex_;  ///< guards the rest
+  std::uint64_t refused_ = 0;
+  std::optional<std::string> notice_;
+};
+
+}  // namespace merkel

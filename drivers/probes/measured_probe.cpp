@@ -1,0 +1,55 @@
+#include "drivers/probes/measured_probe.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "core/units.hpp"
+
+namespace merkel {
+
+Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> samples,
+                                                      std::chrono::milliseconds patience) {
+  auto count = probe_->read(samples, patience);
+  if (!count) {
+    if (meter_.finish()) publish(true);
+    return count;
+  }
+  // Until the first second is over, the period that the device names must do.
+  const auto nominal =
+      SampleMeter::stale_after(probe_->info().period.value_or(std::chrono::milliseconds{100}));
+  for (ProbeSample& sample : samples.first(*count)) {
+    const bool first = !meter_.timing();
+    if (meter_.add(sample)) publish(first);
+    sample.valid_for = meter_.timing() ? meter_.timing()->stale_after : nominal;
+  }
+  return count;
+}
+
+void MeasuredProbe::publish(bool first) {
+  const SampleTiming& now = *meter_.timing();
+  const std::scoped_lock lock(mutex_);
+  if (!first) {
+    std::array<char, 256> text{};
+    std::snprintf(text.data(), text.size(),
+                  ": samples come every %.3g ms with %.3g ms of jitter now: the delay grows from "
+                  "%.3g to %.3g ms",
+                  units::ms_from(now.period), units::ms_from(now.jitter),
+                  units::ms_from(timing_->delay), units::ms_from(now.delay));
+    notices_.push_back(probe_->info().name + text.data());
+  }
+  timing_ = now;
+}
+
+std::optional<SampleTiming> MeasuredProbe::timing() const {
+  const std::scoped_lock lock(mutex_);
+  return timing_;
+}
+
+std::vector<std::string> MeasuredProbe::take_notices() {
+  std::vector<std::string> notices = probe_->take_notices();
+  const std::scoped_lock lock(mutex_);
+  for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
+  return notices;
+}
+
+}  // namespace merkel

@@ -1,0 +1,108 @@
+#include "drivers/probes/sample_meter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace merkel {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr nanoseconds kWindow{1'000'000'000};
+constexpr std::size_t kFewest = 4;  ///< steps of a window
+constexpr std::size_t kMost = 2000;
+constexpr double kQuantile = 0.999;
+constexpr int kOutage = 4;  ///< periods without a sample
+constexpr microseconds kLeastMargin{50};
+constexpr int kMarginShare = 20;  ///< of the jitter, likewise added
+constexpr microseconds kLeastWidening{250};
+constexpr milliseconds kLeastStale{50};
+constexpr int kStaleDelays = 3;
+
+nanoseconds quantile(std::vector<nanoseconds> values, double share) {
+  const auto last = static_cast<double>(values.size() - 1);
+  const auto chosen = values.begin() + static_cast<std::ptrdiff_t>(std::lround(last * share));
+  std::nth_element(values.begin(), chosen, values.end());
+  return *chosen;
+}
+
+}  // namespace
+
+nanoseconds SampleMeter::stale_after(nanoseconds delay) noexcept {
+  return std::max<nanoseconds>(kLeastStale, kStaleDelays * delay);
+}
+
+bool SampleMeter::window_is_over(const ProbeSample& sample) const noexcept {
+  if (steps_.size() >= kMost) return true;
+  return steps_.size() >= kFewest && sample.arrival - window_begin_ >= kWindow;
+}
+
+bool SampleMeter::add(const ProbeSample& sample) {
+  bool changed = false;
+  if (!last_) {
+    window_begin_ = sample.arrival;
+  } else {
+    steps_.push_back({.interval = sample.time - last_->time,
+                      .need = sample.arrival - last_->time,
+                      .latency = sample.arrival - sample.time});
+    if (window_is_over(sample)) {
+      changed = close_window();
+      steps_.clear();
+      window_begin_ = sample.arrival;
+    }
+  }
+  last_ = sample;
+  return changed;
+}
+
+bool SampleMeter::finish() {
+  if (timing_ || steps_.empty()) return false;
+  return close_window();
+}
+
+SampleTiming SampleMeter::timing_of_window() const {
+  std::vector<Time> intervals;
+  for (const Step& step : steps_) intervals.push_back(step.interval);
+  const Time period = quantile(std::move(intervals), 0.5);
+  std::vector<Time> needs;
+  std::vector<Time> latencies;
+  for (const Step& step : steps_) {
+    if (step.interval > kOutage * period) continue;
+    needs.push_back(step.need);
+    latencies.push_back(step.latency);
+  }
+  const Time need = quantile(std::move(needs), kQuantile);
+  const Time latency = std::max(quantile(std::move(latencies), kQuantile), Time{0});
+  const Time jitter = std::max(need - period, Time{0});
+  const Time margin = std::max<Time>(kLeastMargin, jitter / kMarginShare);
+  SampleTiming timing{.period = period,
+                      .jitter = jitter,
+                      .delay = period + jitter + margin,
+                      .delay_of_newest = latency + margin};
+  timing.stale_after = stale_after(timing.delay);
+  return timing;
+}
+
+bool SampleMeter::close_window() {
+  const SampleTiming now = timing_of_window();
+  if (!timing_) {
+    timing_ = now;
+    return true;
+  }
+  const Time allowance = std::max<Time>(kLeastWidening, timing_->delay / 10);
+  const bool tight = now.delay > timing_->delay + allowance;
+  const bool slower = now.period > timing_->period * 3 / 2;
+  const bool widen = tight && (tight_ || slower);
+  tight_ = tight;
+  if (!widen) return false;
+  timing_ = SampleTiming{.period = now.period,
+                         .jitter = now.jitter,
+                         .delay = now.delay,
+                         .delay_of_newest = std::max(now.delay_of_newest, timing_->delay_of_newest),
+                         .stale_after = std::max(now.stale_after, timing_->stale_after)};
+  return true;
+}
+
+}  // namespace merkel

@@ -1,0 +1,192 @@
+#include "drivers/protocols/csv_text_style.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <utility>
+
+#include "drivers/protocols/device_units.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::string_view kBlanks = " \t";
+constexpr std::string_view kDigits = "0123456789";
+
+std::string_view trimmed(std::string_view text, std::string_view blanks = kBlanks) noexcept {
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+bool is_digit(char c) noexcept { return kDigits.find(c) != std::string_view::npos; }
+
+std::string lower(std::string_view text) {
+  std::string low(text);
+  for (char& c : low) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return low;
+}
+
+/// Where the number of a field begins: after the last ':' or '=' if there is one.
+std::size_t number_begins(std::string_view text) noexcept {
+  const auto mark = text.find_last_of(":=");
+  std::size_t at = mark == std::string_view::npos ? 0 : mark + 1;
+  for (; at < text.size(); ++at) {
+    const bool after_letter =
+        at > 0 &&
+        (std::isalnum(static_cast<unsigned char>(text[at - 1])) != 0 || text[at - 1] == '_');
+    if (after_letter) continue;
+    const bool sign = text[at] == '+' || text[at] == '-' || text[at] == '.';
+    if (is_digit(text[at]) ||
+        (sign && at + 1 < text.size() &&
+         (is_digit(text[at + 1]) || text[at + 1] == '.' || text[at + 1] == ' '))) {
+      return at;
+    }
+  }
+  return std::string_view::npos;
+}
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) noexcept {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+}  // namespace
+
+std::string_view take_csv_part(std::string_view& rest, char separator) noexcept {
+  if (separator == ' ') {
+    const std::string_view begun = trimmed(rest);
+    const std::string_view part = begun.substr(0, begun.find_first_of(kBlanks));
+    rest = trimmed(begun.substr(part.size()));
+    return part;
+  }
+  const std::string_view part = rest.substr(0, rest.find(separator));
+  rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+  return trimmed(part);
+}
+
+CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept {
+  text = trimmed(text);
+  const std::size_t begin = number_begins(text);
+  if (begin == std::string_view::npos) {
+    const std::string low = text.size() < 8 ? lower(text) : std::string();
+    CsvField field{.label = text, .number = std::nullopt, .unit = {}};
+    if (low == "nan" || low == "inf" || low == "-inf") field.label = {};
+    return field;
+  }
+  std::array<char, 48> digits{};
+  std::size_t length = 0;
+  std::size_t at = begin;
+  if (text[at] == '+') ++at;
+  for (bool blank_after_sign = true; at < text.size() && length < digits.size(); ++at) {
+    const char c = text[at];
+    const bool exponent = (c == 'e' || c == 'E') && length > 0 && at + 1 < text.size() &&
+                          (is_digit(text[at + 1]) || text[at + 1] == '-' || text[at + 1] == '+');
+    const bool sign = (c == '-' || c == '+') &&
+                      (length == 0 || digits[length - 1] == 'e' || digits[length - 1] == 'E');
+    if (c == ' ' && length == 1 && digits[0] == '-' && blank_after_sign) continue;  // "-  0.5"
+    if (!is_digit(c) && c != '.' && !(decimal_comma && c == ',') && !exponent && !sign) break;
+    if (c == '+') continue;
+    digits[length++] = c == ',' ? '.' : c;
+  }
+  CsvField field{
+      .label = trimmed(text.substr(0, begin), " \t:="), .number = std::nullopt, .unit = {}};
+  double value = 0.0;
+  const auto result = std::from_chars(digits.data(), digits.data() + length, value);
+  if (result.ec == std::errc{} && result.ptr == digits.data() + length) field.number = value;
+  field.unit = trimmed(text.substr(at));
+  return field;
+}
+
+std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
+  struct Candidate {
+    CsvStyle style;
+    double score = 0.0;
+  };
+  std::vector<Candidate> candidates;
+  for (const CsvStyle style :
+       {CsvStyle{',', false}, CsvStyle{';', true}, CsvStyle{';', false}, CsvStyle{'\t', false},
+        CsvStyle{'\t', true}, CsvStyle{' ', false}, CsvStyle{' ', true}}) {
+    std::size_t read = 0;
+    std::size_t with_digits = 0;
+    std::size_t fields_of_first = 0;
+    std::size_t alike = 0;
+    bool units = true;
+    bool comma_used = false;
+    for (const std::string& line : lines) {
+      if (line.find_first_of(kDigits) == std::string::npos) continue;
+      ++with_digits;
+      std::size_t fields = 0;
+      bool good = true;
+      std::string_view rest = line;
+      // A label and a unit may have blanks around them: only bare numbers are separated by blanks.
+      while (!rest.empty()) {
+        const CsvField field =
+            parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
+        const bool bare = style.separator == ' ';
+        good = good && field.number &&
+               field.unit.find_first_of("0123456789,;") == std::string_view::npos &&
+               (!bare || (field.label.empty() && field.unit.empty()));
+        units = units && !field.unit.empty();
+        ++fields;
+      }
+      comma_used = comma_used || line.find(',') != std::string::npos;
+      if (!good || fields == 0) continue;
+      ++read;
+      if (fields_of_first == 0) fields_of_first = fields;
+      if (fields == fields_of_first) ++alike;
+    }
+    if (with_digits == 0 || 2 * read <= with_digits || 2 * alike <= read) continue;
+    if (style.decimal_comma && !comma_used) continue;
+    if (style.separator == ' ' && fields_of_first < 2) continue;
+    // More columns explain a line better; a style that needs no special mark is likelier.
+    const bool separates = fields_of_first > 1;
+    candidates.push_back({style, static_cast<double>(alike) / static_cast<double>(with_digits) +
+                                     (separates ? 0.1 : 0.0) + (units ? 0.2 : 0.0) +
+                                     (style.decimal_comma ? 0.05 : 0.0)});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  std::vector<CsvStyle> styles;
+  for (const Candidate& candidate : candidates) styles.push_back(candidate.style);
+  return styles;
+}
+
+std::string csv_column_of(const CsvField& field) {
+  const std::string label = lower(field.label);
+  const std::string unit(field.unit);
+  const std::string low_unit = lower(field.unit);
+  if (newtons_per(unit)) {
+    const std::string axis =
+        is_one_of(label, {"fx", "fy", "fz"}) ? std::string("_") + label[1] : "";
+    return "force" + axis + "_" + unit;
+  }
+  if (millimetres_per(unit)) {
+    return (is_one_of(label, {"x", "y", "z"}) ? label : std::string("depth")) + "_" + unit;
+  }
+  const bool time = is_one_of(label, {"t", "time", "timestamp", "millis", "micros", "ms", "us"});
+  if (is_one_of(low_unit, {"s", "ms", "us"}) && (time || label.empty())) return "time_" + low_unit;
+  if (time && unit.empty() && (label == "millis" || label == "ms")) return "time_ms";
+  if (time && unit.empty() && (label == "micros" || label == "us")) return "time_us";
+  if (is_one_of(label, {"seq", "n", "count", "sample", "index"}) && unit.empty()) return "seq";
+  if (unit.empty() && is_one_of(label, {"", "force", "load", "f", "weight", "depth", "x", "y", "z",
+                                        "fx", "fy", "fz", "time", "t"})) {
+    return {};
+  }
+  return "-";
+}
+
+std::string_view name_of_separator(char separator) noexcept {
+  switch (separator) {
+    case ';':
+      return "semicolon";
+    case '\t':
+      return "tab";
+    case ' ':
+      return "space";
+    default:
+      return "comma";
+  }
+}
+
+}  // namespace merkel

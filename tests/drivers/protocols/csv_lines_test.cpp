@@ -1,0 +1,110 @@
+// Lines of numbers as they are found in the wild.
+#include <gtest/gtest.h>
+
+#include "drivers/printable_text.hpp"
+#include "drivers/protocols/csv_text_style.hpp"
+#include "tests/drivers/protocols/protocol_harness.hpp"
+
+namespace merkel {
+namespace {
+
+struct Case {
+  const char* options;
+  const char* line;  ///< %s stands for a number that changes
+  double factor;     ///< N (or mm) of that number
+  DeviceChannel channel;
+};
+
+std::string lines_of(const std::string& pattern, const std::vector<std::string>& numbers) {
+  std::string text;
+  for (const std::string& number : numbers) {
+    std::string line = pattern;
+    line.replace(line.find("%s"), 2, number);
+    text += line + "\r\n";
+  }
+  return text;
+}
+
+TEST(CsvInTheWild, EveryUsualWayToPrintANumberIsRead) {
+  const std::vector<Case> cases = {
+      {"", "Force: %s N", 1.0, DeviceChannel::kForce},
+      {"", "%s N", 1.0, DeviceChannel::kForce},
+      {"", "force=%s mN", 1e-3, DeviceChannel::kForce},
+      {"", "Load %s gF", 9.80665e-3, DeviceChannel::kForce},
+      {"", "Force: %s N, Travel: 1.5 mm", 1.0, DeviceChannel::kForce},
+      {"", "t=12 ms; Fz: %s N", 1.0, DeviceChannel::kForceZ},
+      {"", "Depth: %s mm", 1.0, DeviceChannel::kDepth},
+      {"columns=force_N", "%s", 1.0, DeviceChannel::kForce},
+      {"columns=force_N", "%s mN", 1e-3, DeviceChannel::kForce},
+      {"columns=time_ms,force_N", "12;%s", 1.0, DeviceChannel::kForce},
+      {"columns=time_ms,force_N", "12\t%s", 1.0, DeviceChannel::kForce},
+      {"columns=time_ms,force_N", "12 %s", 1.0, DeviceChannel::kForce},
+      {"columns=-,force_N,-&separator=semicolon", "1;%s;3", 1.0, DeviceChannel::kForce},
+  };
+  for (const Case& each : cases) {
+    Talk talk("csv", each.options);
+    talk.take("x\r\n" + lines_of(each.line, {"0.300", "0.250", "-0.125", "1e-3", "+2.5"}));
+    ASSERT_EQ(talk.stream.readings.size(), 5U) << each.options << " " << each.line;
+    const double wanted[] = {0.3, 0.25, -0.125, 1e-3, 2.5};
+    for (std::size_t i = 0; i < 5; ++i) {
+      ASSERT_TRUE(talk.stream.readings[i].has(each.channel)) << each.line;
+      EXPECT_NEAR(talk.stream.readings[i][each.channel], wanted[i] * each.factor, 1e-9)
+          << each.line;
+    }
+    EXPECT_EQ(talk.stream.counts.damaged, 0U) << each.line;
+  }
+}
+
+TEST(CsvInTheWild, DecimalCommasAreFoundByThemselves) {
+  for (const auto& [options, line] :
+       {std::pair("columns=time_ms,force_N", "12;%s"),
+        std::pair("columns=time_ms,force_N", "12\t%s"), std::pair("columns=force_N", "%s"),
+        std::pair("", "Kraft: %s N"), std::pair("columns=force_N&decimal=comma", "%s")}) {
+    Talk talk("csv", options);
+    talk.take("x\r\n" + lines_of(line, {"0,300", "0,250", "-0,125", "1,5"}));
+    ASSERT_EQ(talk.stream.readings.size(), 4U) << options << " " << line;
+    EXPECT_NEAR(talk.stream.readings[0][DeviceChannel::kForce], 0.3, 1e-12) << line;
+    EXPECT_NEAR(talk.stream.readings[2][DeviceChannel::kForce], -0.125, 1e-12) << line;
+  }
+}
+
+TEST(CsvInTheWild, ABareNumberIsAskedForItsName) {
+  Talk talk("csv", "");
+  talk.take("x\n0.300\n0.301\n0.302\n");
+  EXPECT_TRUE(talk.stream.readings.empty());
+  EXPECT_NE(talk.protocol->trouble().find("columns=force_N"), std::string::npos)
+      << talk.protocol->trouble();
+  // The advice works when it is followed.
+  Talk again("csv", "columns=force_N");
+  again.take("x\n0.300\n0.301\n0.302\n");
+  EXPECT_EQ(again.stream.readings.size(), 3U);
+}
+
+TEST(CsvInTheWild, AHeaderInAnyStyleNamesTheColumns) {
+  for (const char* text : {"time_ms;force_N\n1;0.5\n2;0.6\n", "time_ms\tforce_N\n1\t0.5\n2\t0.6\n",
+                           "time_ms, force_N\n1, 0.5\n2, 0.6\n"}) {
+    Talk talk("csv", "");
+    talk.take(text);
+    ASSERT_EQ(talk.stream.readings.size(), 2U) << text;
+    EXPECT_NEAR(talk.stream.readings[1][DeviceChannel::kForce], 0.6, 1e-12);
+  }
+}
+
+TEST(CsvInTheWild, ItsRateCanBeNamed) {
+  Talk talk("csv", "columns=force_N&rate_hz=80");
+  EXPECT_EQ(talk.protocol->period(), std::chrono::microseconds{12'500});
+}
+
+TEST(PrintableText, NothingFromOutsideMovesTheCursor) {
+  EXPECT_EQ(printable_text("a\x1b[2Jb\a\r\n\x7f"), "a?[2Jb????");
+  EXPECT_EQ(printable_text("\xc2\x9b"
+                           "31m"),
+            "?31m");                                             // C1: control sequence introducer
+  EXPECT_EQ(printable_text("\xe2\x80\xaegnp.exe"), "?gnp.exe");  // right-to-left override
+  EXPECT_EQ(printable_text("\xc3"), "?");
+  EXPECT_EQ(printable_text("5 \xc2\xb5m"), "5 \xc2\xb5m");
+  EXPECT_EQ(printable_text(std::string(1000, 'x'), 10), "xxxxxxxxxx...");
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,142 @@
+// merkel connect, and the advice that the program gives: each is followed here.
+#include <atomic>
+#include <regex>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "drivers/simulation/pty_master.hpp"
+#include "tests/drivers/simulation/running_device.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+#include "tools/connect/recognition.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// A gauge of no known kind that prints a line every 5 ms at one baud rate.
+class Printer {
+ public:
+  explicit Printer(std::string line, int baud = 115200) {
+    EXPECT_TRUE(pty_.plug_in());
+    thread_ = std::jthread([this, line = std::move(line), baud](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        std::string text = line + "\r\n";
+        if (pty_.baud() != baud) {
+          for (char& c : text) c = static_cast<char>(c ^ 0x95);
+        }
+        std::vector<std::uint8_t> bytes(text.begin(), text.end());
+        if (pty_.heard()) pty_.write(bytes);
+        std::uint8_t waste[256];
+        static_cast<void>(pty_.read(waste, milliseconds{5}));
+      }
+    });
+  }
+  ~Printer() {
+    thread_.request_stop();
+    thread_.join();
+  }
+  [[nodiscard]] const std::string& name() const { return pty_.name(); }
+
+ private:
+  PtyMaster pty_;
+  std::jthread thread_;
+};
+
+class ConnectTo : public testing::TestWithParam<std::string_view> {};
+
+TEST_P(ConnectTo, WritesASceneThatRuns) {
+  const TemporaryFolder folder;
+  RunningDevice device(GetParam(), {});
+  const std::string port = device.uri().substr(7, device.uri().find('?') - 7);
+  const auto connected =
+      run_program({"connect", port, "--yes", "--out", folder.path("scene.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  EXPECT_NE(connected.out.find("protocol=" + std::string(GetParam())), std::string::npos)
+      << connected.out << read_file(folder.path("scene.toml"));
+  const auto run = run_program({"run", folder.path("scene.toml"), "--duration-s", "0.3", "--json"});
+  EXPECT_NE(run.exit_code, 2) << run.err;
+  EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, ConnectTo, testing::Values("hbf1", "mark10", "grbl", "zaber"),
+                         [](const auto& entry) { return std::string(entry.param); });
+
+TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
+  for (const auto& [line, columns, baud] : {std::tuple("Force: 0.300 N", "columns=force_N", 115200),
+                                            std::tuple("12;0,300;1", "decimal=comma", 9600),
+                                            std::tuple("0.300", "columns=force_N", 57600)}) {
+    const TemporaryFolder folder;
+    const Printer gauge(line, baud);
+    const auto connected =
+        run_program({"connect", gauge.name(), "--yes", "--out", folder.path("s.toml")});
+    ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+    const std::string scene = read_file(folder.path("s.toml"));
+    EXPECT_NE(scene.find(columns), std::string::npos) << scene;
+    EXPECT_NE(scene.find("baud=" + std::to_string(baud)), std::string::npos) << scene;
+    const auto run = run_program({"run", folder.path("s.toml"), "--duration-s", "0.2", "--json"});
+    EXPECT_NE(run.exit_code, 2) << run.err;
+    EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 10);
+  }
+}
+
+TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
+  const TemporaryFolder folder;
+  const Printer gauge("0.300");
+  const auto asked = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
+  EXPECT_EQ(asked.exit_code, 2);
+  EXPECT_NE(asked.out.find("1: force_N = 0.3"), std::string::npos) << asked.out;
+  EXPECT_NE(asked.out.find("2: depth_mm = 0.3"), std::string::npos) << asked.out;
+  EXPECT_FALSE(std::filesystem::exists(folder.path("s.toml")));
+  // Its advice, followed: the URI of the second reading.
+  std::smatch uri;
+  ASSERT_TRUE(std::regex_search(asked.err, uri, std::regex("serial:[^ ]+"))) << asked.err;
+  const auto again = run_program({"connect", uri.str(), "--out", folder.path("s.toml")});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.out.find("depth 0.3 mm"), std::string::npos) << again.out;
+}
+
+/// Runs with a URI, and while it is refused with advice "protocol=X" or "columns=Y", follows that.
+std::string follow_advice(std::string uri, int most) {
+  for (int steps = 0; steps < most; ++steps) {
+    const auto run =
+        run_program({"run", "--probe", uri + "&timeout_ms=700", "--duration-s", "0.1"});
+    if (run.exit_code != 2) return uri;
+    std::smatch found;
+    if (std::regex_search(run.err, found, std::regex("give (protocol=[a-z0-9_]+)"))) {
+      uri = std::regex_replace(uri, std::regex("protocol=[a-z0-9_]+"), found[1].str());
+    } else if (std::regex_search(run.err, found, std::regex("example (columns=[-a-zA-Z_,]+)"))) {
+      std::string columns = found[1].str();
+      if (columns.back() == ',') columns.pop_back();
+      uri += "&" + columns;
+    } else {
+      return "no advice: " + run.err;
+    }
+  }
+  return "not mended: " + uri;
+}
+
+TEST(Advice, WorksWhenItIsFollowed) {
+  for (const char* line : {"Force: 0.300 N", "0.300", "17,0.300,4", "0,300", "12;0,300"}) {
+    const Printer gauge(line);
+    const std::string uri = follow_advice("serial:" + gauge.name() + "?protocol=mark10", 4);
+    EXPECT_TRUE(uri.starts_with("serial:")) << line << ": " << uri;
+  }
+}
+
+TEST(Recognition, NamesClocksAndCountersByTheirGrowth) {
+  std::vector<std::string> lines;
+  for (int k = 0; k < 50; ++k) {
+    lines.push_back(std::to_string(7000 + 10 * k) + "," + std::to_string(k) + ",0.5");
+  }
+  const auto readings = readings_of_lines(lines, 0.5);
+  ASSERT_FALSE(readings.empty());
+  EXPECT_NE(readings[0].options.find("columns=time_ms,seq,force_N"), std::string::npos)
+      << readings[0].options;
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,222 @@
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <unistd.h>
+
+#include "core/units.hpp"
+#include "drivers/files/output_file.hpp"
+#include "drivers/probes/open_probe.hpp"
+#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/transports/device_list.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/connect/recognition.hpp"
+#include "tools/run/device_summary.hpp"
+#include "tools/scene/scene_file.hpp"
+
+namespace merkel {
+namespace {
+
+struct ConnectOptions {
+  std::string target;
+  std::string out = "connected.toml";
+  double wait_s = 30.0;
+  bool yes = false;
+  bool overwrite = false;
+};
+
+/// The address that was given or, if none was, that of the first serial device, waited for.
+Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
+  if (options.target.find(':') != std::string::npos) return options.target;
+  if (!options.target.empty()) return "serial:" + options.target;
+  const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(options.wait_s);
+  bool told = false;
+  do {
+    std::vector<DeviceEntry> serial;
+    for (DeviceEntry& entry : list_devices()) {
+      if (entry.uri.starts_with("serial:")) serial.push_back(std::move(entry));
+    }
+    for (const DeviceEntry& entry : serial) {
+      if (!entry.usable) continue;
+      std::fprintf(stderr, "found %s (%s)\n", entry.uri.c_str(), entry.name.c_str());
+      return entry.uri;
+    }
+    if (!serial.empty()) return unavailable(serial.front().uri + ": " + serial.front().mend);
+    if (!told) std::fprintf(stderr, "no serial device is there: plug it in; waiting …\n");
+    told = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds{300});
+  } while (std::chrono::steady_clock::now() < end);
+  return unavailable(
+      "no serial device was plugged in: name its port or address, for example merkel connect "
+      "/dev/ttyUSB0");
+}
+
+/// Which of several readings is right: the user says, or with --yes the likeliest is taken.
+std::optional<std::size_t> choose(const Recognition& found, const ConnectOptions& options) {
+  if (found.readings.size() < 2) return 0;
+  std::printf("this can be read in two ways:\n");
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::printf("  %zu: %s\n", i + 1, found.readings[i].meaning.c_str());
+  }
+  if (options.yes) {
+    std::printf("the first is likelier and taken; for the other: %s?%s\n", found.address.c_str(),
+                found.readings[1].options.c_str());
+    return 0;
+  }
+  if (::isatty(STDIN_FILENO) == 0) return std::nullopt;
+  std::printf("which one (1 or 2)? ");
+  std::fflush(stdout);
+  const int answer = std::getchar();
+  if (answer != '1' && answer != '2') return std::nullopt;
+  return answer == '1' ? 0 : 1;
+}
+
+/// The URI of what was recognised at an address without options.
+Expected<std::string, SetupError> recognised(const std::string& address,
+                                             const ConnectOptions& options) {
+  std::fprintf(stderr, "listening at %s …\n", address.c_str());
+  const auto found = recognise(address);
+  if (!found) return Unexpected<SetupError>(found.error());
+  std::printf("received: %s\n", found->received.c_str());
+  const auto chosen = choose(*found, options);
+  if (!chosen) {
+    return bad_input(
+        "merkel cannot decide between the two: run it at a terminal, give --yes for "
+        "the first, or give the URI " +
+        address + "?" + found->readings[1].options + " for the second");
+  }
+  const Reading& reading = found->readings[*chosen];
+  std::printf("read as: %s\n", reading.meaning.c_str());
+  if (found->baud != 0) std::printf("baud rate: %d\n", found->baud);
+  return address + "?" + reading.options +
+         (found->baud != 0 ? "&baud=" + std::to_string(found->baud) : "");
+}
+
+struct Measurement {
+  ProbeInfo info;
+  std::optional<SampleTiming> timing;
+  std::optional<DeviceCounts> counts;
+  ProbeSample last;
+};
+
+Expected<Measurement, SetupError> measure(const std::string& uri) {
+  auto probe = open_probe(uri);
+  if (!probe) return Unexpected<SetupError>(probe.error());
+  if ((*probe)->info().replayed) {
+    return bad_input("\"" + uri + "\" is a recording: there is nothing to connect to");
+  }
+  Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}, .last = {}};
+  std::vector<ProbeSample> samples(1024);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{6};
+  while (!measured.timing && std::chrono::steady_clock::now() < end) {
+    const auto count = (*probe)->read(samples, std::chrono::milliseconds{50});
+    if (!count) return unavailable((*probe)->trouble());
+    if (*count > 0) measured.last = samples[*count - 1];
+    measured.timing = (*probe)->timing();
+    for (const std::string& sentence : (*probe)->take_notices()) {
+      std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+    }
+  }
+  measured.counts = (*probe)->device_counts();
+  if (!measured.timing) return unavailable(uri + " sent too little to measure its rate");
+  return measured;
+}
+
+void print(const Measurement& measured) {
+  const ProbeSample& last = measured.last;
+  std::printf("measures:");
+  if (last.has(ProbeSample::kForce)) std::printf(" force %.4g N", units::N_from_mN(last.force_mN));
+  if (last.has(ProbeSample::kDepth)) std::printf(" depth %.4g mm", last.depth_mm);
+  if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
+  if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
+  std::printf("\nrate: %.4g samples/s with %.3g ms of jitter; runs will be %.3g ms behind\n",
+              1e3 / units::ms_from(measured.timing->period),
+              units::ms_from(measured.timing->jitter), units::ms_from(measured.timing->delay));
+  if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
+}
+
+/// What a run could do better with.
+std::vector<std::string> missing(const Measurement& measured, const std::string& uri) {
+  std::vector<std::string> list;
+  if (measured.info.calibration_file.empty()) {
+    list.push_back("a calibration: merkel calibrate '" + uri + "' gauge.toml --points 0,0.5,1");
+  }
+  for (const ProtocolEntry& entry : protocol_table()) {
+    const std::string guess(entry.options);
+    if (guess.empty() || uri.find(guess) == std::string::npos) continue;
+    list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
+  }
+  if ((measured.info.channels & (ProbeSample::kX | ProbeSample::kY)) == 0U) {
+    list.emplace_back("the position of the press: the patch's centre is taken; set x_mm and y_mm");
+  }
+  if (!measured.counts || !measured.counts->device_clock) {
+    list.emplace_back("a clock of the device: samples get their arrival times");
+  }
+  return list;
+}
+
+std::string quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string scene_text(const std::string& uri, const std::vector<std::string>& lacking) {
+  std::string text = "# Written by merkel connect.\n[probe]\nuri = " + quoted(uri) +
+                     "\ntip = \"sphere\"\nradius_mm = 2.0  # of your probe's tip\n";
+  for (const std::string& line : lacking) text += "# missing: " + line + "\n";
+  return text;
+}
+
+int connect(const ConnectOptions& options) {
+  const auto address = address_of(options);
+  if (!address) return refuse(address.error());
+  Expected<std::string, SetupError> uri = *address;
+  if (address->find("protocol=") == std::string::npos && !address->starts_with("fused:") &&
+      !address->starts_with("hid:") && !address->starts_with("lsl:")) {
+    uri = recognised(*address, options);
+  }
+  if (!uri) return refuse(uri.error());
+  const auto measured = measure(*uri);
+  if (!measured) return refuse(measured.error());
+  print(*measured);
+  const std::vector<std::string> lacking = missing(*measured, *uri);
+  for (const std::string& line : lacking) std::printf("missing: %s\n", line.c_str());
+
+  const std::string text = scene_text(*uri, lacking);
+  if (const auto scene = parse_scene(text, options.out); !scene) return refuse(scene.error());
+  auto file = OutputFile::create(options.out, options.overwrite);
+  if (!file) return refuse(file.error());
+  if (!file->write(text) || !file->close()) return fail(file->error());
+  std::printf("wrote %s: run it with\n  merkel run %s\n", options.out.c_str(), options.out.c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_connect_command(CommandLine& program) {
+  auto options = std::make_shared<ConnectOptions>();
+  program
+      .subcommand("connect",
+                  "Finds a device or waits for it, recognises its protocol, baud rate, columns and "
+                  "units, measures its rate, jitter and clock, says what is missing, and writes a "
+                  "scene file that merkel run takes as it is.",
+                  "connect /dev/ttyUSB0 --out gauge.toml")
+      .option("target", options->target,
+              "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT) or whole probe URI; the "
+              "first serial device, if not given")
+      .option("--out", options->out, "Scene file to write (connected.toml)")
+      .option("--wait-s", options->wait_s, "How long to wait for a device", {0, 86'400})
+      .flag("--yes", options->yes, "Ask nothing: take the likeliest reading")
+      .flag("--overwrite", options->overwrite, "Replace a file that exists")
+      .runs([options] { return connect(*options); });
+}
+
+}  // namespace merkel

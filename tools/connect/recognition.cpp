@@ -1,0 +1,325 @@
+#include "tools/connect/recognition.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "core/parameters/parameter_error.hpp"
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/protocols/ati_rdt.hpp"
+#include "drivers/protocols/csv_text_style.hpp"
+#include "drivers/protocols/line_splitter.hpp"
+#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/network_port.hpp"
+#include "drivers/transports/serial_port.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::array<int, 9> kBauds = {115200, 460800, 9600,   57600, 1000000,
+                                       19200,  38400,  230400, 921600};
+constexpr milliseconds kListening{700};
+constexpr milliseconds kAsking{900};
+constexpr std::size_t kLeastLines = 5;
+constexpr double kReadable = 0.95;  ///< share of printable bytes in text
+
+nanoseconds now() {
+  return std::chrono::duration_cast<nanoseconds>(
+      std::chrono::steady_clock::now().time_since_epoch());
+}
+
+struct Heard {
+  Bytes bytes;
+  double seconds = 0.0;
+};
+
+/// A port of an address, opened at a rate.
+Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int baud,
+                                                           bool datagrams) {
+  if (uri.scheme == "serial") return open_serial({.device = uri.path, .baud = baud});
+  const auto address = HostAndPort::parse(uri.path);
+  if (!address) {
+    return bad_input("\"" + uri.text + "\": name host and port, for example " + uri.scheme +
+                     ":127.0.0.1:5000");
+  }
+  if (uri.scheme == "tcp") return open_tcp_port(*address);
+  return open_udp_port({.address = *address,
+                        .listen = !datagrams,
+                        .datagram_bytes = datagrams ? kAtiRecordBytes : 0});
+}
+
+Heard listen(Transport& port, nanoseconds length) {
+  Heard heard;
+  std::array<std::uint8_t, 4096> buffer{};
+  const nanoseconds begin = now();
+  while (now() - begin < length) {
+    const auto count = port.read(buffer, begin + length - now());
+    if (!count) break;
+    heard.bytes.insert(heard.bytes.end(), buffer.begin(),
+                       buffer.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
+  heard.seconds = std::chrono::duration<double>(now() - begin).count();
+  return heard;
+}
+
+std::vector<std::string> lines_of(std::span<const std::uint8_t> bytes) {
+  std::vector<std::string> lines;
+  LineSplitter splitter;
+  for (const std::uint8_t byte : bytes) {
+    if (const auto line = splitter.take(byte)) lines.emplace_back(*line);
+  }
+  return lines;
+}
+
+bool is_text(std::span<const std::uint8_t> bytes) {
+  const auto readable = std::count_if(bytes.begin(), bytes.end(), [](std::uint8_t byte) {
+    return (byte >= 0x20 && byte < 0x7F) || byte == '\n' || byte == '\r' || byte == '\t';
+  });
+  return static_cast<double>(readable) >= kReadable * static_cast<double>(bytes.size());
+}
+
+/// A line, or the first bytes of a frame in hexadecimal.
+std::string shown(std::span<const std::uint8_t> bytes) {
+  if (bytes.empty()) return {};
+  if (is_text(bytes)) {
+    const auto lines = lines_of(bytes);
+    if (!lines.empty()) return lines.back();
+  }
+  std::string text;
+  for (const std::uint8_t byte : bytes.first(std::min<std::size_t>(bytes.size(), 24))) {
+    std::array<char, 8> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02X ", byte);
+    text += digits.data();
+  }
+  return text;
+}
+
+std::string meaning_of(const DeviceReading& reading) {
+  std::string text;
+  for (std::size_t i = 0; i < kDeviceChannels; ++i) {
+    const auto channel = static_cast<DeviceChannel>(i);
+    if (!reading.has(channel)) continue;
+    const bool force = channel <= DeviceChannel::kForceZ;
+    text += (text.empty() ? "" : ", ") + std::string(kDeviceChannelNames[i]) + " " +
+            shortest_decimal(reading[channel]) + (force ? " N" : " mm");
+  }
+  return text;
+}
+
+/// What a protocol finds at a port when it asks its questions there; nothing if it finds none.
+std::optional<Reading> ask(Transport& port, const ProtocolEntry& entry, std::string& received) {
+  const auto uri = Uri::parse("serial:?" + std::string(entry.options));
+  UriOptions options(*uri);
+  const auto protocol = entry.make(options);
+  if (!protocol) return std::nullopt;
+  DeviceStream stream;
+  Bytes heard;
+  std::array<std::uint8_t, 4096> buffer{};
+  const nanoseconds begin = now();
+  const auto exchange = [&](nanoseconds until) {
+    while (now() < until) {
+      const auto wake = (*protocol)->poll(now(), stream);
+      if (!port.write(std::exchange(stream.outgoing, {}))) return;
+      const nanoseconds end = wake ? std::min(until, *wake) : until;
+      const auto count = port.read(buffer, std::max(end - now(), nanoseconds{0}));
+      if (!count) return;
+      const auto bytes = std::span<const std::uint8_t>(buffer).first(*count);
+      if (heard.size() < 4096) heard.insert(heard.end(), bytes.begin(), bytes.end());
+      (*protocol)->take(bytes, now(), stream);
+      if (stream.readings.size() > 3) return;
+    }
+  };
+  (*protocol)->begin(begin, stream);
+  exchange(begin + kAsking / 2);
+  if ((*protocol)->channels() != 0U) (*protocol)->start(now(), stream);
+  exchange(begin + kAsking);
+  stream.outgoing.clear();
+  (*protocol)->end(stream);
+  static_cast<void>(port.write(stream.outgoing));
+  if (stream.readings.empty() || stream.counts.frames <= stream.counts.damaged) return std::nullopt;
+  received = shown(heard);
+  return Reading{.options = "protocol=" + std::string(entry.name) +
+                            (entry.options.empty() ? "" : "&" + std::string(entry.options)),
+                 .meaning = meaning_of(stream.readings.back())};
+}
+
+/// What can be made of bytes that came without a question.
+std::vector<Reading> readings_of(const Heard& heard) {
+  const std::string_view likely = likely_protocol(heard.bytes);
+  std::vector<Reading> readings;
+  if (!likely.empty() && likely != "csv") {
+    const auto entry = find_protocol(likely);
+    const auto uri = Uri::parse("serial:?" + std::string((*entry)->options));
+    UriOptions options(*uri);
+    const auto protocol = (*entry)->make(options);
+    DeviceStream stream;
+    (*protocol)->begin(now(), stream);
+    (*protocol)->take(heard.bytes, now(), stream);
+    readings.push_back(
+        {.options = "protocol=" + std::string(likely) +
+                    ((*entry)->options.empty() ? "" : "&" + std::string((*entry)->options)),
+         .meaning = stream.readings.empty() ? "" : meaning_of(stream.readings.back())});
+    return readings;
+  }
+  if (!is_text(heard.bytes)) return readings;
+  return readings_of_lines(lines_of(heard.bytes), heard.seconds);
+}
+
+SetupError nothing_made(const std::string& address, const std::string& received) {
+  return {.kind = SetupError::Kind::kUnavailable,
+          .sentence = received.empty()
+                          ? "the device at " + address +
+                                " says nothing, at no baud rate and in no language that is known "
+                                "here: check that it is switched on and streaming"
+                          : "the device at " + address + " sends \"" + received +
+                                "\", of which nothing can be made: if these are numbers, name "
+                                "them with protocol=csv&columns=…; merkel probes lists the "
+                                "protocols"};
+}
+
+}  // namespace
+
+Expected<Recognition, SetupError> recognise(const std::string& address) {
+  const auto uri = Uri::parse(address);
+  if (!uri) return Unexpected<SetupError>(uri.error());
+  const bool serial = uri->scheme == "serial";
+  std::string received;
+  Recognition found{.address = address, .baud = 0, .received = {}, .readings = {}};
+  // First it is listened to: many devices talk by themselves.
+  for (const int baud :
+       serial ? std::span<const int>(kBauds) : std::span<const int>(kBauds).first(1)) {
+    auto port = open_port(*uri, baud, false);
+    if (!port) return Unexpected<SetupError>(port.error());
+    const Heard heard = listen(**port, kListening);
+    if (heard.bytes.empty()) break;  // it is silent at every rate
+    found.readings = readings_of(heard);
+    if (received.empty() || is_text(heard.bytes)) received = shown(heard.bytes);
+    if (found.readings.empty()) continue;
+    found.baud = serial ? baud : 0;
+    found.received = shown(heard.bytes);
+    return found;
+  }
+  const auto try_to_ask = [&](const ProtocolEntry& entry) {
+    auto port = open_port(*uri, entry.baud, entry.datagrams);
+    if (!port) return false;
+    auto reading = ask(**port, entry, found.received);
+    if (!reading) return false;
+    found.baud = serial ? entry.baud : 0;
+    found.readings = {std::move(*reading)};
+    return true;
+  };
+  if (uri->scheme == "udp") {
+    if (try_to_ask(ati_rdt_entry())) return found;
+    return Unexpected<SetupError>(nothing_made(address, received));
+  }
+  for (const ProtocolEntry& entry : protocol_table()) {
+    if (entry.name != "csv" && (serial || entry.name == "hbf1") && try_to_ask(entry)) return found;
+  }
+  return Unexpected<SetupError>(nothing_made(address, received));
+}
+
+namespace {
+
+/// What a column of numbers is by how it grows: a counter, a clock, or a measurement.
+std::string column_by_growth(const std::vector<double>& values, double seconds) {
+  bool rises = values.size() > 2;
+  bool counts = rises;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    rises = rises && values[i] > values[i - 1];
+    counts = counts && values[i] == values[i - 1] + 1.0;
+  }
+  if (counts) return "seq";
+  if (!rises || seconds <= 0.0) return {};
+  const double rate = (values.back() - values.front()) / seconds;
+  for (const auto& [name, nominal] :
+       {std::pair("time_us", 1e6), std::pair("time_ms", 1e3), std::pair("time_s", 1.0)}) {
+    if (rate > nominal * 0.5 && rate < nominal * 2.0) return name;
+  }
+  return {};
+}
+
+/// The columns of lines in a style; nothing where they are not all alike.
+std::vector<std::vector<CsvField>> fields_of(const std::vector<std::string>& lines,
+                                             const CsvStyle& style) {
+  std::vector<std::vector<CsvField>> columns;
+  for (const std::string& line : lines) {
+    std::vector<CsvField> fields;
+    bool numbers = true;
+    for (std::string_view rest = line; !rest.empty();) {
+      fields.push_back(parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma));
+      numbers = numbers && fields.back().number;
+    }
+    if (!numbers || fields.empty()) continue;
+    if (columns.empty()) columns.resize(fields.size());
+    if (columns.size() != fields.size()) continue;
+    for (std::size_t i = 0; i < fields.size(); ++i) columns[i].push_back(fields[i]);
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, double seconds) {
+  std::vector<Reading> readings;
+  const auto with_digits = std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.find_first_of("0123456789") != std::string::npos;
+  });
+  if (static_cast<std::size_t>(with_digits) < kLeastLines) return readings;
+  for (const CsvStyle& style : csv_styles(lines)) {
+    const auto columns = fields_of(lines, style);
+    std::string names;
+    std::string other;  // the same with another unit for what has none
+    std::string meaning;
+    std::string other_meaning;
+    bool certain = true;
+    bool measures = false;
+    for (const auto& column : columns) {
+      std::vector<double> values;
+      for (const CsvField& field : column) values.push_back(*field.number);
+      std::string name = csv_column_of(column.front());
+      if (name.empty()) name = column_by_growth(values, seconds);
+      std::string second = name;
+      if (name.empty() && measures) name = second = "-";
+      if (name.empty()) {
+        name = "force_N";
+        second = "depth_mm";
+        certain = false;
+      }
+      const bool measured = name.starts_with("force") || name.starts_with("depth");
+      measures = measures || measured;
+      const auto add = [](std::string& list, const std::string& item, const char* between) {
+        list += (list.empty() ? "" : between) + item;
+      };
+      add(names, name, ",");
+      add(other, second, ",");
+      const std::string value = shortest_decimal(values.back());
+      add(meaning, name + " = " + value, ", ");
+      add(other_meaning, second + " = " + value, ", ");
+    }
+    if (!measures) continue;
+    const std::string tail = "&separator=" + std::string(name_of_separator(style.separator)) +
+                             "&decimal=" + (style.decimal_comma ? "comma" : "point");
+    readings.push_back({.options = "protocol=csv&columns=" + names + tail, .meaning = meaning});
+    if (!certain) {
+      readings.push_back(
+          {.options = "protocol=csv&columns=" + other + tail, .meaning = other_meaning});
+    }
+    // Another style is another reading only where commas could be either.
+    const bool ambiguous = style == CsvStyle{',', false} && columns.size() == 2 &&
+                           columns[0].front().label.empty() && columns[1].front().unit.empty();
+    if (!ambiguous || readings.size() > 1) break;
+  }
+  if (readings.size() > 2) readings.resize(2);
+  return readings;
+}
+
+}  // namespace merkel

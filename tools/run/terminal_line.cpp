@@ -1,0 +1,99 @@
+#include "tools/run/terminal_line.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kUsualColumns = 80;
+constexpr std::size_t kBar = 10;
+
+/// Of a terminal; one less than it has, so that the cursor stays in the line.
+std::size_t columns_now() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return (known ? size.ws_col : kUsualColumns) - 1;
+}
+
+/// Columns that a text takes: UTF-8's continuation bytes take none.
+std::size_t width_of(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+  }));
+}
+
+std::string cut(std::string_view text, std::size_t columns) {
+  std::size_t width = 0;
+  std::size_t end = 0;
+  for (; end < text.size(); ++end) {
+    const bool begins = (static_cast<unsigned char>(text[end]) & 0xC0U) != 0x80U;
+    if (begins && ++width > columns) break;
+  }
+  return std::string(text.substr(0, end));
+}
+
+}  // namespace
+
+std::string fit_line(const std::vector<std::string>& fields, std::size_t columns) {
+  std::string line;
+  for (const std::string& field : fields) {
+    if (field.empty()) continue;
+    if (line.empty()) {
+      line = cut(field, columns);
+      continue;
+    }
+    if (width_of(line) + 2 + width_of(field) > columns) break;
+    line += "  " + field;
+  }
+  return line;
+}
+
+TerminalLine::TerminalLine() : on_terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+void TerminalLine::show(const std::vector<std::string>& fields) {
+  if (!on_terminal_) return;
+  shown_ = fit_line(fields, columns_now());
+  std::fprintf(stderr, "\r\033[K%s", shown_.c_str());
+  std::fflush(stderr);
+}
+
+void TerminalLine::say(const std::string& sentence) {
+  const bool line = on_terminal_ && !shown_.empty();
+  std::fprintf(stderr, "%s%s\n", line ? "\r\033[K" : "", sentence.c_str());
+  if (line) std::fputs(cut(shown_, columns_now()).c_str(), stderr);
+  std::fflush(stderr);
+}
+
+void TerminalLine::clear() {
+  if (shown_.empty()) return;
+  std::fputs("\r\033[K", stderr);
+  std::fflush(stderr);
+  shown_.clear();
+}
+
+std::string ReadingBar::text(const LiveReading& reading) {
+  std::array<char, 96> text{};
+  std::string line;
+  if (reading.force_N) {
+    std::snprintf(text.data(), text.size(), "%.3f N ", *reading.force_N);
+    line += text.data();
+  }
+  if (reading.depth_mm) {
+    std::snprintf(text.data(), text.size(), "%.2f mm ", *reading.depth_mm);
+    line += text.data();
+  }
+  if (line.empty()) return line;
+  const double value = std::max(reading.force_N.value_or(reading.depth_mm.value_or(0.0)), 0.0);
+  largest_ = std::max(largest_, value);
+  const double share = largest_ > 0.0 ? value / largest_ : 0.0;
+  const auto filled = static_cast<std::size_t>(std::lround(share * static_cast<double>(kBar)));
+  return line + "[" + std::string(filled, '#') + std::string(kBar - filled, ' ') + "]";
+}
+
+}  // namespace merkel

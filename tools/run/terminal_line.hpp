@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/records/tick_record.hpp"
+
+namespace merkel {
+
+/// The last line of a terminal, kept up to date while sentences scroll above it. Does nothing but
+/// print the sentences where stderr is no terminal. Thread: one.
+class TerminalLine {
+ public:
+  TerminalLine();
+  TerminalLine(const TerminalLine&) = delete;
+  TerminalLine& operator=(const TerminalLine&) = delete;
+  ~TerminalLine() { clear(); }
+
+  [[nodiscard]] bool on_terminal() const noexcept { return on_terminal_; }
+  /// Shows as many of the fields as fit, the first ones first.
+  void show(const std::vector<std::string>& fields);
+  /// Prints a whole line above.
+  void say(const std::string& sentence);
+  void clear();
+
+ private:
+  bool on_terminal_;
+  std::string shown_;
+};
+
+/// Fields joined by two blanks, as many as fit into `columns`; the first is cut if it must be.
+[[nodiscard]] std::string fit_line(const std::vector<std::string>& fields, std::size_t columns);
+
+/// What a probe reads just now.
+struct LiveReading {
+  std::optional<double> force_N;
+  std::optional<double> depth_mm;
+};
+
+/// "0.321 N 1.02 mm [####      ]": the bar is of the largest reading so far.
+class ReadingBar {
+ public:
+  [[nodiscard]] std::string text(const LiveReading& reading);
+
+ private:
+  double largest_ = 0.0;
+};
+
+}  // namespace merkel

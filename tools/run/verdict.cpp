@@ -1,0 +1,266 @@
+#include "tools/run/verdict.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "core/units.hpp"
+#include "tools/run/force_and_depth.hpp"
+
+namespace merkel {
+namespace {
+
+using Severity = Finding::Severity;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kMostFindings = 5;
+constexpr double kMuch = 0.01;        ///< share of ticks or samples that is worth a sentence
+constexpr double kLostTouch_s = 1.0;  ///< released for longer, for no outage: touch was lost
+constexpr double kLostTouch = 0.5;    ///< or for such a share of a short run
+
+[[gnu::format(printf, 1, 2)]] std::string sentence(const char* format, ...) {
+  std::array<char, 512> line{};
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(line.data(), line.size(), format, arguments);
+  va_end(arguments);
+  return line.data();
+}
+
+double share(std::uint64_t part, std::uint64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
+
+using Count = unsigned long long;
+
+Count number(std::uint64_t value) { return value; }
+
+class Judge {
+ public:
+  Judge(const RunReport& report, const TactileModel& model)
+      : report_(report), model_(model), tick_s_(units::s_from(model.parameters().tick)) {}
+
+  std::vector<Finding> findings() {
+    for (std::size_t i = 0; i < report_.probes.size(); ++i) {
+      judge_probe(report_.probes[i]);
+      judge_press(i);
+    }
+    judge_loop();
+    for (const RunReport::OfSink& sink : report_.sinks) judge_sink(sink);
+    std::stable_sort(findings_.begin(), findings_.end(), [](const Finding& a, const Finding& b) {
+      return a.severity != b.severity ? a.severity > b.severity : a.weight > b.weight;
+    });
+    if (findings_.size() > kMostFindings) findings_.resize(kMostFindings);
+    return std::move(findings_);
+  }
+
+ private:
+  void add(Severity severity, double weight, std::string what, std::string remedy) {
+    findings_.push_back({severity, weight, std::move(what), std::move(remedy)});
+  }
+
+  void judge_probe(const RunReport::OfProbe& probe) {
+    if (!probe.device && !probe.timing) return;  // a recording loses nothing
+    judge_touch(probe);
+    judge_samples(probe);
+    if (probe.device) judge_device(probe, *probe.device);
+  }
+
+  void judge_press(std::size_t i) {
+    const RunReport::OfProbe& probe = report_.probes[i];
+    const Press& press = model_.deepest()[i];
+    if (!press.touching()) return;
+    const Indenter& indenter = model_.parameters().indenters[i];
+    const Patch& patch = model_.parameters().patches[indenter.patch].patch;
+    if (press.x_mm < 0.0 || press.x_mm > patch.length_mm || press.y_mm < 0.0 ||
+        press.y_mm > patch.width_mm) {
+      add(Severity::kNote, 1.0,
+          sentence("%s pressed at (%.4g, %.4g) mm, outside the patch of %.4g x %.4g mm",
+                   probe.uri.c_str(), press.x_mm, press.y_mm, patch.length_mm, patch.width_mm),
+          "patch coordinates begin at the fingertip: set the stage's zero, or [probe] x_mm, y_mm");
+    }
+    const auto both = force_and_depth(probe, model_, i);
+    if (both && both->disagrees()) {
+      const bool by_force = indenter.control == Indenter::Control::kForce;
+      add(Severity::kNote, 0.5,
+          sentence("%s measured %.4g N at %.4g mm, where the model's skin gives %.4g N: %.2f times",
+                   probe.uri.c_str(), both->force_N, both->depth_mm, both->model_force_N,
+                   both->ratio()),
+          std::string(
+              "check the zero of its depth, [probe] radius_mm and the skin's moduli; its ") +
+              (by_force ? "force" : "depth") + " drives the model ([probe] control)");
+    }
+  }
+
+  void judge_touch(const RunReport::OfProbe& probe) {
+    const double released_s = static_cast<double>(probe.counts.released_ticks) * tick_s_;
+    const double outage_s = probe.device ? units::s_from(probe.device->outage) : 0.0;
+    const double run_s = static_cast<double>(report_.ticks) * tick_s_;
+    if (probe.device && probe.device->outages > 0) {
+      add(Severity::kLoss, outage_s / std::max(run_s, outage_s),
+          sentence("%s was unplugged %llu times, for %.3g s in all", probe.uri.c_str(),
+                   number(probe.device->outages), outage_s),
+          "check its cable and plug");
+    }
+    const double lost_s = released_s - outage_s;
+    const double weight = run_s > 0.0 ? lost_s / run_s : 0.0;
+    if (lost_s > kLostTouch_s || (released_s > 0.0 && weight > kLostTouch)) {
+      add(Severity::kFailure, weight,
+          sentence("touch was lost for %.3g s of %.3g: no sample of %s came in time for so long",
+                   lost_s, run_s, probe.uri.c_str()),
+          "keep it streaming, and see whether the lines on its clock and delay name a cause");
+    }
+  }
+
+  void judge_samples(const RunReport::OfProbe& probe) {
+    const double held = share(probe.counts.held_ticks, report_.ticks);
+    if (held > kMuch) {
+      const auto needed = probe.timing ? probe.timing->delay : nanoseconds{0};
+      const double period_ms = probe.timing ? units::ms_from(probe.timing->period) : 0.0;
+      const std::string what =
+          sentence("%.0f %% of ticks held the last sample of %s, which sends every %.3g ms",
+                   100.0 * held, probe.uri.c_str(), period_ms);
+      add(Severity::kLoss, held, what,
+          report_.delay < needed
+              ? sentence("set [probe] delay_ms = %.0f, or leave it out: then it is measured",
+                         std::ceil(units::ms_from(needed)))
+              : std::string("its samples come irregularly: set a larger [probe] delay_ms, or check "
+                            "what else keeps this machine busy"));
+    }
+    const double late = share(probe.counts.late, probe.samples_in);
+    if (late > kMuch) {
+      add(Severity::kLoss, late,
+          sentence("%.0f %% of the samples of %s came after their time had been simulated",
+                   100.0 * late, probe.uri.c_str()),
+          "set a larger [probe] delay_ms, or leave it out: then it is measured");
+    }
+    if (probe.dropped > 0) {
+      add(Severity::kLoss, share(probe.dropped, probe.samples_in),
+          sentence("%llu samples of %s were dropped: the simulation did not keep up",
+                   number(probe.dropped), probe.uri.c_str()),
+          "simulate less: see merkel plan");
+    }
+  }
+
+  void judge_device(const RunReport::OfProbe& probe, const DeviceCounts& device) {
+    const std::uint64_t wrong = device.lost + device.damaged + device.refused;
+    if (wrong > 0) {
+      add(Severity::kLoss, share(wrong, device.readings + wrong),
+          sentence("%s lost %llu readings on the way, %llu were damaged and %llu impossible",
+                   probe.uri.c_str(), number(device.lost), number(device.damaged),
+                   number(device.refused)),
+          "check its baud rate, cable and units");
+    }
+    if (device.clock_mistrusted) {
+      add(Severity::kLoss, 0.0,
+          sentence("the clock of %s runs at %.4g times the rate of this machine's, so samples got "
+                   "their arrival times",
+                   probe.uri.c_str(), device.clock_rate),
+          "check the unit of its times (time_s, time_ms or time_us), or set clock=arrival");
+    }
+    if (device.saturated > 0) {
+      add(Severity::kNote, share(device.saturated, device.readings),
+          sentence("%llu readings of %s stand at the end of its range", number(device.saturated),
+                   probe.uri.c_str()),
+          "press less, or use a sensor of a larger range");
+    }
+  }
+
+  void judge_loop() {
+    const std::uint64_t all = report_.ticks + report_.skipped_ticks;
+    if (report_.skipped_ticks > 0) {
+      const double skipped = share(report_.skipped_ticks, all);
+      add(skipped > kMuch ? Severity::kFailure : Severity::kLoss, skipped,
+          sentence("%llu of %llu ticks were skipped: the simulation fell behind",
+                   number(report_.skipped_ticks), number(all)),
+          "simulate less (merkel plan), or see what merkel doctor says of this machine");
+    }
+    if (report_.demotions > 0) {
+      add(Severity::kLoss, 0.0,
+          "the simulation was demoted to SCHED_OTHER: it had left no time to other programs",
+          "simulate less, or with fewer threads");
+    }
+    if (report_.overruns > 0) {
+      add(Severity::kLoss, share(report_.overruns, all),
+          sentence("%llu ticks ended late, the longest by %.3g ms", number(report_.overruns),
+                   1e-6 * static_cast<double>(report_.longest_overrun_ns)),
+          report_.overruns_by_late_wake_up > report_.overruns_by_long_compute
+              ? "this machine woke it up late: merkel doctor names the causes"
+              : "the model takes longer than a tick: see merkel plan");
+    }
+  }
+
+  void judge_sink(const RunReport::OfSink& sink) {
+    if (!sink.trouble.empty()) {
+      add(Severity::kFailure, 1.0,
+          sentence("%s failed: %s", sink.uri.c_str(), sink.trouble.c_str()),
+          "its spikes up to then are whole");
+      return;
+    }
+    const std::uint64_t missing = sink.dropped + sink.lost();
+    if (missing > 0) {
+      add(Severity::kLoss, share(missing, sink.spikes_in),
+          sentence("%llu of %llu spikes did not reach %s", number(missing), number(sink.spikes_in),
+                   sink.uri.c_str()),
+          "read them faster, or record a session (xdf:FILE) beside it");
+    }
+  }
+
+  const RunReport& report_;
+  const TactileModel& model_;
+  double tick_s_;
+  std::vector<Finding> findings_;
+};
+
+std::string_view name_of(Severity severity) {
+  switch (severity) {
+    case Severity::kNote:
+      return "note";
+    case Severity::kLoss:
+      return "loss";
+    case Severity::kFailure:
+      return "failure";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& model) {
+  return Judge(report, model).findings();
+}
+
+std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
+  if (findings.empty()) {
+    return sentence("verdict: all went well: every sample was used and all %llu spikes delivered\n",
+                    number(report.spikes));
+  }
+  std::string text = "verdict:\n";
+  for (const Finding& finding : findings) {
+    text += "  " + finding.sentence + ". Remedy: " + finding.remedy + ".\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json verdict_json(const std::vector<Finding>& findings) {
+  auto list = nlohmann::ordered_json::array();
+  for (const Finding& finding : findings) {
+    list.push_back({{"severity", name_of(finding.severity)},
+                    {"finding", finding.sentence},
+                    {"remedy", finding.remedy}});
+  }
+  return list;
+}
+
+bool failed(const std::vector<Finding>& findings, bool strict) {
+  return std::any_of(findings.begin(), findings.end(), [strict](const Finding& finding) {
+    return finding.severity == Severity::kFailure ||
+           (strict && finding.severity == Severity::kLoss);
+  });
+}
+
+}  // namespace merkel
