@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -13,6 +14,13 @@
 #include "drivers/raw_frame.hpp"
 
 namespace merkel {
+
+/// What the times of files are counted from: with devices the start of the run; of a recording, the
+/// zero of its own times.
+struct RunOrigin {
+  std::chrono::nanoseconds start{0};  ///< in probe time
+  std::chrono::nanoseconds utc{0};    ///< the same instant since 1970-01-01; 0: not known
+};
 
 /// Why a sink takes no more spikes.
 struct SinkError {
@@ -40,6 +48,10 @@ class SpikeSink {
 
   /// The URI it was opened with. Thread: any.
   [[nodiscard]] virtual const std::string& uri() const noexcept = 0;
+
+  /// Receives the run's origin once, before anything is written. Errors as of write(). Thread:
+  /// consumer.
+  [[nodiscard]] virtual Expected<void, SinkError> begin(const RunOrigin& /*origin*/) { return {}; }
 
   /// Takes spikes in order of time, ties by patch and neuron. After an error the sink is closed
   /// and takes no more. Thread: consumer.
@@ -72,11 +84,15 @@ class SpikeSink {
     return {};
   }
 
-  /// Hands on whatever is still buffered. Thread: consumer.
+  /// Hands on whatever is still buffered; called five times a second. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> flush() { return {}; }
 
   /// Ends well: flushes, completes the format, gives a file its final name. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> close() = 0;
+
+  /// Makes every call that waits for somebody else (a pipe's reader, a subscriber) fail at once, so
+  /// that the program can end. Thread: any, while another call blocks.
+  virtual void give_up() noexcept {}
 
   /// How many of the spikes written so far are known to have arrived. Thread: consumer.
   [[nodiscard]] virtual std::uint64_t delivered() const noexcept = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/units.hpp"
+#include "drivers/clock/clock_pair.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/input/frame_tap.hpp"
@@ -13,6 +14,7 @@
 #include "realtime/input/probe_reader.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "realtime/output/sink_writer.hpp"
+#include "realtime/threads/processor_share.hpp"
 #include "realtime/threads/thread_rights.hpp"
 
 namespace merkel {
@@ -299,6 +301,11 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     }
     const nanoseconds now = clock.now();
     report.start = all_replayed ? earliest : std::max(latest, now - delay - kMostBehind);
+    // Recordings keep the zero of their own times; with devices, the run's start is the zero.
+    const ClockPair clocks = read_clock_pair();
+    const nanoseconds zero = all_replayed ? nanoseconds{0} : report.start;
+    const nanoseconds zero_on_host = all_replayed ? clocks.monotonic - report.start : report.start;
+    origin_.set({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)});
     FixedStepLoop<C> loop({.start = report.start,
                            .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                            .delay = delay,
@@ -330,11 +337,16 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     if (parameters_.on_missing_right) parameters_.on_missing_right(sentence);
   }
   nanoseconds told = wall_start;
+  ProcessorShare share;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
     report_sink_failures();
     std::this_thread::sleep_for(milliseconds{parameters_.fast ? 1 : 20});
     const nanoseconds now = PeriodicClock::now();
+    if (kHostTime && !done.load(std::memory_order_acquire) && host.rights.fifo &&
+        share.too_large(now, processor_time(simulation.native_handle()))) {
+      demote_raised_threads();
+    }
     if (parameters_.on_progress && now - told >= kProgressEvery) {
       told = now;
       parameters_.on_progress({.probes = readings(),
@@ -369,10 +381,11 @@ Expected<RunReport, SetupError> Pipeline::run() {
         *line->sink, SinkWriter::Sources{.channel = line->channel,
                                          .taps = line->taps,
                                          .frames = line->frames,
-                                         .status = [this] { return status(); }});
+                                         .status = [this] { return status(); },
+                                         .origin = &origin_});
   }
   if (parameters_.fast) {
-    VirtualClock clock;
+    VirtualClock clock(stop_);
     run_loop(clock, report);
   } else {
     PeriodicClock clock({.wait = parameters_.wait,
@@ -410,8 +423,26 @@ void Pipeline::finish(RunReport& report) {
   report.delay = nanoseconds{delay_ns_.load()};
   report.simulated =
       static_cast<std::int64_t>(report.ticks + report.skipped_ticks) * model_.parameters().tick;
+  finish_sinks(report);
+}
+
+void Pipeline::finish_sinks(RunReport& report) {
+  // All end at the same time; who waits for somebody else has until the deadline.
+  for (const auto& line : sinks_) line->writer->end(report.trouble.empty());
+  const nanoseconds deadline = PeriodicClock::now() + parameters_.ending_patience;
+  const auto all_done = [this] {
+    return std::all_of(sinks_.begin(), sinks_.end(),
+                       [](const auto& line) { return line->writer->done(); });
+  };
+  while (!all_done() && PeriodicClock::now() < deadline &&
+         !hurry_.load(std::memory_order_relaxed)) {
+    std::this_thread::sleep_for(milliseconds{1});
+  }
   for (const auto& line : sinks_) {
-    const SinkWriter::Outcome outcome = line->writer->finish(report.trouble.empty());
+    if (!line->writer->done()) line->writer->give_up();
+  }
+  for (const auto& line : sinks_) {
+    const SinkWriter::Outcome outcome = line->writer->finish();
     report.sinks.push_back({.uri = line->sink->uri(),
                             .spikes_in = report.spikes,
                             .dropped = line->channel.dropped.value(),

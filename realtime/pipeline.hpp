@@ -20,6 +20,7 @@
 #include "realtime/loop/latency_histogram.hpp"
 #include "realtime/loop/loop_statistics.hpp"
 #include "realtime/loop/tick_timing.hpp"
+#include "realtime/output/sink_writer.hpp"
 #include "realtime/output/spike_fanout.hpp"
 #include "realtime/threads/thread_setup.hpp"
 
@@ -126,6 +127,8 @@ class Pipeline {
     /// Called on the thread that runs with each right that the host refused.
     std::function<void(const std::string&)> on_missing_right;
     std::function<void(const std::string&)> on_notice;  ///< likewise: what a device's driver says
+    /// How long a sink may take to write what is left once the run is over; then it is given up.
+    std::chrono::milliseconds ending_patience{5000};
   };
 
   /// \param model  borrowed; its spikes and contacts can be read after run()
@@ -145,6 +148,12 @@ class Pipeline {
 
   /// Ends the run within a tick. Safe to call from any thread or a signal handler.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+  /// The same, and no sink waits for somebody else any more: files are finished, a pipe that nobody
+  /// reads and subscribers that are behind are given up. Safe to call from a signal handler.
+  void request_stop_now() noexcept {
+    hurry_.store(true, std::memory_order_relaxed);
+    request_stop();
+  }
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept { return statistics_; }
   /// Everything counted so far. Thread: any, once it runs.
@@ -167,6 +176,7 @@ class Pipeline {
   void add_frame_taps();
   void report_sink_failures();
   void finish(RunReport& report);
+  void finish_sinks(RunReport& report);
 
   TactileModel& model_;
   Parameters parameters_;
@@ -180,6 +190,8 @@ class Pipeline {
   BoundedQueue<LoopEvent> events_;
   std::atomic<std::int64_t> delay_ns_{0};
   std::atomic<bool> stop_{false};
+  std::atomic<bool> hurry_{false};
+  SharedOrigin origin_;
 };
 
 }  // namespace merkel

@@ -1,11 +1,33 @@
+#include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <exception>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include "tools/command_line.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
 
+namespace {
+
+/// Takes the places of the standard streams where they are closed: else a file or a device that is
+/// opened later gets one of them, and the messages to the user with it. What is written to such a
+/// place fails.
+void open_standard_streams() {
+  for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
+    if (::fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
+    if (::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) != descriptor) {
+      std::_Exit(1);
+    }
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  open_standard_streams();
   // A reader that goes away is an error of one sink, not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
   // So is a file that has reached the user's limit.

@@ -1,46 +1,46 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/files/output_file.hpp"
 
 namespace merkel {
 
-/// A growing one-dimensional NumPy file. Its header tells of the values written by the last flush,
-/// so that a reader finds whole values whenever it looks.
+/// A growing NumPy file of one or two dimensions. Its header counts the values written by the last
+/// flush, so that NAME.part is a whole file whenever a reader looks.
 class NpyFile {
  public:
-  /// \param type  NumPy's name of it: "<i8" or "<i4"
+  /// \param type     NumPy's name of it: "<i8", "<i4" or "<f8"
+  /// \param columns  0: one dimension; else values of a row
   [[nodiscard]] static Expected<NpyFile, SetupError> create(const std::string& path,
-                                                            std::string_view type, bool overwrite);
-  NpyFile(NpyFile&& other) noexcept;
-  NpyFile& operator=(NpyFile&&) = delete;
-  NpyFile(const NpyFile&) = delete;
-  NpyFile& operator=(const NpyFile&) = delete;
-  ~NpyFile();
+                                                            std::string_view type, bool overwrite,
+                                                            std::size_t columns = 0);
 
-  /// Buffers a value; a value that the type cannot hold is cut.
+  /// Buffers a whole number; what the type cannot hold is cut. For "<i8" and "<i4".
   void append(std::int64_t value);
+  /// Buffers a number. For "<f8".
+  void append(double value);
   /// Writes the buffered values, then the header. False after an error.
   [[nodiscard]] bool flush();
+  /// Flushes and gives the file its name. False after an error.
+  [[nodiscard]] bool close();
   /// "cannot write NAME: No space left on device; …", after a false.
-  [[nodiscard]] const std::string& error() const noexcept { return error_; }
+  [[nodiscard]] const std::string& error() const noexcept { return file_.error(); }
   [[nodiscard]] std::uint64_t values() const noexcept { return values_; }
 
  private:
-  NpyFile(std::string path, std::string_view type, int descriptor);
-  bool write_at(std::uint64_t place, std::string_view bytes);
+  NpyFile(OutputFile file, std::string_view type, std::size_t columns);
 
-  std::string path_;
+  OutputFile file_;
   std::string type_;
-  int descriptor_;
+  std::size_t columns_;
   std::size_t value_bytes_;
   std::string buffer_;
   std::uint64_t values_ = 0;  ///< in the file
-  std::string error_;
 };
 
 }  // namespace merkel

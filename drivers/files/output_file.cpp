@@ -1,24 +1,35 @@
 #include "drivers/files/output_file.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "drivers/files/file_rename.hpp"
+#include "drivers/files/owned_descriptor.hpp"
+
 namespace merkel {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 16U;
+using std::chrono::steady_clock;
 
-/// Whether something that is not a regular file is at the path.
-bool is_special(const std::string& path) {
-  struct stat status {};
-  return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+constexpr std::size_t kBufferBytes = std::size_t{1} << 16U;
+constexpr std::chrono::seconds kReaderPatience{10};
+constexpr std::chrono::milliseconds kLook{20};
+
+std::string cannot_write(const std::string& path, int error_number) {
+  return "cannot write " + path + ": " + std::strerror(error_number);
 }
 
 bool exists(const std::string& path) {
@@ -26,50 +37,140 @@ bool exists(const std::string& path) {
   return ::lstat(path.c_str(), &status) == 0;
 }
 
-}  // namespace
-
-Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, bool overwrite) {
-  if (path.empty()) return bad_input("the name of the file to write is empty");
-  if (path == "-") return OutputFile("standard output", "", ::dup(STDOUT_FILENO));
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode)) {
-    return bad_input("cannot write " + path + ": it is a directory; name a file in it");
-  }
-  if (is_special(path)) {
-    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (descriptor < 0) {
-      return bad_input("cannot write " + path + ": " + std::strerror(errno));
-    }
-    return OutputFile(path, "", descriptor);
-  }
-  const std::string part = path + ".part";
-  for (const std::string& name : {path, part}) {
-    if (!overwrite && exists(name)) {
-      return bad_input(name + " exists already: give --overwrite, or another name");
-    }
-  }
-  const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | (overwrite ? 0 : O_EXCL);
-  const int descriptor = ::open(part.c_str(), flags, 0666);
-  if (descriptor < 0) {
-    const bool no_folder = errno == ENOENT;
-    return bad_input("cannot write " + path + ": " + std::strerror(errno) +
-                     (no_folder ? "; make its folder first" : ""));
-  }
-  // Two writers of one file would spoil it; a file system without locks cannot tell.
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(descriptor);
-    return bad_input("cannot write " + path +
-                     ": another sink or another merkel is writing it; give another name");
-  }
-  if (::ftruncate(descriptor, 0) != 0) {
-    ::close(descriptor);
-    return bad_input("cannot write " + path + ": " + std::strerror(errno));
-  }
-  return OutputFile(path, part, descriptor);
+/// Whether the locked file is still the one of that name, alone under it, and regular.
+bool is_still(int descriptor, const std::string& name) {
+  struct stat open_file {};
+  struct stat named {};
+  return ::fstat(descriptor, &open_file) == 0 && ::lstat(name.c_str(), &named) == 0 &&
+         open_file.st_ino == named.st_ino && open_file.st_dev == named.st_dev &&
+         S_ISREG(named.st_mode) && open_file.st_nlink == 1;
 }
 
-OutputFile::OutputFile(std::string path, std::string part, int descriptor)
-    : path_(std::move(path)), part_(std::move(part)), descriptor_(descriptor) {
+Unexpected<SetupError> in_use(const std::string& path) {
+  return bad_input("cannot write " + path +
+                   ": another sink or another merkel is writing it; give another name");
+}
+
+/// Keeps what a killed run has left in `part` under a name of its own. Does nothing where there is
+/// nothing; fails where another program still writes it. \return that name
+Expected<std::string, SetupError> recover(const std::string& path, const std::string& part,
+                                          const OutputFile::Notice& notice) {
+  const OwnedDescriptor file(::open(part.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (file.get() < 0 && errno == ENOENT) return std::string();
+  if (file.get() < 0) return bad_input(cannot_write(part, errno) + "; give another name");
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return in_use(path);
+  if (!is_still(file.get(), part)) {
+    return bad_input(part + " is not a file that merkel writes: remove it, or give another name");
+  }
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0) return bad_input(cannot_write(part, errno));
+  if (status.st_size == 0) {
+    if (::unlink(part.c_str()) == 0) return std::string();
+    return bad_input(cannot_write(part, errno));
+  }
+  const auto last_written = std::chrono::system_clock::from_time_t(status.st_mtim.tv_sec);
+  for (int number = 1; number < 100; ++number) {
+    const std::string free = recovered_name(path, last_written, number);
+    const int error = rename_without_replacing(part, free);
+    if (error == EEXIST) continue;
+    if (error != 0) return bad_input("cannot rename " + part + ": " + std::strerror(error));
+    if (notice) notice("a run that was killed has left " + part + ": it is kept as " + free);
+    return free;
+  }
+  return bad_input(part + " was left by a run that was killed: rename it, or give another name");
+}
+
+}  // namespace
+
+std::string recover_file(const std::string& path, const OutputFile::Notice& notice) {
+  const std::string part = path + ".part";
+  {
+    const OwnedDescriptor file(
+        ::open(part.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    struct stat status {};
+    const bool mine = file.get() >= 0 && ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 &&
+                      is_still(file.get(), part) && ::fstat(file.get(), &status) == 0;
+    if (!mine) return {};
+    if (status.st_size > 0 && rename_without_replacing(part, path) == 0) {
+      static_cast<void>(sync_directory_of(path));
+      if (notice) notice("a run that was killed has left " + part + ": it is now " + path);
+      return path;
+    }
+  }
+  return recover(path, part, notice).value_or("");
+}
+
+std::string recovered_name(const std::string& path,
+                           std::chrono::system_clock::time_point last_written, int number) {
+  const std::time_t time = std::chrono::system_clock::to_time_t(last_written);
+  std::tm utc{};
+  ::gmtime_r(&time, &utc);
+  std::array<char, 40> stamp{};
+  std::strftime(stamp.data(), stamp.size(), ".recovered-%Y%m%dT%H%M%S", &utc);
+  const auto name = path.rfind('/') == std::string::npos ? 0 : path.rfind('/') + 1;
+  const auto dot = path.rfind('.');
+  const auto end = dot == std::string::npos || dot <= name ? path.size() : dot;
+  return path.substr(0, end) + stamp.data() + (number > 1 ? "-" + std::to_string(number) : "") +
+         path.substr(end);
+}
+
+Expected<OutputFile, SetupError> OutputFile::create_special(const std::string& path) {
+  const auto deadline = steady_clock::now() + kReaderPatience;
+  for (;;) {
+    // A FIFO that no program reads refuses to be opened without waiting.
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (descriptor >= 0) return OutputFile(path, "", descriptor, false);
+    if (errno != ENXIO) return bad_input(cannot_write(path, errno));
+    if (steady_clock::now() > deadline) {
+      return bad_input(cannot_write(path, ENXIO) + ": no program reads this pipe; start its " +
+                       "reader, then run again");
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
+Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, bool overwrite,
+                                                    const Notice& notice) {
+  if (path.empty()) return bad_input("the name of the file to write is empty");
+  if (path == "-") {
+    const int copy = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
+    if (copy < 0) return bad_input(cannot_write("standard output", errno));
+    return OutputFile("standard output", "", copy, false);
+  }
+  struct stat status {};
+  const bool there = ::stat(path.c_str(), &status) == 0;
+  if (there && S_ISDIR(status.st_mode)) {
+    return bad_input("cannot write " + path + ": it is a directory; name a file in it");
+  }
+  if (there && !S_ISREG(status.st_mode)) return create_special(path);
+  if (!overwrite && exists(path)) {
+    return bad_input(path + " exists already: give --overwrite, or another name");
+  }
+  const std::string part = path + ".part";
+  const auto recovered = recover(path, part, notice);
+  if (!recovered) return Unexpected<SetupError>(recovered.error());
+  OwnedDescriptor file(
+      ::open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
+  if (file.get() < 0) {
+    if (errno == EEXIST) return in_use(path);
+    return bad_input(cannot_write(path, errno) +
+                     (errno == ENOENT ? "; make its folder first" : ""));
+  }
+  // Two writers of one file would spoil it; a file system without locks cannot tell.
+  if ((::flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) ||
+      !is_still(file.get(), part)) {
+    return in_use(path);
+  }
+  OutputFile output(path, part, file.release(), overwrite);
+  output.recovered_ = *recovered;
+  return output;
+}
+
+OutputFile::OutputFile(std::string path, std::string part, int descriptor, bool overwrite)
+    : path_(std::move(path)),
+      part_(std::move(part)),
+      descriptor_(descriptor),
+      overwrite_(overwrite) {
   buffer_.reserve(kBufferBytes + 4096);
 }
 
@@ -77,64 +178,123 @@ OutputFile::OutputFile(OutputFile&& other) noexcept
     : path_(std::move(other.path_)),
       part_(std::move(other.part_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
+      overwrite_(other.overwrite_),
+      recovered_(std::move(other.recovered_)),
       buffer_(std::move(other.buffer_)),
       written_bytes_(other.written_bytes_),
       header_bytes_(other.header_bytes_),
+      last_flush_(other.last_flush_),
+      given_up_(std::move(other.given_up_)),
       error_(std::move(other.error_)) {}
 
 OutputFile::~OutputFile() {
   if (descriptor_ < 0) return;
   const bool header_only = written_bytes_ + buffer_.size() <= header_bytes_;
   static_cast<void>(flush());
-  if (header_only && !part_.empty()) ::unlink(part_.c_str());
+  if (header_only && !part_.empty() && is_still(descriptor_, part_)) ::unlink(part_.c_str());
   ::close(descriptor_);
 }
 
-bool OutputFile::fail(int error_number, std::string_view mend) {
+bool OutputFile::fail(int error_number, std::string_view remedy) {
   if (error_.empty()) {
-    error_ = "cannot write " + path_ + ": " + std::strerror(error_number) + "; " +
-             std::string(mend) + (part_.empty() ? "" : "; what was written before is in " + part_);
+    error_ = cannot_write(path_, error_number) + "; " + std::string(remedy) +
+             (part_.empty() ? "" : "; what was written before is in " + part_);
   }
   return false;
 }
 
 bool OutputFile::write(std::string_view bytes) {
   buffer_.append(bytes);
-  return buffer_.size() < kBufferBytes ? error_.empty() : flush();
+  return buffer_.size() < kBufferBytes ? flush_if_due() : flush();
 }
 
-bool OutputFile::flush() {
+bool OutputFile::flush_if_due() {
   if (!error_.empty()) return false;
-  const std::uint64_t whole_bytes = written_bytes_;
-  std::size_t done = 0;
+  return steady_clock::now() - last_flush_ < kFlushAfter || flush();
+}
+
+bool OutputFile::wait_for_room() {
+  while (!given_up_->load(std::memory_order_relaxed)) {
+    pollfd room{.fd = descriptor_, .events = POLLOUT, .revents = 0};
+    if (::poll(&room, 1, static_cast<int>(kLook.count())) != 0) return true;
+  }
+  return fail(ETIMEDOUT, "its reader does not read on; read it, then run again");
+}
+
+bool OutputFile::write_out(std::size_t& done) {
   while (done < buffer_.size()) {
-    const auto wrote = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
-    if (wrote < 0 && errno == EINTR) continue;
+    std::size_t count = buffer_.size() - done;
+    if (part_.empty()) {
+      if (!wait_for_room()) return false;
+      count = std::min<std::size_t>(count, PIPE_BUF);  // a pipe with room takes so much at once
+    }
+    const auto wrote = ::write(descriptor_, buffer_.data() + done, count);
+    if (wrote < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (wrote < 0) {
-      const int error_number = errno;
-      // Half a row is worse than none: take back what this flush has written.
-      if (!part_.empty() && ::ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) == 0) {
-        written_bytes_ = whole_bytes;
-      }
-      return fail(error_number, error_number == ENOSPC ? "free some space and run again"
-                                : error_number == EFBIG
-                                    ? "raise the limit (ulimit -f) and run again"
-                                    : "check the device and run again");
+      return fail(errno, errno == ENOSPC  ? "free some space and run again"
+                         : errno == EFBIG ? "raise the limit (ulimit -f) and run again"
+                                          : "check the device and run again");
     }
     done += static_cast<std::size_t>(wrote);
     written_bytes_ += static_cast<std::uint64_t>(wrote);
+  }
+  return true;
+}
+
+bool OutputFile::flush() {
+  last_flush_ = steady_clock::now();
+  if (!error_.empty()) return false;
+  const std::uint64_t whole_bytes = written_bytes_;
+  std::size_t done = 0;
+  if (!write_out(done)) {
+    // Half a row is worse than none: take back what this flush has written.
+    if (!part_.empty() && ::ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) == 0) {
+      written_bytes_ = whole_bytes;
+    }
+    return false;
   }
   buffer_.clear();
   return true;
 }
 
-bool OutputFile::close() {
+bool OutputFile::rewrite(std::uint64_t place, std::string_view bytes) {
   if (!flush()) return false;
-  if (::close(std::exchange(descriptor_, -1)) != 0) return fail(errno, "check the device");
-  if (!part_.empty() && std::rename(part_.c_str(), path_.c_str()) != 0) {
-    return fail(errno, "rename it by hand");
+  while (!bytes.empty()) {
+    const auto wrote = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(place));
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0) return fail(errno, "check the disk and run again");
+    bytes.remove_prefix(static_cast<std::size_t>(wrote));
+    place += static_cast<std::uint64_t>(wrote);
   }
   return true;
+}
+
+bool OutputFile::publish() {
+  if (::fsync(descriptor_) != 0 && errno != EINVAL) return fail(errno, "check the disk");
+  // Somebody has renamed or replaced the file that was being written: leave both alone.
+  if (!is_still(descriptor_, part_)) return fail(ESTALE, "its .part was moved away");
+  const int error = overwrite_ ? (std::rename(part_.c_str(), path_.c_str()) == 0 ? 0 : errno)
+                               : rename_without_replacing(part_, path_);
+  if (error == EEXIST) return fail(error, "it was made while the run wrote, and is not replaced");
+  if (error != 0) return fail(error, "rename it by hand");
+  part_.clear();
+  const int unsafe = sync_directory_of(path_);
+  return unsafe == 0 || fail(unsafe, "a power cut may still lose its name");
+}
+
+bool OutputFile::close() {
+  if (!flush()) return false;
+  if (!part_.empty() && !publish()) return false;
+  if (::close(std::exchange(descriptor_, -1)) != 0) return fail(errno, "check the device");
+  return true;
+}
+
+void OutputFile::remove() noexcept {
+  if (descriptor_ < 0 || part_.empty()) return;
+  if (is_still(descriptor_, part_)) ::unlink(part_.c_str());
+  buffer_.clear();
+  part_.clear();
+  ::close(std::exchange(descriptor_, -1));
 }
 
 }  // namespace merkel

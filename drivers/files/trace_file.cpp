@@ -162,27 +162,43 @@ Expected<std::size_t, SetupError> TraceReader::read(std::span<ProbeSample> sampl
   return count;
 }
 
-TraceWriter::TraceWriter(OutputFile file, std::uint32_t channels)
-    : file_(std::move(file)), channels_(channels) {}
+TraceWriter::TraceWriter(OutputFile file, std::uint32_t channels, std::string head)
+    : file_(std::move(file)), channels_(channels), head_(std::move(head)) {}
+
+Expected<void, SetupError> TraceWriter::result_of(bool succeeded) const {
+  if (!succeeded) return unavailable(file_.error());
+  return {};
+}
 
 Expected<TraceWriter, SetupError> TraceWriter::create(const std::string& path,
                                                       std::uint32_t channels,
                                                       std::span<const std::string> comment,
-                                                      bool overwrite) {
-  auto file = OutputFile::create(path, overwrite);
+                                                      bool overwrite,
+                                                      const OutputFile::Notice& notice) {
+  auto file = OutputFile::create(path, overwrite, notice);
   if (!file) return Unexpected<SetupError>(file.error());
-  TraceWriter writer(std::move(*file), channels);
   std::string head;
+  for (const std::string& line : comment) head += "# " + line + "\n";
+  return TraceWriter(std::move(*file), channels, std::move(head));
+}
+
+Expected<void, SetupError> TraceWriter::write_header(std::span<const std::string> comment) {
+  std::string head = std::exchange(head_, {});
   for (const std::string& line : comment) head += "# " + line + "\n";
   head += kColumnNames[0];
   for (std::size_t i = 1; i < kColumnNames.size(); ++i) {
-    if ((channels & kColumnChannels[i]) != 0U) head += "," + kColumnNames[i];
+    if ((channels_ & kColumnChannels[i]) != 0U) head += "," + kColumnNames[i];
   }
-  if (!writer.file_.write(head + "\n")) return unavailable(writer.file_.error());
-  return writer;
+  header_written_ = true;
+  const bool written = file_.write(head + "\n");
+  file_.end_header();
+  return result_of(written);
 }
 
 Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> samples) {
+  if (!header_written_) {
+    if (auto head = write_header({}); !head) return head;
+  }
   std::string rows;
   for (const ProbeSample& sample : samples) {
     if (sample.valid_for != valid_for_) {
@@ -201,13 +217,16 @@ Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> sampl
     append(ProbeSample::kY, sample.y_mm);
     rows += '\n';
   }
-  if (!file_.write(rows)) return unavailable(file_.error());
-  return {};
+  return result_of(file_.write(rows));
 }
 
+Expected<void, SetupError> TraceWriter::flush() { return result_of(file_.flush()); }
+
 Expected<void, SetupError> TraceWriter::close() {
-  if (!file_.close()) return unavailable(file_.error());
-  return {};
+  if (!header_written_) {
+    if (auto head = write_header({}); !head) return head;
+  }
+  return result_of(file_.close());
 }
 
 }  // namespace merkel

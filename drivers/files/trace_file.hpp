@@ -52,21 +52,32 @@ class TraceReader {
 /// Writes a trace that TraceReader reads back to the same samples, bit for bit.
 class TraceWriter {
  public:
-  /// Refuses an existing file unless `overwrite`.
+  /// Errors as of OutputFile::create().
   /// \param comment  lines for the head of the file, each without its '#'
   [[nodiscard]] static Expected<TraceWriter, SetupError> create(
       const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
-      bool overwrite);
+      bool overwrite, const OutputFile::Notice& notice = {});
 
+  /// Completes the head: further comment lines, then the names of the columns. write() does so by
+  /// itself where it was not called.
+  [[nodiscard]] Expected<void, SetupError> write_header(std::span<const std::string> comment);
   [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples);
+  /// Writes out what is buffered. Rows are written out within 200 ms where this or write() is
+  /// called ten times a second.
+  [[nodiscard]] Expected<void, SetupError> flush();
   /// Flushes and gives the file its name.
   [[nodiscard]] Expected<void, SetupError> close();
+  /// As OutputFile::give_up(). Thread: any.
+  void give_up() noexcept { file_.give_up(); }
 
  private:
-  explicit TraceWriter(OutputFile file, std::uint32_t channels);
+  TraceWriter(OutputFile file, std::uint32_t channels, std::string head);
+  Expected<void, SetupError> result_of(bool succeeded) const;
   OutputFile file_;
   std::uint32_t channels_;
   std::chrono::nanoseconds valid_for_{0};
+  std::string head_;  ///< not yet written
+  bool header_written_ = false;
 };
 
 }  // namespace merkel

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
+#include <chrono>
 #include <cstring>
 
 #include <pugixml.hpp>
@@ -195,6 +197,45 @@ Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
     }
     if (!chunk.empty()) return true;
   }
+}
+
+namespace {
+
+std::chrono::nanoseconds time_fact(const SessionReader& session, std::string_view name) {
+  const std::string text = session.fact(name);
+  std::int64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return std::chrono::nanoseconds{value};
+}
+
+/// The time before which a session has no tick and no sample.
+Expected<std::chrono::nanoseconds, SetupError> first_time(SessionReader& session) {
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session.next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) return std::chrono::nanoseconds{0};
+    if (!chunk.ticks.empty()) return chunk.ticks.front().time - time_fact(session, "tick_ns");
+    if (!chunk.samples.empty() && session.fact("tick_ns").empty()) {
+      return chunk.samples.front().sample.time;
+    }
+  }
+}
+
+}  // namespace
+
+Expected<RunOrigin, SetupError> session_origin(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  RunOrigin origin{.start = time_fact(*session, "start_device_ns"),
+                   .utc = time_fact(*session, "start_utc_ns")};
+  if (!session->fact("start_device_ns").empty()) return origin;
+  const auto first = first_time(*session);
+  if (!first) return Unexpected<SetupError>(first.error());
+  origin.start = *first;
+  origin.utc =
+      time_fact(*session, "clock_utc_ns") + (*first - time_fact(*session, "clock_monotonic_ns"));
+  return origin;
 }
 
 }  // namespace merkel

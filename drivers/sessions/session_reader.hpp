@@ -13,6 +13,7 @@
 #include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/session_format.hpp"
 #include "drivers/sessions/session_items.hpp"
+#include "drivers/spike_sink.hpp"
 
 namespace pugi {
 class xml_node;
@@ -74,5 +75,8 @@ class SessionReader {
   bool truncated_ = false;
   int footers_ = 0;
 };
+
+/// When a recorded run began: as noted, or, in older sessions, from its first tick or sample.
+[[nodiscard]] Expected<RunOrigin, SetupError> session_origin(const std::string& path);
 
 }  // namespace merkel

@@ -13,6 +13,7 @@
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/sessions/session_items.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
@@ -58,28 +59,15 @@ std::string xml_of(const pugi::xml_document& document) {
 /// `SessionReader`; the values of an item are in `session_items`.
 class SessionWriter final : public SpikeSink {
  public:
-  SessionWriter(std::string uri, OutputFile file) : uri_(std::move(uri)), file_(std::move(file)) {}
+  SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup)
+      : uri_(std::move(uri)),
+        file_(std::move(file)),
+        run_(setup.run),
+        afferents_(afferent_csv(afferents_of(setup))) {}
 
-  bool write_headers(const RunDescription& run) {
-    if (!file_.write("XDF:")) return false;
-    pugi::xml_document document;
-    pugi::xml_node info = document.append_child("info");
-    add(info, "version", "1.0");
-    pugi::xml_node facts = info.append_child("merkel");
-    for (const auto& [name, value] : run.facts) add(facts, name.c_str(), value);
-    add(facts, "scene", run.scene);
-    // A copy keeps the clocks of the recording.
-    if (!facts.child("clock_monotonic_ns")) {
-      const ClockPair clocks = read_clock_pair();
-      add(facts, "clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
-      add(facts, "clock_utc_ns", std::to_string(clocks.utc.count()));
-    }
-    if (!write_chunk(XdfTag::kFileHeader, xml_of(document))) return false;
-    for (const SessionStream& stream : session_streams()) {
-      if (!write_stream_header(stream, rate_Hz(stream.id, run))) return false;
-    }
-    file_.end_header();
-    return file_.flush();
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    if (std::exchange(begun_, true)) return {};
+    return settle(write_headers(run_, origin));
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -88,27 +76,27 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    begin(Id::kSpikes, spikes.size());
+    if (auto begun = begin_items(Id::kSpikes, spikes.size()); !begun) return begun;
     for (const SpikeEvent& spike : spikes) put<std::int64_t>(Id::kSpikes, spike.time, spike);
     taken_ += spikes.size();
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    begin(Id::kTicks, ticks.size());
+    if (auto begun = begin_items(Id::kTicks, ticks.size()); !begun) return begun;
     for (const TickRecord& tick : ticks) put<double>(Id::kTicks, tick.time, tick);
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    begin(Id::kEvents, events.size());
+    if (auto begun = begin_items(Id::kEvents, events.size()); !begun) return begun;
     for (const LoopEvent& event : events) put<std::int64_t>(Id::kEvents, event.time, event);
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_samples(
       std::size_t probe, std::span<const ProbeSample> samples) override {
-    begin(Id::kSamples, samples.size());
+    if (auto begun = begin_items(Id::kSamples, samples.size()); !begun) return begun;
     for (const ProbeSample& sample : samples) {
       put<double>(Id::kSamples, sample.time,
                   SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
@@ -118,7 +106,7 @@ class SessionWriter final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
                                                        std::span<const RawFrame> frames) override {
-    begin(Id::kFrames, frames.size());
+    if (auto begun = begin_items(Id::kFrames, frames.size()); !begun) return begun;
     for (const RawFrame& frame : frames) {
       put<std::int64_t>(Id::kFrames, frame.time,
                         SessionChunk::Frame{static_cast<std::uint32_t>(probe),
@@ -128,12 +116,13 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
-    begin(Id::kStatus, 1);
+    if (auto begun = begin_items(Id::kStatus, 1); !begun) return begun;
     put<std::int64_t>(Id::kStatus, newest(), status);
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {
+    if (!begun_) return {};
     const bool boundary_due = ++flushes_ % kFlushesPerBoundary == 0;
     if (flushes_ % kFlushesPerClockOffset == 1 && !write_clock_offsets()) return settle(false);
     if (boundary_due && !write_chunk(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary),
@@ -144,6 +133,7 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
+    if (auto begun = begin({}); !begun) return begun;
     if (!write_clock_offsets()) return settle(false);
     for (const SessionStream& stream : session_streams()) {
       if (!write_footer(stream)) return settle(false);
@@ -161,6 +151,34 @@ class SessionWriter final : public SpikeSink {
   };
 
   Tally& tally(Id id) { return tallies_[static_cast<std::size_t>(id) - 1]; }
+
+  bool write_headers(const RunDescription& run, const RunOrigin& origin) {
+    if (!file_.write("XDF:")) return false;
+    pugi::xml_document document;
+    pugi::xml_node info = document.append_child("info");
+    add(info, "version", "1.0");
+    pugi::xml_node facts = info.append_child("merkel");
+    for (const auto& [name, value] : run.facts) add(facts, name.c_str(), value);
+    add(facts, "scene", run.scene);
+    const auto add_missing = [&](const char* name, const std::string& value) {
+      if (!value.empty() && !facts.child(name)) add(facts, name, value);
+    };
+    add_missing("afferents", afferents_);
+    // A copy keeps the clocks of the recording.
+    add_missing("start_device_ns", std::to_string(origin.start.count()));
+    if (origin.utc.count() != 0) add_missing("start_utc_ns", std::to_string(origin.utc.count()));
+    if (!facts.child("clock_monotonic_ns")) {
+      const ClockPair clocks = read_clock_pair();
+      add(facts, "clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
+      add(facts, "clock_utc_ns", std::to_string(clocks.utc.count()));
+    }
+    if (!write_chunk(XdfTag::kFileHeader, xml_of(document))) return false;
+    for (const SessionStream& stream : session_streams()) {
+      if (!write_stream_header(stream, rate_Hz(stream.id, run))) return false;
+    }
+    file_.end_header();
+    return file_.flush();
+  }
 
   bool write_chunk(XdfTag tag, std::string_view content) {
     std::string head;
@@ -212,11 +230,14 @@ class SessionWriter final : public SpikeSink {
     return write_chunk(XdfTag::kStreamFooter, content + xml_of(document));
   }
 
-  void begin(Id id, std::size_t count) {
+  /// Begins a chunk of so many items.
+  Expected<void, SinkError> begin_items(Id id, std::size_t count) {
+    if (auto begun = begin({}); !begun) return begun;
     chunk_.clear();
     append(chunk_, id);
     append(chunk_, std::uint8_t{4});
     append(chunk_, static_cast<std::uint32_t>(count));
+    return {};
   }
 
   /// Appends an item of a stream whose channels hold values of 8 bytes.
@@ -265,6 +286,9 @@ class SessionWriter final : public SpikeSink {
 
   std::string uri_;
   OutputFile file_;
+  RunDescription run_;
+  std::string afferents_;
+  bool begun_ = false;
   std::string chunk_;
   std::array<Tally, 6> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
@@ -278,13 +302,9 @@ class SessionWriter final : public SpikeSink {
 
 OpenedSink open_xdf_sink(const Uri& uri, const SinkSetup& setup) {
   if (auto done = UriOptions(uri).finish(); !done) return Unexpected<SetupError>(done.error());
-  auto file = OutputFile::create(uri.path, setup.overwrite);
+  auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
   if (!file) return Unexpected<SetupError>(file.error());
-  auto sink = std::make_unique<SessionWriter>(uri.text, std::move(*file));
-  if (!sink->write_headers(setup.run)) {
-    return unavailable("cannot write " + uri.path + ": is the disk full?");
-  }
-  return sink;
+  return std::make_unique<SessionWriter>(uri.text, std::move(*file), setup);
 }
 
 }  // namespace merkel

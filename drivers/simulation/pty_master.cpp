@@ -1,5 +1,6 @@
 #include "drivers/simulation/pty_master.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -8,6 +9,7 @@
 #include <asm/termbits.h>
 #include <fcntl.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "drivers/transports/descriptor.hpp"
@@ -16,6 +18,20 @@ namespace merkel {
 namespace {
 
 constexpr unsigned kNobodysBaud = 50;  ///< set at first; no device is read at it
+
+/// What a symbolic link points at; empty for anything else.
+std::string target_of(const std::string& link) {
+  std::array<char, 256> target{};
+  const auto length = ::readlink(link.c_str(), target.data(), target.size());
+  return length > 0 ? std::string(target.data(), static_cast<std::size_t>(length)) : std::string();
+}
+
+/// Whether the name is free, or a link to a terminal, as an earlier simulation leaves it.
+bool is_terminal_link(const std::string& name) {
+  struct stat status {};
+  if (::lstat(name.c_str(), &status) != 0) return errno == ENOENT || errno == ENOTDIR;
+  return target_of(name).starts_with("/dev/pts/");
+}
 
 }  // namespace
 
@@ -41,18 +57,33 @@ Expected<void, SetupError> PtyMaster::plug_in() {
   static_cast<void>(::ioctl(slave_, TCSETS2, &settings));
   name_ = terminal;
   if (link.empty()) return {};
-  // Made beside its place and moved there: never missing while it changes.
-  const std::string fresh = link + ".new";
-  ::unlink(fresh.c_str());
-  if (::symlink(terminal, fresh.c_str()) != 0 || ::rename(fresh.c_str(), link.c_str()) != 0) {
-    return bad_input("cannot make the link " + link + ": " + std::strerror(errno));
+  return make_link(link);
+}
+
+Expected<void, SetupError> PtyMaster::make_link(const std::string& link) {
+  if (!is_terminal_link(link)) {
+    return bad_input("cannot make the link " + link +
+                     ": a file of that name exists, which no simulated probe made; give another "
+                     "name");
   }
+  // Made beside its place and moved there: never missing while it changes.
+  const std::string fresh = link + ".new-" + std::to_string(::getpid());
+  if (::symlink(name_.c_str(), fresh.c_str()) != 0) {
+    return bad_input("cannot make the link " + fresh + ": " + std::strerror(errno));
+  }
+  if (::rename(fresh.c_str(), link.c_str()) != 0) {
+    const int error = errno;
+    ::unlink(fresh.c_str());
+    return bad_input("cannot make the link " + link + ": " + std::strerror(error));
+  }
+  target_ = name_;
   name_ = link_ = link;
   return {};
 }
 
 void PtyMaster::unplug() noexcept {
-  if (!link_.empty()) ::unlink(link_.c_str());
+  // Another program may have put its own file there.
+  if (!link_.empty() && target_of(link_) == target_) ::unlink(link_.c_str());
   link_.clear();
   if (slave_ >= 0) ::close(std::exchange(slave_, -1));
   if (master_ >= 0) ::close(std::exchange(master_, -1));

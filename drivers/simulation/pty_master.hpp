@@ -19,6 +19,7 @@ class PtyMaster final : public DeviceLine {
   explicit PtyMaster(std::string link = {}) : wanted_link_(std::move(link)) {}
   ~PtyMaster() override { unplug(); }
 
+  /// Only a link that an earlier simulation has left is replaced.
   [[nodiscard]] Expected<void, SetupError> plug_in() override;
   /// Hangs up on whoever has it open, and removes the link.
   void unplug() noexcept override;
@@ -38,9 +39,12 @@ class PtyMaster final : public DeviceLine {
   std::size_t write(std::span<const std::uint8_t> bytes) noexcept override;
 
  private:
+  Expected<void, SetupError> make_link(const std::string& link);
+
   std::string wanted_link_;
   std::string name_;
   std::string link_;
+  std::string target_;  ///< of the link, while it is ours
   int master_ = -1;
   int slave_ = -1;  ///< held, so that the terminal lives while nobody has it open
 };

@@ -1,5 +1,9 @@
 #include "drivers/sinks/open_sink.hpp"
 
+#include <chrono>
+
+#include "drivers/files/dated_name.hpp"
+#include "drivers/files/output_file.hpp"
 #include "drivers/sinks/phy_spike_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/text_spike_sink.hpp"
@@ -7,10 +11,13 @@
 namespace merkel {
 namespace {
 
+#ifndef MERKEL_WITH_HDF5
+void convert_recovered_sonata(const Uri&, const std::string&, const SinkSetup&) {}
+#endif
+
 template <TextSpikeSink::Form form>
 OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
-  if (auto done = UriOptions(uri).finish(); !done) return Unexpected<SetupError>(done.error());
-  return TextSpikeSink::open(uri.text, uri.path, form, setup.overwrite);
+  return TextSpikeSink::open(uri, uri.path, form, setup);
 }
 
 struct Scheme {
@@ -18,20 +25,22 @@ struct Scheme {
   std::string_view usage;
   OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null where the library is missing
   std::string_view mend;                             ///< how to get the library
+  bool file = false;                                 ///< writes a file, so that %t is the time
 };
 
 constexpr Scheme kSchemes[] = {
-    {"csv", "csv:FILE", open_text_sink<TextSpikeSink::Form::kCsv>, ""},
-    {"gdf", "gdf:FILE", open_text_sink<TextSpikeSink::Form::kGdf>, ""},
-    {"phy", "phy:DIR", PhySpikeSink::open, ""},
+    {"csv", "csv:FILE", open_text_sink<TextSpikeSink::Form::kCsv>, "", true},
+    {"gdf", "gdf:FILE", open_text_sink<TextSpikeSink::Form::kGdf>, "", true},
+    {"trace", "trace:FILE.csv", open_trace_sink, "", true},
+    {"phy", "phy:DIR", PhySpikeSink::open, "", true},
     {"sonata", "sonata:FILE.h5",
 #ifdef MERKEL_WITH_HDF5
      open_sonata_sink,
 #else
      nullptr,
 #endif
-     "HDF5: install libhdf5-dev"},
-    {"xdf", "xdf:FILE", open_xdf_sink, ""},
+     "HDF5: install libhdf5-dev", true},
+    {"xdf", "xdf:FILE", open_xdf_sink, "", true},
     {"zmq", "zmq:tcp://127.0.0.1:5557",
 #ifdef MERKEL_WITH_ZMQ
      open_zmq_sink,
@@ -63,6 +72,14 @@ constexpr Scheme kSchemes[] = {
      "Boost.Beast: install libboost-dev"},
 };
 
+/// What killed runs of the same pattern of names have left gets its names.
+void recover_runs(const Uri& uri, const SinkSetup& setup) {
+  for (const std::string& name : unfinished_names(uri.path)) {
+    if (uri.scheme == "phy" || recover_file(name, setup.notice).empty()) continue;
+    if (uri.scheme == "sonata") convert_recovered_sonata(uri, name, setup);
+  }
+}
+
 }  // namespace
 
 std::string sink_schemes() {
@@ -73,13 +90,19 @@ std::string sink_schemes() {
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text,
                                                            const SinkSetup& setup) {
-  const auto uri = Uri::parse(text);
+  auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
   for (const Scheme& scheme : kSchemes) {
     if (uri->scheme != scheme.name) continue;
-    if (scheme.open != nullptr) return scheme.open(*uri, setup);
-    return bad_input("\"" + uri->text + "\": this merkel was built without " +
-                     std::string(scheme.mend) + ", then configure and build merkel again");
+    if (scheme.open == nullptr) {
+      return bad_input("\"" + uri->text + "\": this merkel was built without " +
+                       std::string(scheme.mend) + ", then configure and build merkel again");
+    }
+    if (scheme.file) {
+      recover_runs(*uri, setup);
+      uri->path = dated_name(uri->path, std::chrono::system_clock::now());
+    }
+    return scheme.open(*uri, setup);
   }
   return bad_input("\"" + uri->text + "\": there is no sink scheme \"" + uri->scheme +
                    "\"; known are " + sink_schemes());

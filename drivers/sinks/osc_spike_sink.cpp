@@ -1,13 +1,20 @@
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
-#include <limits>
+#include <cstring>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <lo/lo.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/files/owned_descriptor.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
@@ -17,13 +24,9 @@ namespace {
 constexpr std::size_t kSpikesPerBundle = 16;         ///< well below a network's smallest packets
 constexpr std::int64_t kNtpEpoch_s = 2'208'988'800;  ///< 1970 in seconds since 1900
 
-struct FreeAddress {
-  void operator()(lo_address address) const { lo_address_free(address); }
-};
 struct FreeBundle {
   void operator()(lo_bundle bundle) const { lo_bundle_free_recursive(bundle); }
 };
-using Address = std::unique_ptr<std::remove_pointer_t<lo_address>, FreeAddress>;
 using Bundle = std::unique_ptr<std::remove_pointer_t<lo_bundle>, FreeBundle>;
 
 lo_timetag time_tag(std::chrono::nanoseconds utc) {
@@ -37,8 +40,8 @@ lo_timetag time_tag(std::chrono::nanoseconds utc) {
 /// bundles whose time tag is the time of sending.
 class OscSpikeSink final : public SpikeSink {
  public:
-  OscSpikeSink(std::string uri, Address address, std::string path)
-      : uri_(std::move(uri)), address_(std::move(address)), path_(std::move(path)) {}
+  OscSpikeSink(std::string uri, OwnedDescriptor socket, std::string path)
+      : uri_(std::move(uri)), socket_(std::move(socket)), path_(std::move(path)) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
@@ -57,8 +60,16 @@ class OscSpikeSink final : public SpikeSink {
         lo_message_add_int32(message, spike.flags);
         lo_bundle_add_message(bundle.get(), path_.c_str(), message);
       }
+      std::size_t size = lo_bundle_length(bundle.get());
+      packet_.resize(size);
+      lo_bundle_serialise(bundle.get(), packet_.data(), &size);
       // Nobody listening is no failure: who comes later sees by the numbers what was missed.
-      if (lo_send_bundle(address_.get(), bundle.get()) >= 0) sent_ += some.size();
+      if (::send(socket_.get(), packet_.data(), size, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
+        sent_ += some.size();
+      } else if (errno != ECONNREFUSED && errno != EAGAIN && errno != ENOBUFS) {
+        return Unexpected<SinkError>({.sentence = uri_ + " failed: " + std::strerror(errno) +
+                                                  "; check the network, then run again"});
+      }
     }
     return {};
   }
@@ -68,11 +79,34 @@ class OscSpikeSink final : public SpikeSink {
 
  private:
   std::string uri_;
-  Address address_;
+  OwnedDescriptor socket_;
   std::string path_;
+  std::vector<char> packet_;
   std::int64_t sequence_ = 0;
   std::uint64_t sent_ = 0;
 };
+
+/// A UDP socket to one address, IPv4 or IPv6. (liblo makes the packets; its own addresses are
+/// IPv4.)
+Expected<OwnedDescriptor, std::string> connected_socket(const HostAndPort& to) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  const std::string port = std::to_string(to.port);
+  if (const int error = ::getaddrinfo(to.host.c_str(), port.c_str(), &hints, &found); error != 0) {
+    return Unexpected<std::string>(::gai_strerror(error));
+  }
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> all(found, ::freeaddrinfo);
+  int error_number = 0;
+  for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
+    OwnedDescriptor socket(::socket(each->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    if (socket.get() >= 0 && ::connect(socket.get(), each->ai_addr, each->ai_addrlen) == 0) {
+      return socket;
+    }
+    error_number = errno;
+  }
+  return Unexpected<std::string>(std::strerror(error_number));
+}
 
 }  // namespace
 
@@ -94,9 +128,11 @@ OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
     return bad_input("\"" + uri.text + "\": there is no host \"" + address->host +
                      "\": check its name, or write its address");
   }
-  Address target(lo_address_new(address->host.c_str(), std::to_string(address->port).c_str()));
-  if (!target) return bad_input("\"" + uri.text + "\": this is not an address to send to");
-  return std::make_unique<OscSpikeSink>(uri.text, std::move(target), path);
+  auto socket = connected_socket(*address);
+  if (!socket) {
+    return bad_input("\"" + uri.text + "\": cannot send to this address: " + socket.error());
+  }
+  return std::make_unique<OscSpikeSink>(uri.text, std::move(*socket), path);
 }
 
 }  // namespace merkel

@@ -6,11 +6,14 @@
 #include <cstring>
 #include <utility>
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/files/file_rename.hpp"
 #include "drivers/files/output_file.hpp"
 
 namespace merkel {
@@ -25,76 +28,152 @@ std::int64_t sample_of(std::chrono::nanoseconds time, double sample_rate_hz) {
          std::llround(units::s_from(time - whole) * sample_rate_hz);
 }
 
+bool exists(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
+}
+
+Expected<void, SetupError> write_file(const std::string& path, const std::string& content,
+                                      bool overwrite) {
+  auto file = OutputFile::create(path, overwrite);
+  if (!file) return Unexpected<SetupError>(file.error());
+  if (!file->write(content) || !file->close()) return unavailable(file->error());
+  return {};
+}
+
 }  // namespace
 
-PhySpikeSink::PhySpikeSink(std::string uri, double sample_rate_hz, NpyFile times, NpyFile clusters,
-                           NpyFile templates)
-    : uri_(std::move(uri)),
+PhySpikeSink::PhySpikeSink(const Uri& uri, const SinkSetup& setup, double sample_rate_hz,
+                           TimeBase time, Folder folder)
+    : uri_(uri.text),
+      folder_(std::move(folder)),
+      overwrite_(setup.overwrite),
       sample_rate_hz_(sample_rate_hz),
-      times_(std::move(times)),
-      clusters_(std::move(clusters)),
-      templates_(std::move(templates)) {}
+      time_(time),
+      afferents_(afferents_of(setup)) {}
+
+Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::string& path,
+                                                                     const SinkSetup& setup) {
+  Folder folder{.path = path, .lock = -1, .made = ::mkdir(path.c_str(), 0777) == 0};
+  if (!folder.made && errno != EEXIST) {
+    return bad_input("cannot make the folder " + path + ": " + std::strerror(errno) +
+                     (errno == ENOENT ? "; make its parent first" : ""));
+  }
+  folder.lock = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder.lock < 0) return bad_input("cannot open " + path + ": " + std::strerror(errno));
+  if (::flock(folder.lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(folder.lock);
+    return bad_input("cannot write " + path +
+                     ": another sink or another merkel is writing it; give another name");
+  }
+  if (folder.made || setup.overwrite) return folder;
+  const std::string times = path + "/spike_times.npy";
+  if (!exists(times + ".part") || exists(times)) {
+    ::close(folder.lock);
+    return bad_input(path + " exists already: give --overwrite, or another name");
+  }
+  // A killed run has left it.
+  struct stat status {};
+  static_cast<void>(::stat((times + ".part").c_str(), &status));
+  const std::string kept =
+      recovered_name(path, std::chrono::system_clock::from_time_t(status.st_mtim.tv_sec));
+  const int error = rename_without_replacing(path, kept);
+  ::close(folder.lock);
+  if (error != 0) return bad_input("cannot rename " + path + ": " + std::strerror(error));
+  if (setup.notice) {
+    setup.notice("a run that was killed has left " + path + ": it is kept as " + kept);
+  }
+  return lock_folder(path, setup);
+}
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& uri,
                                                                     const SinkSetup& setup) {
   UriOptions options(uri);
   const auto rate_hz =
       static_cast<double>(options.whole("sample_rate", 1'000'000, 1000, 1'000'000'000));
+  const TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  const std::string& folder = uri.path;
-  if (folder.empty()) return bad_input("\"" + uri.text + "\": name the folder to write: phy:DIR");
-  const bool made = ::mkdir(folder.c_str(), 0777) == 0;
-  if (!made && (errno != EEXIST || !setup.overwrite)) {
-    return bad_input(errno == EEXIST
-                         ? folder + " exists already: give --overwrite, or another name"
-                         : "cannot make the folder " + folder + ": " + std::strerror(errno) +
-                               (errno == ENOENT ? "; make its parent first" : ""));
+  if (uri.path.empty()) {
+    return bad_input("\"" + uri.text + "\": name the folder to write: phy:DIR");
   }
-  auto parameters = OutputFile::create(folder + "/params.py", setup.overwrite);
-  if (!parameters) return Unexpected<SetupError>(parameters.error());
-  if (!parameters->write("# Spikes simulated by merkel; there is no raw recording.\n"
-                         "dat_path = ''\nn_channels_dat = 1\ndtype = 'int16'\noffset = 0\n"
-                         "sample_rate = " +
-                         shortest_decimal(rate_hz) + "\nhp_filtered = True\n") ||
-      !parameters->close()) {
-    return unavailable(parameters->error());
-  }
-  auto times = NpyFile::create(folder + "/spike_times.npy", "<i8", setup.overwrite);
-  if (!times) return Unexpected<SetupError>(times.error());
-  auto clusters = NpyFile::create(folder + "/spike_clusters.npy", "<i4", setup.overwrite);
-  if (!clusters) return Unexpected<SetupError>(clusters.error());
-  auto templates = NpyFile::create(folder + "/spike_templates.npy", "<i4", setup.overwrite);
-  if (!templates) return Unexpected<SetupError>(templates.error());
-  std::unique_ptr<PhySpikeSink> sink(new PhySpikeSink(uri.text, rate_hz, std::move(*times),
-                                                      std::move(*clusters), std::move(*templates)));
-  if (made) sink->folder_ = folder;
+  auto folder = lock_folder(uri.path, setup);
+  if (!folder) return Unexpected<SetupError>(folder.error());
+  std::unique_ptr<PhySpikeSink> sink(
+      new PhySpikeSink(uri, setup, rate_hz, time, std::move(*folder)));
+  if (auto opened = sink->open_files(); !opened) return Unexpected<SetupError>(opened.error());
   return sink;
 }
 
-PhySpikeSink::~PhySpikeSink() {
-  if (closed_ || taken_ > 0 || folder_.empty()) return;
-  for (const char* const name :
-       {"params.py", "spike_times.npy", "spike_clusters.npy", "spike_templates.npy"}) {
-    ::unlink((folder_ + "/" + name).c_str());
+Expected<void, SetupError> PhySpikeSink::open_files() {
+  for (const auto& [name, type] :
+       {std::pair("spike_times.npy", "<i8"), std::pair("spike_clusters.npy", "<i4"),
+        std::pair("spike_templates.npy", "<i4")}) {
+    auto file = NpyFile::create(in_folder(name), type, overwrite_);
+    if (!file) return Unexpected<SetupError>(file.error());
+    files_.push_back(std::move(*file));
   }
-  ::rmdir(folder_.c_str());
+  return {};
 }
 
-Expected<void, SinkError> PhySpikeSink::settle(bool succeeded) {
-  if (!succeeded) {
-    for (const NpyFile* const file : {&times_, &clusters_, &templates_}) {
-      if (!file->error().empty()) return Unexpected<SinkError>({.sentence = file->error()});
-    }
+PhySpikeSink::~PhySpikeSink() {
+  files_.clear();  // a file without spikes removes itself
+  if (!begun_ && !closed_ && folder_.made) ::rmdir(folder_.path.c_str());
+  ::close(folder_.lock);
+}
+
+Expected<void, SetupError> PhySpikeSink::write_parameters() {
+  std::string text = "# Spikes simulated by merkel; there is no raw recording.\n";
+  for (const auto& [name, value] : time_.facts()) {
+    text += name + " = " + (name == "time_zero" ? "'" + value + "'" : value) + "\n";
+  }
+  text += "dat_path = ''\nn_channels_dat = " +
+          std::to_string(std::max<std::size_t>(1, afferents_.size())) +
+          "\ndtype = 'int16'\noffset = 0\nsample_rate = " + shortest_decimal(sample_rate_hz_) +
+          "\nhp_filtered = True\n";
+  return write_file(in_folder("params.py"), text, overwrite_);
+}
+
+Expected<void, SetupError> PhySpikeSink::write_channels() {
+  if (afferents_.empty()) return {};
+  auto map = NpyFile::create(in_folder("channel_map.npy"), "<i4", overwrite_);
+  if (!map) return Unexpected<SetupError>(map.error());
+  auto positions = NpyFile::create(in_folder("channel_positions.npy"), "<f8", overwrite_, 2);
+  if (!positions) return Unexpected<SetupError>(positions.error());
+  for (const AfferentRow& row : afferents_) {
+    map->append(std::int64_t{row.number} - 1);
+    positions->append(1e3 * row.x_mm);
+    positions->append(1e3 * row.y_mm);
+  }
+  if (!map->close()) return unavailable(map->error());
+  if (!positions->close()) return unavailable(positions->error());
+  return write_file(in_folder("afferents.csv"), afferent_csv(afferents_), overwrite_);
+}
+
+template <class Action>
+Expected<void, SinkError> PhySpikeSink::for_all(Action action) {
+  for (NpyFile& file : files_) {
+    if (!action(file)) return Unexpected<SinkError>({.sentence = file.error()});
   }
   delivered_ = taken_;
   return {};
 }
 
+Expected<void, SinkError> PhySpikeSink::begin(const RunOrigin& origin) {
+  if (std::exchange(begun_, true)) return {};
+  time_.set(origin);
+  for (const auto& written : {write_parameters(), write_channels()}) {
+    if (!written) return Unexpected<SinkError>({.sentence = written.error().sentence});
+  }
+  return {};
+}
+
 Expected<void, SinkError> PhySpikeSink::write(std::span<const SpikeEvent> spikes) {
+  if (auto begun = begin({}); !begun) return begun;
   for (const SpikeEvent& spike : spikes) {
-    times_.append(sample_of(spike.time, sample_rate_hz_));
-    clusters_.append(spike.neuron);
-    templates_.append(spike.neuron);
+    const std::int64_t neuron = spike.neuron;
+    files_[kTimes].append(sample_of(time_(spike.time), sample_rate_hz_));
+    files_[kClusters].append(neuron);
+    files_[kTemplates].append(neuron);
   }
   taken_ += spikes.size();
   if (taken_ - delivered_ < kBuffered) return {};
@@ -102,12 +181,13 @@ Expected<void, SinkError> PhySpikeSink::write(std::span<const SpikeEvent> spikes
 }
 
 Expected<void, SinkError> PhySpikeSink::flush() {
-  return settle(times_.flush() && clusters_.flush() && templates_.flush());
+  return for_all([](NpyFile& file) { return file.flush(); });
 }
 
 Expected<void, SinkError> PhySpikeSink::close() {
+  if (auto begun = begin({}); !begun) return begun;
   closed_ = true;
-  return flush();
+  return for_all([](NpyFile& file) { return file.close(); });
 }
 
 }  // namespace merkel

@@ -1,45 +1,66 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/files/npy_file.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sinks/time_base.hpp"
 #include "drivers/spike_sink.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
 
-/// Writes spikes as a folder that Phy and Neo read: `spike_times.npy` (samples of 1 µs, or of what
-/// the option sample_rate says), `spike_clusters.npy` and `spike_templates.npy` (neurons from 1),
-/// and `params.py`. Every flush leaves whole files.
+/// Writes spikes as a folder that Phy and Neo read: `spike_times.npy` (samples of 1 µs, or of the
+/// option sample_rate), `spike_clusters.npy` and `spike_templates.npy` (neurons from 1),
+/// `channel_map.npy` and `channel_positions.npy` (an afferent each, in µm), `afferents.csv` and
+/// `params.py`. The folder is locked; each file is NAME.part until the run is over.
 class PhySpikeSink final : public SpikeSink {
  public:
-  /// Makes the folder the URI's path names; its parent must exist.
+  /// Makes the folder that the URI's path names; its parent must exist. Options: sample_rate, time.
   [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
       const Uri& uri, const SinkSetup& setup);
-  /// Takes the folder away again if nothing was written and close() was not called.
+  /// Removes the folder again if nothing was written and close() was not called.
   ~PhySpikeSink() override;
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
   [[nodiscard]] Expected<void, SinkError> flush() override;
   [[nodiscard]] Expected<void, SinkError> close() override;
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  PhySpikeSink(std::string uri, double sample_rate_hz, NpyFile times, NpyFile clusters,
-               NpyFile templates);
-  Expected<void, SinkError> settle(bool succeeded);
+  enum File : std::size_t { kTimes, kClusters, kTemplates };
+  struct Folder {
+    std::string path;
+    int lock = -1;
+    bool made = false;
+  };
+  PhySpikeSink(const Uri& uri, const SinkSetup& setup, double sample_rate_hz, TimeBase time,
+               Folder folder);
+  static Expected<Folder, SetupError> lock_folder(const std::string& path, const SinkSetup& setup);
+  Expected<void, SetupError> open_files();
+  Expected<void, SetupError> write_parameters();
+  Expected<void, SetupError> write_channels();
+  [[nodiscard]] std::string in_folder(const char* name) const { return folder_.path + "/" + name; }
+  template <class Action>
+  Expected<void, SinkError> for_all(Action action);
 
   std::string uri_;
+  Folder folder_;
+  bool overwrite_;
   double sample_rate_hz_;
-  NpyFile times_;
-  NpyFile clusters_;
-  NpyFile templates_;
-  std::string folder_;  ///< where this sink has made it
+  TimeBase time_;
+  std::vector<AfferentRow> afferents_;
+  std::vector<NpyFile> files_;  ///< by File
+  bool begun_ = false;
   bool closed_ = false;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -25,8 +25,14 @@ using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
 /// SONATA spikes, through HDF5: FILE.h5. Options: population.
 [[nodiscard]] OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup);
 
+/// Makes a SONATA file of the rows of text that a killed run has left, which have its name by now.
+void convert_recovered_sonata(const Uri& uri, const std::string& recovered, const SinkSetup& setup);
+
 /// A Lab Streaming Layer outlet, through liblsl: NAME. Options: wait_s (for an inlet, at start).
 [[nodiscard]] OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup);
+
+/// The samples of the run's one probe as a trace: FILE.csv. Options: time.
+[[nodiscard]] OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup);
 
 /// A session recording, with metadata through pugixml: FILE.xdf.
 [[nodiscard]] OpenedSink open_xdf_sink(const Uri& uri, const SinkSetup& setup);

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/receptors/receptor_placement.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"
 
 namespace merkel {
@@ -19,6 +21,14 @@ struct RunDescription {
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
   std::vector<std::vector<Receptor>> receptors;  ///< by patch
+  std::vector<ProbeInfo> probes = {};            ///< one an indenter
+};
+
+/// What the times in a file are counted from.
+enum class TimeZero {
+  kRun,     ///< the start of the run; of a recording, the zero of its own times
+  kUnix,    ///< 1970-01-01 UTC
+  kDevice,  ///< the probe's own time: for a device, the host's monotonic clock
 };
 
 /// How sinks are opened.
@@ -27,6 +37,9 @@ struct SinkSetup {
   bool overwrite = false;     ///< existing files may be replaced
   bool allow_remote = false;  ///< other machines may be sent to, or connect
   RunDescription run;
+  /// Receives sentences about what a sink does while it opens. May be empty.
+  std::function<void(const std::string&)> notice = {};
+  TimeZero time_zero = TimeZero::kRun;  ///< of file sinks without the option `time`
 };
 
 }  // namespace merkel

@@ -1,199 +1,116 @@
-#include <array>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <mutex>
+#include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include <hdf5.h>
 #include <sys/stat.h>
 
-#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/files/file_rename.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/sonata_file.hpp"
+#include "drivers/sinks/time_base.hpp"
 
 namespace merkel {
 namespace {
 
-constexpr std::size_t kBuffered = 65536;  ///< spikes that wait for a flush
-constexpr hsize_t kChunk = 16384;         ///< spikes a chunk of the file
-constexpr std::uint32_t kMagic = 0x0A7A;  ///< of every SONATA file
-
-/// The library keeps state of its own and is not built for several threads: one sink at a time.
-std::mutex& hdf5_mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
-
-/// An HDF5 handle, closed by the function of its kind.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*closer)(hid_t)) : id_(id), close_(closer) {}
-  Handle(Handle&& other) noexcept
-      : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
-  Handle& operator=(Handle&&) = delete;
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  ~Handle() { static_cast<void>(close()); }
-  [[nodiscard]] hid_t id() const { return id_; }
-  [[nodiscard]] bool valid() const { return id_ >= 0; }
-  [[nodiscard]] bool close() { return id_ < 0 || close_(std::exchange(id_, H5I_INVALID_HID)) >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-Handle scalar() { return {H5Screate(H5S_SCALAR), H5Sclose}; }
-
-bool write_attribute(hid_t object, const char* name, hid_t type, const Handle& space,
-                     const void* value) {
-  const Handle attribute(H5Acreate2(object, name, type, space.id(), H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
-  return attribute.valid() && H5Awrite(attribute.id(), type, value) >= 0;
-}
-
-/// The spikes of /spikes/<population>, in order of time.
+/// Collects the spikes as rows of text in FILE.h5.part, which nothing can damage, and makes the
+/// HDF5 file of them when the run is over. HDF5 itself promises nothing about a file that was not
+/// closed, and cannot go on after a failed write.
 class SonataSpikeSink final : public SpikeSink {
  public:
-  struct Parts {
-    Handle file;
-    Handle timestamps;
-    Handle node_ids;
-  };
-  SonataSpikeSink(std::string uri, std::string path, std::string part, Parts parts)
+  SonataSpikeSink(std::string uri, std::string population, OutputFile rows, TimeBase time,
+                  const SinkSetup& setup)
       : uri_(std::move(uri)),
-        path_(std::move(path)),
-        part_(std::move(part)),
-        parts_(std::move(parts)) {}
-  SonataSpikeSink(const SonataSpikeSink&) = delete;
-  SonataSpikeSink& operator=(const SonataSpikeSink&) = delete;
-  ~SonataSpikeSink() override {
-    const std::lock_guard lock(hdf5_mutex());
-    static_cast<void>(close_all());
-    if (!closed_ && delivered_ == 0) static_cast<void>(std::remove(part_.c_str()));
-  }
+        rows_(std::move(rows)),
+        path_(rows_.path()),
+        time_(time),
+        content_{.population = std::move(population),
+                 .rows = rows_.part(),
+                 .afferents = afferents_of(setup)},
+        overwrite_(setup.overwrite) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    for (const SpikeEvent& spike : spikes) {
-      times_ms_.push_back(static_cast<double>(spike.time.count()) * 1e-6);
-      node_ids_.push_back(spike.neuron - 1);
-    }
-    return times_ms_.size() < kBuffered ? Expected<void, SinkError>{} : flush();
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    if (std::exchange(begun_, true)) return {};
+    time_.set(origin);
+    std::string head;
+    for (const auto& [name, value] : time_.facts()) head += "# " + name + "=" + value + "\n";
+    const bool written = rows_.write(head + "time_ms,node_id\n");
+    rows_.end_header();
+    return settle(written);
   }
 
-  [[nodiscard]] Expected<void, SinkError> flush() override {
-    if (times_ms_.empty()) return {};
-    const std::lock_guard lock(hdf5_mutex());
-    errno = 0;
-    // Everything between two flushes waits in memory, so that the file is whole but for the moment
-    // in which it is written.
-    if (!append(parts_.timestamps, H5T_NATIVE_DOUBLE, times_ms_.data()) ||
-        !append(parts_.node_ids, H5T_NATIVE_UINT64, node_ids_.data()) ||
-        H5Fflush(parts_.file.id(), H5F_SCOPE_LOCAL) < 0) {
-      return trouble();
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    if (auto begun = begin({}); !begun) return begun;
+    text_.clear();
+    for (const SpikeEvent& spike : spikes) {
+      append_milliseconds(text_, time_(spike.time));
+      text_ += ',' + std::to_string(spike.neuron - 1) + '\n';
     }
-    delivered_ += times_ms_.size();
-    times_ms_.clear();
-    node_ids_.clear();
-    return {};
+    taken_ += spikes.size();
+    return settle(rows_.write(text_));
   }
+
+  [[nodiscard]] Expected<void, SinkError> flush() override { return settle(rows_.flush()); }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
+    if (auto begun = begin({}); !begun) return begun;
     if (auto flushed = flush(); !flushed) return flushed;
-    const std::lock_guard lock(hdf5_mutex());
-    errno = 0;
-    if (!close_all()) return trouble();
-    if (std::rename(part_.c_str(), path_.c_str()) != 0) return trouble();
-    closed_ = true;
+    if (auto written = write_sonata(path_, content_, overwrite_); !written) {
+      return Unexpected<SinkError>({.sentence = written.error() + "; all spikes are in " +
+                                                rows_.part() +
+                                                ", as text: free some space, and run again"});
+    }
+    rows_.remove();
     return {};
   }
 
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  bool append(const Handle& dataset, hid_t type, const void* values) {
-    const std::array<hsize_t, 1> start{delivered_};
-    const std::array<hsize_t, 1> count{times_ms_.size()};
-    const std::array<hsize_t, 1> size{start[0] + count[0]};
-    if (H5Dset_extent(dataset.id(), size.data()) < 0) return false;
-    const Handle file_space(H5Dget_space(dataset.id()), H5Sclose);
-    const Handle memory_space(H5Screate_simple(1, count.data(), nullptr), H5Sclose);
-    return H5Sselect_hyperslab(file_space.id(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
-                               nullptr) >= 0 &&
-           H5Dwrite(dataset.id(), type, memory_space.id(), file_space.id(), H5P_DEFAULT, values) >=
-               0;
-  }
-
-  bool close_all() {
-    const bool data = parts_.timestamps.close();
-    const bool ids = parts_.node_ids.close();
-    return parts_.file.close() && data && ids;
-  }
-
-  Expected<void, SinkError> trouble() const {
-    return Unexpected<SinkError>(
-        {.sentence = "cannot write " + path_ + ": " +
-                     (errno != 0 ? std::strerror(errno) : "HDF5 refused") +
-                     "; free some space and run again; what was written before is in " + part_});
+  Expected<void, SinkError> settle(bool succeeded) {
+    if (!succeeded) return Unexpected<SinkError>({.sentence = rows_.error()});
+    if (rows_.settled()) delivered_ = taken_;
+    return {};
   }
 
   std::string uri_;
+  OutputFile rows_;
   std::string path_;
-  std::string part_;
-  Parts parts_;
-  bool closed_ = false;
-  std::vector<double> times_ms_;
-  std::vector<std::uint64_t> node_ids_;
+  TimeBase time_;
+  SonataContent content_;
+  bool overwrite_;
+  bool begun_ = false;
+  std::string text_;
+  std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;
 };
 
-Handle create_dataset(const Handle& group, const char* name, hid_t type) {
-  const std::array<hsize_t, 1> none{0};
-  const std::array<hsize_t, 1> unlimited{H5S_UNLIMITED};
-  const Handle space(H5Screate_simple(1, none.data(), unlimited.data()), H5Sclose);
-  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  const std::array<hsize_t, 1> chunk{kChunk};
-  H5Pset_chunk(properties.id(), 1, chunk.data());
-  return {H5Dcreate2(group.id(), name, type, space.id(), H5P_DEFAULT, properties.id(), H5P_DEFAULT),
-          H5Dclose};
-}
-
-/// The attribute that says how the spikes are ordered: by time.
-bool write_sorting(const Handle& group) {
-  const Handle type(H5Tenum_create(H5T_STD_U8LE), H5Tclose);
-  std::uint8_t value = 0;
-  for (const char* const name : {"none", "by_id", "by_time"}) {
-    H5Tenum_insert(type.id(), name, &value);
-    ++value;
-  }
-  const std::uint8_t by_time = 2;
-  return write_attribute(group.id(), "sorting", type.id(), scalar(), &by_time);
-}
-
-bool write_units(const Handle& dataset) {
-  constexpr std::string_view kUnit = "milliseconds";
-  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type.id(), kUnit.size());
-  return write_attribute(dataset.id(), "units", type.id(), scalar(), kUnit.data());
-}
-
-bool write_version(const Handle& file) {
-  const std::array<std::uint32_t, 2> version{0, 1};
-  const std::array<hsize_t, 1> two{2};
-  const Handle pair(H5Screate_simple(1, two.data(), nullptr), H5Sclose);
-  return write_attribute(file.id(), "magic", H5T_NATIVE_UINT32, scalar(), &kMagic) &&
-         write_attribute(file.id(), "version", H5T_NATIVE_UINT32, pair, version.data());
-}
-
 }  // namespace
+
+void convert_recovered_sonata(const Uri& uri, const std::string& recovered,
+                              const SinkSetup& setup) {
+  SonataContent content{.population = UriOptions(uri).text("population", "merkel"),
+                        .rows = recovered + ".part",
+                        .afferents = afferents_of(setup)};
+  if (rename_without_replacing(recovered, content.rows) != 0) return;
+  const auto written = write_sonata(recovered, content, false);
+  if (written) {
+    static_cast<void>(std::remove(content.rows.c_str()));
+  } else if (setup.notice) {
+    setup.notice(written.error() + "; its spikes are in " + content.rows + ", as text");
+  }
+}
 
 OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const std::string population = options.text("population", "merkel");
+  const TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (population.empty() || population.find_first_of("/.") != std::string::npos) {
     return bad_input("\"" + uri.text + "\": the option population must be a name without / and .");
@@ -203,29 +120,12 @@ OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
                           !S_ISDIR(status.st_mode))) {
     return bad_input("\"" + uri.text + "\": HDF5 is written to regular files only");
   }
-  // Refuses what cannot be written in the words of every other file, and makes the .part.
-  if (auto file = OutputFile::create(uri.path, setup.overwrite); !file) {
-    return Unexpected<SetupError>(file.error());
+  auto rows = OutputFile::create(uri.path, setup.overwrite, setup.notice);
+  if (!rows) return Unexpected<SetupError>(rows.error());
+  if (!rows->recovered().empty()) {
+    convert_recovered_sonata(uri, rows->recovered(), setup);
   }
-  const std::string part = uri.path + ".part";
-  const std::lock_guard lock(hdf5_mutex());
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to print
-  Handle file(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-  const Handle spikes(H5Gcreate2(file.id(), "spikes", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                      H5Gclose);
-  const Handle group(
-      H5Gcreate2(spikes.id(), population.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
-  Handle timestamps = create_dataset(group, "timestamps", H5T_IEEE_F64LE);
-  Handle node_ids = create_dataset(group, "node_ids", H5T_STD_U64LE);
-  if (!timestamps.valid() || !node_ids.valid() || !write_version(file) || !write_sorting(group) ||
-      !write_units(timestamps) || H5Fflush(file.id(), H5F_SCOPE_LOCAL) < 0) {
-    return unavailable("cannot write " + uri.path + ": HDF5 refused; is the disk full?");
-  }
-  return std::make_unique<SonataSpikeSink>(
-      uri.text, uri.path, part,
-      SonataSpikeSink::Parts{.file = std::move(file),
-                             .timestamps = std::move(timestamps),
-                             .node_ids = std::move(node_ids)});
+  return std::make_unique<SonataSpikeSink>(uri.text, population, std::move(*rows), time, setup);
 }
 
 }  // namespace merkel

@@ -18,17 +18,32 @@ void append_number(std::string& text, std::uint32_t number) {
 
 }  // namespace
 
-TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, Form form)
-    : uri_(std::move(uri)), file_(std::move(file)), form_(form) {}
+TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, Form form, TimeBase time)
+    : uri_(std::move(uri)), file_(std::move(file)), form_(form), time_(time) {}
 
-Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const std::string& uri,
+Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const Uri& uri,
                                                                      const std::string& path,
-                                                                     Form form, bool overwrite) {
-  auto file = OutputFile::create(path, overwrite);
+                                                                     Form form,
+                                                                     const SinkSetup& setup) {
+  UriOptions options(uri);
+  const TimeBase time = TimeBase::read(options, setup);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  auto file = OutputFile::create(path, setup.overwrite, setup.notice);
   if (!file) return Unexpected<SetupError>(file.error());
-  if (form == Form::kCsv && !file->write("time_s,neuron\n")) return unavailable(file->error());
-  file->end_header();
-  return std::unique_ptr<SpikeSink>(new TextSpikeSink(uri, std::move(*file), form));
+  return std::unique_ptr<SpikeSink>(new TextSpikeSink(uri.text, std::move(*file), form, time));
+}
+
+Expected<void, SinkError> TextSpikeSink::begin(const RunOrigin& origin) {
+  if (std::exchange(header_written_, true)) return {};
+  time_.set(origin);
+  std::string header;
+  if (!time_.plain()) {
+    for (const auto& [name, value] : time_.facts()) header += "# " + name + "=" + value + "\n";
+  }
+  if (form_ == Form::kCsv) header += "time_s,neuron\n";
+  const bool written = file_.write(header);
+  file_.end_header();
+  return settle(written);
 }
 
 Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
@@ -38,17 +53,18 @@ Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
 }
 
 Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spikes) {
+  if (auto begun = begin({}); !begun) return begun;
   rows_.clear();
   for (const SpikeEvent& spike : spikes) {
     const std::uint32_t neuron = spike.neuron;
     if (form_ == Form::kCsv) {
-      append_seconds(rows_, spike.time);
+      append_seconds(rows_, time_(spike.time));
       rows_ += ',';
       append_number(rows_, neuron);
     } else {
       append_number(rows_, neuron);
       rows_ += '\t';
-      append_milliseconds(rows_, spike.time);
+      append_milliseconds(rows_, time_(spike.time));
     }
     rows_ += '\n';
   }
@@ -58,6 +74,9 @@ Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spike
 
 Expected<void, SinkError> TextSpikeSink::flush() { return settle(file_.flush()); }
 
-Expected<void, SinkError> TextSpikeSink::close() { return settle(file_.close()); }
+Expected<void, SinkError> TextSpikeSink::close() {
+  if (auto begun = begin({}); !begun) return begun;
+  return settle(file_.close());
+}
 
 }  // namespace merkel

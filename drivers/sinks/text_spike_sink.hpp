@@ -5,11 +5,15 @@
 
 #include "core/expected.hpp"
 #include "drivers/files/output_file.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sinks/time_base.hpp"
+#include "drivers/uri.hpp"
 
 namespace merkel {
 
-/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1.
+/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. Where the times
+/// are not the probe's own, comment lines (`# time_offset_ns=…`) at the head say how to turn them
+/// back.
 class TextSpikeSink final : public SpikeSink {
  public:
   enum class Form {
@@ -17,23 +21,27 @@ class TextSpikeSink final : public SpikeSink {
     kGdf,  ///< NEST's: neuron, tab, time in ms; no header
   };
 
-  /// \param path  a file, "-" for the standard output, or a device
+  /// \param path  a file, "-" for the standard output, or a device. Options: time
   [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
-      const std::string& uri, const std::string& path, Form form, bool overwrite);
+      const Uri& uri, const std::string& path, Form form, const SinkSetup& setup);
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
   [[nodiscard]] Expected<void, SinkError> flush() override;
   [[nodiscard]] Expected<void, SinkError> close() override;
+  void give_up() noexcept override { file_.give_up(); }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  TextSpikeSink(std::string uri, OutputFile file, Form form);
+  TextSpikeSink(std::string uri, OutputFile file, Form form, TimeBase time);
   Expected<void, SinkError> settle(bool succeeded);
 
   std::string uri_;
   OutputFile file_;
   Form form_;
+  TimeBase time_;
+  bool header_written_ = false;
   std::string rows_;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -1,15 +1,24 @@
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <cstring>
 #include <optional>
+#include <thread>
 #include <utility>
+#include <vector>
 
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 #include <zmq.hpp>
 
+#include "core/parameters/parameter_error.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/sink_openers.hpp"
@@ -18,7 +27,9 @@ namespace merkel {
 namespace {
 
 constexpr std::uint16_t kSpikeMessage = 1;
+constexpr std::uint16_t kStartMessage = 0x4D01;  ///< "\x01M": no type of Open Ephys
 constexpr std::int64_t kSampleRate_hz = 1'000'000;
+constexpr std::string_view kIpc = "ipc://";
 constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5557";
 
 /// A message a spike, as Open Ephys' Event Broadcaster sends it: a type, then JSON.
@@ -27,23 +38,30 @@ constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5557";
 /// when a subscriber's queue is full.
 class ZmqSpikeSink final : public SpikeSink {
  public:
-  ZmqSpikeSink(std::string uri, const std::string& stream, const std::string& topic)
+  struct Parameters {
+    std::string endpoint;
+    std::string stream;
+    std::string topic;
+    int high_water_mark = 0;
+    bool wait_when_full = false;
+  };
+
+  ZmqSpikeSink(std::string uri, Parameters parameters, std::vector<AfferentRow> afferents)
       : uri_(std::move(uri)),
+        parameters_(std::move(parameters)),
+        afferents_(std::move(afferents)),
         socket_(context_, zmq::socket_type::xpub),
-        type_(reinterpret_cast<const char*>(&kSpikeMessage), sizeof kSpikeMessage),
-        stream_(json_string(stream)) {
-    type_ += topic;
+        monitor_(context_, zmq::socket_type::pair),
+        type_(type_of(kSpikeMessage) + parameters_.topic),
+        start_type_(type_of(kStartMessage) + parameters_.topic),
+        stream_(json_string(parameters_.stream)),
+        wait_flag_(parameters_.wait_when_full ? zmq::send_flags::none : zmq::send_flags::dontwait) {
   }
 
-  Expected<void, SetupError> bind(const std::string& endpoint, int high_water_mark,
-                                  bool wait_when_full) {
-    wait_flag_ = wait_when_full ? zmq::send_flags::none : zmq::send_flags::dontwait;
+  Expected<void, SetupError> bind() {
+    const std::string& endpoint = parameters_.endpoint;
     try {
-      socket_.set(zmq::sockopt::sndtimeo, kStuck_ms);
-      socket_.set(zmq::sockopt::sndhwm, high_water_mark);
-      socket_.set(zmq::sockopt::linger, kLinger_ms);
-      socket_.set(zmq::sockopt::xpub_nodrop, true);
-      socket_.bind(endpoint);
+      open_socket();
     } catch (const zmq::error_t& error) {
       if (error.num() == EADDRINUSE) {
         return unavailable(
@@ -59,7 +77,6 @@ class ZmqSpikeSink final : public SpikeSink {
   /// Waits until `wanted` subscribers are there; false when they are not in time.
   bool wait_for_subscribers(std::int64_t wanted, std::chrono::milliseconds patience) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
-    socket_.set(zmq::sockopt::xpub_verboser, true);
     for (std::int64_t subscribed = 0; subscribed < wanted;) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
           deadline - std::chrono::steady_clock::now());
@@ -68,38 +85,162 @@ class ZmqSpikeSink final : public SpikeSink {
       zmq::message_t message;
       if (!socket_.recv(message)) continue;
       if (message.size() > 0 && *message.data<char>() == 1) ++subscribed;
+      start_wanted_early_ = start_wanted_early_ || wants_start(message);
+      ++subscriptions_;
     }
     return true;
+  }
+
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    start_json_ = start_message(origin);
+    return guarded([this] {
+      if (start_wanted_early_) send_start();
+      look_after_peers();
+    });
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    try {
-      // Subscriptions are taken in while their senders are served; nobody else reads them.
-      zmq::message_t subscription;
-      while (socket_.recv(subscription, zmq::recv_flags::dontwait)) {
-      }
+    return guarded([&] {
+      look_after_peers();
       const ClockPair now = read_clock_pair();
       for (const SpikeEvent& spike : spikes) send(spike, now);
-    } catch (const zmq::error_t& error) {
-      return Unexpected<SinkError>({.sentence = uri_ + " failed: " + error.what() + "; run again"});
-    }
-    return {};
+    });
+  }
+
+  [[nodiscard]] Expected<void, SinkError> flush() override {
+    return guarded([this] { look_after_peers(); });
   }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
+    if (given_up_.load(std::memory_order_relaxed)) socket_.set(zmq::sockopt::linger, 0);
+    monitor_.close();
     socket_.close();
     // Waits until everything is sent, kLinger_ms at most.
     context_.close();
     return {};
   }
+  void give_up() noexcept override { given_up_.store(true, std::memory_order_relaxed); }
 
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   static constexpr int kLinger_ms = 2000;
   static constexpr int kStuck_ms = 5000;  ///< who takes nothing for so long is waited for no more
+  // A subscriber sends subscriptions and nothing else: short, and few of them.
+  static constexpr std::int64_t kLongestMessage = 1024;
+  static constexpr int kMostSubscriptions = 4096;
+  static constexpr int kMostConnections = 64;
+  static constexpr int kQueuedSubscriptions = 64;
+  static constexpr const char* kMonitor = "inproc://merkel-monitor";
+
+  static std::string type_of(std::uint16_t type) {
+    return {reinterpret_cast<const char*>(&type), sizeof type};
+  }
+
+  static bool wants_start(const zmq::message_t& message) {
+    const std::string_view text = message.to_string_view();
+    return text.starts_with('\1') && text.substr(1).starts_with(type_of(kStartMessage));
+  }
+
+  template <class Action>
+  Expected<void, SinkError> guarded(Action action) {
+    try {
+      action();
+    } catch (const zmq::error_t& error) {
+      return Unexpected<SinkError>({.sentence = uri_ + " failed: " + error.what() + "; run again"});
+    }
+    return {};
+  }
+
+  void open_socket() {
+    socket_.set(zmq::sockopt::sndtimeo, kStuck_ms);
+    socket_.set(zmq::sockopt::sndhwm, parameters_.high_water_mark);
+    socket_.set(zmq::sockopt::rcvhwm, kQueuedSubscriptions);
+    socket_.set(zmq::sockopt::maxmsgsize, kLongestMessage);
+    socket_.set(zmq::sockopt::linger, kLinger_ms);
+    socket_.set(zmq::sockopt::xpub_nodrop, true);
+    socket_.set(zmq::sockopt::xpub_verboser, true);  // every subscription is seen, and counted
+    if (::zmq_socket_monitor(socket_.handle(), kMonitor,
+                             ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED) != 0) {
+      throw zmq::error_t();
+    }
+    monitor_.connect(kMonitor);
+    socket_.bind(parameters_.endpoint);
+  }
+
+  /// Takes in subscriptions and connections, and bounds both: whoever exceeds a limit costs all
+  /// subscribers their connection. Honest ones come back by themselves within 100 ms.
+  void look_after_peers() {
+    bool start_wanted = false;
+    zmq::message_t message;
+    while (socket_.recv(message, zmq::recv_flags::dontwait)) {
+      const bool subscribes = message.size() > 0 && *message.data<char>() == 1;
+      subscriptions_ += subscribes ? 1 : -1;
+      start_wanted = start_wanted || wants_start(message);
+      if (subscriptions_ > kMostSubscriptions) break;
+    }
+    while (monitor_.recv(message, zmq::recv_flags::dontwait)) {
+      std::uint16_t event = 0;
+      if (message.size() >= sizeof event) std::memcpy(&event, message.data(), sizeof event);
+      if (event == ZMQ_EVENT_ACCEPTED) ++connections_;
+      if (event == ZMQ_EVENT_DISCONNECTED) --connections_;
+      static_cast<void>(monitor_.recv(message, zmq::recv_flags::dontwait));  // its address
+    }
+    if (subscriptions_ > kMostSubscriptions || connections_ > kMostConnections) {
+      drop_all_peers();
+    } else if (start_wanted) {
+      send_start();
+    }
+  }
+
+  void drop_all_peers() {
+    monitor_.close();
+    socket_.set(zmq::sockopt::linger, 0);
+    socket_.close();
+    subscriptions_ = connections_ = 0;
+    socket_ = zmq::socket_t(context_, zmq::socket_type::xpub);
+    monitor_ = zmq::socket_t(context_, zmq::socket_type::pair);
+    // The address is free once the closed socket is gone, a moment later.
+    for (int attempt = 0;; ++attempt) {
+      try {
+        open_socket();
+        return;
+      } catch (const zmq::error_t& error) {
+        if (error.num() != EADDRINUSE || attempt == kRebinds) throw;
+        monitor_.close();
+        socket_.close();
+        std::this_thread::sleep_for(kRebindPause);
+        socket_ = zmq::socket_t(context_, zmq::socket_type::xpub);
+        monitor_ = zmq::socket_t(context_, zmq::socket_type::pair);
+      }
+    }
+  }
+
+  /// What a subscriber may want to know besides spikes: when the run began, and where each afferent
+  /// is. Sent under a type of its own, whenever somebody subscribes to that type.
+  std::string start_message(const RunOrigin& origin) const {
+    std::string json = R"({"event_type":"merkel_start","stream":)" + stream_ +
+                       R"(,"start_device_ns":)" + std::to_string(origin.start.count()) +
+                       R"(,"start_utc_ns":)" + std::to_string(origin.utc.count()) +
+                       R"(,"afferents":[)";
+    for (const AfferentRow& row : afferents_) {
+      json += (row.number == 1 ? "[" : ",[") + std::to_string(row.number) + "," +
+              std::to_string(row.patch) + "," + shortest_decimal(row.x_mm) + "," +
+              shortest_decimal(row.y_mm) + "," + shortest_decimal(row.field_radius_mm) + "]";
+    }
+    return json + R"(],"afferent_fields":["neuron","patch","x_mm","y_mm","field_radius_mm"]})";
+  }
+
+  void send_start() {
+    if (start_json_.empty()) return;
+    if (!socket_.send(zmq::buffer(start_type_),
+                      zmq::send_flags::sndmore | zmq::send_flags::dontwait)) {
+      return;
+    }
+    static_cast<void>(socket_.send(zmq::buffer(start_json_), zmq::send_flags::dontwait));
+  }
 
   void send(const SpikeEvent& spike, const ClockPair& now) {
     write_json(spike, now);
@@ -108,7 +249,7 @@ class ZmqSpikeSink final : public SpikeSink {
       ++delivered_;
       return;
     }
-    wait_flag_ = zmq::send_flags::dontwait;
+    wait_flag_ = zmq::send_flags::dontwait;  // waits for nobody again
     // Some subscriber's queue is full: it loses the message, the others get it.
     socket_.set(zmq::sockopt::xpub_nodrop, false);
     static_cast<void>(send_parts());
@@ -116,6 +257,7 @@ class ZmqSpikeSink final : public SpikeSink {
   }
 
   bool send_parts() {
+    if (given_up_.load(std::memory_order_relaxed)) wait_flag_ = zmq::send_flags::dontwait;
     if (!socket_.send(zmq::buffer(type_), zmq::send_flags::sndmore | wait_flag_)) return false;
     return socket_.send(zmq::buffer(json_), wait_flag_).has_value();
   }
@@ -148,16 +290,52 @@ class ZmqSpikeSink final : public SpikeSink {
     json_ += '}';
   }
 
+  static constexpr int kRebinds = 50;
+  static constexpr std::chrono::milliseconds kRebindPause{10};
+
   std::string uri_;
+  Parameters parameters_;
+  std::vector<AfferentRow> afferents_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  zmq::socket_t monitor_;
   std::string type_;
+  std::string start_type_;
   std::string stream_;
   std::string json_;
-  zmq::send_flags wait_flag_ = zmq::send_flags::dontwait;
+  std::string start_json_;
+  zmq::send_flags wait_flag_;
+  std::atomic<bool> given_up_{false};
+  bool start_wanted_early_ = false;
+  int subscriptions_ = 0;
+  int connections_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t delivered_ = 0;
 };
+
+/// ZeroMQ removes whatever is at the path of an ipc: address. Leaves it only what another run has
+/// left: a socket that no program listens at.
+Expected<void, SetupError> make_way(const std::string& uri, const std::string& path) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0) return {};
+  const auto refused = [&](const std::string& why) {
+    return bad_input("\"" + uri + "\": " + path + " exists already and " + why +
+                     ": name another file");
+  };
+  if (!S_ISSOCK(status.st_mode)) return refused("is not a socket");
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) return {};  // too long: ZeroMQ says so
+  path.copy(address.sun_path, path.size());
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const bool dead =
+      probe >= 0 &&
+      ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
+      errno == ECONNREFUSED;
+  if (probe >= 0) ::close(probe);
+  if (!dead) return refused("another program listens there");
+  return {};
+}
 
 }  // namespace
 
@@ -189,14 +367,24 @@ OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
     if (address->host == "localhost") {
       endpoint = "tcp://127.0.0.1:" + std::to_string(address->port);
     }
-  } else if (!endpoint.starts_with("ipc://")) {
+  } else if (!endpoint.starts_with(kIpc)) {
     return bad_input("\"" + uri.text + "\": the address must be tcp://HOST:PORT or ipc://FILE, " +
                      "for example zmq:" + std::string(kDefaultEndpoint));
   }
-  auto sink = std::make_unique<ZmqSpikeSink>(uri.text, stream, topic);
-  if (auto bound = sink->bind(endpoint, high_water_mark, wait_when_full); !bound) {
-    return Unexpected<SetupError>(bound.error());
+  if (endpoint.starts_with(kIpc)) {
+    if (auto free = make_way(uri.text, endpoint.substr(kIpc.size())); !free) {
+      return Unexpected<SetupError>(free.error());
+    }
   }
+  auto sink =
+      std::make_unique<ZmqSpikeSink>(uri.text,
+                                     ZmqSpikeSink::Parameters{.endpoint = endpoint,
+                                                              .stream = stream,
+                                                              .topic = topic,
+                                                              .high_water_mark = high_water_mark,
+                                                              .wait_when_full = wait_when_full},
+                                     afferents_of(setup));
+  if (auto bound = sink->bind(); !bound) return Unexpected<SetupError>(bound.error());
   if (!sink->wait_for_subscribers(subscribers, patience)) {
     return bad_input("\"" + uri.text + "\": not " + std::to_string(subscribers) +
                      " subscribers came in time: start them, or leave out the option subscribers");

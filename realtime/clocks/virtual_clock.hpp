@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <thread>
@@ -11,10 +12,15 @@ namespace merkel {
 /// and without any sample being late.
 class VirtualClock {
  public:
+  VirtualClock() = default;
+  /// \param stop  once it is set, nothing is waited for any more; borrowed
+  explicit VirtualClock(const std::atomic<bool>& stop) : stop_(&stop) {}
+
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return now_; }
   void wait_until(std::chrono::nanoseconds time) noexcept { now_ = std::max(now_, time); }
   /// Spins a little, then sleeps: the other threads may need this core.
   bool wait_for_others() noexcept {
+    if (stop_ != nullptr && stop_->load(std::memory_order_relaxed)) return false;
     if (++idle_ % 64 == 0) {
       std::this_thread::sleep_for(std::chrono::microseconds{50});
     } else {
@@ -26,6 +32,7 @@ class VirtualClock {
  private:
   std::chrono::nanoseconds now_{0};
   std::uint32_t idle_ = 0;
+  const std::atomic<bool>* stop_ = nullptr;
 };
 
 }  // namespace merkel

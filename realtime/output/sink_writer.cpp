@@ -99,14 +99,22 @@ bool SinkWriter::all_ended() const {
          std::all_of(sources_.frames.begin(), sources_.frames.end(), ended);
 }
 
-void SinkWriter::write_all() {
-  set_up_helper_thread("merkel-sink");
-  spikes_.reserve(kBatch);
+void SinkWriter::write_until_ended() {
   std::uint64_t seen = 0;
   auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
   for (;;) {
     // Read the flags before the queues: they are set after the last item.
     const bool ended = all_ended();
+    if (!begun_) {
+      const RunOrigin* const origin = sources_.origin == nullptr ? nullptr : sources_.origin->get();
+      if (sources_.origin == nullptr || origin != nullptr || ended) {
+        begun_ = true;
+        keep(sink_.begin(origin == nullptr ? RunOrigin{} : *origin));
+      } else {
+        sources_.channel.beat.wait(seen);
+        continue;
+      }
+    }
     std::size_t taken = write_frames();
     taken += write_samples();
     taken += write_ticks_and_spikes();
@@ -124,11 +132,28 @@ void SinkWriter::write_all() {
   if (healthy()) write_status();
 }
 
-SinkWriter::Outcome SinkWriter::finish(bool complete) {
-  if (thread_.joinable()) thread_.join();
+void SinkWriter::write_all() {
+  set_up_helper_thread("merkel-sink");
+  spikes_.reserve(kBatch);
+  write_until_ended();
+  ending_.wait(Ending::kNotYet, std::memory_order_acquire);
+  const bool complete = ending_.load(std::memory_order_acquire) == Ending::kClose;
   if (healthy()) keep(complete ? sink_.close() : sink_.flush());
   outcome_.delivered = sink_.delivered();
+  done_.store(true, std::memory_order_release);
+}
+
+void SinkWriter::end(bool complete) noexcept {
+  Ending not_yet = Ending::kNotYet;
+  ending_.compare_exchange_strong(not_yet, complete ? Ending::kClose : Ending::kAbandon);
+  ending_.notify_all();
+}
+
+SinkWriter::Outcome SinkWriter::finish() {
+  if (thread_.joinable()) thread_.join();
   return outcome_;
 }
+
+SinkWriter::~SinkWriter() { end(false); }
 
 }  // namespace merkel

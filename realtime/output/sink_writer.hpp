@@ -17,6 +17,24 @@
 
 namespace merkel {
 
+/// A run's origin, set by the simulation thread once it is known.
+class SharedOrigin {
+ public:
+  /// Thread: simulation; once.
+  void set(const RunOrigin& origin) noexcept {
+    origin_ = origin;
+    known_.store(true, std::memory_order_release);
+  }
+  /// Null while it is not known. Thread: any.
+  [[nodiscard]] const RunOrigin* get() const noexcept {
+    return known_.load(std::memory_order_acquire) ? &origin_ : nullptr;
+  }
+
+ private:
+  RunOrigin origin_;
+  std::atomic<bool> known_{false};
+};
+
 /// The thread of one sink: takes spikes, and what else it has asked for, from its queues and writes
 /// them. When the sink fails, it takes no more, and every later spike is counted as lost; the other
 /// sinks go on.
@@ -34,16 +52,25 @@ class SinkWriter {
     std::span<const std::unique_ptr<SampleTap>> taps;  ///< one a probe; empty if not asked for
     std::span<const std::unique_ptr<FrameTap>> frames = {};  ///< one a port; empty if not asked for
     std::function<RunStatus()> status;                       ///< the run's counters; any thread
+    const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: 0
   };
 
   SinkWriter(SpikeSink& sink, Sources sources);
   SinkWriter(const SinkWriter&) = delete;
   SinkWriter& operator=(const SinkWriter&) = delete;
-  ~SinkWriter() = default;
+  /// Ends without closing the sink, unless end() was called.
+  ~SinkWriter();
 
-  /// Waits until the last spike is written, and closes the sink; or, where `complete` is false
-  /// because the run failed, leaves it unfinished.
-  [[nodiscard]] Outcome finish(bool complete);
+  /// Lets the thread end: once all queues have ended and the last item is written, it closes the
+  /// sink; where `complete` is false because the run failed, it leaves the sink unfinished. Returns
+  /// at once.
+  void end(bool complete) noexcept;
+  /// Whether the thread is done. Thread: any.
+  [[nodiscard]] bool done() const noexcept { return done_.load(std::memory_order_acquire); }
+  /// Makes the sink fail wherever it waits for somebody else. Thread: any.
+  void give_up() noexcept { sink_.give_up(); }
+  /// Waits until the thread is done.
+  [[nodiscard]] Outcome finish();
 
   /// Why the sink has failed, once it has; empty until then. Thread: any, for one caller.
   [[nodiscard]] std::string trouble() const {
@@ -51,7 +78,9 @@ class SinkWriter {
   }
 
  private:
+  enum class Ending : std::uint8_t { kNotYet, kClose, kAbandon };
   void write_all();
+  void write_until_ended();
   std::size_t write_ticks_and_spikes();
   std::size_t write_samples();
   std::size_t write_frames();
@@ -69,7 +98,10 @@ class SinkWriter {
   std::vector<ProbeSample> samples_;
   std::vector<RawFrame> frames_;
   Outcome outcome_;
+  bool begun_ = false;
   std::atomic<bool> failed_{false};
+  std::atomic<bool> done_{false};
+  std::atomic<Ending> ending_{Ending::kNotYet};
   std::jthread thread_;
 };
 

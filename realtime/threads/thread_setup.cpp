@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <ctime>
 
 #include <fcntl.h>
 #include <linux/capability.h>
@@ -51,11 +52,7 @@ class RaisedThread {
 
 void demote(int /*signal*/) {
   const int saved = errno;
-  const sched_param normal{};
-  for (const std::atomic<pid_t>& slot : g_raised) {
-    const pid_t thread = slot.load();
-    if (thread != 0 && ::sched_setscheduler(thread, SCHED_OTHER, &normal) == 0) g_demoted = true;
-  }
+  demote_raised_threads();
   errno = saved;
 }
 
@@ -251,7 +248,24 @@ void set_up_helper_thread(const char* name) {
   ::prctl(PR_SET_TIMERSLACK, 1UL);
 }
 
+void demote_raised_threads() noexcept {
+  const sched_param normal{};
+  for (const std::atomic<pid_t>& slot : g_raised) {
+    const pid_t thread = slot.load();
+    if (thread != 0 && ::sched_setscheduler(thread, SCHED_OTHER, &normal) == 0) g_demoted = true;
+  }
+}
+
 bool simulation_was_demoted() noexcept { return g_demoted; }
+
+std::chrono::nanoseconds processor_time(pthread_t thread) noexcept {
+  clockid_t clock{};
+  timespec time{};
+  if (::pthread_getcpuclockid(thread, &clock) != 0 || ::clock_gettime(clock, &time) != 0) {
+    return std::chrono::nanoseconds{0};
+  }
+  return std::chrono::seconds{time.tv_sec} + std::chrono::nanoseconds{time.tv_nsec};
+}
 
 ThreadUsage ThreadUsage::of_this_thread() noexcept {
   rusage usage{};

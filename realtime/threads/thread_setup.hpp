@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <pthread.h>
+
 #include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
@@ -58,6 +60,11 @@ void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& 
 void set_up_worker_thread(const RealtimeSettings& settings, int worker);
 /// Names the calling thread (15 letters at most) and makes its sleeps end on time; never raises it.
 void set_up_helper_thread(const char* name);
+
+/// Puts every raised thread back into the normal class. Safe to call from a signal handler.
+void demote_raised_threads() noexcept;
+/// Processor time that a running thread has used; 0 where it is not known. Thread: any.
+[[nodiscard]] std::chrono::nanoseconds processor_time(pthread_t thread) noexcept;
 
 /// Whether a thread that was raised has been put back because it did not sleep.
 [[nodiscard]] bool simulation_was_demoted() noexcept;

@@ -1,8 +1,10 @@
 """Spike files, opened by the software they are for: Neo, h5py, NumPy."""
+import glob
 import os
 import resource
 import signal
 import subprocess
+import time
 
 import h5py
 import neo
@@ -41,6 +43,12 @@ class Files(merkel_program.TestCase):
     def test_neo_reads_phy(self):
         spikes = self.record("phy:" + self.path("s"))
         segment = neo.io.PhyIO(self.path("s")).read_segment()
+        channels = np.load(self.path("s/channel_map.npy"))
+        positions = np.load(self.path("s/channel_positions.npy"))
+        self.assertEqual(list(channels), list(range(20)))
+        self.assertEqual(positions.shape, (20, 2))
+        afferents = np.genfromtxt(self.path("s/afferents.csv"), delimiter=",", names=True)
+        self.assertTrue(np.allclose(1e3 * afferents["x_mm"], positions[:, 0]))
         # Phy counts samples: of a microsecond here.
         self.assertEqual([(t // 1000, n) for t, n in rows_of(segment)],
                          sorted((round(t / 1000), n) for t, n in spikes))
@@ -55,7 +63,16 @@ class Files(merkel_program.TestCase):
             sorting = h5py.check_enum_dtype(group.attrs.get_id("sorting").dtype)
             self.assertEqual(sorting, {"none": 0, "by_id": 1, "by_time": 2})
             self.assertEqual(group.attrs["sorting"], sorting["by_time"])
-            self.assertEqual(group["timestamps"].attrs["units"], b"milliseconds")
+            units = group["timestamps"].attrs["units"]
+            self.assertEqual(units, "ms")
+            self.assertTrue(h5py.check_string_dtype(group["timestamps"].attrs.get_id("units").dtype)
+                            .length is None)  # of variable length, as libsonata reads it
+            self.assertEqual(group.attrs["time_zero"], "run")
+            nodes = file["nodes/finger"]
+            self.assertEqual(list(nodes["node_id"]), list(range(20)))
+            self.assertEqual(list(nodes["node_group_index"]), list(range(20)))
+            self.assertTrue(np.all(nodes["0/x"][:] > 0) and np.all(nodes["0/x"][:] < 30_000))
+            self.assertTrue(np.all(nodes["0/field_radius_mm"][:] > 0))
             self.assertEqual(group["timestamps"].dtype, np.float64)
             self.assertEqual(group["node_ids"].dtype, np.uint64)
             # Nodes count from 0.
@@ -69,7 +86,7 @@ class Files(merkel_program.TestCase):
         program = merkel_program.start(
             "run", "--probe", "sim:taps?interval_s=0.1&tap_s=0.08&count=1000",
             *(word for uri in uris for word in ("--sink", uri)))
-        times = self.path("k/spike_times.npy")
+        times = self.path("k/spike_times.npy.part")
         self.assertTrue(merkel_program.wait_for(
             lambda: os.path.exists(times) and os.path.getsize(times) > 128 + 8 * 30))
         program.send_signal(signal.SIGKILL)
@@ -81,9 +98,45 @@ class Files(merkel_program.TestCase):
         both = min(len(rows), len(spikes))
         self.assertEqual(rows[:both], spikes[:both])
         self.assertGreater(len(np.load(times)), 20)
-        self.assertGreater(len(np.load(self.path("k/spike_clusters.npy"))), 20)
-        with h5py.File(self.path("k.h5.part"), "r") as file:
-            self.assertGreater(len(file["spikes/merkel/timestamps"]), 20)
+        self.assertGreater(len(np.load(self.path("k/spike_clusters.npy.part"))), 20)
+        # The next run of these names keeps all of it, and makes a SONATA file of its rows.
+        self.merkel("run", "--fast", "--probe", TRACE,
+                    *(word for uri in uris for word in ("--sink", uri)))
+        kept, = glob.glob(self.path("k.recovered-*.h5"))
+        with h5py.File(kept, "r") as file:
+            sonata = [(round(t * 1e6), int(n) + 1) for t, n in zip(
+                file["spikes/merkel/timestamps"], file["spikes/merkel/node_ids"])]
+        both = min(len(sonata), len(spikes))
+        self.assertGreater(both, 20)
+        self.assertEqual(sonata[:both], spikes[:both])
+        for pattern in ("k.recovered-*.csv", "k.recovered-*.gdf", "k.recovered-*/spike_times.npy.part"):
+            self.assertEqual(len(glob.glob(self.path(pattern))), 1, pattern)
+
+    def test_times_count_from_the_run_from_1970_or_from_the_device(self):
+        session = self.path("t.xdf")
+        before = time.time()
+        self.merkel("run", "--probe", "sim:ramp?wait_s=0&hold_s=0.3&live=1", "--sink",
+                    "xdf:" + session, "--sink", "csv:" + self.path("live.csv"))
+        times = {}
+        for zero in ("session", "unix", "device"):
+            path = self.path(zero + ".csv")
+            self.merkel("export", session, "--time-zero", zero, "--sink", "csv:" + path)
+            times[zero] = spikes_of_csv(path)
+            with open(path) as lines:
+                notes = dict(line[2:].strip().split("=") for line in lines if line.startswith("#"))
+            if zero != "device":
+                offset = int(notes["time_offset_ns"])
+                shifted = [(t + offset, n) for t, n in times[zero]]
+                device = shifted if zero == "session" else device
+                self.assertEqual([n for _, n in shifted], [n for _, n in device])
+                # A double holds a Unix time to a quarter of a microsecond.
+                for (a, _), (b, _) in zip(shifted, device):
+                    self.assertLess(abs(a - b), 500)
+        self.assertEqual(times["device"], device)
+        self.assertEqual(times["session"], spikes_of_csv(self.path("live.csv")))
+        self.assertGreater(len(times["session"]), 10)
+        self.assertTrue(0 <= times["session"][0][0] < 2e9)
+        self.assertTrue(before - 5 < times["unix"][0][0] * 1e-9 < time.time() + 5)
 
     def test_a_full_disk_ends_its_sink_and_no_other(self):
         done = self.merkel("run", "--fast", "--probe", TRACE, "--sink", "csv:/dev/full", "--sink",

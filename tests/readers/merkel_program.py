@@ -30,7 +30,8 @@ def free_port():
 
 def spikes_of_csv(path):
     """Rows (time in ns, neuron)."""
-    with open(path) as lines:
+    with open(path) as file:
+        lines = (line for line in file if not line.startswith("#"))
         assert next(lines) == "time_s,neuron\n"
         rows = (line.split(",") for line in lines)
         return [(round(float(time_s) * 1e9), int(neuron)) for time_s, neuron in rows]

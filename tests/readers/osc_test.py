@@ -1,9 +1,11 @@
 """A UDP receiver of OSC bundles, written from the description of OSC 1.0 and from nothing of
 merkel's (liblo's own server is in tests/drivers/sinks)."""
+import json
 import os
 import socket
 import struct
 import subprocess
+import unittest
 
 import numpy as np
 
@@ -20,11 +22,11 @@ class Receiver:
     """Takes bundles until nothing has come for a while, and knows how many packets the kernel
     dropped because this receiver was too slow."""
 
-    def __init__(self):
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    def __init__(self, family=socket.AF_INET, host="127.0.0.1"):
+        self.socket = socket.socket(family, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 24)
         self.socket.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
-        self.socket.bind(("127.0.0.1", 0))
+        self.socket.bind((host, 0))
         self.port = self.socket.getsockname()[1]
         self.dropped = 0
 
@@ -53,6 +55,16 @@ class Receiver:
 
 
 class Osc(merkel_program.TestCase):
+    @unittest.skipUnless(socket.has_ipv6 and os.path.exists("/proc/net/if_inet6"), "no IPv6")
+    def test_an_ipv6_address_gets_every_spike(self):
+        receiver = self.enterContext(Receiver(socket.AF_INET6, "::1"))
+        done = self.merkel("run", "--fast", "--probe", "replay:tests/traces/taps.csv", "--json",
+                           "--sink", f"osc:[::1]:{receiver.port}")
+        sink = json.loads(done.stdout)["sinks"][0]
+        self.assertGreater(sink["delivered"], 20)
+        self.assertEqual(sink["delivered"], sink["spikes_in"])
+        self.assertEqual(sum(len(each) for each in receiver.bundles(1.0)), sink["delivered"])
+
     def test_every_spike_of_a_run_comes_in_order(self):
         receiver = self.enterContext(Receiver())
         self.merkel("run", "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",

@@ -46,6 +46,31 @@ class Session(merkel_program.TestCase):
         for stream in xdf.streams.values():
             self.assertEqual(int(stream.footer.findtext("sample_count")), len(stream.samples))
 
+    def test_readers_find_its_span_rates_and_clocks(self):
+        for speed, probe in (("--fast", "replay:tests/traces/taps.csv"),
+                             ("--json", "sim:taps?count=2&live=1")):
+            session = self.path(f"s{speed}.xdf")
+            self.merkel("run", speed, "--probe", probe, "--sink", f"xdf:{session}")
+            xdf = Xdf(session)
+            ticks = xdf.streams["merkel.ticks"]
+            # A reader takes the least and the greatest time of all footers for the file's span.
+            first = min(float(each.footer.findtext("first_timestamp")) for each in xdf.streams.values())
+            last = max(float(each.footer.findtext("last_timestamp")) for each in xdf.streams.values())
+            self.assertLess(ticks.stamps[0] - first, 1)
+            self.assertLess(last - ticks.stamps[-1], 1)
+            self.assertGreaterEqual(last, ticks.stamps[-1])
+            for stamp in xdf.streams["merkel.status"].stamps:
+                self.assertTrue(first <= stamp <= last)
+            self.assertEqual(ticks.rate, 1000)
+            for stream in xdf.streams.values():
+                # EEGLAB takes such a stream for markers of one channel.
+                self.assertNotIn(stream.type, ("Events", "Markers"))
+                self.assertGreaterEqual(len(stream.clock_offsets), 1)
+                self.assertTrue(all(offset == 0 for _, offset in stream.clock_offsets))
+            afferents = xdf.header.find("merkel").findtext("afferents").splitlines()
+            self.assertEqual(afferents[0], "neuron,patch,x_mm,y_mm,field_radius_mm,receptors")
+            self.assertEqual(len(afferents), 21)
+
     def test_record_writes_a_session_of_samples_alone(self):
         session = self.path("r.xdf")
         self.merkel("record", "sim:taps?force_N=0.5&count=2", session)

@@ -15,6 +15,9 @@ class Stream:
         self.stamps = []
         self.samples = []
         self.footer = None
+        self.type = header.findtext("type")
+        self.rate = float(header.findtext("nominal_srate"))
+        self.clock_offsets = []
 
     def column(self, label):
         index = self.labels.index(label)
@@ -56,6 +59,8 @@ class Xdf:
             (number,) = struct.unpack_from("<I", content)
             if tag == 2:
                 self.by_id[number] = Stream(xml.fromstring(content[4:]))
+            elif tag == 4:
+                self.by_id[number].clock_offsets.append(struct.unpack_from("<dd", content, 4))
             elif tag == 6:
                 self.by_id[number].footer = xml.fromstring(content[4:])
             elif tag == 3:

@@ -1,6 +1,7 @@
 """A subscriber as Open Ephys' Event Broadcaster has them, by pyzmq."""
 import json
 import os
+import socket
 import subprocess
 import threading
 import time
@@ -55,6 +56,83 @@ class Zmq(merkel_program.TestCase):
                 self.assertIn(key, info)
             self.assertLess(abs(before - info["sent_utc_ns"]), 600e9)
         self.assertGreater(len(spikes), 100)
+
+    def test_who_asks_is_told_when_the_run_began_and_where_the_afferents_are(self):
+        port = free_port()
+        subscriber = self.enterContext(Subscriber(port, b"\x01M"))
+        self.merkel("run", "--fast", "--sink",
+                    f"zmq:tcp://127.0.0.1:{port}?subscribers=1&wait_s=30")
+        kind, text = subscriber.take(1)[0]
+        self.assertEqual(kind, b"\x01M")
+        info = json.loads(text)
+        self.assertEqual(info["start_device_ns"], 0)
+        self.assertLess(abs(info["start_utc_ns"] - time.time_ns()), 600e9)
+        self.assertEqual([row[0] for row in info["afferents"]], list(range(1, 21)))
+        self.assertEqual(len(info["afferent_fields"]), len(info["afferents"][0]))
+
+    def live_run(self, port, *more):
+        """A run that goes on, and a function that tells its memory in MiB."""
+        program = merkel_program.start("run", "--probe", "sim:ramp?wait_s=0&hold_s=600&live=1",
+                                       "--sink", f"zmq:tcp://127.0.0.1:{port}", *more)
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+
+        def memory_MiB():
+            with open(f"/proc/{program.pid}/status") as status:
+                fields = dict(line.split(":", 1) for line in status)
+            return int(fields["VmRSS"].split()[0]) / 1024
+        self.assertTrue(merkel_program.wait_for(lambda: self.connects(port)))
+        time.sleep(1)
+        return program, memory_MiB
+
+    def connects(self, port):
+        with socket.socket() as test:
+            return test.connect_ex(("127.0.0.1", port)) == 0
+
+    def gets_spikes(self, port):
+        with Subscriber(port) as subscriber:
+            return json.loads(subscriber.take(1)[0][1])["event_type"] == "spike"
+
+    def test_a_header_that_claims_8_GiB_takes_no_memory(self):
+        port = free_port()
+        program, memory_MiB = self.live_run(port)
+        before = memory_MiB()
+        with socket.create_connection(("127.0.0.1", port)) as peer:
+            # ZMTP 3.0: signature, version, mechanism NULL, as a client; then READY of a SUB socket.
+            peer.sendall(b"\xff" + bytes(8) + b"\x7f\x03\x00NULL" + bytes(16) + b"\x00" + bytes(31))
+            peer.sendall(b"\x04\x19\x05READY\x0bSocket-Type\x00\x00\x00\x03SUB")
+            time.sleep(0.3)
+            peer.sendall(b"\x02" + (8 << 30).to_bytes(8, "big") + b"x" * 1000)
+            time.sleep(1)
+            self.assertIsNone(program.poll())
+            self.assertLess(memory_MiB() - before, 50)
+        self.assertTrue(self.gets_spikes(port))
+
+    def test_hundreds_of_thousands_of_subscriptions_take_no_memory(self):
+        port = free_port()
+        program, memory_MiB = self.live_run(port)
+        before = memory_MiB()
+        with Subscriber(port, b"0") as greedy:
+            for i in range(200_000):
+                greedy.socket.setsockopt(zmq.SUBSCRIBE, b"%020d" % i)
+            time.sleep(2)
+            self.assertIsNone(program.poll())
+            self.assertLess(memory_MiB() - before, 150)
+        self.assertTrue(self.gets_spikes(port))
+
+    def test_idle_connections_leave_descriptors_to_others(self):
+        port = free_port()
+        program, _ = self.live_run(port)
+        peers = []
+        for _ in range(300):
+            peers.append(socket.create_connection(("127.0.0.1", port)))
+            self.addCleanup(peers[-1].close)
+        self.assertTrue(merkel_program.wait_for(
+            lambda: len(os.listdir(f"/proc/{program.pid}/fd")) < 150, 10))
+        self.assertIsNone(program.poll())
+        for peer in peers:
+            peer.close()
+        self.assertTrue(self.gets_spikes(port))
 
     def test_topics_tell_fingers_apart(self):
         port = free_port()

@@ -72,7 +72,8 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
   const std::uint64_t made = ticks * kSpikesPerTick;
   int lost = 0;
   for (std::size_t i = 0; i < writers.size(); ++i) {
-    const auto outcome = writers[i]->finish(true);
+    writers[i]->end(true);
+    const auto outcome = writers[i]->finish();
     const bool whole =
         outcome.trouble.empty() && outcome.delivered == made && channels[i]->dropped.value() == 0;
     std::printf("%-40s %llu of %llu spikes %s\n", uris[i],

@@ -83,7 +83,8 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
                                     clock, *model, inputs, fanout, statistics, events);
   const std::atomic<bool> stop{false};
   loop.run(stop);
-  const auto outcome = writer.finish(true);
+  writer.end(true);
+  const auto outcome = writer.finish();
   EXPECT_EQ(outcome.trouble, "");
   counts = inputs[0].counts();
   return path;

@@ -15,6 +15,7 @@ namespace {
 struct ExportOptions {
   std::string session;
   std::vector<std::string> sinks;
+  std::string time_zero = "session";
   bool overwrite = false;
   bool allow_remote = false;
 };
@@ -42,7 +43,15 @@ Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk
   return {};
 }
 
+void print_notice(const std::string& sentence) {
+  std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+}
+
 int export_session(const ExportOptions& options) {
+  if (options.time_zero != "session" && options.time_zero != "unix" &&
+      options.time_zero != "device") {
+    return refuse("--time-zero " + options.time_zero + " is not one of session, unix, device");
+  }
   auto session = SessionReader::open(options.session);
   if (!session) return refuse(session.error());
   const auto scene = scene_of_session(*session);
@@ -59,9 +68,18 @@ int export_session(const ExportOptions& options) {
     auto sink = open_sink(uri, {.neurons = static_cast<std::uint32_t>(model->neurons()),
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
-                                .run = run});
+                                .run = run,
+                                .notice = print_notice,
+                                .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
+                                             : options.time_zero == "device" ? TimeZero::kDevice
+                                                                             : TimeZero::kRun});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
+  }
+  const auto origin = session_origin(options.session);
+  if (!origin) return refuse(origin.error());
+  for (const auto& sink : sinks) {
+    if (auto begun = sink->begin(*origin); !begun) return fail(begun.error().sentence);
   }
   SessionChunk chunk;
   std::uint64_t spikes = 0;
@@ -106,6 +124,9 @@ void add_export_command(CommandLine& program) {
       .required()
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .required()
+      .option("--time-zero", options->time_zero,
+              "What the times in files are counted from: session (its start), unix (1970-01-01) or "
+              "device (the probe's own time)")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,
             "Let sinks send to, or be reached from, other machines")

@@ -10,7 +10,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
-#include "drivers/files/trace_file.hpp"
+#include "drivers/clock/clock_pair.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
@@ -35,45 +35,61 @@ std::atomic<bool> g_stop{false};
 
 void stop_recording(int /*signal*/) { g_stop.store(true); }
 
-/// Where the samples go: a trace, or a session without a simulation.
+/// The sink that the samples go to, a trace or a session without a simulation, and the taps of the
+/// device's bytes for it.
 class Recording {
  public:
   static Expected<Recording, SetupError> create(const RecordOptions& options, Probe& probe,
                                                 const std::string& command) {
     Recording recording;
-    if (options.file.ends_with(".xdf")) {
-      RunDescription run;
-      run.facts = {{"command", command}, {"version", MERKEL_VERSION}, {"git_hash", kGitHash}};
-      add_probe_facts(probe.info(), run);
-      for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
-      auto sink = open_sink(
-          "xdf:" + options.file,
-          SinkSetup{.overwrite = options.overwrite, .allow_remote = false, .run = std::move(run)});
-      if (!sink) return Unexpected<SetupError>(sink.error());
-      recording.session_ = std::move(*sink);
-      for (std::size_t port = 0; port < probe.ports(); ++port) {
-        recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port));
-      }
-      return recording;
+    RunDescription run;
+    run.facts = {{"command", command}, {"version", MERKEL_VERSION}, {"git_hash", kGitHash}};
+    add_probe_facts(probe.info(), run);
+    for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
+    auto sink = open_sink((options.file.ends_with(".xdf") ? "xdf:" : "trace:") + options.file,
+                          {.neurons = 0,
+                           .overwrite = options.overwrite,
+                           .allow_remote = false,
+                           .run = std::move(run),
+                           .notice = [](const std::string& sentence) {
+                             std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+                           }});
+    if (!sink) return Unexpected<SetupError>(sink.error());
+    recording.sink_ = std::move(*sink);
+    recording.replayed_ = probe.info().replayed;
+    if ((recording.sink_->wishes() & SpikeSink::kFrames) == 0U) return recording;
+    for (std::size_t port = 0; port < probe.ports(); ++port) {
+      recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port));
     }
-    auto trace =
-        TraceWriter::create(options.file, probe.info().channels, {&command, 1}, options.overwrite);
-    if (!trace) return Unexpected<SetupError>(trace.error());
-    recording.trace_.emplace(std::move(*trace));
     return recording;
   }
-  /// Both return what went wrong; nothing, if nothing did.
+  /// Writes what came, and whatever waits for longer than 100 ms. \return what went wrong, or
+  /// nothing
   std::string write(std::span<const ProbeSample> samples) {
-    if (trace_) return sentence_of(trace_->write(samples));
-    std::string trouble = write_frames();
-    if (trouble.empty()) trouble = sentence_of(session_->write_samples(0, samples));
-    return trouble.empty() ? sentence_of(session_->flush()) : trouble;
+    if (samples.empty() && !begun_) return {};
+    if (!begun_) {
+      begun_ = true;
+      const ClockPair clocks = read_clock_pair();
+      const auto first = samples.front().time;
+      const auto zero = replayed_ ? std::chrono::nanoseconds{0} : first;
+      const auto zero_on_host = replayed_ ? clocks.monotonic - first : first;
+      keep(sink_->begin({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)}));
+    }
+    write_frames();
+    if (!samples.empty()) keep(sink_->write_samples(0, samples));
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= next_flush_) {
+      keep(sink_->flush());
+      next_flush_ = now + std::chrono::milliseconds{100};
+    }
+    return error_;
   }
   std::string close() {
-    if (trace_) return sentence_of(trace_->close());
     for (const auto& tap : taps_) tap->end();
-    const std::string trouble = write_frames();
-    return trouble.empty() ? sentence_of(closed_session()) : trouble;
+    write_frames();
+    keep(sink_->write_status({.counters = {}, .losses = {.frames = lost_frames()}, .rights = {}}));
+    if (error_.empty()) keep(sink_->close());
+    return error_;
   }
   /// Bytes of the devices that found no room, because nothing was written for too long.
   [[nodiscard]] std::uint64_t lost_frames() const {
@@ -83,33 +99,23 @@ class Recording {
   }
 
  private:
-  template <class Error>
-  static std::string sentence_of(const Expected<void, Error>& result) {
-    return result ? std::string() : result.error().sentence;
+  void keep(const Expected<void, SinkError>& result) {
+    if (!result && error_.empty()) error_ = result.error().sentence;
   }
-  std::string write_frames() {
+  void write_frames() {
     for (const auto& tap : taps_) {
       std::vector<RawFrame> frames;
       for (RawFrame frame; tap->queue.items.try_pop(frame);) frames.push_back(frame);
-      if (frames.empty()) continue;
-      std::string trouble = sentence_of(session_->write_frames(tap->probe(), tap->port(), frames));
-      if (!trouble.empty()) return trouble;
+      if (!frames.empty()) keep(sink_->write_frames(tap->probe(), tap->port(), frames));
     }
-    return {};
-  }
-  Expected<void, SetupError> closed_session() {
-    if (auto told = session_->write_status(
-            {.counters = {}, .losses = {.frames = lost_frames()}, .rights = {}});
-        !told) {
-      return unavailable(told.error().sentence);
-    }
-    if (auto closed = session_->close(); !closed) return unavailable(closed.error().sentence);
-    return {};
   }
 
-  std::optional<TraceWriter> trace_;
-  std::unique_ptr<SpikeSink> session_;
+  std::unique_ptr<SpikeSink> sink_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
+  bool replayed_ = false;
+  bool begun_ = false;
+  std::chrono::steady_clock::time_point next_flush_{};
+  std::string error_;
 };
 
 int record(const RecordOptions& options) {
@@ -122,6 +128,7 @@ int record(const RecordOptions& options) {
 
   std::signal(SIGINT, stop_recording);
   std::signal(SIGTERM, stop_recording);
+  std::signal(SIGHUP, stop_recording);
   std::vector<ProbeSample> samples(1024);
   std::optional<std::chrono::nanoseconds> end;
   std::uint64_t written = 0;
@@ -142,10 +149,8 @@ int record(const RecordOptions& options) {
       if (!end) end = samples[0].time + units::nanoseconds_from_s(*options.duration_s);
       while (wanted > 0 && samples[wanted - 1].time > *end) --wanted;
     }
-    if (wanted > 0) {
-      const std::string trouble = recording->write(std::span(samples).first(wanted));
-      if (!trouble.empty()) return fail(trouble);
-    }
+    const std::string error = recording->write(std::span(samples).first(wanted));
+    if (!error.empty()) return fail(error);
     written += wanted;
     if (wanted > 0 && std::chrono::steady_clock::now() >= show_again) {
       show_again += std::chrono::milliseconds{200};
@@ -158,7 +163,7 @@ int record(const RecordOptions& options) {
     if (wanted < *count) break;
   }
   terminal.clear();
-  if (const std::string trouble = recording->close(); !trouble.empty()) return fail(trouble);
+  if (const std::string error = recording->close(); !error.empty()) return fail(error);
   if (recording->lost_frames() > 0) {
     std::fprintf(stderr, "merkel: at least %llu portions of the device's bytes are not in it\n",
                  static_cast<unsigned long long>(recording->lost_frames()));

@@ -98,10 +98,13 @@ int replay(const ReplayOptions& options) {
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
+  const auto origin = session_origin(options.session);
+  if (!origin) return refuse(origin.error());
   std::string trouble;
   const auto keep = [&](const Expected<void, SinkError>& result) {
     if (!result && trouble.empty()) trouble = result.error().sentence;
   };
+  for (const auto& sink : sinks) keep(sink->begin(*origin));
   SessionReplay replay(*model);
   SessionChunk chunk;
   for (;;) {

@@ -11,7 +11,6 @@
 #include "core/units.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "drivers/probes/recording_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
@@ -19,6 +18,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
 #include "tools/run/run_summary.hpp"
+#include "tools/run/service_notice.hpp"
 #include "tools/run/status_line.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
@@ -75,6 +75,9 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   if (!scene) return scene;
   if (!options.probes.empty()) scene->set_probes(options.probes);
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
+  if (!options.record.empty()) {
+    scene->sinks.push_back((options.record.ends_with(".xdf") ? "xdf:" : "trace:") + options.record);
+  }
   if (options.seed) scene->set_seed(*options.seed);
   return scene;
 }
@@ -100,20 +103,19 @@ int run(const RunOptions& options) {
     probes.push_back(std::make_unique<LimitedProbe>(std::move(*probe), scene->probes[i].limits));
   }
   if (auto chosen = choose_controls(*scene, probes); !chosen) return refuse(chosen.error());
-  if (!options.record.empty()) {
-    if (probes.size() != 1) return refuse("--record writes one probe: this scene has several");
-    const std::vector<std::string> comment = {"merkel run --probe '" + probes[0]->info().uri +
-                                              "' --record " + options.record};
-    auto trace =
-        TraceWriter::create(options.record, probes[0]->info().channels, comment, options.overwrite);
-    if (!trace) return refuse(trace.error());
-    probes[0] = std::make_unique<RecordingProbe>(std::move(probes[0]), std::move(*trace));
-  }
   auto model = TactileModel::create(scene->model);
   if (!model) {
     return refuse(scene->sentence(model.error()));
   }
 
+  // Threads that spin on all cores leave none to sinks, to the system and to other programs.
+  if (scene->loop.threads > 1 && scene->loop.threads == SpinningTeam::available_cores()) {
+    std::fprintf(stderr,
+                 "merkel: note: loop.threads = %d uses %d: one of this machine's cores is left to "
+                 "others; the spikes are the same\n",
+                 scene->loop.threads, scene->loop.threads - 1);
+    --scene->loop.threads;
+  }
   auto team = SpinningTeam::create(
       scene->loop.threads, [settings = scene->loop.realtime, fast = options.fast](int worker) {
         set_up_worker_thread(fast ? RealtimeSettings{.fifo = false} : settings, worker);
@@ -136,22 +138,27 @@ int run(const RunOptions& options) {
   parameters.on_missing_right = [&](const std::string& sentence) {
     terminal.say("merkel: note: " + sentence);
   };
-  if (terminal.on_terminal()) {
-    parameters.on_progress = [&, line = StatusLine()](const RunProgress& progress) mutable {
-      terminal.show(line.fields(progress));
-    };
-  }
+  ServiceNotice service;
+  parameters.on_progress = [&, line = StatusLine()](const RunProgress& progress) mutable {
+    service.progress(progress.counters);
+    if (terminal.on_terminal()) terminal.show(line.fields(progress));
+  };
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   Pipeline pipeline(*model, parameters);
   RunDescription description = describe_run(*scene, *model);
   for (const auto& probe : probes) add_probe_facts(probe->info(), description);
+  if (!options.record.empty()) {
+    description.facts.emplace_back(
+        "command", "merkel run --probe '" + probes[0]->info().uri + "' --record " + options.record);
+  }
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = std::move(description)};
+                        .run = std::move(description),
+                        .notice = parameters.on_notice};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
     auto sink = open_sink(uri, setup);
@@ -203,7 +210,8 @@ void add_run_command(CommandLine& program) {
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .option(
           "--record", options->record,
-          "Trace file (CSV) to write the probe's samples to: replayed, it gives the same spikes")
+          "Trace (.csv) or session (.xdf) to write the probe's samples to: replayed, it gives the "
+          "same spikes. The same as --sink trace:FILE or xdf:FILE")
       .flag("--fast", options->fast,
             "Virtual clock: as fast as possible, with the same spikes (recordings only)")
       .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",

@@ -2,29 +2,41 @@
 
 #include <atomic>
 #include <csignal>
+#include <initializer_list>
 
 namespace merkel {
 namespace {
 
 // A signal handler has nothing else to reach the run by.
 std::atomic<Pipeline*> g_running{nullptr};
+std::atomic<int> g_signals{0};
 
 void handle_with(void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &action, nullptr);
 }
 
 void stop_running(int /*signal*/) {
-  handle_with(SIG_DFL);  // the next one ends the program
-  if (Pipeline* const pipeline = g_running.load()) pipeline->request_stop();
+  Pipeline* const pipeline = g_running.load();
+  if (pipeline == nullptr) return;
+  switch (g_signals.fetch_add(1)) {
+    case 0:
+      pipeline->request_stop();
+      break;
+    case 1:
+      pipeline->request_stop_now();
+      break;
+    default:
+      handle_with(SIG_DFL);  // the next one ends the program
+  }
 }
 
 }  // namespace
 
 StopSignal::StopSignal(Pipeline& pipeline) {
+  g_signals.store(0);
   g_running.store(&pipeline);
   handle_with(stop_running);
 }

@@ -4,8 +4,9 @@
 
 namespace merkel {
 
-/// While it lives, SIGINT and SIGTERM end a run within a tick, so that its sinks are flushed and
-/// its summary is whole; a second one ends the program at once. One at a time.
+/// While it lives, SIGINT, SIGTERM and SIGHUP end a run within a tick, so that its sinks are closed
+/// and its summary is whole. A second one closes the sinks without waiting for whoever reads them;
+/// a fourth one ends the program at once. One at a time.
 class StopSignal {
  public:
   explicit StopSignal(Pipeline& pipeline);

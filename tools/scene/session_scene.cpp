@@ -51,6 +51,7 @@ HodgkinHuxleyAfferent stepping_of(const TactileModel::Parameters& model) {
 }  // namespace
 
 void add_probe_facts(const ProbeInfo& probe, RunDescription& run) {
+  run.probes.push_back(probe);
   for (const auto& [name, value] :
        {std::pair("probe", &probe.uri), std::pair("probe_name", &probe.name),
         std::pair("probe_serial_number", &probe.serial_number),

@@ -1,6 +1,11 @@
 #include "drivers/files/output_file.hpp"
 
+#include <thread>
+
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "tests/temporary_folder.hpp"
 
@@ -39,11 +44,67 @@ TEST(OutputFile, DoesNotReplaceAFileUnasked) {
   EXPECT_EQ(read_file(path), "new");
 }
 
-TEST(OutputFile, DoesNotReplaceWhatAKilledRunHasLeft) {
+TEST(OutputFile, KeepsWhatAKilledRunHasLeftUnderANameOfItsOwn) {
   const TemporaryFolder folder;
-  static_cast<void>(folder.file("out.part", "half a run"));
-  EXPECT_FALSE(OutputFile::create(folder.path("out"), false));
-  EXPECT_EQ(read_file(folder.path("out.part")), "half a run");
+  for (const bool overwrite : {false, true}) {
+    static_cast<void>(folder.file("out.csv.part", "half a run"));
+    std::string notice;
+    auto file = OutputFile::create(folder.path("out.csv"), overwrite,
+                                   [&](const std::string& sentence) { notice = sentence; });
+    ASSERT_TRUE(file) << file.error().sentence;
+    EXPECT_EQ(read_file(file->recovered()), "half a run");
+    EXPECT_NE(notice.find(file->recovered()), std::string::npos) << notice;
+    EXPECT_TRUE(file->recovered().ends_with(".csv")) << file->recovered();
+    EXPECT_TRUE(file->write("new") && file->close());
+    EXPECT_EQ(read_file(folder.path("out.csv")), "new");
+  }
+}
+
+TEST(OutputFile, DoesNotReplaceAFileThatAppearsWhileItWrites) {
+  const TemporaryFolder folder;
+  auto file = OutputFile::create(folder.path("out"), false);
+  ASSERT_TRUE(file && file->write("spikes"));
+  static_cast<void>(folder.file("out", "precious"));
+  EXPECT_FALSE(file->close());
+  EXPECT_NE(file->error().find("is in " + folder.path("out.part")), std::string::npos)
+      << file->error();
+  EXPECT_EQ(read_file(folder.path("out")), "precious");
+  EXPECT_EQ(read_file(folder.path("out.part")), "spikes");
+}
+
+TEST(OutputFile, FollowsNoLink) {
+  const TemporaryFolder folder;
+  const std::string precious = folder.file("precious", "mine");
+  std::filesystem::create_symlink(precious, folder.path("out.part"));
+  EXPECT_FALSE(OutputFile::create(folder.path("out"), true));
+  EXPECT_EQ(read_file(precious), "mine");
+}
+
+TEST(OutputFile, WritesOutWithin200MsWithoutBeingAsked) {
+  const TemporaryFolder folder;
+  auto file = OutputFile::create(folder.path("out"), false);
+  ASSERT_TRUE(file && file->write("a\n"));
+  std::this_thread::sleep_for(OutputFile::kFlushAfter);
+  EXPECT_TRUE(file->write("b\n"));
+  EXPECT_EQ(read_file(folder.path("out.part")), "a\nb\n");
+}
+
+TEST(OutputFile, APipeThatNobodyReadsCanBeGivenUp) {
+  const TemporaryFolder folder;
+  const std::string pipe = folder.path("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = ::open(pipe.c_str(), O_RDWR | O_NONBLOCK);
+  auto file = OutputFile::create(pipe, false);
+  ASSERT_TRUE(file) << file.error().sentence;
+  std::jthread impatient([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds{50});
+    file->give_up();
+  });
+  bool written = true;
+  for (int i = 0; i < 100 && written; ++i) written = file->write(std::string(65536, 'x'));
+  EXPECT_FALSE(written);
+  EXPECT_NE(file->error().find("does not read on"), std::string::npos) << file->error();
+  ::close(reader);
 }
 
 TEST(OutputFile, AHeaderAloneIsNotKept) {

@@ -102,17 +102,16 @@ TEST(OpenSink, WithoutASubscriberInTimeSaysSo) {
 }
 
 TEST(OpenSink, AFullDiskEndsASinkWithASentence) {
-  for (const char* uri : {"csv:/dev/full", "gdf:/dev/full"}) {
+  for (const char* uri : {"csv:/dev/full", "gdf:/dev/full", "xdf:/dev/full"}) {
     auto sink = open_sink(uri, setup());
     ASSERT_TRUE(sink);
     const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
-    EXPECT_TRUE((*sink)->write(spikes));
-    const auto flushed = (*sink)->flush();
+    const auto written = (*sink)->write(spikes);
+    const auto flushed = written ? (*sink)->flush() : written;
     ASSERT_FALSE(flushed);
     EXPECT_TRUE(has(flushed.error().sentence, "No space left")) << flushed.error().sentence;
     EXPECT_EQ((*sink)->delivered(), 0U);
   }
-  EXPECT_TRUE(has(refusal("xdf:/dev/full"), "is the disk full"));
   EXPECT_TRUE(has(refusal("sonata:/dev/full"), "regular files only"));
 }
 

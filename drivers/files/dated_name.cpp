@@ -1,0 +1,59 @@
+#include "drivers/files/dated_name.hpp"
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+namespace merkel {
+namespace {
+
+constexpr std::string_view kMark = "%t";
+constexpr std::string_view kPart = ".part";
+
+bool is_stamp(std::string_view text) {
+  constexpr std::size_t kLength = 15;
+  if (text.size() != kLength || text[8] != 'T') return false;
+  return std::all_of(text.begin(), text.end(),
+                     [](char c) { return (c >= '0' && c <= '9') || c == 'T'; });
+}
+
+}  // namespace
+
+std::string dated_name(const std::string& pattern, std::chrono::system_clock::time_point now) {
+  const auto mark = pattern.find(kMark);
+  if (mark == std::string::npos) return pattern;
+  const std::time_t time = std::chrono::system_clock::to_time_t(now);
+  std::tm utc{};
+  ::gmtime_r(&time, &utc);
+  std::array<char, 32> stamp{};
+  std::strftime(stamp.data(), stamp.size(), "%Y%m%dT%H%M%S", &utc);
+  return pattern.substr(0, mark) + stamp.data() + pattern.substr(mark + kMark.size());
+}
+
+std::vector<std::string> unfinished_names(const std::string& pattern) {
+  std::vector<std::string> names;
+  const auto slash = pattern.rfind('/');
+  const std::string folder = slash == std::string::npos ? "" : pattern.substr(0, slash + 1);
+  const std::string name = pattern.substr(folder.size());
+  const auto mark = name.find(kMark);
+  if (mark == std::string::npos) return names;
+  const std::string before = name.substr(0, mark);
+  const std::string after = name.substr(mark + kMark.size());
+  std::error_code error;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(folder.empty() ? "." : folder, error)) {
+    const std::string found = entry.path().filename().string();
+    if (!found.ends_with(after + std::string(kPart)) || !found.starts_with(before)) continue;
+    if (found.size() < before.size() + after.size() + kPart.size()) continue;
+    const std::size_t length = found.size() - before.size() - after.size() - kPart.size();
+    if (!is_stamp(std::string_view(found).substr(before.size(), length))) continue;
+    names.push_back(folder + found.substr(0, found.size() - kPart.size()));
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace merkel

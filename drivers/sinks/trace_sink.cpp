@@ -1,0 +1,90 @@
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/files/trace_file.hpp"
+#include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/time_base.hpp"
+
+namespace merkel {
+namespace {
+
+/// Writes the samples of the run's probe as a trace, whose replay gives the same spikes.
+class TraceSink final : public SpikeSink {
+ public:
+  TraceSink(std::string uri, TraceWriter trace, TimeBase time)
+      : uri_(std::move(uri)), trace_(std::move(trace)), time_(time) {}
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t wishes() const noexcept override { return kSamples; }
+
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    if (std::exchange(header_written_, true)) return {};
+    time_.set(origin);
+    std::vector<std::string> comment;
+    if (!time_.plain()) {
+      for (const auto& [name, value] : time_.facts()) comment.push_back(name + "=" + value);
+    }
+    return result_of(trace_.write_header(comment));
+  }
+
+  /// The trace holds what the spikes came from: none is lost, and none is written.
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    delivered_ += spikes.size();
+    return {};
+  }
+
+  [[nodiscard]] Expected<void, SinkError> write_samples(
+      std::size_t /*probe*/, std::span<const ProbeSample> samples) override {
+    if (auto begun = begin({}); !begun) return begun;
+    shifted_.assign(samples.begin(), samples.end());
+    for (ProbeSample& sample : shifted_) sample.time = time_(sample.time);
+    return result_of(trace_.write(shifted_));
+  }
+
+  [[nodiscard]] Expected<void, SinkError> flush() override { return result_of(trace_.flush()); }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    if (auto begun = begin({}); !begun) return begun;
+    return result_of(trace_.close());
+  }
+  void give_up() noexcept override { trace_.give_up(); }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
+
+ private:
+  static Expected<void, SinkError> result_of(const Expected<void, SetupError>& result) {
+    if (result) return {};
+    return Unexpected<SinkError>({.sentence = result.error().sentence});
+  }
+
+  std::string uri_;
+  TraceWriter trace_;
+  TimeBase time_;
+  bool header_written_ = false;
+  std::vector<ProbeSample> shifted_;
+  std::uint64_t delivered_ = 0;
+};
+
+}  // namespace
+
+OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
+  UriOptions options(uri);
+  const TimeBase time = TimeBase::read(options, setup);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (setup.run.probes.size() > 1) {
+    return bad_input("\"" + uri.text +
+                     "\": a trace holds one probe, this scene has several: record a session "
+                     "(xdf:FILE) instead");
+  }
+  const std::uint32_t channels =
+      setup.run.probes.empty() ? ProbeSample::kDepth : setup.run.probes.front().channels;
+  std::vector<std::string> comment;
+  for (const auto& [name, value] : setup.run.facts) {
+    if (name == "command") comment.push_back(value);
+  }
+  auto trace = TraceWriter::create(uri.path, channels, comment, setup.overwrite, setup.notice);
+  if (!trace) return Unexpected<SetupError>(trace.error());
+  return std::make_unique<TraceSink>(uri.text, std::move(*trace), time);
+}
+
+}  // namespace merkel

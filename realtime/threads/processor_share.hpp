@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+
+namespace merkel {
+
+/// Watches how much of a processor a thread takes, so that a thread of real-time priority which
+/// leaves nothing to others is found, however often it sleeps for a moment.
+class ProcessorShare {
+ public:
+  /// A larger share over a whole window leaves too little to others.
+  static constexpr double kMost = 0.95;
+  static constexpr std::chrono::seconds kWindow{1};
+
+  /// \param now   host time, later than at the call before
+  /// \param used  processor time of the thread until now
+  /// \return whether the share over the last window was above kMost
+  [[nodiscard]] bool too_large(std::chrono::nanoseconds now,
+                               std::chrono::nanoseconds used) noexcept {
+    const Look look{now, used};
+    if (looks_ == 0 || now - newest().now >= kEvery) history_[looks_++ % history_.size()] = look;
+    if (looks_ < history_.size()) return false;
+    const Look& oldest = history_[looks_ % history_.size()];
+    return static_cast<double>((used - oldest.used).count()) >
+           kMost * static_cast<double>((now - oldest.now).count());
+  }
+
+ private:
+  struct Look {
+    std::chrono::nanoseconds now{0};
+    std::chrono::nanoseconds used{0};
+  };
+  static constexpr std::chrono::milliseconds kEvery{100};
+  [[nodiscard]] const Look& newest() const noexcept {
+    return history_[(looks_ - 1) % history_.size()];
+  }
+
+  std::array<Look, kWindow / kEvery + 1> history_{};
+  std::size_t looks_ = 0;
+};
+
+}  // namespace merkel

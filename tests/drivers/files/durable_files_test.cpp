@@ -1,0 +1,214 @@
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "drivers/files/trace_file.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "tests/drivers/files/fault_injection.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr int kPortions = 4;
+constexpr int kPerPortion = 50;
+
+SinkSetup setup() {
+  return {
+      .neurons = 20,
+      .overwrite = false,
+      .allow_remote = false,
+      .run = {.scene = "test", .facts = {{"tick_ns", "1000000"}}, .model = {}, .receptors = {}}};
+}
+
+SpikeEvent spike(int number) {
+  return {.time = milliseconds{1000 + number},
+          .neuron = static_cast<std::uint32_t>(1 + number % 20)};
+}
+
+/// A whole run into a sink, the run's start at 1 s. \return the first error; empty if there was
+/// none
+std::string run_into(const std::string& uri) {
+  auto sink = open_sink(uri, setup());
+  if (!sink) return sink.error().sentence;
+  std::string error;
+  const auto keep = [&](const Expected<void, SinkError>& result) {
+    if (!result && error.empty()) error = result.error().sentence;
+    return result.has_value();
+  };
+  if (!keep((*sink)->begin({.start = milliseconds{1000}, .utc = std::chrono::hours{1}}))) {
+    return error;
+  }
+  for (int portion = 0; portion < kPortions; ++portion) {
+    std::vector<SpikeEvent> spikes;
+    std::vector<ProbeSample> samples;
+    for (int i = 0; i < kPerPortion; ++i) {
+      spikes.push_back(spike(portion * kPerPortion + i));
+      samples.push_back({.time = spikes.back().time,
+                         .arrival = spikes.back().time,
+                         .depth_mm = 0.5,
+                         .channels = ProbeSample::kDepth});
+    }
+    if (!keep((*sink)->write(spikes)) || !keep((*sink)->write_samples(0, samples)) ||
+        !keep((*sink)->flush())) {
+      return error;
+    }
+  }
+  keep((*sink)->close());
+  return error;
+}
+
+/// Checks that a text holds whole rows of the spikes from the first on. \return how many
+int check_rows(const std::string& text, char separator, int neuron_column, int first_neuron) {
+  int rows = 0;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const auto end = text.find('\n', begin);
+    EXPECT_NE(end, std::string::npos) << "half a row: " << text.substr(begin);
+    if (end == std::string::npos) break;
+    const std::string line = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (line.starts_with('#') || line.starts_with("time")) continue;
+    const auto comma = line.find(separator);
+    EXPECT_NE(comma, std::string::npos) << line;
+    if (comma == std::string::npos) break;
+    const std::string neuron = neuron_column == 0 ? line.substr(0, comma) : line.substr(comma + 1);
+    EXPECT_EQ(std::stoi(neuron), rows % 20 + first_neuron) << line;
+    ++rows;
+  }
+  return rows;
+}
+
+int check_session(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return 0;  // broke off before its head
+  int spikes = 0;
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session->next(chunk);
+    EXPECT_TRUE(more) << more.error().sentence;
+    if (!more || !*more) return spikes;
+    for (const SpikeEvent& each : chunk.spikes) EXPECT_EQ(each, spike(spikes++));
+  }
+}
+
+/// The values of a NumPy file of whole numbers, as many as its header counts.
+std::vector<std::int64_t> npy_values(const std::string& path, std::size_t bytes) {
+  const std::string file = read_file(path);
+  std::vector<std::int64_t> values;
+  const auto shape = file.find("'shape': (");
+  if (shape == std::string::npos) return values;
+  const auto count = static_cast<std::size_t>(std::stoul(file.substr(shape + 10)));
+  EXPECT_LE(128 + count * bytes, file.size()) << path;
+  for (std::size_t i = 0; i < count && 128 + (i + 1) * bytes <= file.size(); ++i) {
+    std::int64_t value = 0;
+    std::memcpy(&value, file.data() + 128 + i * bytes, bytes);
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::string finished_or_part(const std::string& path) {
+  return std::filesystem::exists(path) ? path : path + ".part";
+}
+
+int check_phy(const std::string& folder) {
+  const auto times = npy_values(finished_or_part(folder + "/spike_times.npy"), 8);
+  const auto clusters = npy_values(finished_or_part(folder + "/spike_clusters.npy"), 4);
+  const std::size_t both = std::min(times.size(), clusters.size());
+  for (std::size_t i = 0; i < both; ++i) {
+    EXPECT_EQ(times[i], static_cast<std::int64_t>(i) * 1000);  // µs from the run's start
+    EXPECT_EQ(clusters[i], static_cast<std::int64_t>(i % 20 + 1));
+  }
+  return static_cast<int>(both);
+}
+
+struct Format {
+  const char* scheme;
+  int (*check)(const std::string& path);  ///< of what a path holds: how many spikes from the first
+};
+
+const std::vector<Format>& formats() {
+  static const std::vector<Format> all = {
+      {"csv",
+       [](const std::string& path) {
+         return check_rows(read_file(finished_or_part(path)), ',', 1, 1);
+       }},
+      {"gdf",
+       [](const std::string& path) {
+         return check_rows(read_file(finished_or_part(path)), '\t', 0, 1);
+       }},
+      {"xdf", [](const std::string& path) { return check_session(finished_or_part(path)); }},
+      {"phy", check_phy},
+#ifdef MERKEL_TEST_SONATA
+      {"sonata",
+       [](const std::string& path) {
+         if (!std::filesystem::exists(path)) {
+           return check_rows(read_file(path + ".part"), ',', 1, 0);
+         }
+         EXPECT_TRUE(read_file(path).starts_with("\x89HDF"));
+         return kPortions * kPerPortion;
+       }},
+#endif
+      {"trace", [](const std::string& path) {
+         const std::string text = read_file(finished_or_part(path));
+         EXPECT_TRUE(text.empty() || text.back() == '\n') << text;
+         return static_cast<int>(std::count(text.begin(), text.end(), '.')) / 2;
+       }}};
+  return all;
+}
+
+class DurableFiles : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(DurableFiles, EveryFailingCallIsAnErrorAndCostsNoSpikeThatWasFlushed) {
+  const Format& format = formats()[GetParam()];
+  constexpr int kAll = kPortions * kPerPortion;
+  for (const int error : {ENOSPC, EIO}) {
+    int before = 0;
+    int call = 0;
+    for (; call < 500; ++call) {
+      const TemporaryFolder folder;
+      const std::string path = folder.path("s");
+      std::string said;
+      bool happened = false;
+      {
+        const FaultInjection fault(call, error);
+        said = run_into(format.scheme + (":" + path));
+        happened = FaultInjection::happened();
+      }
+      if (!happened) {
+        EXPECT_EQ(said, "");
+        EXPECT_EQ(format.check(path), kAll);
+        EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+        break;
+      }
+      EXPECT_NE(said, "") << format.scheme << " call " << call;
+      const int spikes = format.check(path);
+      EXPECT_GE(spikes, before) << format.scheme << " call " << call << ": " << said;
+      EXPECT_LE(spikes, kAll);
+      before = spikes;
+      // What a killed or failed run has left stands in nobody's way.
+      if (std::string_view(format.scheme) != "phy" && !std::filesystem::exists(path)) {
+        EXPECT_EQ(run_into(format.scheme + (":" + path)), "");
+        EXPECT_EQ(format.check(path), kAll);
+      }
+    }
+    EXPECT_GT(call, 3) << format.scheme;
+    EXPECT_LT(call, 500) << format.scheme;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, DurableFiles, testing::Range(std::size_t{0}, formats().size()),
+                         [](const auto& entry) { return formats()[entry.param].scheme; });
+
+}  // namespace
+}  // namespace merkel
