@@ -118,6 +118,12 @@ class Probe {
   /// Sentences about what happened since the last call: unplugged, back, overloaded. Thread: any.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
 
+  /// Asks for the present reading to be taken as zero: of force, or of depth where the probe has no
+  /// force. A notice says what came of it. False where the probe cannot. Thread: any.
+  [[nodiscard]] virtual bool request_tare() noexcept { return false; }
+  /// Whether all its devices are plugged in. Thread: any.
+  [[nodiscard]] virtual bool connected() const noexcept { return true; }
+
   /// How many ports it reads: one of each device; none of a recording. Thread: any.
   [[nodiscard]] virtual std::size_t ports() const noexcept { return 0; }
   /// Tells a listener what goes over a port, from its opening on, until it is removed.

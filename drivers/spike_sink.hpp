@@ -7,11 +7,13 @@
 
 #include "core/expected.hpp"
 #include "core/records/loop_event.hpp"
+#include "core/records/neuron_sample.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/run_status.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/raw_frame.hpp"
+#include "drivers/run_control.hpp"
 
 namespace merkel {
 
@@ -39,6 +41,8 @@ class SpikeSink {
     kSamples = 1U << 2U,  ///< calibrated samples as the probes delivered them
     kStatus = 1U << 3U,   ///< the run's counters, some times a second and at the end
     kFrames = 1U << 4U,   ///< the bytes that go over the devices' ports
+    kMarks = 1U << 5U,    ///< moments that a person marked
+    kNeurons = 1U << 6U,  ///< drive and potential of the neurons it watches
   };
 
   SpikeSink() = default;
@@ -83,6 +87,20 @@ class SpikeSink {
   [[nodiscard]] virtual Expected<void, SinkError> write_status(const RunStatus& /*status*/) {
     return {};
   }
+
+  [[nodiscard]] virtual Expected<void, SinkError> write_marks(std::span<const Mark> /*marks*/) {
+    return {};
+  }
+  [[nodiscard]] virtual Expected<void, SinkError> write_neurons(
+      std::span<const NeuronSample> /*samples*/) {
+    return {};
+  }
+
+  /// What the sink may ask of its run; outlives the sink's use. Called once, before the run.
+  virtual void attach(RunControl& /*control*/) {}
+
+  /// Where a person can open it, such as a page's address; empty if nowhere. Thread: any.
+  [[nodiscard]] virtual std::string address() const { return {}; }
 
   /// Hands on whatever is still buffered; called five times a second. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> flush() { return {}; }

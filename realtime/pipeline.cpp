@@ -13,6 +13,7 @@
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_reader.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
+#include "realtime/output/mark_box.hpp"
 #include "realtime/output/sink_writer.hpp"
 #include "realtime/threads/processor_share.hpp"
 #include "realtime/threads/thread_rights.hpp"
@@ -57,12 +58,49 @@ struct Pipeline::ProbeLine {
 };
 
 struct Pipeline::SinkLine {
+  std::unique_ptr<RunControl> control;  ///< borrowed by the sink
   std::unique_ptr<SpikeSink> sink;
   SpikeChannel& channel;
-  std::vector<std::unique_ptr<SampleTap>> taps;
-  std::vector<std::unique_ptr<FrameTap>> frames;
-  std::unique_ptr<SinkWriter> writer;
+  std::vector<std::unique_ptr<SampleTap>> taps = {};
+  std::vector<std::unique_ptr<FrameTap>> frames = {};
+  std::unique_ptr<MarkBox> marks = nullptr;  ///< null if not asked for
+  std::unique_ptr<SinkWriter> writer = nullptr;
   bool failure_told = false;
+};
+
+/// What one sink may ask of the run.
+class Pipeline::SinkControl final : public RunControl {
+ public:
+  SinkControl(Pipeline& pipeline, SpikeChannel& channel) : pipeline_(pipeline), channel_(channel) {}
+
+  void watch(std::span<const std::uint32_t> neurons) noexcept override {
+    if (!channel_.watched) return;
+    const std::size_t all = pipeline_.model_.neurons();
+    for (std::size_t i = 0; i < kMostWatched; ++i) {
+      const std::uint32_t number = i < neurons.size() && neurons[i] <= all ? neurons[i] : 0;
+      channel_.watched->neurons[i].store(number, std::memory_order_relaxed);
+    }
+  }
+  [[nodiscard]] bool tare(std::size_t probe) override {
+    return pipeline_.wired_.load(std::memory_order_acquire) && probe < pipeline_.probes_.size() &&
+           pipeline_.probes_[probe]->probe->request_tare();
+  }
+  void mark(const Mark& mark) override {
+    if (!pipeline_.wired_.load(std::memory_order_acquire)) return;
+    for (const auto& line : pipeline_.sinks_) {
+      if (line->marks) line->marks->add(mark);
+    }
+  }
+  [[nodiscard]] Link link(std::size_t probe) const override {
+    if (!pipeline_.wired_.load(std::memory_order_acquire)) return Link::kConnected;
+    const Probe& asked = *pipeline_.probes_.at(probe)->probe;
+    if (asked.info().replayed) return Link::kRecording;
+    return asked.connected() ? Link::kConnected : Link::kUnplugged;
+  }
+
+ private:
+  Pipeline& pipeline_;
+  SpikeChannel& channel_;
 };
 
 bool RunReport::complete() const {
@@ -74,7 +112,13 @@ bool RunReport::complete() const {
 Pipeline::Pipeline(TactileModel& model, Parameters parameters)
     : model_(model), parameters_(std::move(parameters)), events_(kEventQueue) {}
 
-Pipeline::~Pipeline() = default;
+Pipeline::~Pipeline() {
+  // Sinks may have threads that ask for something until they are gone.
+  for (const auto& line : sinks_) {
+    line->writer.reset();
+    line->sink.reset();
+  }
+}
 
 void Pipeline::add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters) {
   probes_.push_back(std::make_unique<ProbeLine>(std::move(probe), parameters));
@@ -89,7 +133,14 @@ void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) {
   if ((wishes & SpikeSink::kEvents) != 0U) {
     channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
   }
-  sinks_.push_back(std::make_unique<SinkLine>(SinkLine{std::move(sink), channel, {}, {}, nullptr}));
+  if ((wishes & SpikeSink::kNeurons) != 0U) channel.watched = std::make_unique<WatchedNeurons>();
+  auto line =
+      std::make_unique<SinkLine>(SinkLine{.control = std::make_unique<SinkControl>(*this, channel),
+                                          .sink = std::move(sink),
+                                          .channel = channel});
+  if ((wishes & SpikeSink::kMarks) != 0U) line->marks = std::make_unique<MarkBox>();
+  line->sink->attach(*line->control);
+  sinks_.push_back(std::move(line));
 }
 
 SpikeChannel& Pipeline::add_consumer(std::size_t capacity) {
@@ -381,9 +432,11 @@ Expected<RunReport, SetupError> Pipeline::run() {
         *line->sink, SinkWriter::Sources{.channel = line->channel,
                                          .taps = line->taps,
                                          .frames = line->frames,
+                                         .marks = line->marks.get(),
                                          .status = [this] { return status(); },
                                          .origin = &origin_});
   }
+  wired_.store(true, std::memory_order_release);
   if (parameters_.fast) {
     VirtualClock clock(stop_);
     run_loop(clock, report);

@@ -164,6 +164,7 @@ class Pipeline {
  private:
   struct ProbeLine;
   struct SinkLine;
+  class SinkControl;
   Expected<void, SetupError> start_probes();
   Expected<void, SetupError> wait_for_first_samples();
   void wait_for_timing();
@@ -189,6 +190,7 @@ class Pipeline {
   LoopStatistics statistics_;
   BoundedQueue<LoopEvent> events_;
   std::atomic<std::int64_t> delay_ns_{0};
+  std::atomic<bool> wired_{false};  ///< probes and sinks are all there: set when the run begins
   std::atomic<bool> stop_{false};
   std::atomic<bool> hurry_{false};
   SharedOrigin origin_;

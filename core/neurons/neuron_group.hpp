@@ -37,6 +37,8 @@ class NeuronGroup {
 
   [[nodiscard]] std::size_t size() const noexcept { return neurons_; }
   [[nodiscard]] std::chrono::nanoseconds step() const noexcept { return step_; }
+  /// Of a neuron from 0: mV; of integrate-and-fire neurons, in units of the threshold.
+  [[nodiscard]] virtual double potential(std::size_t neuron) const noexcept = 0;
   /// Neurons that the last advance() reset because their state had turned non-finite, with the time
   /// at which that was found.
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }

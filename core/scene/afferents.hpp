@@ -48,6 +48,11 @@ class Afferents {
                std::chrono::nanoseconds start, SpikeBuffer& spikes,
                WorkerTeam* team) noexcept MERKEL_REALTIME;
 
+  /// What drives a neuron, from 0, at the end of the last step: its current, or behind a stage of
+  /// adaptation the drive in Hz. \param input  of that neuron
+  [[nodiscard]] double drive(std::size_t neuron, double input) const noexcept {
+    return adaptation_ ? drive_Hz_[neuron] : input;
+  }
   [[nodiscard]] const NeuronGroup& neurons() const noexcept { return *neurons_; }
 
  private:

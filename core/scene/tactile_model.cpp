@@ -126,6 +126,19 @@ std::size_t TactileModel::neurons() const noexcept {
       [](std::size_t sum, const TactilePatch& patch) { return sum + patch.neurons(); });
 }
 
+NeuronSample TactileModel::neuron(std::uint32_t number) const noexcept {
+  std::size_t index = number - 1;
+  for (const TactilePatch& patch : patches_) {
+    if (index < patch.neurons()) {
+      NeuronSample sample = patch.neuron(index);
+      sample.neuron = number;
+      return sample;
+    }
+    index -= patch.neurons();
+  }
+  return {};
+}
+
 std::size_t TactileModel::receptors() const noexcept {
   return std::accumulate(patches_.begin(), patches_.end(), std::size_t{0},
                          [](std::size_t sum, const TactilePatch& patch) {

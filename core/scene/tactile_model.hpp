@@ -57,6 +57,9 @@ class TactileModel {
   [[nodiscard]] std::span<const TactilePatch> patches() const noexcept { return patches_; }
   /// Neurons of all patches.
   [[nodiscard]] std::size_t neurons() const noexcept;
+  /// Drive and potential of a neuron at the end of the last step.
+  /// \param number  through all patches, from 1 to neurons(). Real-time: yes.
+  [[nodiscard]] NeuronSample neuron(std::uint32_t number) const noexcept MERKEL_REALTIME;
   /// Receptors of all patches.
   [[nodiscard]] std::size_t receptors() const noexcept;
   /// Whether an indenter touched a patch in the last step. Real-time: yes.

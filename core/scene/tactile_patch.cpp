@@ -29,6 +29,11 @@ void TactilePatch::step(std::span<const PlacedContact> contacts, int steps,
   spikes_.sort();
 }
 
+NeuronSample TactilePatch::neuron(std::size_t neuron) const noexcept {
+  return {.drive = static_cast<float>(afferents_.drive(neuron, drive_.output()[neuron])),
+          .potential = static_cast<float>(afferents_.neurons().potential(neuron))};
+}
+
 std::size_t TactilePatch::active_neurons() const noexcept {
   return asleep_ ? 0 : afferents_.neurons().active_neurons();
 }

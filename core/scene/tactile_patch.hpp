@@ -11,6 +11,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/receptors/receptor_drive.hpp"
 #include "core/receptors/receptor_placement.hpp"
+#include "core/records/neuron_sample.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/scene/afferents.hpp"
 #include "core/worker_team.hpp"
@@ -47,6 +48,9 @@ class TactilePatch {
 
   [[nodiscard]] std::size_t neurons() const noexcept { return drive_begin_.size(); }
   [[nodiscard]] const ReceptorDrive& drive() const noexcept { return drive_; }
+  /// Drive and potential of a neuron, from 0, at the end of the last step; in the units of
+  /// NeuronSample. Real-time: yes.
+  [[nodiscard]] NeuronSample neuron(std::size_t neuron) const noexcept MERKEL_REALTIME;
   /// Neurons that the last step took, the others being at rest; in whole blocks.
   [[nodiscard]] std::size_t active_neurons() const noexcept;
   /// Whether the last step found nothing to do.

@@ -1,6 +1,9 @@
 #include "drivers/probes/device_probe.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "core/units.hpp"
@@ -18,6 +21,7 @@ constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kLongestBackoff{2000};
 constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
+constexpr int kTareReadings = 20;
 
 }  // namespace
 
@@ -272,7 +276,29 @@ void DeviceProbe::take_readings() {
   }
 }
 
+/// Takes the mean of kTareReadings readings as the new zero of force, or of depth without force.
+void DeviceProbe::tare(const DeviceReading& reading) {
+  const bool force = calibration_.channels[1].has_value();
+  auto& channel = calibration_.channels[force ? 1 : 0];
+  if (!channel) {
+    tare_wanted_.store(false, std::memory_order_relaxed);
+    return notice(info_.name + " measures neither force nor depth: nothing was tared");
+  }
+  tare_sum_ += reading[channel->source];
+  if (++tare_count_ < kTareReadings) return;
+  const double zero = std::exchange(tare_sum_, 0.0) / std::exchange(tare_count_, 0);
+  const double shift = channel->gain * (zero - channel->zero);
+  tare_wanted_.store(false, std::memory_order_relaxed);
+  if (!std::isfinite(shift))
+    return notice(info_.name + " was not tared: its readings are not finite");
+  channel->zero = zero;
+  std::array<char, 64> amount{};
+  std::snprintf(amount.data(), amount.size(), "%+.4f %s", shift, force ? "N" : "mm");
+  notice(info_.name + " is tared: what was " + amount.data() + " is zero now");
+}
+
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
+  if (tare_wanted_.load(std::memory_order_relaxed)) tare(reading);
   ProbeSample sample = calibration_.apply(reading);
   sequence_ += reading.lost;
   sample.sequence = sequence_++;

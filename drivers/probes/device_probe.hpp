@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -52,6 +53,13 @@ class DeviceProbe final : public Probe {
   }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
+  [[nodiscard]] bool request_tare() noexcept override {
+    tare_wanted_.store(true, std::memory_order_relaxed);
+    return true;
+  }
+  [[nodiscard]] bool connected() const noexcept override {
+    return connected_.load(std::memory_order_relaxed);
+  }
   [[nodiscard]] std::size_t ports() const noexcept override { return 1; }
   void add_listener(std::size_t /*port*/, PortListener& listener) override { log_.add(listener); }
   void remove_listener(std::size_t /*port*/, PortListener& listener) override {
@@ -76,6 +84,7 @@ class DeviceProbe final : public Probe {
   void discard_old_input();
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
+  void tare(const DeviceReading& reading);
   void count_saturation(const DeviceReading& reading);
   void notice(const std::string& sentence);
   void publish();
@@ -93,7 +102,10 @@ class DeviceProbe final : public Probe {
   std::deque<ProbeSample> ready_;
 
   bool started_ = false;
-  bool connected_ = true;
+  std::atomic<bool> connected_{true};
+  std::atomic<bool> tare_wanted_{false};
+  double tare_sum_ = 0.0;  ///< of the readings averaged so far
+  int tare_count_ = 0;
   Time lost_since_{0};
   Time try_again_{0};
   Time backoff_{0};

@@ -204,6 +204,23 @@ std::optional<DeviceCounts> FusedProbe::device_counts() const {
   return sum;
 }
 
+bool FusedProbe::request_tare() noexcept {
+  const auto measures_force = [](const Member& member) {
+    return (member.fills & ProbeSample::kForce) != 0U;
+  };
+  const bool any = std::any_of(members_.begin(), members_.end(), measures_force);
+  bool accepted = false;
+  for (const Member& member : members_) {
+    if (!any || measures_force(member)) accepted = member.probe->request_tare() || accepted;
+  }
+  return accepted;
+}
+
+bool FusedProbe::connected() const noexcept {
+  return std::all_of(members_.begin(), members_.end(),
+                     [](const Member& member) { return member.probe->connected(); });
+}
+
 std::vector<std::string> FusedProbe::take_notices() {
   std::vector<std::string> all;
   for (const Member& member : members_) {

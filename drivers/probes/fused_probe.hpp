@@ -37,6 +37,9 @@ class FusedProbe final : public Probe {
   /// Those of the members, added up; times are the worst of them.
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
+  /// Of the members that measure force, or of all if none does.
+  [[nodiscard]] bool request_tare() noexcept override;
+  [[nodiscard]] bool connected() const noexcept override;
   /// One of each member, in their order.
   [[nodiscard]] std::size_t ports() const noexcept override { return members_.size(); }
   void add_listener(std::size_t port, PortListener& listener) override {

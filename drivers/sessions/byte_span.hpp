@@ -27,6 +27,12 @@ class ByteSpan {
     if (width == 4) return take_as<std::uint32_t>(count);
     return width == 8 && take(count);
   }
+  [[nodiscard]] bool take_text(std::uint64_t length, std::string_view& text) {
+    if (length > rest_.size()) return false;
+    text = rest_.substr(0, length);
+    rest_.remove_prefix(length);
+    return true;
+  }
   [[nodiscard]] std::size_t left() const { return rest_.size(); }
 
  private:

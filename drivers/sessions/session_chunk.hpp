@@ -9,6 +9,7 @@
 #include "core/records/spike_event.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/raw_frame.hpp"
+#include "drivers/run_control.hpp"
 #include "drivers/sessions/session_format.hpp"
 
 namespace merkel {
@@ -31,10 +32,11 @@ struct SessionChunk {
   std::vector<LoopEvent> events;
   std::vector<RunStatus> status;
   std::vector<Frame> frames;
+  std::vector<Mark> marks;
 
   [[nodiscard]] bool empty() const noexcept {
     return spikes.empty() && ticks.empty() && samples.empty() && events.empty() && status.empty() &&
-           frames.empty();
+           frames.empty() && marks.empty();
   }
   void clear() noexcept {
     spikes.clear();
@@ -43,6 +45,7 @@ struct SessionChunk {
     events.clear();
     status.clear();
     frames.clear();
+    marks.clear();
   }
 };
 

@@ -40,6 +40,11 @@ inline constexpr std::size_t kMostSessionChannels = 64;
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;
 
+/// The stream of marks, of strings as other XDF readers expect them: "Markers". Sessions recorded
+/// by older versions do not have it.
+inline constexpr std::uint32_t kMarkStreamId = 7;
+inline constexpr std::string_view kMarkStreamName = "merkel.marks";
+
 /// The kinds of XDF chunk.
 enum class XdfTag : std::uint16_t {
   kFileHeader = 1,

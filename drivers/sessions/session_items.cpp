@@ -248,4 +248,24 @@ bool decode_items(const StreamLayout& layout, std::string_view content, SessionC
   return all() && bytes.left() == 0;
 }
 
+bool decode_marks(std::string_view content, SessionChunk& chunk) {
+  ByteSpan bytes(content);
+  std::uint64_t count = 0;
+  if (!bytes.take_count(count) || count > bytes.left()) return false;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::uint8_t stamp_width = 0;
+    double stamp_s = 0.0;
+    std::uint64_t length = 0;
+    std::string_view label;
+    if (!bytes.take(stamp_width) || stamp_width != sizeof stamp_s || !bytes.take(stamp_s) ||
+        !(std::fabs(stamp_s) <= kLargestTime_s) || !bytes.take_count(length) ||
+        !bytes.take_text(length, label)) {
+      return false;
+    }
+    const nanoseconds time{static_cast<std::int64_t>(std::llround(stamp_s * 1e9))};
+    chunk.marks.push_back({.time = time, .label = std::string(label)});
+  }
+  return bytes.left() == 0;
+}
+
 }  // namespace merkel

@@ -47,4 +47,7 @@ void values_of(const SessionChunk::Frame& item, ItemValues<std::int64_t>& values
 [[nodiscard]] bool decode_items(const StreamLayout& layout, std::string_view content,
                                 SessionChunk& chunk);
 
+/// The same for marks, whose samples are strings.
+[[nodiscard]] bool decode_marks(std::string_view content, SessionChunk& chunk);
+
 }  // namespace merkel

@@ -159,6 +159,8 @@ Expected<void, SetupError> SessionReader::read_headers() {
         return damaged("a stream's header is not XML");
       }
       if (auto added = add_stream(id, document.child("info")); !added) return added;
+      has_marks_ = has_marks_ || (id == kMarkStreamId &&
+                                  document.child("info").child_value("name") == kMarkStreamName);
     } else {
       raw_pending_ = true;
     }
@@ -175,6 +177,10 @@ Expected<void, SetupError> SessionReader::decode(std::string_view content,
                                                  SessionChunk& chunk) const {
   std::uint32_t id = 0;
   if (!ByteSpan(content).take(id)) return damaged("a chunk of samples is too short");
+  if (id == kMarkStreamId && has_marks_) {
+    if (decode_marks(content.substr(sizeof id), chunk)) return {};
+    return damaged("a mark cannot be read");
+  }
   const auto layout = layouts_.find(id);
   if (layout == layouts_.end()) return {};  // a stream of another program
   if (!decode_items(layout->second, content.substr(sizeof id), chunk)) {

@@ -73,6 +73,7 @@ class SessionReader {
   Raw raw_;
   bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
   bool truncated_ = false;
+  bool has_marks_ = false;
   int footers_ = 0;
 };
 

@@ -72,7 +72,7 @@ class SessionWriter final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t wishes() const noexcept override {
-    return kTicks | kEvents | kSamples | kStatus | kFrames;
+    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
@@ -115,6 +115,26 @@ class SessionWriter final : public SpikeSink {
     return write_items();
   }
 
+  /// As a stream of strings, the form in which XDF readers look for markers.
+  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
+    if (auto begun = begin({}); !begun) return begun;
+    chunk_.clear();
+    append(chunk_, kMarkStreamId);
+    append(chunk_, std::uint8_t{4});
+    append(chunk_, static_cast<std::uint32_t>(marks.size()));
+    for (const Mark& mark : marks) {
+      const double stamp_s = units::s_from(mark.time);
+      append(chunk_, std::uint8_t{8});
+      append(chunk_, stamp_s);
+      append(chunk_, std::uint8_t{4});
+      append(chunk_, static_cast<std::uint32_t>(mark.label.size()));
+      chunk_ += mark.label;
+      if (mark_tally_.samples++ == 0) mark_tally_.first_s = stamp_s;
+      mark_tally_.last_s = stamp_s;
+    }
+    return settle(write_chunk(XdfTag::kSamples, chunk_));
+  }
+
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
     if (auto begun = begin_items(Id::kStatus, 1); !begun) return begun;
     put<std::int64_t>(Id::kStatus, newest(), status);
@@ -136,8 +156,11 @@ class SessionWriter final : public SpikeSink {
     if (auto begun = begin({}); !begun) return begun;
     if (!write_clock_offsets()) return settle(false);
     for (const SessionStream& stream : session_streams()) {
-      if (!write_footer(stream)) return settle(false);
+      if (!write_footer(static_cast<std::uint32_t>(stream.id), tally(stream.id))) {
+        return settle(false);
+      }
     }
+    if (!write_footer(kMarkStreamId, mark_tally_)) return settle(false);
     return settle(file_.close());
   }
 
@@ -176,6 +199,7 @@ class SessionWriter final : public SpikeSink {
     for (const SessionStream& stream : session_streams()) {
       if (!write_stream_header(stream, rate_Hz(stream.id, run))) return false;
     }
+    if (!write_mark_header()) return false;
     file_.end_header();
     return file_.flush();
   }
@@ -215,10 +239,23 @@ class SessionWriter final : public SpikeSink {
     return write_chunk(XdfTag::kStreamHeader, content + xml_of(document));
   }
 
-  bool write_footer(const SessionStream& stream) {
+  bool write_mark_header() {
+    pugi::xml_document document;
+    pugi::xml_node info = document.append_child("info");
+    add(info, "name", kMarkStreamName);
+    add(info, "type", "Markers");
+    add(info, "channel_count", "1");
+    add(info, "nominal_srate", "0");
+    add(info, "channel_format", "string");
+    add(info, "source_id", kMarkStreamName);
+    std::string content;
+    append(content, kMarkStreamId);
+    return write_chunk(XdfTag::kStreamHeader, content + xml_of(document));
+  }
+
+  bool write_footer(std::uint32_t id, Tally all) {
     // A stream without samples must not date the file back to the clock's origin.
     const double start_s = units::s_from(start_.value_or(nanoseconds{0}));
-    Tally all = tally(stream.id);
     if (all.samples == 0) all.first_s = all.last_s = start_s;
     pugi::xml_document document;
     pugi::xml_node info = document.append_child("info");
@@ -226,7 +263,7 @@ class SessionWriter final : public SpikeSink {
     info.append_child("last_timestamp").text().set(all.last_s);
     add(info, "sample_count", std::to_string(all.samples));
     std::string content;
-    append(content, stream.id);
+    append(content, id);
     return write_chunk(XdfTag::kStreamFooter, content + xml_of(document));
   }
 
@@ -269,13 +306,17 @@ class SessionWriter final : public SpikeSink {
   /// none.
   bool write_clock_offsets() {
     for (const SessionStream& stream : session_streams()) {
-      std::string content;
-      append(content, stream.id);
-      append(content, units::s_from(newest()));
-      append(content, 0.0);
-      if (!write_chunk(XdfTag::kClockOffset, content)) return false;
+      if (!write_clock_offset(static_cast<std::uint32_t>(stream.id))) return false;
     }
-    return true;
+    return write_clock_offset(kMarkStreamId);
+  }
+
+  bool write_clock_offset(std::uint32_t id) {
+    std::string content;
+    append(content, id);
+    append(content, units::s_from(newest()));
+    append(content, 0.0);
+    return write_chunk(XdfTag::kClockOffset, content);
   }
 
   Expected<void, SinkError> settle(bool succeeded) {
@@ -293,6 +334,7 @@ class SessionWriter final : public SpikeSink {
   std::array<Tally, 6> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
   nanoseconds newest_{0};             ///< of all items
+  Tally mark_tally_;
   int flushes_ = 0;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "drivers/spike_sink.hpp"
 
 namespace merkel {
+
+class RecordingSwitch;
+struct SessionPosition;
 
 /// What a run is, for sinks that tell it on.
 struct RunDescription {
@@ -40,6 +44,8 @@ struct SinkSetup {
   /// Receives sentences about what a sink does while it opens. May be empty.
   std::function<void(const std::string&)> notice = {};
   TimeZero time_zero = TimeZero::kRun;  ///< of file sinks without the option `time`
+  std::shared_ptr<RecordingSwitch> recording = nullptr;  ///< null: nothing is recorded on request
+  std::shared_ptr<SessionPosition> session = nullptr;    ///< of a session that is played; else null
 };
 
 }  // namespace merkel

@@ -216,6 +216,7 @@ class FixedStepLoop {
     }
     const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
+    fanout_.publish_watched(model_, end, clock_);
     const auto published = now_ = clock_.now();
     for (TickRecord& record : records_) record.latency = published - due;
     fanout_.publish(std::span<const TickRecord>(records_), clock_);

@@ -80,6 +80,19 @@ std::size_t SinkWriter::write_events() {
   return events_.size();
 }
 
+std::size_t SinkWriter::write_neurons() {
+  if (!sources_.channel.watched) return 0;
+  take(sources_.channel.watched->samples.items, neurons_);
+  if (!neurons_.empty() && healthy()) keep(sink_.write_neurons(neurons_));
+  return neurons_.size();
+}
+
+void SinkWriter::write_marks() {
+  if (sources_.marks == nullptr) return;
+  const std::vector<Mark> marks = sources_.marks->take();
+  if (!marks.empty() && healthy()) keep(sink_.write_marks(marks));
+}
+
 void SinkWriter::write_status() {
   if ((sink_.wishes() & SpikeSink::kStatus) == 0U) return;
   RunStatus status = sources_.status();
@@ -119,6 +132,8 @@ void SinkWriter::write_until_ended() {
     taken += write_samples();
     taken += write_ticks_and_spikes();
     taken += write_events();
+    taken += write_neurons();
+    write_marks();
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_flush && healthy()) {
       write_status();

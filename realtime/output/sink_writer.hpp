@@ -13,6 +13,7 @@
 #include "drivers/spike_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
 #include "realtime/input/probe_reader.hpp"
+#include "realtime/output/mark_box.hpp"
 #include "realtime/output/spike_fanout.hpp"
 
 namespace merkel {
@@ -51,6 +52,7 @@ class SinkWriter {
     SpikeChannel& channel;
     std::span<const std::unique_ptr<SampleTap>> taps;  ///< one a probe; empty if not asked for
     std::span<const std::unique_ptr<FrameTap>> frames = {};  ///< one a port; empty if not asked for
+    MarkBox* marks = nullptr;                                ///< null if not asked for
     std::function<RunStatus()> status;                       ///< the run's counters; any thread
     const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: 0
   };
@@ -85,6 +87,8 @@ class SinkWriter {
   std::size_t write_samples();
   std::size_t write_frames();
   std::size_t write_events();
+  std::size_t write_neurons();
+  void write_marks();
   [[nodiscard]] bool all_ended() const;
   void write_status();
   void keep(const Expected<void, SinkError>& result);
@@ -97,6 +101,7 @@ class SinkWriter {
   std::vector<LoopEvent> events_;
   std::vector<ProbeSample> samples_;
   std::vector<RawFrame> frames_;
+  std::vector<NeuronSample> neurons_;
   Outcome outcome_;
   bool begun_ = false;
   std::atomic<bool> failed_{false};

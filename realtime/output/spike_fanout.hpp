@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -11,11 +12,22 @@
 #include "core/records/loop_event.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/tick_record.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "drivers/spike_sink.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/clocks/publish_beat.hpp"
 #include "realtime/queues/counted_queue.hpp"
 
 namespace merkel {
+
+/// The neurons that one consumer watches, and their samples.
+struct WatchedNeurons {
+  WatchedNeurons() : samples(kCapacity) {}
+
+  static constexpr std::size_t kCapacity = 16384;
+  std::array<std::atomic<std::uint32_t>, RunControl::kMostWatched> neurons{};  ///< 0: none
+  CountedQueue<NeuronSample> samples;
+};
 
 /// The queues of one consumer. A slow or dead consumer costs its own items and nobody else's.
 struct SpikeChannel {
@@ -28,6 +40,7 @@ struct SpikeChannel {
   /// The same for what only some consumers want; null where it was not asked for.
   std::unique_ptr<CountedQueue<TickRecord>> ticks;
   std::unique_ptr<CountedQueue<LoopEvent>> events;
+  std::unique_ptr<WatchedNeurons> watched;
   const PublishBeat& beat;  ///< for waiting until there may be more
 };
 
@@ -65,6 +78,22 @@ class SpikeFanout {
   void publish(const LoopEvent& event, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
       if (channel->events) push(channel->events->items, channel->events->dropped, event, clock);
+    }
+  }
+
+  /// Samples of the neurons that consumers watch. Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish_watched(const TactileModel& model, std::chrono::nanoseconds time,
+                       C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      if (!channel->watched) continue;
+      for (const auto& watched : channel->watched->neurons) {
+        const std::uint32_t number = watched.load(std::memory_order_relaxed);
+        if (number == 0) continue;
+        NeuronSample sample = model.neuron(number);
+        sample.time = time;
+        push(channel->watched->samples.items, channel->watched->samples.dropped, sample, clock);
+      }
     }
   }
 

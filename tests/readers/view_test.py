@@ -1,15 +1,19 @@
 """The live page: in a browser, and from clients that behave badly."""
+import itertools
 import json
 import os
+import re
 import socket
 import struct
 import subprocess
+import time
 import unittest
 
 import browser
 import merkel_program
 from merkel_program import free_port, start
 from web_socket import WebSocket, request
+from xdf_reader import Xdf
 
 SLIDE = "sim:slide?depth_mm=1.8&x_mm=3&y_mm=10&to_x_mm=27&to_y_mm=10&speed_mm_per_s=3"
 PRESS = "sim:taps?interval_s=0.25&tap_s=0.2&count=12"
@@ -179,6 +183,151 @@ class Peers(Page):
         self.assertGreater(summary["spikes"], 20)
 
 
+
+class Control(Page):
+    """What a page may ask for, and who may."""
+    LIVE = "sim:taps?interval_s=0.25&tap_s=0.2&count=20&live=1"
+
+    def steer(self, *more, probe=LIVE):
+        """A run that pages may steer; its token."""
+        self.port = free_port()
+        program = start("run", *more, "--probe", probe, "--json", "--sink",
+                        f"view:{self.port}?control=1", cwd=self._folder.name)
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        line = program.stderr.readline()
+        while "live page" not in line:
+            line = program.stderr.readline()
+        token = re.search(r"\?token=([0-9a-f]{32})$", line.strip()).group(1)
+        self.assertTrue(merkel_program.wait_for(self.listening))
+        return program, token
+
+    def test_marks_and_recordings_need_the_token_and_reach_the_session(self):
+        session = self.path("whole.xdf")
+        program, token = self.steer("--sink", f"xdf:{session}")
+        with WebSocket(self.port) as stranger, WebSocket(self.port, token="0" * 32) as liar, \
+                WebSocket(self.port, token=token) as owner:
+            for client, allowed in ((stranger, False), (liar, False), (owner, True)):
+                self.assertEqual(json.loads(client.receive()[1])["control"], allowed)
+            frames = owner.frames()
+            next(frames)
+            stranger.send("mark stranger")
+            liar.send("mark liar")
+            liar.send("record start")
+            owner.send("mark trial 1, left")
+            owner.send("tare 0")
+            self.assertTrue(any("cannot be tared" in news.get("label", "")
+                                for frame in itertools.islice(frames, 50) for news in frame.news))
+            owner.send("record start")
+            recording = next(frame for frame in frames if frame.flags & 4)
+            for frame in frames:
+                if frame.time_s > recording.time_s + 1.0:
+                    break
+            owner.send("mark in the recording")
+            owner.send("record stop")
+            rest = list(frames)
+        self.assertTrue(rest[-1].over)
+        self.assertFalse(rest[-1].flags & 4)
+        summary = self.summary(program)
+        for sink in summary["sinks"]:
+            self.assertEqual(sink["delivered"], summary["spikes"], sink)
+        marks = Xdf(session).streams["merkel.marks"]
+        self.assertEqual([label for label, in marks.samples], ["trial 1, left", "in the recording"])
+        ticks = Xdf(session).streams["merkel.ticks"]
+        self.assertGreater(marks.stamps[1], marks.stamps[0])
+        self.assertLess(marks.stamps[1], ticks.stamps[-1])
+        (recorded,) = [name for name in os.listdir(self._folder.name) if name.startswith("session-")]
+        part = Xdf(self.path(recorded))
+        self.assertTrue(part.whole)
+        self.assertGreater(len(part.streams["merkel.ticks"].samples), 500)
+        self.assertLess(len(part.streams["merkel.ticks"].samples), len(ticks.samples))
+        # It began in the middle of a run: nobody claims that it can be simulated again.
+        done = merkel_program.run("replay", self.path(recorded))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("begins at tick", done.stdout)
+
+    def test_a_watched_afferent_sends_its_drive_and_potential(self):
+        program = self.serve(probe="sim:ramp?depth_mm=1.8&hold_s=3")
+        samples = {8: [], 13: []}
+        with WebSocket(self.port) as client:
+            client.receive()
+            client.send("watch 8 13 999")
+            for frame in client.frames():
+                for neuron, some in frame.watched.items():
+                    samples[neuron] += [(frame.time_s - before, drive, volts) for before, drive, volts in some]
+        self.summary(program)
+        for neuron, all_of_it in samples.items():
+            self.assertGreater(len(all_of_it), 1000)
+            self.assertTrue(all(a[0] < b[0] for a, b in zip(all_of_it, all_of_it[1:])), neuron)
+            self.assertGreater(max(drive for _, drive, _ in all_of_it), 1.0)
+            self.assertGreater(max(volts for *_, volts in all_of_it), 0.0)    # spikes
+            self.assertLess(min(volts for *_, volts in all_of_it), -60.0)
+
+    def test_a_device_is_tared_and_its_unplugging_is_seen(self):
+        link = self.path("probe")
+        device = start("simulate-probe", "hbf1", "--trace", "tests/traces/taps.csv", "--repeat", "--link", link,
+                       "--unplug-s", "3", "--unplug-for-s", "1.5")
+        self.addCleanup(device.communicate)
+        self.addCleanup(device.kill)
+        self.assertTrue(merkel_program.wait_for(lambda: os.path.exists(link)))
+        program, token = self.steer("--duration-s", "8", probe=f"serial:{link}?protocol=hbf1")
+        links, notices = set(), []
+        with WebSocket(self.port, token=token) as owner:
+            owner.receive()
+            frames = owner.frames()
+            next(frame for frame in frames if frame.points)  # the run has begun
+            owner.send("tare 0")
+            for frame in frames:
+                links.add(frame.probes[0][5] >> 8)
+                notices += [news["label"] for news in frame.news if news["kind"] == "mark"]
+        self.summary(program)
+        self.assertEqual(links, {1, 2})  # connected and unplugged
+        self.assertEqual(notices, ["tare probe 1"])
+
+    def test_a_session_is_played_and_gone_through(self):
+        session = self.path("s.xdf")
+        self.merkel("run", "--fast", "--probe", "sim:taps?interval_s=0.25&tap_s=0.2&count=20",
+                    "--sink", f"xdf:{session}")
+        self.port = free_port()
+        program = start("replay", session, "--realtime", "--from-s", "1", "--sink", f"view:{self.port}")
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        self.assertTrue(merkel_program.wait_for(self.listening))
+        with WebSocket(self.port) as client:
+            scene = json.loads(client.receive()[1])
+            self.assertGreater(scene["session"]["length_s"], 5.0)
+            frames = client.frames()
+            first = next(frame for frame in frames if frame.points)
+            self.assertGreaterEqual(first.time_s, 1.0)
+            began = time.monotonic()
+            last = next(frame for frame in frames if frame.time_s > first.time_s + 1.0)
+            self.assertAlmostEqual(time.monotonic() - began, last.time_s - first.time_s, delta=0.7)
+            client.send("seek 4")
+            jump = next(frame for frame in frames if frame.flags & 2)
+            self.assertAlmostEqual(jump.time_s, 4.0, delta=0.3)
+            client.send("hold")
+            next(frame for frame in frames if frame.flags & 8)
+            client.send("seek 0.5")
+            back = next(frame for frame in frames if frame.flags & 2)
+            self.assertAlmostEqual(back.time_s, 0.5, delta=0.2)
+            self.assertTrue(back.flags & 8)
+            client.send("play")
+            next(frame for frame in frames if frame.time_s > back.time_s + 0.3)
+            program.terminate()
+            frames = list(frames)
+        self.assertTrue(frames[-1].over)
+        program.wait()
+        self.assertEqual(program.returncode, 0)
+        # To a file: the recording, spike by spike.
+        whole, played = self.path("whole.csv"), self.path("played.csv")
+        self.merkel("replay", session, "--sink", f"csv:{whole}")
+        self.merkel("replay", session, "--realtime", "--sink", f"csv:{played}")
+        self.assertEqual(merkel_program.spikes_of_csv(played), merkel_program.spikes_of_csv(whole))
+        for wrong in (["--from-s", "1"], ["--realtime"], ["--realtime", "--json", "--sink", "csv:-"],
+                      ["--realtime", "--from-s", "99", "--sink", "csv:-"]):
+            self.assertEqual(merkel_program.run("replay", session, *wrong).returncode, 2, wrong)
+
+
 class InBrowser(Page):
     @classmethod
     def setUpClass(cls):
@@ -318,6 +467,9 @@ class InBrowser(Page):
         self.assertEqual(self.page.ask("merkel.details.chosen[0].pinned"), True)
         self.assertIn("receptors", self.page.ask("document.querySelector('.card p').textContent"))
         self.wait("document.querySelectorAll('.card header span')[1].textContent !== ''")
+        # Its drive and potential follow.
+        self.wait("merkel.history.watched.get(13)?.length > 100")
+        self.screenshot("live_page_afferents.png")
         for canvas, word in (("raster", "afferent "), ("latency", " ticks")):
             self.page.ask(f"document.getElementById('{canvas}').focus()")
             self.page.press("\ue012")
@@ -343,6 +495,119 @@ class InBrowser(Page):
         self.page.press("s")
         self.wait("!merkel.sound.on")
         program.terminate()
+
+    def test_the_banner_names_an_unplugged_device_and_the_outage_is_shaded(self):
+        link = self.path("probe")
+        device = start("simulate-probe", "hbf1", "--trace", "tests/traces/taps.csv", "--repeat", "--link", link,
+                       "--unplug-s", "4", "--unplug-for-s", "3")
+        self.addCleanup(device.communicate)
+        self.addCleanup(device.kill)
+        self.assertTrue(merkel_program.wait_for(lambda: os.path.exists(link)))
+        program = self.open(probe=f"serial:{link}?protocol=hbf1")
+        self.wait("document.getElementById('state').textContent === 'Unplugged: probe'")
+        self.assertEqual(self.page.ask("document.getElementById('banner').dataset.level"), "bad")
+        self.assertIn("Plug the cable in", self.page.text("advice"))
+        self.wait("!document.getElementById('state').textContent.startsWith('Unplugged')")
+        self.wait("merkel.history.spans.some((s) => s.kind === 'released' && s.to - s.from > 2)")
+        self.screenshot("live_page_outage.png")
+        program.terminate()
+
+    def test_the_banner_says_the_worst_that_is_true(self):
+        program = self.open(probe=PRESS)
+        titles = self.page.ask("""import('/health.js').then(({healthOf, Trend}) => {
+          const scene = {probes: [{name: 'thumb'}, {name: 'index'}]};
+          const counters = {ticks: 0, overruns: 0, skipped_ticks: 0, samples: 0, samples_late: 0, samples_dropped: 0, spikes_dropped: 0};
+          const probe = {depth: 0, state: 0, link: 1};
+          const frame = (more = {}, probes = [probe, probe]) => ({t: 0, counters, latency: [0], probes, ...more});
+          const trendOf = (rates) => { const trend = new Trend();
+            for (let t = 0; t <= 6; t += 0.04) trend.add({t, latency: [0], counters: {...counters, ticks: 1000 * t, samples: 1000 * t, ...rates(t)}});
+            return trend; };
+          const quiet = trendOf(() => ({}));
+          const say = (more) => { const h = healthOf({socket: 'live', scene, frame: frame(), trend: quiet, heldFor_s: [0, 0], ...more}); return `${h.level} ${h.title}`; };
+          return [
+            say({frame: null}), say({socket: 'lost'}), say({frame: frame({over: true})}), say({}),
+            say({frame: frame({}, [probe, {...probe, depth: 1}])}),
+            say({frame: frame({}, [{...probe, link: 2, state: 2}, probe])}),
+            say({frame: frame({}, [probe, {...probe, state: 2}])}),
+            say({frame: frame({}, [{...probe, state: 1}, probe]), heldFor_s: [0.03, 0]}),
+            say({frame: frame({}, [{...probe, state: 1}, probe]), heldFor_s: [0.001, 0]}),
+            say({trend: trendOf((t) => ({skipped_ticks: t > 5 ? 40 : 0}))}),
+            say({trend: trendOf((t) => ({overruns: t > 5 ? 300 : 0}))}),
+            say({trend: trendOf((t) => ({overruns: 50 * t}))}),
+            say({trend: trendOf((t) => ({samples_late: 20 * t}))}),
+          ]; })""")
+        self.assertEqual(titles, [
+            "warn Connecting", "bad Connection lost", "over Run over", "good Connected, not touching",
+            "good Connected, pressing", "bad Unplugged: thumb", "bad Released: index", "warn Silent: thumb",
+            "good Connected, not touching", "warn Too slow: 40 ticks skipped", "good Connected, not touching",
+            "warn Overruns last", "warn Late samples: 2.0 %"])
+        program.terminate()
+
+    def test_missed_frames_and_outages_are_shaded_and_named(self):
+        program = self.open(probe=PRESS)
+        spans = self.page.ask("""import('/history.js').then(({History}) => {
+          const history = new History({neurons: 20, probes: [{name: 'thumb'}]});
+          const frame = (number, from, t, state = 0, news = []) => ({number, from, t, missed: 0, watched: [], news,
+            points: [{t, state, values: [0, 0]}], spikes: {t: new Float64Array(0), n: new Uint32Array(0)}});
+          history.add(frame(1, 0, 0.04)); history.add(frame(2, 0.04, 0.08));
+          history.add(frame(6, 0.2, 0.24)); history.add(frame(7, 0.24, 0.28, 2)); history.add(frame(8, 0.28, 0.32, 2));
+          history.add(frame(9, 0.32, 0.36, 0, [{kind: 'gap', t: 0.33, length_s: 0.01}, {kind: 'mark', t: 0.34, label: 'go'}]));
+          return history.spans.map((s) => `${s.kind} ${s.from} ${s.to.toFixed(2)} ${s.label}`); })""")
+        self.assertEqual(spans, ["missed 0.08 0.20 3 frames missed by this page", "released 0.28 0.32 thumb released",
+                                 "gap 0.33 0.34 ticks skipped", "mark 0.34 0.34 go"])
+        program.terminate()
+
+    def test_controls_show_with_the_token_only_and_a_label_marks_a_trial(self):
+        program = self.open(probe=PRESS)
+        self.assertFalse(self.page.ask("document.getElementById('mark').checkVisibility()"))
+        program.terminate()
+        program.communicate()
+        self.port = free_port()
+        program = start("run", "--probe", Control.LIVE, "--sink", f"view:{self.port}?control=1",
+                        cwd=self._folder.name)
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        line = program.stderr.readline()
+        while "live page" not in line:
+            line = program.stderr.readline()
+        self.page.open(line.strip().removeprefix("live page: "))
+        self.wait("Boolean(globalThis.merkel?.frame) && document.getElementById('mark').checkVisibility()")
+        self.assertNotIn("token", self.page.ask("location.href"))
+        self.page.ask("(() => { document.getElementById('mark-label').value = 'trial 7'; "
+                      "document.getElementById('mark').requestSubmit(); })()")
+        self.wait("merkel.history.spans.some((s) => s.kind === 'mark' && s.label === 'trial 7')")
+        self.page.ask("document.getElementById('record').click()")
+        self.wait("document.getElementById('record').textContent === 'Stop recording'")
+        self.wait("document.getElementById('notice').textContent.startsWith('recording session-')")
+        self.page.ask("document.getElementById('record').click()")
+        self.wait("document.getElementById('record').textContent === 'Record'")
+        self.page.ask("document.getElementById('tare').click()")
+        self.wait("document.getElementById('notice').textContent.includes('cannot be tared')")
+        program.terminate()
+        self.assert_no_errors()
+
+    def test_a_session_plays_in_the_page_with_a_slider(self):
+        session = self.path("s.xdf")
+        self.merkel("run", "--fast", "--probe", SLIDE, "--sink", f"xdf:{session}")
+        self.port = free_port()
+        program = start("replay", session, "--realtime", "--sink", f"view:{self.port}")
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        self.assertTrue(merkel_program.wait_for(self.listening))
+        self.page.open(f"http://127.0.0.1:{self.port}/")
+        self.wait("Boolean(globalThis.merkel?.frame) && document.getElementById('session').checkVisibility()")
+        self.page.ask("(() => { const s = document.getElementById('seek'); s.value = 5; "
+                      "s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); })()")
+        self.wait("merkel.frame.t >= 5")
+        self.page.ask("document.getElementById('play').click()")
+        self.wait("document.getElementById('state').textContent === 'Replay paused'")
+        self.page.ask("(() => { const s = document.getElementById('seek'); s.value = 1; "
+                      "s.dispatchEvent(new Event('change')); })()")
+        self.wait("merkel.frame.t < 1.5 && merkel.history.t < 1.5")
+        self.page.ask("document.getElementById('play').click()")
+        self.wait("document.getElementById('state').textContent.startsWith('Replay, ')")
+        program.terminate()
+        self.assert_no_errors()
 
     def test_what_is_seen_can_be_saved(self):
         csv = self.path("s.csv")

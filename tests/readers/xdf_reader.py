@@ -72,6 +72,9 @@ class Xdf:
         width = content[4]
         count = int.from_bytes(content[5:5 + width], "little")
         place = 5 + width
+        if stream.format == "string":
+            self._strings(stream, content, place, count)
+            return
         values = struct.Struct(f"<{stream.count}{FORMATS[stream.format]}")
         for _ in range(count):
             stamped = content[place]
@@ -81,4 +84,16 @@ class Xdf:
                 place += 8
             stream.samples.append(values.unpack_from(content, place))
             place += values.size
+        assert place == len(content)
+
+    @staticmethod
+    def _strings(stream, content, place, count):
+        for _ in range(count):
+            assert content[place] == 8
+            stream.stamps.append(struct.unpack_from("<d", content, place + 1)[0])
+            width = content[place + 9]
+            length = int.from_bytes(content[place + 10:place + 10 + width], "little")
+            place += 10 + width
+            stream.samples.append((content[place:place + length].decode(),))
+            place += length
         assert place == len(content)

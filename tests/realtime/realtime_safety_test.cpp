@@ -274,6 +274,46 @@ TEST(RealtimeSafety, TheTrapSeesWhatMustNotBeCalled) {
   EXPECT_EQ(seen([] { std::this_thread::sleep_for(std::chrono::nanoseconds{1}); }), 1);
 }
 
+/// Watches neurons, marks every batch of ticks and asks for tares all along.
+class WatchingSink final : public SpikeSink {
+ public:
+  struct Seen {
+    std::atomic<std::uint64_t> samples{0};
+    std::atomic<std::uint64_t> marks{0};
+  };
+  explicit WatchingSink(Seen& seen) : seen_(seen) {}
+  const std::string& uri() const noexcept override { return uri_; }
+  std::uint32_t wishes() const noexcept override { return kTicks | kMarks | kNeurons; }
+  void attach(RunControl& control) override {
+    control_ = &control;
+    const std::array<std::uint32_t, 4> watched = {8, 13, 20, 21};  // there is no 21
+    control.watch(watched);
+  }
+  Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override { return {}; }
+  Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    control_->mark({.time = ticks.back().time, .label = "batch"});
+    EXPECT_FALSE(control_->tare(0));  // simulated
+    EXPECT_FALSE(control_->tare(7));
+    EXPECT_EQ(control_->link(0), RunControl::Link::kConnected);
+    return {};
+  }
+  Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
+    seen_.marks += marks.size();
+    return {};
+  }
+  Expected<void, SinkError> write_neurons(std::span<const NeuronSample> samples) override {
+    seen_.samples += samples.size();
+    return {};
+  }
+  Expected<void, SinkError> close() override { return {}; }
+  std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  std::string uri_ = "watching:";
+  Seen& seen_;
+  RunControl* control_ = nullptr;
+};
+
 TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrites) {
   // Two probes with dropouts, so that holding, releasing and resuming happen too.
   TactileModel::Parameters scene;
@@ -290,11 +330,15 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   pipeline.add_sink(std::move(*open_sink("csv:/dev/null", neurons, false)));
   // One that asks for all there is.
   pipeline.add_sink(std::move(*open_sink("xdf:/dev/null", neurons, false)));
+  WatchingSink::Seen seen;
+  pipeline.add_sink(std::make_unique<WatchingSink>(seen));
   g_calls = 0;
   g_sleeps = 0;
   const auto report = pipeline.run();
   ASSERT_TRUE(report);
   EXPECT_GT(report->spikes, 0U);
+  EXPECT_EQ(seen.samples, 3 * report->ticks);
+  EXPECT_GT(seen.marks, 10U);
   EXPECT_GT(report->probes[0].releases, 0U);
   EXPECT_GT(report->host_time->queue.count, 0U);
   EXPECT_GT(g_sleeps, 500);

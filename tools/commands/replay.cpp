@@ -1,15 +1,22 @@
+#include <atomic>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "drivers/sinks/session_position.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/machine_facts.hpp"
+#include "tools/run/session_playback.hpp"
 #include "tools/run/session_replay.hpp"
+#include "tools/run/stop_signal.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -21,6 +28,8 @@ struct ReplayOptions {
   bool json = false;
   bool overwrite = false;
   bool allow_remote = false;
+  bool realtime = false;
+  std::optional<double> from_s;
 };
 
 using Count = unsigned long long;
@@ -75,7 +84,54 @@ std::string json_of(const SessionReader& session, const SessionReplay::Verdict& 
   return json.dump(2) + "\n";
 }
 
+/// Plays the recording to the sinks at its own speed, without simulating it.
+int play(const ReplayOptions& options, const TactileModel& model, const SessionNumbering& numbering,
+         SinkSetup setup) {
+  const auto extent = SessionPlayback::measure(options.session, model.parameters().tick);
+  if (!extent) return refuse(extent.error());
+  const auto position = std::make_shared<SessionPosition>();
+  position->start = extent->start;
+  position->length_s = units::s_from(extent->end - extent->start);
+  if (options.from_s.value_or(0.0) > position->length_s) {
+    return refuse("--from-s is beyond the session's end, at " +
+                  shortest_decimal(position->length_s) + " s");
+  }
+  setup.session = position;
+  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  bool page = false;
+  for (const std::string& uri : options.sinks) {
+    auto sink = open_sink(uri, setup);
+    if (!sink) return refuse(sink.error());
+    const std::string address = (*sink)->address();
+    if (!address.empty()) {
+      page = true;
+      std::fprintf(stderr, "live page: %s\n", address.c_str());
+    }
+    sinks.push_back(std::move(*sink));
+  }
+  std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
+               page ? "; the page's slider moves in time, Ctrl-C ends" : "");
+  std::atomic<bool> stopped{false};
+  const StopSignal stop(stopped);
+  SessionPlayback playback(options.session, *extent, numbering, *position, sinks);
+  const auto played = playback.play(
+      extent->start + units::nanoseconds_from_s(options.from_s.value_or(0.0)), page, stopped);
+  for (const auto& sink : sinks) {
+    if (auto closed = sink->close(); !closed) return fail(closed.error().sentence);
+  }
+  return played ? kDone : fail(played.error().sentence);
+}
+
 int replay(const ReplayOptions& options) {
+  if (options.from_s && !options.realtime) return refuse("--from-s is for --realtime: add it");
+  if (options.realtime && options.json) {
+    return refuse(
+        "--json prints the verdict of a simulation, and --realtime plays the recording "
+        "without one: leave one of them out");
+  }
+  if (options.realtime && options.sinks.empty()) {
+    return refuse("--realtime plays to sinks: name one, such as --sink view:8080");
+  }
   auto session = SessionReader::open(options.session);
   if (!session) return refuse(session.error());
   const auto scene = scene_of_session(*session);
@@ -92,6 +148,7 @@ int replay(const ReplayOptions& options) {
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(run)};
+  if (options.realtime) return play(options, *model, numbering, setup);
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);
@@ -121,7 +178,7 @@ int replay(const ReplayOptions& options) {
   if (!trouble.empty()) return fail(trouble);
 
   const SessionReplay::Verdict verdict = replay.finish();
-  if (verdict.ticks == 0) {
+  if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
                   " holds no tick inputs: it was recorded without a simulation, or broke off");
   }
@@ -144,6 +201,10 @@ void add_replay_command(CommandLine& program) {
       .required()
       .list("--sink", options->sinks,
             "Also send the spikes to a sink, repeatable: " + sink_schemes())
+      .flag("--realtime", options->realtime,
+            "Play the recording to the sinks at its own speed, without simulating it")
+      .option("--from-s", options->from_s, "With --realtime: begin so many seconds after the start",
+              {0.0, 1e9})
       .flag("--json", options->json, "Print the verdict as JSON")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,

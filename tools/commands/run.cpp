@@ -13,6 +13,7 @@
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "drivers/sinks/recording_switch.hpp"
 #include "realtime/pipeline.hpp"
 #include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
@@ -154,23 +155,23 @@ int run(const RunOptions& options) {
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
   }
+  const auto recording = std::make_shared<RecordingSwitch>();
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(description),
-                        .notice = parameters.on_notice};
+                        .notice = parameters.on_notice,
+                        .recording = recording};
   bool summary_to_stderr = false;
   for (const std::string& uri : scene->sinks) {
     auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
+    const std::string address = (*sink)->address();
+    if (!address.empty()) std::fprintf(stderr, "live page: %s\n", address.c_str());
     pipeline.add_sink(std::move(*sink));
-    if (uri.starts_with("view:")) {
-      const std::string address = uri.substr(5, uri.find('?') - 5);
-      std::fprintf(stderr, "live page: http://%s%s/\n",
-                   address.find(':') == std::string::npos ? "127.0.0.1:" : "", address.c_str());
-    }
   }
+  if (recording->offered()) pipeline.add_sink(session_on_request(recording, setup));
 
   const StopSignal stop(pipeline);
   const CrashWatch watch(pipeline.statistics(), model->parameters().tick);

@@ -29,6 +29,14 @@ bool SessionReplay::take_tick(const TickRecord& record) {
   const std::uint64_t expected = last_ ? last_->number + (first_probe ? 1 : 0) : 1;
   if (record.number != expected || record.probe != probe_ ||
       (last_ && (first_probe ? record.time <= last_->time : record.time != last_->time))) {
+    if (!last_ && record.number > 1) {
+      differ(
+          "the recording begins at tick " + std::to_string(record.number) +
+          " of a run: it can be played (--realtime) and exported, but the state of its neurons at "
+          "that tick is unknown, so it cannot be simulated again");
+      broken_ = true;
+      return false;
+    }
     differ("the record of tick " + std::to_string(expected) + ", probe " + std::to_string(probe_) +
            " is missing: the recorder's queue was full, or the file was changed");
     broken_ = true;

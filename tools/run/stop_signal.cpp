@@ -10,6 +10,7 @@ namespace {
 // A signal handler has nothing else to reach the run by.
 std::atomic<Pipeline*> g_running{nullptr};
 std::atomic<int> g_signals{0};
+std::atomic<std::atomic<bool>*> g_flag{nullptr};
 
 void handle_with(void (*handler)(int)) {
   struct sigaction action {};
@@ -19,14 +20,14 @@ void handle_with(void (*handler)(int)) {
 }
 
 void stop_running(int /*signal*/) {
+  if (std::atomic<bool>* const flag = g_flag.load()) flag->store(true);
   Pipeline* const pipeline = g_running.load();
-  if (pipeline == nullptr) return;
   switch (g_signals.fetch_add(1)) {
     case 0:
-      pipeline->request_stop();
+      if (pipeline != nullptr) pipeline->request_stop();
       break;
     case 1:
-      pipeline->request_stop_now();
+      if (pipeline != nullptr) pipeline->request_stop_now();
       break;
     default:
       handle_with(SIG_DFL);  // the next one ends the program
@@ -41,8 +42,15 @@ StopSignal::StopSignal(Pipeline& pipeline) {
   handle_with(stop_running);
 }
 
+StopSignal::StopSignal(std::atomic<bool>& flag) {
+  g_signals.store(0);
+  g_flag.store(&flag);
+  handle_with(stop_running);
+}
+
 StopSignal::~StopSignal() {
   handle_with(SIG_DFL);
+  g_flag.store(nullptr);
   g_running.store(nullptr);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+
 #include "realtime/pipeline.hpp"
 
 namespace merkel {
@@ -10,6 +12,8 @@ namespace merkel {
 class StopSignal {
  public:
   explicit StopSignal(Pipeline& pipeline);
+  /// Sets a flag instead; borrowed.
+  explicit StopSignal(std::atomic<bool>& flag);
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
   ~StopSignal();

@@ -27,6 +27,7 @@ class ConnorStevensGroup final : public NeuronGroup {
   ConnorStevensGroup(const Parameters& parameters, std::size_t neurons);
 
   [[nodiscard]] double potential_mV(std::size_t neuron) const noexcept { return V_[neuron]; }
+  [[nodiscard]] double potential(std::size_t neuron) const noexcept override { return V_[neuron]; }
 
  private:
   void put_to_rest() noexcept override;

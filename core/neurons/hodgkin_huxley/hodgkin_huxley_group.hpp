@@ -40,6 +40,9 @@ class HodgkinHuxleyGroup final : public NeuronGroup {
                      const std::optional<LatticeCoupling>& network);
 
   [[nodiscard]] double potential_mV(std::size_t neuron) const noexcept;
+  [[nodiscard]] double potential(std::size_t neuron) const noexcept override {
+    return potential_mV(neuron);
+  }
   [[nodiscard]] Gates gates(std::size_t neuron) const noexcept;
   /// Sets one neuron's state; for tests and for starting from a recorded state.
   void set_state(std::size_t neuron, double V_mV, const Gates& gates) noexcept;

@@ -25,7 +25,7 @@ class IntegrateAndFireGroup final : public NeuronGroup {
   IntegrateAndFireGroup(const Parameters& parameters, std::size_t neurons);
 
   /// v of a neuron, from 0.
-  [[nodiscard]] double potential(std::size_t neuron) const noexcept { return v_[neuron]; }
+  [[nodiscard]] double potential(std::size_t neuron) const noexcept override { return v_[neuron]; }
 
  private:
   void put_to_rest() noexcept override;

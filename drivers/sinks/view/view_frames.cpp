@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "core/units.hpp"
+#include "drivers/sinks/session_position.hpp"
 #include "drivers/sinks/view/json_writer.hpp"
 
 namespace merkel {
@@ -17,6 +19,7 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kPointEvery{4'000'000};
 constexpr std::size_t kMostPoints = 2000;
 constexpr std::size_t kMostSpikes = 20'000;
+constexpr std::size_t kMostWatchedSamples = 40'000;
 constexpr std::size_t kLongestNews = 16'384;
 constexpr std::size_t kMostStates = 16;  ///< probes whose state fits into a point
 constexpr double kBinsPerDecade = 8.0;
@@ -42,6 +45,7 @@ std::size_t latency_bin(nanoseconds latency) {
 }  // namespace
 
 ViewFrames::ViewFrames(const SinkSetup& setup) : tick_(setup.run.model.tick) {
+  if (setup.session) start_ = setup.session->start;
   for (const Indenter& indenter : setup.run.model.indenters) {
     probes_.push_back({.tip = TipContact(indenter, setup.run.model.skin), .press = {}});
   }
@@ -64,7 +68,8 @@ void ViewFrames::add(std::span<const SpikeEvent> spikes) {
 void ViewFrames::add(std::span<const TickRecord> ticks) {
   for (const TickRecord& tick : ticks) {
     if (tick.probe >= probes_.size()) continue;
-    if (!origin_) origin_ = sent_ = next_point_ = tick.time - tick_;
+    if (!origin_) origin_ = sent_ = next_point_ = start_.value_or(tick.time - tick_);
+    if (std::exchange(jumped_, false)) sent_ = next_point_ = tick.time - tick_;
     Probe& probe = probes_[tick.probe];
     probe.press = probe.tip.press(tick.contact);
     probe.state = tick.state;
@@ -105,6 +110,40 @@ void ViewFrames::add(std::span<const LoopEvent> events) {
   }
 }
 
+void ViewFrames::add(std::span<const Mark> marks) {
+  for (const Mark& mark : marks) {
+    if (!origin_) continue;
+    add_news(JsonWriter()
+                 .text("kind", "mark")
+                 .number("t", since_start_s(mark.time))
+                 .text("label", mark.label)
+                 .end());
+  }
+}
+
+void ViewFrames::add(std::span<const NeuronSample> samples) {
+  for (const NeuronSample& sample : samples) {
+    if (watched_.size() < kMostWatchedSamples) {
+      watched_.push_back(sample);
+    } else {
+      ++left_out_;
+    }
+  }
+}
+
+void ViewFrames::set_links(const RunControl& control) {
+  for (std::size_t i = 0; i < probes_.size(); ++i) probes_[i].link = control.link(i);
+}
+
+void ViewFrames::forget() {
+  points_.clear();
+  point_values_.clear();
+  spikes_.clear();
+  watched_.clear();
+  news_.clear();
+  jumped_ = true;
+}
+
 void ViewFrames::add_notice(std::string_view sentence) {
   add_news(JsonWriter().text("kind", "notice").text("label", sentence).end());
 }
@@ -131,13 +170,14 @@ std::string ViewFrames::take(std::uint32_t flags) {
   append_spikes(bytes);
   append_count(bytes, latency_.size());
   for (const std::uint32_t ticks : latency_) append(bytes, ticks);
-  append_count(bytes, 0);
+  append_watched(bytes);
   const std::string news = news_.empty() ? "" : "[" + news_ + "]";
   append_count(bytes, news.size());
   bytes += news;
   points_.clear();
   point_values_.clear();
   spikes_.clear();
+  watched_.clear();
   news_.clear();
   sent_ = newest_;
   return bytes;
@@ -179,6 +219,29 @@ void ViewFrames::append_spikes(std::string& bytes) const {
   for (const Spike& spike : spikes_) {
     append_float(bytes, units::s_from(newest_ - spike.time));
     append(bytes, spike.neuron);
+  }
+}
+
+/// Neuron by neuron, in the order in which they first come.
+void ViewFrames::append_watched(std::string& bytes) const {
+  std::vector<std::uint32_t> numbers;
+  for (const NeuronSample& sample : watched_) {
+    if (std::find(numbers.begin(), numbers.end(), sample.neuron) == numbers.end()) {
+      numbers.push_back(sample.neuron);
+    }
+  }
+  append_count(bytes, numbers.size());
+  for (const std::uint32_t number : numbers) {
+    const auto of_neuron = [number](const NeuronSample& sample) { return sample.neuron == number; };
+    append(bytes, number);
+    append_count(bytes, static_cast<std::size_t>(
+                            std::count_if(watched_.begin(), watched_.end(), of_neuron)));
+    for (const NeuronSample& sample : watched_) {
+      if (!of_neuron(sample)) continue;
+      append_float(bytes, units::s_from(newest_ - sample.time));
+      append(bytes, sample.drive);
+      append(bytes, sample.potential);
+    }
   }
 }
 

@@ -26,7 +26,7 @@ namespace merkel {
 ///   f64 from_s, to_s: the span that the frame covers, since the start ·
 ///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
 ///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, u32 state
-///     (TickRecord::State in the low byte, Link above it) ·
+///     (TickRecord::State in the low byte, RunControl::Link above it) ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
 ///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
 ///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
@@ -44,16 +44,21 @@ class ViewFrames {
     kRecording = 1U << 2U,  ///< a session is being recorded on request
     kStill = 1U << 3U,      ///< a replay that waits
   };
-  enum class Link : std::uint32_t { kRecording = 0, kConnected = 1, kUnplugged = 2 };
 
   explicit ViewFrames(const SinkSetup& setup);
 
   void add(std::span<const SpikeEvent> spikes);
   void add(std::span<const TickRecord> ticks);
   void add(std::span<const LoopEvent> events);
+  void add(std::span<const Mark> marks);
+  void add(std::span<const NeuronSample> samples);
   /// A sentence for the person at the page.
   void add_notice(std::string_view sentence);
   void set(const RunStatus& status) { status_ = status; }
+
+  void set_links(const RunControl& control);
+  /// Drops what was added since the last frame: time has jumped.
+  void forget();
 
   /// The frame of everything added since the last. \param flags  Flag bits
   [[nodiscard]] std::string take(std::uint32_t flags);
@@ -64,7 +69,7 @@ class ViewFrames {
     Press press;
     TickRecord::State state = TickRecord::State::kFollowing;
     TickRecord::State worst = TickRecord::State::kFollowing;  ///< since the last point
-    Link link = Link::kRecording;
+    RunControl::Link link = RunControl::Link::kRecording;
   };
   struct Spike {
     std::chrono::nanoseconds time;
@@ -82,9 +87,11 @@ class ViewFrames {
   void append_probes(std::string& bytes) const;
   void append_points(std::string& bytes) const;
   void append_spikes(std::string& bytes) const;
+  void append_watched(std::string& bytes) const;
 
   std::chrono::nanoseconds tick_;
   std::vector<Probe> probes_;
+  std::optional<std::chrono::nanoseconds> start_;  ///< of a session that is played
   std::optional<std::chrono::nanoseconds> origin_;
   std::chrono::nanoseconds newest_{0};
   std::chrono::nanoseconds sent_{0};  ///< end of the last frame
@@ -92,11 +99,13 @@ class ViewFrames {
   std::vector<Point> points_;
   std::vector<float> point_values_;  ///< per point and probe: depth, force
   std::vector<Spike> spikes_;
+  std::vector<NeuronSample> watched_;
   std::string news_;
   std::array<std::uint32_t, kLatencyBins> latency_{};
   std::uint64_t left_out_ = 0;  ///< spikes and points beyond what a frame takes
   RunStatus status_;
   std::uint32_t number_ = 0;
+  bool jumped_ = false;  ///< the next tick does not follow the last
 };
 
 }  // namespace merkel

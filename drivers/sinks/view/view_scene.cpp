@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "drivers/sinks/session_position.hpp"
 #include "drivers/sinks/view/json_writer.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
 
@@ -98,6 +99,9 @@ std::string view_scene_json(const SinkSetup& setup, bool control) {
   json.text("scene", run.scene).number("neurons", setup.neurons);
   json.number("tick_ms", units::ms_from(run.model.tick));
   json.raw("control", control ? "true" : "false");
+  if (setup.session) {
+    json.raw("session", JsonWriter().number("length_s", setup.session->length_s).end());
+  }
   json.text("drive_unit", kind == NeuronKind::kHodgkinHuxley ? "\u00b5A/cm\u00b2" : "Hz");
   json.text("potential_name", volts ? "potential" : "state")
       .text("potential_unit", volts ? "mV" : "");

@@ -19,11 +19,11 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-#include <sys/resource.h>
-#include <unistd.h>
+#include <pthread.h>
 
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/view/page_files.hpp"
+#include "drivers/sinks/view/view_access.hpp"
 
 namespace merkel {
 namespace {
@@ -53,49 +53,6 @@ std::string_view mime_type(std::string_view name) {
   if (name.ends_with(".js")) return "text/javascript; charset=utf-8";
   if (name.ends_with(".css")) return "text/css; charset=utf-8";
   return "text/plain; charset=utf-8";
-}
-
-/// How many sockets there may be: a quarter of the descriptors, so that devices find theirs.
-std::size_t most_sockets() {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMostClients;
-  return std::clamp<std::size_t>(limit.rlim_cur / 4, 8, kMostClients + kMostUnserved);
-}
-
-/// Whether a Host is an address or a name of this machine. Another site's name can be bound to this
-/// address (DNS rebinding), but an address cannot be bound to anything.
-bool names_this_machine(const std::string& host) {
-  boost::system::error_code not_an_address;
-  const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
-  net::ip::make_address(bracketed ? host.substr(1, host.size() - 2) : host, not_an_address);
-  if (!not_an_address) return true;
-  std::array<char, 256> name{};
-  if (::gethostname(name.data(), name.size() - 1) != 0) return false;
-  return beast::iequals(host, name.data()) ||
-         beast::iequals(host, std::string(name.data()) + ".local");
-}
-
-/// Keeps pages of other sites out by the headers Host and Origin. A page that listens on loopback
-/// is reached by a loopback name only; another one by an address or this machine's name.
-bool may_ask(const http::request<http::empty_body>& request, bool loopback_only) {
-  const std::string_view host = view_of(request[http::field::host]);
-  auto address = HostAndPort::parse(host);
-  if (!address) address = HostAndPort{.host = std::string(host), .port = 80};
-  if (!address->loopback() && (loopback_only || !names_this_machine(address->host))) return false;
-  const std::string_view origin = view_of(request[http::field::origin]);
-  return origin.empty() || origin == "http://" + std::string(host);
-}
-
-/// Whether a target "/socket?token=…" carries the token. Takes the same time for every wrong one.
-bool has_token(std::string_view target, const std::string& token) {
-  constexpr std::string_view kPrefix = "/socket?token=";
-  if (token.empty() || !target.starts_with(kPrefix)) return false;
-  const std::string_view given = target.substr(kPrefix.size());
-  unsigned different = given.size() == token.size() ? 0U : 1U;
-  for (std::size_t i = 0; i < std::min(given.size(), token.size()); ++i) {
-    different |= static_cast<unsigned char>(given[i]) ^ static_cast<unsigned char>(token[i]);
-  }
-  return different == 0U;
 }
 
 http::response<http::string_body> response_to(const http::request<http::empty_body>& request,
@@ -319,12 +276,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   void answer() {
     const auto& request = parser_.get();
-    const bool allowed = may_ask(request, room_.loopback_only);
+    const bool allowed = may_view(view_of(request[http::field::host]),
+                                  view_of(request[http::field::origin]), room_.loopback_only);
     const std::string_view target = view_of(request.target());
     const bool socket = target.substr(0, target.find('?')) == "/socket";
     if (allowed && socket && websocket::is_upgrade(request) &&
         room_.clients.size() < std::min(kMostClients, room_.most_sockets / 2)) {
-      const bool steers = has_token(target, room_.token);
+      const bool steers = has_view_token(target, room_.token);
       std::make_shared<Client>(stream_.release_socket(), room_, steers)->accept(request);
       return;
     }
@@ -361,7 +319,7 @@ class ViewServer::Thread {
     room_.token = parameters.token;
     room_.on_request = parameters.on_request;
     room_.loopback_only = HostAndPort{.host = parameters.host, .port = parameters.port}.loopback();
-    room_.most_sockets = most_sockets();
+    room_.most_sockets = most_view_sockets(kMostClients + kMostUnserved);
   }
   Thread(const Thread&) = delete;
   Thread& operator=(const Thread&) = delete;
@@ -389,7 +347,10 @@ class ViewServer::Thread {
   void start() {
     accept();
     watch_clients();
-    thread_ = std::thread([this] { context_.run(); });
+    thread_ = std::thread([this] {
+      ::pthread_setname_np(::pthread_self(), "merkel-page");
+      context_.run();
+    });
   }
 
   void publish(std::string bytes, bool first) {

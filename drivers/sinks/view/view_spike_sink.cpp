@@ -1,10 +1,13 @@
-#include <charconv>
+#include <array>
 #include <chrono>
+#include <cstdio>
+#include <random>
 #include <utility>
 
 #include "core/units.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/view/view_desk.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
 #include "drivers/sinks/view/view_scene.hpp"
 #include "drivers/sinks/view/view_server.hpp"
@@ -17,31 +20,48 @@ using std::chrono::steady_clock;
 /// The live page: what happens, some 25 times a second, to every browser that looks.
 class ViewSpikeSink final : public SpikeSink {
  public:
-  ViewSpikeSink(std::string uri, ViewFrames frames, std::unique_ptr<ViewServer> server,
+  ViewSpikeSink(std::string uri, std::string address, ViewFrames frames,
+                std::shared_ptr<ViewDesk> desk, std::unique_ptr<ViewServer> server,
                 std::chrono::nanoseconds period)
       : uri_(std::move(uri)),
+        address_(std::move(address)),
         frames_(std::move(frames)),
+        desk_(std::move(desk)),
         server_(std::move(server)),
         period_(period) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t wishes() const noexcept override {
-    return kTicks | kStatus | kEvents;
+    return kTicks | kStatus | kEvents | kMarks | kNeurons;
   }
+  void attach(RunControl& control) override { desk_->attach(control); }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    follow_jumps();
     frames_.add(spikes);
     delivered_ += spikes.size();
     send_if_due();
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    follow_jumps();
     frames_.add(ticks);
+    if (!ticks.empty()) desk_->set_time(ticks.back().time);
     send_if_due();
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
     frames_.add(events);
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
+    frames_.add(marks);
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_neurons(
+      std::span<const NeuronSample> samples) override {
+    frames_.add(samples);
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
@@ -53,34 +73,70 @@ class ViewSpikeSink final : public SpikeSink {
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override {
-    server_->publish(frames_.take(ViewFrames::kOver));
+    send(ViewFrames::kOver);
     server_->finish();
     return {};
   }
-  /// Given to the page; what a slow browser has missed, the page itself tells.
+  /// Given to the page's server; the page itself reports what a slow browser missed.
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
+  /// A session that is played elsewhere from now on: pages forget what came before.
+  void follow_jumps() {
+    const SessionPosition* const session = desk_->session();
+    if (session == nullptr || session->jumps.load() == jumps_) return;
+    jumps_ = session->jumps.load();
+    frames_.forget();
+    forget_ = true;
+  }
+
   void send_if_due() {
     const auto now = steady_clock::now();
     if (now < next_) return;
-    server_->publish(frames_.take(0));
+    send(0);
     next_ = std::max(next_ + period_, now);
   }
 
+  void send(std::uint32_t flags) {
+    for (const std::string& sentence : desk_->take_notices()) frames_.add_notice(sentence);
+    if (desk_->recording()) flags |= ViewFrames::kRecording;
+    if (desk_->session() != nullptr && desk_->session()->hold) flags |= ViewFrames::kStill;
+    const bool first = std::exchange(forget_, false);
+    if (first) flags |= ViewFrames::kForget;
+    if (const RunControl* const control = desk_->control()) frames_.set_links(*control);
+    server_->publish(frames_.take(flags), first);
+  }
+
   std::string uri_;
+  std::string address_;
   ViewFrames frames_;
-  std::unique_ptr<ViewServer> server_;
+  std::shared_ptr<ViewDesk> desk_;
+  std::unique_ptr<ViewServer> server_;  ///< ends before the desk that it asks
   steady_clock::duration period_;
   steady_clock::time_point next_{};
   std::uint64_t delivered_ = 0;
+  std::uint32_t jumps_ = 0;
+  bool forget_ = false;
 };
+
+/// 128 random bits in hexadecimal.
+std::string random_token() {
+  std::random_device random;
+  std::string token;
+  for (int i = 0; i < 4; ++i) {
+    std::array<char, 9> word{};
+    std::snprintf(word.data(), word.size(), "%08x", random());
+    token += word.data();
+  }
+  return token;
+}
 
 }  // namespace
 
 OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const double rate_hz = options.number("rate_hz", 25.0, 1.0, 60.0);
+  const bool steers = options.whole("control", 0, 0, 1) == 1;
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   const bool port_only = uri.path.find(':') == std::string::npos;
   const auto address = HostAndPort::parse(port_only ? "127.0.0.1:" + uri.path : uri.path);
@@ -88,13 +144,20 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
     return bad_input("\"" + uri.text + "\": name a port, as in view:8080, or an address and port");
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
-  auto server = ViewServer::start({.host = address->host,
-                                   .port = address->port,
-                                   .hello = view_scene_json(setup, false),
-                                   .steering_hello = {},
-                                   .token = {}});
+  const std::string token = steers ? random_token() : "";
+  auto desk = std::make_shared<ViewDesk>(setup, steers);
+  auto server = ViewServer::start(
+      {.host = address->host,
+       .port = address->port,
+       .hello = view_scene_json(setup, false),
+       .steering_hello = steers ? view_scene_json(setup, true) : "",
+       .token = token,
+       .on_request = [desk](const ViewRequest& request) { desk->carry_out(request); }});
   if (!server) return Unexpected<SetupError>(server.error());
-  return std::make_unique<ViewSpikeSink>(uri.text, ViewFrames(setup), std::move(*server),
+  const std::string page = "http://" + (port_only ? "127.0.0.1:" : std::string()) + uri.path + "/" +
+                           (steers ? "?token=" + token : "");
+  return std::make_unique<ViewSpikeSink>(uri.text, page, ViewFrames(setup), std::move(desk),
+                                         std::move(*server),
                                          units::nanoseconds_from_s(1.0 / rate_hz));
 }
 

@@ -60,6 +60,27 @@ TEST(TactileModel, AConstantCentrePressDrivesNeurons8And13Alone) {
   }
 }
 
+TEST(TactileModel, TellsDriveAndPotentialOfANeuronByItsNumberThroughAllPatches) {
+  TactileModel::Parameters parameters;
+  parameters.patches.push_back(parameters.patches.front());
+  parameters.indenters[0].patch = 1;
+  TactileModel model = model_of(parameters);
+  const std::vector<ContactInput> inputs = {{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0}};
+  float lowest = 1e9F;
+  float highest = -1e9F;
+  for (int k = 0; k < 200; ++k) {
+    static_cast<void>(model.step(inputs, k * parameters.tick));
+    const NeuronSample pressed = model.neuron(28);  // number 8 of the second patch
+    EXPECT_EQ(pressed.neuron, 28U);
+    EXPECT_EQ(pressed.drive, static_cast<float>(model.patches()[1].drive().output()[7]));
+    lowest = std::min(lowest, pressed.potential);
+    highest = std::max(highest, pressed.potential);
+  }
+  EXPECT_GT(highest - lowest, 50.0F);  // it fires
+  EXPECT_EQ(model.neuron(8).drive, 0.0F);
+  EXPECT_NEAR(model.neuron(8).potential, model.neuron(1).potential, 1e-3);
+}
+
 TEST(TactileModel, NoContactGivesNoSpike) {
   TactileModel model = model_of();
   for (const double depth : {0.0, -1.0}) {

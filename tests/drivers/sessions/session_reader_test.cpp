@@ -23,6 +23,7 @@ struct Everything {
   std::vector<LoopEvent> events;
   std::vector<RunStatus> status;
   std::vector<SessionChunk::Frame> frames;
+  std::vector<Mark> marks;
   bool ended_well = false;
   std::string error;
 };
@@ -53,6 +54,7 @@ Everything read_all(const std::string& path) {
     append(all.events, chunk.events);
     append(all.status, chunk.status);
     append(all.frames, chunk.frames);
+    append(all.marks, chunk.marks);
   }
   all.ended_well = session->ended_well();
   return all;
@@ -118,6 +120,10 @@ std::string record(const TemporaryFolder& folder, bool closed) {
                                      .losses = {.spikes = 9, .frames = 8},
                                      .rights = kRights}));
   EXPECT_TRUE((*sink)->write_frames(1, 2, kFrames));
+  const std::array<Mark, 2> marks = {
+      Mark{.time = nanoseconds{1'500'000'000}, .label = "trial 1, Müller"},
+      Mark{.time = nanoseconds{2'000'000'000}, .label = ""}};
+  EXPECT_TRUE((*sink)->write_marks(marks));
   EXPECT_EQ((*sink)->delivered(), 0U);
   EXPECT_TRUE((*sink)->flush());
   EXPECT_EQ((*sink)->delivered(), 2U);
@@ -156,6 +162,10 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   expect_same(all.ticks[1], kTicks[1]);
   ASSERT_EQ(all.events.size(), 1U);
   EXPECT_EQ(all.events[0], kEvents[0]);
+  ASSERT_EQ(all.marks.size(), 2U);
+  EXPECT_EQ(all.marks[0].time, nanoseconds{1'500'000'000});
+  EXPECT_EQ(all.marks[0].label, "trial 1, Müller");
+  EXPECT_EQ(all.marks[1].label, "");
   ASSERT_EQ(all.samples.size(), 1U);
   EXPECT_EQ(all.samples[0].probe, 1U);
   EXPECT_EQ(all.samples[0].sample.time, kSamples[0].time);

@@ -67,7 +67,7 @@ export class History {
   }
 
   /// Takes a frame. \param keepFrom  what is shown while paused must not be forgotten
-  add(frame, keepFrom) {
+  add(frame, keepFrom = frame.t) {
     if (frame.forget || (this.started && frame.t < this.t)) this.clear();
     if (this.started && frame.from > this.t + 1e-9) {
       const lost = frame.number - this.number - 1;

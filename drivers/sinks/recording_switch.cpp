@@ -1,0 +1,126 @@
+#include "drivers/sinks/recording_switch.hpp"
+
+#include <array>
+#include <ctime>
+#include <optional>
+
+#include "drivers/sinks/sink_openers.hpp"
+
+namespace merkel {
+namespace {
+
+/// "session-20260131-154500.xdf", by local time.
+std::string dated_name() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  ::localtime_r(&now, &local);
+  std::array<char, 64> text{};
+  std::strftime(text.data(), text.size(), "session-%Y%m%d-%H%M%S.xdf", &local);
+  return text.data();
+}
+
+class SessionOnRequest final : public SpikeSink {
+ public:
+  SessionOnRequest(std::shared_ptr<RecordingSwitch> recording, SinkSetup setup)
+      : recording_(std::move(recording)), setup_(std::move(setup)) {
+    setup_.overwrite = false;
+  }
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t wishes() const noexcept override {
+    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
+  }
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    if (!session_) unasked_ += spikes.size();
+    return pass([&](SpikeSink& session) { return session.write(spikes); });
+  }
+  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    auto result = pass([&](SpikeSink& session) { return session.write_ticks(ticks); });
+    follow_switch();
+    return result;
+  }
+  [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
+    return pass([&](SpikeSink& session) { return session.write_events(events); });
+  }
+  [[nodiscard]] Expected<void, SinkError> write_samples(
+      std::size_t probe, std::span<const ProbeSample> samples) override {
+    return pass([&](SpikeSink& session) { return session.write_samples(probe, samples); });
+  }
+  [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
+                                                       std::span<const RawFrame> frames) override {
+    return pass([&](SpikeSink& session) { return session.write_frames(probe, port, frames); });
+  }
+  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
+    return pass([&](SpikeSink& session) { return session.write_marks(marks); });
+  }
+  [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
+    return pass([&](SpikeSink& session) { return session.write_status(status); });
+  }
+  [[nodiscard]] Expected<void, SinkError> flush() override {
+    follow_switch();
+    return pass([](SpikeSink& session) { return session.flush(); });
+  }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    stop();
+    return {};
+  }
+  /// Spikes that nobody asked to record count as delivered.
+  [[nodiscard]] std::uint64_t delivered() const noexcept override {
+    return unasked_ + recorded_ + (session_ ? session_->delivered() : 0);
+  }
+
+ private:
+  /// Between the records of two ticks, so that a recording holds whole ticks only.
+  void follow_switch() {
+    if (recording_->wanted() == static_cast<bool>(session_)) return;
+    if (session_) return stop();
+    path_ = dated_name();
+    const auto uri = Uri::parse("xdf:" + path_);
+    auto opened =
+        uri ? open_xdf_sink(*uri, setup_) : OpenedSink(Unexpected<SetupError>(uri.error()));
+    if (!opened) {
+      recording_->want(false);
+      return recording_->report(false, opened.error().sentence);
+    }
+    session_ = std::move(*opened);
+    recording_->report(true, "recording " + path_);
+  }
+
+  void stop() {
+    if (!session_) return;
+    const auto closed = session_->close();
+    recorded_ += session_->delivered();
+    session_.reset();
+    recording_->report(false, closed ? "recorded " + path_ : closed.error().sentence);
+  }
+
+  /// Hands something to the session; if that fails, the recording is over and not the run.
+  template <class Write>
+  Expected<void, SinkError> pass(const Write& write) {
+    if (!session_) return {};
+    if (const auto written = write(*session_); !written) {
+      recorded_ += session_->delivered();
+      session_.reset();
+      recording_->want(false);
+      recording_->report(false, "the recording ended: " + written.error().sentence);
+    }
+    return {};
+  }
+
+  std::string uri_ = "xdf:on-request";
+  std::shared_ptr<RecordingSwitch> recording_;
+  SinkSetup setup_;
+  std::unique_ptr<SpikeSink> session_;  ///< null while nothing is recorded
+  std::string path_;
+  std::uint64_t unasked_ = 0;
+  std::uint64_t recorded_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<SpikeSink> session_on_request(std::shared_ptr<RecordingSwitch> recording,
+                                              SinkSetup setup) {
+  return std::make_unique<SessionOnRequest>(std::move(recording), std::move(setup));
+}
+
+}  // namespace merkel

@@ -1,0 +1,79 @@
+#include "drivers/sinks/view/view_desk.hpp"
+
+#include <iterator>
+#include <utility>
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kMostNotices = 64;
+
+}  // namespace
+
+ViewDesk::ViewDesk(const SinkSetup& setup, bool steers)
+    : recording_(setup.recording), session_(setup.session) {
+  if (steers && recording_) recording_->offer();
+}
+
+void ViewDesk::notice(std::string sentence) {
+  const std::lock_guard lock(mutex_);
+  if (notices_.size() < kMostNotices) notices_.push_back(std::move(sentence));
+}
+
+std::vector<std::string> ViewDesk::take_notices() {
+  std::vector<std::string> all;
+  {
+    const std::lock_guard lock(mutex_);
+    all = std::exchange(notices_, {});
+  }
+  if (!recording_) return all;
+  std::vector<std::string> recorded = recording_->take_notices();
+  std::move(recorded.begin(), recorded.end(), std::back_inserter(all));
+  return all;
+}
+
+void ViewDesk::tare(std::uint32_t probe) {
+  RunControl* const control = control_.load();
+  const std::string name = "probe " + std::to_string(probe + 1);
+  if (control == nullptr || !control->tare(probe)) {
+    return notice(name + " cannot be tared: it is a recording, or there is no such probe");
+  }
+  mark("tare " + name);
+}
+
+void ViewDesk::mark(std::string label) {
+  RunControl* const control = control_.load();
+  if (control == nullptr) return notice("nothing can be marked: no run goes on");
+  control->mark({.time = std::chrono::nanoseconds{newest_ns_.load(std::memory_order_relaxed)},
+                 .label = std::move(label)});
+}
+
+void ViewDesk::record(bool on) {
+  if (!recording_) return notice("nothing can be recorded here: this is no live run");
+  recording_->want(on);
+}
+
+void ViewDesk::carry_out(const ViewRequest& request) {
+  using Kind = ViewRequest::Kind;
+  switch (request.kind) {
+    case Kind::kWatch:
+      if (RunControl* const control = control_.load()) control->watch(request.neurons);
+      return;
+    case Kind::kTare:
+      return tare(request.probe);
+    case Kind::kMark:
+      return mark(request.label);
+    case Kind::kRecordStart:
+    case Kind::kRecordStop:
+      return record(request.kind == Kind::kRecordStart);
+    case Kind::kSeek:
+      if (session_) session_->seek_s.store(request.time_s);
+      return;
+    case Kind::kHold:
+    case Kind::kPlay:
+      if (session_) session_->hold.store(request.kind == Kind::kHold);
+      return;
+  }
+}
+
+}  // namespace merkel

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "drivers/sinks/recording_switch.hpp"
+#include "drivers/sinks/session_position.hpp"
+#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sinks/view/view_request.hpp"
+
+namespace merkel {
+
+/// Carries out what pages ask for, and keeps the answers until the next frame. Thread: any.
+class ViewDesk {
+ public:
+  /// \param steers  whether pages may change the run
+  ViewDesk(const SinkSetup& setup, bool steers);
+
+  /// \param control  outlives the desk's use
+  void attach(RunControl& control) noexcept { control_.store(&control); }
+  /// The newest tick, at which marks are placed.
+  void set_time(std::chrono::nanoseconds newest) noexcept {
+    newest_ns_.store(newest.count(), std::memory_order_relaxed);
+  }
+  void carry_out(const ViewRequest& request);
+
+  /// Sentences for the people at the pages.
+  [[nodiscard]] std::vector<std::string> take_notices();
+  [[nodiscard]] bool recording() const noexcept { return recording_ && recording_->recording(); }
+  [[nodiscard]] RunControl* control() const noexcept { return control_.load(); }
+  [[nodiscard]] SessionPosition* session() const noexcept { return session_.get(); }
+
+ private:
+  void tare(std::uint32_t probe);
+  void mark(std::string label);
+  void record(bool on);
+  void notice(std::string sentence);
+
+  std::shared_ptr<RecordingSwitch> recording_;
+  std::shared_ptr<SessionPosition> session_;
+  std::atomic<RunControl*> control_{nullptr};
+  std::atomic<std::int64_t> newest_ns_{0};
+  std::mutex mutex_;
+  std::vector<std::string> notices_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,168 @@
+#include "tools/run/session_playback.hpp"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "core/units.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using HostClock = std::chrono::steady_clock;
+
+constexpr milliseconds kStep{10};
+
+}  // namespace
+
+Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std::string& path,
+                                                                       nanoseconds tick) {
+  auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  Extent extent;
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) break;
+    if (chunk.ticks.empty()) continue;
+    if (extent.ticks == 0) extent.start = chunk.ticks.front().time - tick;
+    extent.end = chunk.ticks.back().time;
+    extent.ticks += chunk.ticks.size();
+  }
+  if (extent.ticks == 0 || extent.end <= extent.start) {
+    return bad_input(path +
+                     " holds no tick inputs: it was recorded without a simulation, or broke off");
+  }
+  return extent;
+}
+
+SessionPlayback::SessionPlayback(std::string path, const Extent& extent,
+                                 const SessionNumbering& numbering, SessionPosition& position,
+                                 std::span<const std::unique_ptr<SpikeSink>> sinks)
+    : path_(std::move(path)),
+      extent_(extent),
+      numbering_(numbering),
+      position_(position),
+      sinks_(sinks) {}
+
+void SessionPlayback::keep(const Expected<void, SinkError>& result) {
+  if (!result && failure_.empty()) failure_ = result.error().sentence;
+}
+
+Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
+  auto session = SessionReader::open(path_);
+  if (!session) return Unexpected<SetupError>(session.error());
+  session_.emplace(std::move(*session));
+  ended_ = false;
+  spikes_.clear();
+  ticks_.clear();
+  events_.clear();
+  marks_.clear();
+  position_.jumps.fetch_add(1);
+  // What lies before is read over.
+  while (!ended_ && (ticks_.empty() || ticks_.back().time < place)) {
+    keep_from(place);
+    const nanoseconds before = ticks_.empty() ? nanoseconds::min() : ticks_.back().time;
+    if (auto read = read_until(before); !read) return read;
+  }
+  keep_from(place);
+  return {};
+}
+
+/// Forgets what was before a time.
+void SessionPlayback::keep_from(nanoseconds time) {
+  const auto early = [time](const auto& item) { return item.time < time; };
+  std::erase_if(spikes_, early);
+  std::erase_if(ticks_, early);
+  std::erase_if(events_, early);
+  std::erase_if(marks_, early);
+}
+
+/// Reads chunks until one ends after a time, or to the end.
+Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
+  while (!ended_ && (ticks_.empty() || ticks_.back().time <= time)) {
+    const auto more = session_->next(chunk_);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) {
+      ended_ = true;
+      break;
+    }
+    numbering_.apply(chunk_);
+    spikes_.insert(spikes_.end(), chunk_.spikes.begin(), chunk_.spikes.end());
+    ticks_.insert(ticks_.end(), chunk_.ticks.begin(), chunk_.ticks.end());
+    events_.insert(events_.end(), chunk_.events.begin(), chunk_.events.end());
+    marks_.insert(marks_.end(), chunk_.marks.begin(), chunk_.marks.end());
+    for (const RunStatus& status : chunk_.status) {
+      for (const auto& sink : sinks_) keep(sink->write_status(status));
+    }
+    if (!chunk_.ticks.empty()) break;
+  }
+  return {};
+}
+
+template <class Item, class Write>
+void SessionPlayback::send(std::deque<Item>& waiting, nanoseconds time, const Write& write) {
+  std::vector<Item> due;
+  while (!waiting.empty() && waiting.front().time <= time) {
+    due.push_back(std::move(waiting.front()));
+    waiting.pop_front();
+  }
+  if (due.empty()) return;
+  for (const auto& sink : sinks_) keep(write(*sink, std::span<const Item>(due)));
+}
+
+/// In the order of a run: a tick's spikes before its records.
+void SessionPlayback::send_until(nanoseconds time) {
+  send(spikes_, time, [](SpikeSink& sink, auto items) { return sink.write(items); });
+  send(ticks_, time, [](SpikeSink& sink, auto items) { return sink.write_ticks(items); });
+  send(events_, time, [](SpikeSink& sink, auto items) { return sink.write_events(items); });
+  send(marks_, time, [](SpikeSink& sink, auto items) { return sink.write_marks(items); });
+  for (const auto& sink : sinks_) keep(sink->flush());
+}
+
+Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_end,
+                                                 const std::atomic<bool>& stop) {
+  nanoseconds place = std::clamp(from, extent_.start, extent_.end);
+  if (auto gone = go_to(place); !gone) return gone;
+  auto last = HostClock::now();
+  bool at_end = false;
+  while (!stop.load(std::memory_order_relaxed)) {
+    const auto now = HostClock::now();
+    const double wanted_s = position_.seek_s.exchange(-1.0);
+    if (wanted_s >= 0.0) {
+      place = extent_.start + units::nanoseconds_from_s(std::min(wanted_s, position_.length_s));
+      if (auto gone = go_to(place); !gone) return gone;
+      last = HostClock::now();
+      at_end = false;
+      // Where it waits, a look at the place it has gone to.
+      if (auto read = read_until(place + kStep); !read) return read;
+      send_until(place + kStep);
+      continue;
+    }
+    if (!position_.hold && place < extent_.end) place += now - last;
+    last = now;
+    if (place >= extent_.end) {
+      if (!wait_at_end) break;
+      // Playing on from the end begins again.
+      if (std::exchange(at_end, true) && !position_.hold) {
+        position_.seek_s.store(0.0);
+        at_end = false;
+        continue;
+      }
+      position_.hold.store(true);
+    }
+    while (!ended_ && (ticks_.empty() || ticks_.back().time <= place)) {
+      if (auto read = read_until(place); !read) return read;
+    }
+    send_until(place);
+    if (!failure_.empty()) return unavailable(failure_);
+    std::this_thread::sleep_until(now + kStep);
+  }
+  if (place >= extent_.end) send_until(nanoseconds::max());
+  return {};
+}
+
+}  // namespace merkel

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sinks/session_position.hpp"
+#include "drivers/spike_sink.hpp"
+#include "tools/scene/session_scene.hpp"
+
+namespace merkel {
+
+/// Plays a recorded session to sinks at the speed at which it was recorded. What it plays is the
+/// recording; nothing is simulated. Reads the file chunk by chunk; going elsewhere reads it again
+/// from its beginning.
+class SessionPlayback {
+ public:
+  struct Extent {
+    std::chrono::nanoseconds start{0};  ///< where the first tick begins
+    std::chrono::nanoseconds end{0};    ///< of the last tick
+    std::uint64_t ticks = 0;
+  };
+
+  /// Reads a whole session to find how long it is. Fails where it holds no ticks.
+  [[nodiscard]] static Expected<Extent, SetupError> measure(const std::string& path,
+                                                            std::chrono::nanoseconds tick);
+
+  /// \param numbering, sinks  borrowed
+  /// \param position  is followed and kept up to date
+  SessionPlayback(std::string path, const Extent& extent, const SessionNumbering& numbering,
+                  SessionPosition& position, std::span<const std::unique_ptr<SpikeSink>> sinks);
+
+  /// Plays from a place to the end, or until `stop`. At the end it waits for a seek or `stop` where
+  /// `wait_at_end` says so. Fails where the file cannot be read or a sink fails.
+  [[nodiscard]] Expected<void, SetupError> play(std::chrono::nanoseconds from, bool wait_at_end,
+                                                const std::atomic<bool>& stop);
+
+ private:
+  Expected<void, SetupError> go_to(std::chrono::nanoseconds place);
+  Expected<void, SetupError> read_until(std::chrono::nanoseconds time);
+  void keep_from(std::chrono::nanoseconds time);
+  void send_until(std::chrono::nanoseconds time);
+  void keep(const Expected<void, SinkError>& result);
+  template <class Item, class Write>
+  void send(std::deque<Item>& waiting, std::chrono::nanoseconds time, const Write& write);
+
+  std::string path_;
+  Extent extent_;
+  const SessionNumbering& numbering_;
+  SessionPosition& position_;
+  std::span<const std::unique_ptr<SpikeSink>> sinks_;
+  std::optional<SessionReader> session_;
+  bool ended_ = false;  ///< all of the file is read
+  SessionChunk chunk_;
+  std::deque<SpikeEvent> spikes_;
+  std::deque<TickRecord> ticks_;
+  std::deque<LoopEvent> events_;
+  std::deque<Mark> marks_;
+  std::string failure_;
+};
+
+}  // namespace merkel
