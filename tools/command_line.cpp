@@ -67,7 +67,9 @@ CommandLine CommandLine::subcommand(const std::string& name, const std::string& 
 void CommandLine::require_subcommand() { app_->require_subcommand(1); }
 
 void CommandLine::runs(std::function<int()> action) {
-  app_->callback([choice = choice_, action = std::move(action)] { choice->action = action; });
+  app_->callback([app = app_, choice = choice_, action = std::move(action)] {
+    if (app->get_subcommands().empty()) choice->action = action;
+  });
 }
 
 CommandLine& CommandLine::flag(const std::string& name, bool& value, const std::string& help) {

@@ -6,8 +6,6 @@
 
 #include <Eigen/Dense>
 
-#include "core/math/gauss_legendre.hpp"
-
 namespace merkel {
 namespace {
 
@@ -15,34 +13,6 @@ using std::numbers::pi;
 
 constexpr int kContactNodes = 16;  ///< on 0 … a
 constexpr int kTableRows = 97;
-constexpr double kLargestRadius = 4.0;  ///< of the contact, in thicknesses
-
-/// 1 − K(x), which falls off as e^{−2x}.
-double stiffening(double x, double kappa) {
-  const double e = std::exp(-2.0 * x);
-  const double denominator = kappa * (1.0 + e * e) + (kappa * kappa + 1.0 + 4.0 * x * x) * e;
-  // K's numerator and denominator, both divided by e^{2x}.
-  const double numerator = kappa * (1.0 - e * e) - 4.0 * x * e;
-  return 1.0 - numerator / denominator;
-}
-
-/// h·M(y) for distances in units of h.
-class Kernel {
- public:
-  explicit Kernel(double poisson_ratio) : nodes_(gauss_legendre(96, 0.0, 14.0)) {
-    for (QuadratureNode& node : nodes_) {
-      node.weight *= stiffening(node.x, 3.0 - 4.0 * poisson_ratio);
-    }
-  }
-  [[nodiscard]] double operator()(double y) const {
-    double sum = 0.0;
-    for (const QuadratureNode& node : nodes_) sum += node.weight * std::cos(node.x * y);
-    return sum;
-  }
-
- private:
-  std::vector<QuadratureNode> nodes_;
-};
 
 }  // namespace
 
@@ -57,41 +27,71 @@ double dimitriadis_factor(double chi, double nu) noexcept {
   return 1.0 + chi * (c1 + chi * (c2 + chi * (c3 + chi * c4)));
 }
 
+double LayerEquation::stiffening(double x, double poisson_ratio) noexcept {
+  const double kappa = 3.0 - 4.0 * poisson_ratio;
+  // K's numerator and denominator, both divided by e^{2x}.
+  const double e = std::exp(-2.0 * x);
+  const double denominator = kappa * (1.0 + e * e) + (kappa * kappa + 1.0 + 4.0 * x * x) * e;
+  const double numerator = kappa * (1.0 - e * e) - 4.0 * x * e;
+  return 1.0 - numerator / denominator;
+}
+
+LayerEquation::LayerEquation(double poisson_ratio) : nodes_(gauss_legendre(96, 0.0, 14.0)) {
+  for (QuadratureNode& node : nodes_) node.weight *= stiffening(node.x, poisson_ratio);
+}
+
+double LayerEquation::kernel(double y) const noexcept {
+  double sum = 0.0;
+  for (const QuadratureNode& node : nodes_) sum += node.weight * std::cos(node.x * y);
+  return sum;
+}
+
+LayerContact LayerEquation::solve(double a) const {
+  LayerContact contact{.radius = a, .depth = 0.0, .force = 0.0, .nodes = {}, .phi = {}};
+  if (!(a > 0.0)) {
+    contact.nodes = {{.x = 0.0, .weight = 1.0}};
+    contact.phi = {1.0};
+    return contact;
+  }
+  contact.nodes = gauss_legendre(kContactNodes, 0.0, a);
+  const auto couple = [&](double x, const QuadratureNode& t) {
+    return (kernel(x - t.x) + kernel(x + t.x)) * t.weight / pi;
+  };
+  Eigen::MatrixXd matrix(kContactNodes, kContactNodes);
+  Eigen::MatrixXd right(kContactNodes, 2);  // φ = d·φ_unit − φ_parabola
+  for (int i = 0; i < kContactNodes; ++i) {
+    const double x = contact.nodes[static_cast<std::size_t>(i)].x;
+    for (int j = 0; j < kContactNodes; ++j) {
+      matrix(i, j) = (i == j ? 1.0 : 0.0) - couple(x, contact.nodes[static_cast<std::size_t>(j)]);
+    }
+    right(i, 0) = 1.0;
+    right(i, 1) = x * x;
+  }
+  const Eigen::MatrixXd phi = matrix.partialPivLu().solve(right);
+  double unit_at_rim = 1.0;
+  double parabola_at_rim = a * a;
+  for (int j = 0; j < kContactNodes; ++j) {
+    const double coupling = couple(a, contact.nodes[static_cast<std::size_t>(j)]);
+    unit_at_rim += coupling * phi(j, 0);
+    parabola_at_rim += coupling * phi(j, 1);
+  }
+  contact.depth = parabola_at_rim / unit_at_rim;
+  for (int j = 0; j < kContactNodes; ++j) {
+    contact.phi.push_back(contact.depth * phi(j, 0) - phi(j, 1));
+    contact.force += 2.0 * contact.nodes[static_cast<std::size_t>(j)].weight * contact.phi.back();
+  }
+  return contact;
+}
+
 BondedLayer::BondedLayer(double poisson_ratio) {
-  const Kernel kernel(poisson_ratio);
+  const LayerEquation equation(poisson_ratio);
   rows_.push_back({.chi = 0.0, .force = 1.0, .radius = 1.0});
   for (int row = 1; row < kTableRows; ++row) {
-    // Lengths in units of the thickness, R = 1: d and F follow from the radius.
-    const double a = kLargestRadius * row / (kTableRows - 1);
-    const auto nodes = gauss_legendre(kContactNodes, 0.0, a);
-    const auto couple = [&](double x, const QuadratureNode& t) {
-      return (kernel(x - t.x) + kernel(x + t.x)) * t.weight / pi;
-    };
-    Eigen::MatrixXd matrix(kContactNodes, kContactNodes);
-    Eigen::MatrixXd right(kContactNodes, 2);  // φ = d·φ_unit − φ_parabola
-    for (int i = 0; i < kContactNodes; ++i) {
-      const double x = nodes[static_cast<std::size_t>(i)].x;
-      for (int j = 0; j < kContactNodes; ++j) {
-        matrix(i, j) = (i == j ? 1.0 : 0.0) - couple(x, nodes[static_cast<std::size_t>(j)]);
-      }
-      right(i, 0) = 1.0;
-      right(i, 1) = x * x;
-    }
-    const Eigen::MatrixXd phi = matrix.partialPivLu().solve(right);
-    double unit_at_rim = 1.0;
-    double parabola_at_rim = a * a;
-    for (int j = 0; j < kContactNodes; ++j) {
-      const double coupling = couple(a, nodes[static_cast<std::size_t>(j)]);
-      unit_at_rim += coupling * phi(j, 0);
-      parabola_at_rim += coupling * phi(j, 1);
-    }
-    const double depth = parabola_at_rim / unit_at_rim;
-    double force = 0.0;  // over E*
-    for (int j = 0; j < kContactNodes; ++j) {
-      force += 2.0 * nodes[static_cast<std::size_t>(j)].weight * (depth * phi(j, 0) - phi(j, 1));
-    }
-    const double chi = std::sqrt(depth);
-    rows_.push_back({.chi = chi, .force = force / (4.0 / 3.0 * depth * chi), .radius = a / chi});
+    const LayerContact contact = equation.solve(kLargestRadius * row / (kTableRows - 1));
+    const double chi = std::sqrt(contact.depth);
+    rows_.push_back({.chi = chi,
+                     .force = contact.force / (4.0 / 3.0 * contact.depth * chi),
+                     .radius = contact.radius / chi});
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/math/gauss_legendre.hpp"
 #include "core/realtime_tag.hpp"
 
 namespace merkel {
@@ -16,16 +17,44 @@ namespace merkel {
 /// at 0.5 and 17 % at 1. Real-time: yes.
 [[nodiscard]] double dimitriadis_factor(double chi, double poisson_ratio) noexcept MERKEL_REALTIME;
 
-/// The exact linear-elastic contact of a paraboloid with a layer bonded to a rigid base, tabulated.
+/// A contact of a paraboloid with a bonded layer; lengths in thicknesses, R = 1.
+struct LayerContact {
+  double radius = 0.0;
+  double depth = 0.0;
+  double force = 0.0;                 ///< over E*
+  std::vector<QuadratureNode> nodes;  ///< on 0 … radius
+  std::vector<double> phi;            ///< of the Fredholm equation, at the nodes
+};
+
+/// The exact linear-elastic contact of a paraboloid with a layer bonded to a rigid base.
 ///
 /// With u the surface displacement and p the pressure in Hankel space, u = 2/E*·K(ξh)/ξ·p and
 /// K(x) = (2κ·sinh 2x − 4x)/(2κ·cosh 2x + κ² + 1 + 4x²), κ = 3−4ν (Lebedev & Ufliand 1958). The
 /// contact of radius a solves the Fredholm equation
 /// φ(x) − 1/π·∫₋ₐᵃ M(x−t)·φ(t) dt = d − x²/R,  M(y) = ∫₀^∞ (1−K(ξh))·cos(ξy) dξ,  φ(a) = 0,
-/// F = E*·∫₋ₐᵃ φ dx. Force and contact radius over those of Hertz depend on χ and ν alone.
+/// F = E*·∫₋ₐᵃ φ dx, p(ξ) = E*/π·∫₀ᵃ φ(t)·cos(ξt) dt. Real-time: no.
+class LayerEquation {
+ public:
+  explicit LayerEquation(double poisson_ratio);
+
+  /// 1 − K(x), which falls off as e^{−2x}.
+  [[nodiscard]] static double stiffening(double x, double poisson_ratio) noexcept;
+  /// \param radius  ≥ 0; at 0, a point: only the shape of φ has a meaning
+  [[nodiscard]] LayerContact solve(double radius) const;
+
+ private:
+  /// h·M(y) for distances in units of h.
+  [[nodiscard]] double kernel(double y) const noexcept;
+  std::vector<QuadratureNode> nodes_;  ///< of ξ, weighted with 1 − K
+};
+
+/// Force and contact radius over those of Hertz, which depend on χ and ν alone: a table of the
+/// solutions of LayerEquation.
 class BondedLayer {
  public:
-  /// Solves the equation for contact radii up to 4 h. Real-time: no.
+  static constexpr double kLargestRadius = 4.0;  ///< of the contacts solved for, in thicknesses
+
+  /// Solves the equation for contact radii up to kLargestRadius. Real-time: no.
   explicit BondedLayer(double poisson_ratio);
 
   /// F over that of Hertz at the same depth. Real-time: yes.

@@ -9,6 +9,7 @@ struct ContactState {
   double force_mN = 0.0;           ///< F
   double contact_radius_mm = 0.0;  ///< a
   double peak_pressure_kPa = 0.0;  ///< p0
+  double stiffening = 1.0;         ///< of the skin at this depth: its moduli over those at rest
 
   [[nodiscard]] bool touching() const noexcept { return contact_radius_mm > 0.0; }
 

@@ -36,11 +36,12 @@ ContactValidity validity_of(const ContactState& contact, const SkinParameters& s
   }
   validity.layer_ratio = std::sqrt(R * depth) / validity.thickness_mm;
   const double exact_factor = BondedLayer(skin.poisson_ratio).force_factor(validity.layer_ratio);
-  const double used_factor = skin.layered() ? contact.force_mN / hertz_force : 1.0;
+  const double used_factor =
+      skin.layered() ? contact.force_mN / (contact.stiffening * hertz_force) : 1.0;
   validity.layer_force_error = used_factor / exact_factor - 1.0;
   validity.within =
       (validity.exact_sphere || validity.radius_ratio <= ContactValidity::kLargestRadiusRatio) &&
-      (!validity.thickness_given || validity.layer_ratio <= validity.largest_layer_ratio);
+      validity.layer_ratio <= validity.largest_layer_ratio;
   return validity;
 }
 

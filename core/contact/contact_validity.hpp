@@ -26,7 +26,9 @@ struct ContactValidity {
   double largest_layer_ratio = kLargestHalfSpaceRatio;  ///< for the law that was used
   bool thickness_given = false;  ///< whether the scene gives h, or kUsualThickness_mm stands in
   double thickness_mm = kUsualThickness_mm;
-  bool within = true;  ///< both ratios are within their limits
+  /// Both ratios are within their limits; that of the layer too where its thickness is the usual
+  /// one: a half-space has no bone below it, a finger has.
+  bool within = true;
 
   /// One sentence for a person.
   [[nodiscard]] std::string sentence() const;

@@ -2,36 +2,58 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "core/contact/hertz_contact.hpp"
+#include "core/contact/huber_stress.hpp"
+#include "core/math/cubic_interpolation.hpp"
+#include "core/math/gauss_legendre.hpp"
 #include "core/skin/point_load.hpp"
 
 namespace merkel {
 namespace {
 
 constexpr double kMargin_mm = 10.0;
+constexpr double kCurvedMargin_mm = 6.0;
+constexpr std::size_t kDepths = 14;  ///< of the tables on a curved finger
+constexpr int kIncrements = 1;       ///< between two of them
+constexpr double kDeepestTable_mm = 4.0;
+constexpr double kLengthFactor = 1.65;
 
-double grid_spacing_mm(const SkinParameters& skin) {
-  return std::clamp(skin.receptor_depth_mm / 8.0, 0.02, 0.2);
+double grid_spacing_mm(double receptor_depth_mm, double parts) {
+  return std::clamp(receptor_depth_mm / parts, 0.02, 0.2);
 }
 
-/// Nodes of the grid of a tip, which covers half of it along y.
+/// Nodes of the grids of a tip, each of which covers half of it along y.
 double grid_nodes(double width_mm, double length_mm, const SkinParameters& skin) {
-  const double spacing = grid_spacing_mm(skin);
-  return (width_mm + 2.0 * kMargin_mm) / spacing * (0.5 * length_mm + kMargin_mm) / spacing;
+  const double spacing = grid_spacing_mm(skin.receptor_depth_mm, 8.0);
+  const double grids = std::isinf(skin.radius_mm) ? 1.0 : static_cast<double>(kDepths + 2);
+  return grids * (width_mm + 2.0 * kMargin_mm) / spacing * (0.5 * length_mm + kMargin_mm) / spacing;
 }
 constexpr double kMostNodes = 4e6;
 constexpr double kMostSuperposed = 4e8;
 
-std::array<double, 7> pack(const FlatTipField::Unit& unit) {
-  const CartesianStress& s = unit.stress;
-  return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, unit.displacement};
+std::array<double, 7> pack(const FlatTipField::Values& values) {
+  const CartesianStress& s = values.stress;
+  return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, values.displacement};
 }
 
-/// The weights of the cubic through the points −1, 0, 1, 2 at t in [0, 1].
-std::array<double, 4> cubic_weights(double t) {
-  return {-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
-          -(t + 1.0) * t * (t - 2.0) / 2.0, (t + 1.0) * t * (t - 1.0) / 6.0};
+double contact_length_mm(const BarTip& tip, double skin_radius_mm, double depth_mm) {
+  return std::min(tip.length_mm, 2.0 * std::sqrt(kLengthFactor * skin_radius_mm * depth_mm));
+}
+
+BarTip shortened(BarTip tip, double length_mm) {
+  tip.length_mm = length_mm;
+  return tip;
+}
+
+/// Where the increments of a press from one depth to another act, and how much each is:
+/// Gauss-Legendre in √d.
+std::vector<QuadratureNode> increments(double from_mm, double to_mm, int count) {
+  auto nodes = gauss_legendre(count, std::sqrt(from_mm), std::sqrt(to_mm));
+  for (QuadratureNode& node : nodes) node = {node.x * node.x, 2.0 * node.x * node.weight};
+  return nodes;
 }
 
 }  // namespace
@@ -46,103 +68,236 @@ bool FlatTipField::fits(const PinTip& tip, const SkinParameters& skin) noexcept 
   return grid_nodes(tip.diameter_mm, tip.diameter_mm, skin) <= kMostNodes;
 }
 
+BarContact FlatTipField::loads(const BarTip& tip, const SkinParameters& skin, double depth_mm,
+                               double finest_mm) {
+  const double modulus = SkinMaterial(skin).reduced_modulus_kPa();
+  BarContact all;
+  if (!(depth_mm > 0.0)) return all;
+  const bool flat = std::isinf(skin.radius_mm);
+  const auto parts = flat ? std::vector<QuadratureNode>{{.x = depth_mm, .weight = depth_mm}}
+                          : increments(0.0, depth_mm, 16);
+  for (const QuadratureNode& part : parts) {
+    const double length = flat ? tip.length_mm : contact_length_mm(tip, skin.radius_mm, part.x);
+    BarContact contact = BarContact::solve(shortened(tip, length), modulus, finest_mm);
+    for (LineLoad& load : contact.loads) {
+      load.force_per_length_mN_per_mm *= part.weight;
+      all.loads.push_back(load);
+    }
+    all.force_mN_per_mm += contact.force_mN_per_mm * part.weight / depth_mm;
+  }
+  return all;
+}
+
 FlatTipField::FlatTipField(const BarTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
       half_diagonal_mm_(0.5 * std::hypot(tip.total_width_mm(), tip.length_mm)),
-      contact_(BarContact::solve(tip, skin_.reduced_modulus_kPa(), skin.receptor_depth_mm)),
-      force_mN_per_mm_(contact_.force_mN_per_mm),
-      spacing_mm_(grid_spacing_mm(skin)) {
-  fill_grid(0.5 * tip.total_width_mm(), 0.5 * tip.length_mm,
-            [this](double x, double y) { return superposed(x, y); });
+      spacing_mm_(grid_spacing_mm(skin.receptor_depth_mm, std::isinf(skin.radius_mm) ? 8.0 : 6.0)) {
+  if (std::isfinite(skin.radius_mm)) {
+    fill_curved(tip, skin);
+    return;
+  }
+  lay_grid(0.5 * tip.total_width_mm(), 0.5 * tip.length_mm, kMargin_mm);
+  const BarContact contact =
+      BarContact::solve(tip, skin_.reduced_modulus_kPa(), skin.receptor_depth_mm);
+  Table& table = tables_.emplace_back();
+  table.force_mN_per_mm = contact.force_mN_per_mm;
+  fill(table, [&](double x, double y) { return superposed(contact, x, y); });
 }
 
 FlatTipField::FlatTipField(const PinTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
       half_diagonal_mm_(0.5 * tip.diameter_mm),
-      force_mN_per_mm_(pin_force_mN_per_mm(tip, skin_.reduced_modulus_kPa())),
-      spacing_mm_(grid_spacing_mm(skin)) {
+      spacing_mm_(grid_spacing_mm(skin.receptor_depth_mm, 8.0)) {
   const double radius = 0.5 * tip.diameter_mm;
-  fill_grid(radius, radius, [this, radius](double x, double y) {
+  lay_grid(radius, radius, kMargin_mm);
+  if (std::isfinite(skin.radius_mm)) fill_curved(tip, skin);
+  Table& table = tables_.emplace_back();
+  table.force_mN_per_mm = pin_force_mN_per_mm(tip, skin_.reduced_modulus_kPa());
+  fill(table, [&](double x, double y) {
     const double r = std::hypot(x, y);
     const AxisymmetricStress stress =
-        pin_stress(force_mN_per_mm_, radius, skin_.poisson_ratio(), r, receptor_depth_mm_);
-    return Unit{.stress = cartesian(stress, x, y),
-                .displacement = pin_displacement_mm(1.0, radius, r)};
+        pin_stress(table.force_mN_per_mm, radius, skin_.poisson_ratio(), r, receptor_depth_mm_);
+    return Values{.stress = cartesian(stress, x, y),
+                  .displacement = pin_displacement_mm(1.0, radius, r)};
   });
 }
 
-template <class Field>
-void FlatTipField::fill_grid(double half_width_mm, double half_length_mm, Field field) {
-  const double half_x = half_width_mm + kMargin_mm;
-  const double half_y = half_length_mm + kMargin_mm;
+void FlatTipField::fill_curved(const PinTip& tip, const SkinParameters& skin) {
+  // Hertz's contact grows until it has reached the rim.
+  const double plate = std::numeric_limits<double>::infinity();
+  const HertzContact hertz(plate, skin.radius_mm, skin_.reduced_modulus_kPa());
+  deepest_mm_ = 0.25 * tip.diameter_mm * tip.diameter_mm / skin.radius_mm;
+  tables_.resize(kDepths + 1);
+  tables_.front().nodes.assign(columns_ * rows_, Node{});
+  for (std::size_t k = 1; k <= kDepths; ++k) {
+    const double s = static_cast<double>(k) / kDepths;
+    const ContactState contact = hertz.at_depth(s * s * deepest_mm_);
+    tables_[k].force_mN_per_mm = contact.force_mN / contact.depth_mm;
+    fill(tables_[k], [&](double x, double y) {
+      const double r = std::hypot(x, y);
+      const AxisymmetricStress stress =
+          huber_stress(contact, skin_.poisson_ratio(), r, receptor_depth_mm_);
+      return Values{
+          .stress = cartesian(stress, x, y) * (1.0 / contact.depth_mm),
+          .displacement = HertzContact::surface_displacement_mm(contact, r) / contact.depth_mm};
+    });
+  }
+}
+
+void FlatTipField::fill_curved(const BarTip& tip, const SkinParameters& skin) {
+  const double modulus = skin_.reduced_modulus_kPa();
+  const double whole_mm = tip.length_mm * tip.length_mm / (4.0 * kLengthFactor * skin.radius_mm);
+  deepest_mm_ = std::min(kDeepestTable_mm, whole_mm);
+  lay_grid(0.5 * tip.total_width_mm(), 0.5 * contact_length_mm(tip, skin.radius_mm, deepest_mm_),
+           kCurvedMargin_mm);
+  const auto contact_at = [&](double depth_mm) {
+    return BarContact::solve(shortened(tip, contact_length_mm(tip, skin.radius_mm, depth_mm)),
+                             modulus, receptor_depth_mm_);
+  };
+  tables_.resize(kDepths + 2);
+  tables_.front().nodes.assign(columns_ * rows_, Node{});
+  Table sum;
+  sum.nodes.assign(columns_ * rows_, Node{});
+  double before_mm = 0.0;
+  for (std::size_t k = 1; k <= kDepths; ++k) {
+    const double s = static_cast<double>(k) / kDepths;
+    const double depth_mm = s * s * deepest_mm_;
+    for (const QuadratureNode& part : increments(before_mm, depth_mm, kIncrements)) {
+      const BarContact contact = contact_at(part.x);
+      Table own;
+      fill(own, [&](double x, double y) { return superposed(contact, x, y); });
+      sum.force_mN_per_mm += part.weight * contact.force_mN_per_mm;
+      for (std::size_t i = 0; i < own.nodes.size(); ++i) {
+        for (std::size_t f = 0; f < kFields; ++f) sum.nodes[i][f] += part.weight * own.nodes[i][f];
+      }
+    }
+    Table& table = tables_[k];
+    table.force_mN_per_mm = sum.force_mN_per_mm / depth_mm;
+    table.nodes = sum.nodes;
+    for (Node& node : table.nodes) {
+      for (double& value : node) value /= depth_mm;
+    }
+    before_mm = depth_mm;
+  }
+  const BarContact contact = contact_at(deepest_mm_);
+  tables_.back().force_mN_per_mm = contact.force_mN_per_mm;
+  fill(tables_.back(), [&](double x, double y) { return superposed(contact, x, y); });
+}
+
+void FlatTipField::lay_grid(double half_width_mm, double half_length_mm, double margin_mm) {
+  const double half_x = half_width_mm + margin_mm;
+  const double half_y = half_length_mm + margin_mm;
   const auto half_columns = static_cast<std::size_t>(std::ceil(half_x / spacing_mm_)) + 2;
   columns_ = 2 * half_columns + 1;
   rows_ = static_cast<std::size_t>(std::ceil(half_y / spacing_mm_)) + 4;
   first_x_mm_ = -static_cast<double>(half_columns) * spacing_mm_;
-  nodes_.reserve(columns_ * rows_);
+}
+
+template <class Field>
+void FlatTipField::fill(Table& table, Field field) const {
+  table.nodes.reserve(columns_ * rows_);
   for (std::size_t row = 0; row < rows_; ++row) {
     const double y = (static_cast<double>(row) - 1.0) * spacing_mm_;
     for (std::size_t column = 0; column < columns_; ++column) {
       const double x = first_x_mm_ + static_cast<double>(column) * spacing_mm_;
-      nodes_.push_back(pack(field(x, y)));
+      table.nodes.push_back(pack(field(x, y)));
     }
   }
 }
 
-FlatTipField::Unit FlatTipField::superposed(double x_mm, double y_mm) const noexcept {
-  Unit unit;
-  for (const LineLoad& load : contact_.loads) {
-    unit.stress += line_load_stress(load, skin_.poisson_ratio(), x_mm, y_mm, receptor_depth_mm_);
+FlatTipField::Values FlatTipField::superposed(const BarContact& contact, double x_mm,
+                                              double y_mm) const noexcept {
+  Values values;
+  for (const LineLoad& load : contact.loads) {
+    values.stress += line_load_stress(load, skin_.poisson_ratio(), x_mm, y_mm, receptor_depth_mm_);
     // A load stands for a strip: on top of it, the strip's finite width keeps the sum finite.
     const double apart = std::max(std::fabs(x_mm - load.x_mm), 1e-3);
-    unit.displacement +=
+    values.displacement +=
         line_load_displacement_mm(load, skin_.reduced_modulus_kPa(), load.x_mm + apart, y_mm);
   }
-  return unit;
+  return values;
 }
 
-double FlatTipField::far_displacement_mm() const noexcept {
-  return force_mN_per_mm_ / (std::numbers::pi * skin_.reduced_modulus_kPa());
+FlatTipField::Blend FlatTipField::blend(double depth_mm) const noexcept {
+  const double depth = std::max(0.0, depth_mm);
+  if (tables_.size() == 1) return {{&tables_[0], &tables_[0]}, {depth, 0.0}};
+  if (depth >= deepest_mm_) {
+    return {{&tables_[kDepths], &tables_.back()}, {deepest_mm_, depth - deepest_mm_}};
+  }
+  const double place = kDepths * std::sqrt(depth / deepest_mm_);
+  const auto below = std::min(static_cast<std::size_t>(place), kDepths - 1);
+  const double part = place - static_cast<double>(below);
+  return {{&tables_[below], &tables_[below + 1]}, {(1.0 - part) * depth, part * depth}};
 }
 
-FlatTipField::Unit FlatTipField::far_away(double x_mm, double y_mm) const noexcept {
+double FlatTipField::force_mN(double depth_mm) const noexcept {
+  const Blend at = blend(depth_mm);
+  return at.weight[0] * at.table[0]->force_mN_per_mm + at.weight[1] * at.table[1]->force_mN_per_mm;
+}
+
+double FlatTipField::depth_mm(double force_mN_wanted) const noexcept {
+  if (!(force_mN_wanted > 0.0)) return 0.0;
+  // Every table but the empty first presses at least with this much.
+  const Table& last = tables_.back();
+  if (tables_.size() == 1) return force_mN_wanted / last.force_mN_per_mm;
+  double low = 0.0;
+  double high = deepest_mm_ + force_mN_wanted / last.force_mN_per_mm;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (force_mN(middle) < force_mN_wanted ? low : high) = middle;
+  }
+  return high;
+}
+
+double FlatTipField::far_displacement_mm2(double depth_mm) const noexcept {
+  return force_mN(depth_mm) / (std::numbers::pi * skin_.reduced_modulus_kPa());
+}
+
+FlatTipField::Values FlatTipField::far_away(double force_mN, double x_mm,
+                                            double y_mm) const noexcept {
   const double r = std::hypot(x_mm, y_mm);
-  return {.stress = cartesian(
-              point_load_stress(force_mN_per_mm_, skin_.poisson_ratio(), r, receptor_depth_mm_),
-              x_mm, y_mm),
-          .displacement = far_displacement_mm() / r};
+  return {
+      .stress = cartesian(point_load_stress(force_mN, skin_.poisson_ratio(), r, receptor_depth_mm_),
+                          x_mm, y_mm),
+      .displacement = force_mN / (std::numbers::pi * skin_.reduced_modulus_kPa()) / r};
 }
 
-FlatTipField::Unit FlatTipField::at(double x_mm, double y_mm) const noexcept {
+FlatTipField::Values FlatTipField::at(double x_mm, double y_mm, double depth_mm) const noexcept {
   // The field is even in y, but for the two shear stresses that end there.
   const double column = (x_mm - first_x_mm_) / spacing_mm_;
   const double row = std::fabs(y_mm) / spacing_mm_ + 1.0;
   if (!(column >= 1.0 && column < static_cast<double>(columns_ - 2) &&
         row < static_cast<double>(rows_ - 2))) {
-    return far_away(x_mm, y_mm);
+    return far_away(force_mN(depth_mm), x_mm, y_mm);
   }
   const auto i = static_cast<std::size_t>(column);
   const auto j = static_cast<std::size_t>(row);
   const auto along_x = cubic_weights(column - static_cast<double>(i));
   const auto along_y = cubic_weights(row - static_cast<double>(j));
-  Node sum{};
-  for (std::size_t b = 0; b < 4; ++b) {
-    for (std::size_t a = 0; a < 4; ++a) {
-      const Node& node = nodes_[(j + b - 1) * columns_ + (i + a - 1)];
-      const double weight = along_x[a] * along_y[b];
-      for (std::size_t f = 0; f < kFields; ++f) sum[f] += weight * node[f];
+  const Blend blended = blend(depth_mm);
+  Node total{};
+  for (std::size_t t = 0; t < 2; ++t) {
+    if (blended.weight[t] == 0.0) continue;
+    Node sum{};
+    for (std::size_t b = 0; b < 4; ++b) {
+      for (std::size_t a = 0; a < 4; ++a) {
+        const Node& node = blended.table[t]->nodes[(j + b - 1) * columns_ + (i + a - 1)];
+        const double weight = along_x[a] * along_y[b];
+        for (std::size_t f = 0; f < kFields; ++f) sum[f] += weight * node[f];
+      }
     }
+    for (std::size_t f = 0; f < kFields; ++f) total[f] += blended.weight[t] * sum[f];
   }
   const double sign = y_mm < 0.0 ? -1.0 : 1.0;
-  return {.stress = {.sigma_x = sum[0],
-                     .sigma_y = sum[1],
-                     .sigma_z = sum[2],
-                     .tau_xy = sign * sum[3],
-                     .tau_yz = sign * sum[4],
-                     .tau_zx = sum[5]},
-          .displacement = sum[6]};
+  return {.stress = {.sigma_x = total[0],
+                     .sigma_y = total[1],
+                     .sigma_z = total[2],
+                     .tau_xy = sign * total[3],
+                     .tau_yz = sign * total[4],
+                     .tau_zx = total[5]},
+          .displacement = total[6]};
 }
 
 }  // namespace merkel

@@ -20,11 +20,9 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
   if (tip == Tip::kBars) {
     return ParameterCheck()
         .also(bars.check())
-        .require(
-            std::isinf(skin.radius_mm) && !skin.layered() && skin.contact_law == ContactLaw::kHertz,
-            "probe.tip",
-            "\"bars\" press on flat skin without a layer: leave out skin.radius_mm, "
-            "skin.thickness_mm and skin.contact_law")
+        .require(!skin.layered() && skin.contact_law == ContactLaw::kHertz, "probe.tip",
+                 "\"bars\" press on skin without a layer: leave out skin.thickness_mm and "
+                 "skin.contact_law")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
                  "must be at least 0.05 under bars, whose edges press infinitely hard")
         .require(FlatTipField::fits(bars, skin), "probe.bar_widths_mm",

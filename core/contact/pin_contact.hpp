@@ -6,8 +6,8 @@
 
 namespace merkel {
 
-/// A rigid pin with a flat round end, as in most recordings of single afferents. The skin is taken
-/// as flat under it.
+/// A rigid pin with a flat round end, as in most recordings of single afferents. The closed forms
+/// below are those of flat skin; FlatTipField has a curved finger's.
 struct PinTip {
   double diameter_mm = 1.0;
 

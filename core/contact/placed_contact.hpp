@@ -4,6 +4,7 @@
 
 #include "core/contact/contact_state.hpp"
 #include "core/contact/flat_tip_field.hpp"
+#include "core/contact/layer_field.hpp"
 
 namespace merkel {
 
@@ -11,6 +12,7 @@ namespace merkel {
 struct PlacedContact {
   ContactState contact;
   const FlatTipField* flat_tip = nullptr;  ///< the unit field of bars or a pin; null for a sphere
+  const LayerField* layer = nullptr;       ///< of a sphere on skin bonded to bone; else a half-space
   double x_mm = 0.0;
   double y_mm = 0.0;
   /// Beyond this distance from the axis, the energy density counts as zero (see DriveReach).

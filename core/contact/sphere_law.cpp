@@ -3,11 +3,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/math/portable_math.hpp"
+
 namespace merkel {
 
 SphereLaw::SphereLaw(const SkinParameters& skin, double radius_mm)
     : hertz_(radius_mm, skin.radius_mm, SkinMaterial(skin).reduced_modulus_kPa()),
       thickness_mm_(skin.thickness_mm),
+      stiffening_mm_(skin.stiffening_mm),
       poisson_ratio_(skin.poisson_ratio) {
   if (skin.contact_law == ContactLaw::kSneddon) {
     sneddon_.emplace(hertz_.effective_radius_mm(), SkinMaterial(skin).reduced_modulus_kPa());
@@ -21,6 +24,15 @@ double SphereLaw::layer_factor(double chi) const noexcept {
 }
 
 ContactState SphereLaw::at_depth(double depth_mm) const noexcept {
+  ContactState contact = elastic_at_depth(depth_mm);
+  if (std::isinf(stiffening_mm_) || !contact.touching()) return contact;
+  contact.stiffening = portable_exp(contact.depth_mm / stiffening_mm_);
+  contact.force_mN *= contact.stiffening;
+  contact.peak_pressure_kPa *= contact.stiffening;
+  return contact;
+}
+
+ContactState SphereLaw::elastic_at_depth(double depth_mm) const noexcept {
   if (sneddon_) return sneddon_->at_depth(depth_mm);
   ContactState contact = hertz_.at_depth(depth_mm);
   if (std::isinf(thickness_mm_) || !contact.touching()) return contact;
@@ -34,12 +46,14 @@ ContactState SphereLaw::at_depth(double depth_mm) const noexcept {
 }
 
 ContactState SphereLaw::at_force(double force_mN) const noexcept {
-  if (sneddon_) return sneddon_->at_force(force_mN);
+  const bool stiffens = !std::isinf(stiffening_mm_);
+  if (sneddon_ && !stiffens) return sneddon_->at_force(force_mN);
   ContactState contact = hertz_.at_force(force_mN);
-  if (std::isinf(thickness_mm_) || !contact.touching()) return contact;
-  // A layer is stiffer than the half-space, so its depth lies below Hertz's; force rises with it.
+  if (!contact.touching() || (std::isinf(thickness_mm_) && !stiffens)) return contact;
+  // A layer and stiffening make the skin harder than the half-space, so the depth lies below
+  // that without them; force rises with it.
   double low = 0.0;
-  double high = contact.depth_mm;
+  double high = sneddon_ ? sneddon_->at_force(force_mN).depth_mm : contact.depth_mm;
   for (int halving = 0; halving < 60; ++halving) {
     const double middle = 0.5 * (low + high);
     (at_depth(middle).force_mN < force_mN ? low : high) = middle;

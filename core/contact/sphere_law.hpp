@@ -31,10 +31,13 @@ class SphereLaw {
 
  private:
   [[nodiscard]] double layer_factor(double chi) const noexcept;
+  /// With the moduli of skin at rest.
+  [[nodiscard]] ContactState elastic_at_depth(double depth_mm) const noexcept;
 
   HertzContact hertz_;
   std::optional<SneddonContact> sneddon_;
   double thickness_mm_;
+  double stiffening_mm_;
   double poisson_ratio_;
   std::shared_ptr<const BondedLayer> exact_layer_;  ///< null for the Dimitriadis polynomial
 };

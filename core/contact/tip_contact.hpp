@@ -2,9 +2,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "core/contact/flat_tip_field.hpp"
 #include "core/contact/indenter.hpp"
+#include "core/contact/layer_field.hpp"
 #include "core/contact/sphere_law.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/contact_input.hpp"
@@ -23,19 +25,44 @@ struct Press {
 /// Turns a probe's reading into the contact of its tip. Real-time: yes, after construction.
 class TipContact {
  public:
-  TipContact(const Indenter& indenter, const SkinParameters& skin);
+  /// \param layer  what layer_field() made for this skin; null: it is made here, where it is needed
+  TipContact(const Indenter& indenter, const SkinParameters& skin,
+             std::shared_ptr<const LayerField> layer = nullptr);
+
+  /// The stress field that all spheres of a scene share; null where no sphere presses on skin with
+  /// an exact layer. Real-time: no (it takes about half a second).
+  [[nodiscard]] static std::shared_ptr<const LayerField> layer_field(
+      std::span<const Indenter> indenters, const SkinParameters& skin);
 
   [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
+  /// The same where the neighbouring contacts leave another depth to press.
+  [[nodiscard]] Press press_at_depth(const ContactInput& input,
+                                     double depth_mm) const noexcept MERKEL_REALTIME;
+  /// What a press displaces the surface by at a point of the patch, downward.
+  [[nodiscard]] double displacement_mm(const Press& press, double x_mm,
+                                       double y_mm) const noexcept MERKEL_REALTIME;
   /// The unit field of bars or a pin; null for a sphere.
   [[nodiscard]] const FlatTipField* flat_tip() const noexcept { return flat_tip_.get(); }
+  /// The field of a sphere on a layer; null where the half-space's holds.
+  [[nodiscard]] const LayerField* layer() const noexcept { return layer_.get(); }
+  [[nodiscard]] bool by_force() const noexcept { return by_force_; }
   /// The contact law of a sphere; null for a flat tip.
   [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
 
  private:
+  [[nodiscard]] Press placed(const ContactInput& input, const ContactState& contact) const noexcept;
+
+  [[nodiscard]] double stiffening_of(double depth_mm) const noexcept;
+  [[nodiscard]] double flat_depth_mm(double force_mN) const noexcept;
+
   bool by_force_;
+  double stiffening_mm_;
+  std::shared_ptr<const LayerField> layer_;
   std::optional<SphereLaw> sphere_;
   std::optional<Position> apex_;
-  double offset_kept_ = 1.0;  ///< of the axis from the apex: k/(k + 1/R_skin), k = 1/R
+  /// Of the axis from the apex, along and across the finger: k/(k + 1/R_skin), k = 1/R.
+  double kept_along_ = 1.0;
+  double kept_across_ = 1.0;
   std::shared_ptr<const FlatTipField> flat_tip_;
 };
 

@@ -9,6 +9,9 @@ namespace merkel {
 struct NeuronNoise {
   double sigma = 0.0;  ///< a step of dt adds sigma·√dt·ξ to the potential; 0 is none
   std::uint64_t seed = 1;
+  /// Noise grows with the drive I: sigma·√min(1, I/this), so that untouched afferents are silent,
+  /// as recorded ones are. 0: the same noise at any drive.
+  double full_drive_Hz = 5.0;
 };
 
 }  // namespace merkel

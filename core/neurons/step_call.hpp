@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "core/neurons/neuron_arrays.hpp"
 #include "core/worker_team.hpp"
 
 namespace merkel {
@@ -29,5 +32,26 @@ struct StepCall {
   StepObserver* observer = nullptr;
   WorkerTeam* peers = nullptr;  ///< step the other parts at the same time; null where alone
 };
+
+/// Calls step(run) for each run of blocks that are not at rest. \param resting  of each block of
+/// the group
+template <class Step>
+void for_each_awake_run(const StepCall& call, std::span<const std::uint8_t> resting,
+                        Step step) noexcept {
+  StepCall run = call;
+  run.last = call.first;
+  const auto flush = [&] {
+    if (run.first < run.last) step(run);
+  };
+  for (std::size_t first = call.first; first < call.last; first += kNeuronBlock) {
+    if (resting[first / kNeuronBlock] != 0) {
+      flush();
+      run.first = run.last = first + kNeuronBlock;
+      continue;
+    }
+    run.last = std::min(first + kNeuronBlock, call.last);
+  }
+  flush();
+}
 
 }  // namespace merkel

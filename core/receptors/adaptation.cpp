@@ -8,6 +8,12 @@
 #include "core/units.hpp"
 
 namespace merkel {
+namespace {
+
+/// Below it, a state counts as none: far below what moves a spike.
+constexpr double kNothing_Hz = 1e-9;
+
+}  // namespace
 
 FieldTable AdaptationParameters::fields() {
   using P = AdaptationParameters;
@@ -23,6 +29,9 @@ FieldTable AdaptationParameters::fields() {
        true},
       {"slow_ms", "ms", positive(1e7), "time constant of the slow adaptation", at<&P::slow_ms>, "",
        true},
+      {"compression_ms", "ms", not_negative(1e6),
+       "compression between the fast and the slow adaptation: R0/(1 + compression·R0)",
+       at<&P::compression_ms>, "", true},
       {"gain_spread", "", from_below(0.0, 2.0), "standard deviation of ln(gain) between afferents",
        at<&P::gain_spread>},
       {"seed", "", any_value(), "seed of the spread", at<&P::seed>}};
@@ -37,7 +46,8 @@ Adaptation::Adaptation(const AdaptationParameters& parameters, std::size_t affer
     : parameters_(parameters),
       gain_(afferents, parameters.gain_Hz_per_kPa),
       fast_(afferents),
-      slow_(afferents) {
+      slow_(afferents),
+      compressed_(afferents) {
   if (parameters.gain_spread <= 0.0) return;
   for (std::size_t n = 0; n < afferents; ++n) {
     gain_[n] *= portable_exp(parameters.gain_spread * normal_random(parameters.seed, n, 0));
@@ -47,6 +57,8 @@ Adaptation::Adaptation(const AdaptationParameters& parameters, std::size_t affer
 void Adaptation::reset() noexcept {
   std::fill(fast_.begin(), fast_.end(), 0.0);
   std::fill(slow_.begin(), slow_.end(), 0.0);
+  std::fill(compressed_.begin(), compressed_.end(), 0.0);
+  at_rest_ = true;
 }
 
 Adaptation::Decay Adaptation::decay_of(double interval_ms, double tau_ms) noexcept {
@@ -68,16 +80,23 @@ void Adaptation::advance(std::span<const double> energy_begin, std::span<const d
   }
   const double k1 = parameters_.fast_weight;
   const double k3 = parameters_.slow_weight;
+  const double c = 1e-3 * parameters_.compression_ms;
+  double largest = 0.0;
   for (std::size_t n = 0; n < gain_.size(); ++n) {
-    const double begin = gain_[n] * energy_begin[n];
-    const double end = gain_[n] * energy_end[n];
-    const auto go_on = [&](double x, const Decay& decay) {
-      return decay.kept * x + (decay.of_begin * begin + decay.of_end * end);
+    const auto go_on = [](double x, const Decay& decay, double begin, double end) {
+      const double after = decay.kept * x + (decay.of_begin * begin + decay.of_end * end);
+      return after < kNothing_Hz ? 0.0 : after;
     };
-    fast_[n] = go_on(fast_[n], fast_decay_);
-    slow_[n] = go_on(slow_[n], slow_decay_);
-    drive_Hz[n] = std::max(0.0, (1.0 + k1 + k3) * end - k1 * fast_[n] - k3 * slow_[n]);
+    const double end = gain_[n] * energy_end[n];
+    fast_[n] = go_on(fast_[n], fast_decay_, gain_[n] * energy_begin[n], end);
+    const double felt = std::max(0.0, (1.0 + k1) * end - k1 * fast_[n]);
+    const double before = compressed_[n];
+    compressed_[n] = felt / (1.0 + c * felt);
+    slow_[n] = go_on(slow_[n], slow_decay_, before, compressed_[n]);
+    drive_Hz[n] = std::max(0.0, (1.0 + k3) * compressed_[n] - k3 * slow_[n]);
+    largest = std::max({largest, fast_[n], slow_[n], compressed_[n]});
   }
+  at_rest_ = largest == 0.0;
 }
 
 }  // namespace merkel

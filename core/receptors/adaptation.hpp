@@ -13,16 +13,19 @@ namespace merkel {
 /// How an afferent turns the mean strain energy density in its receptive field into a drive, with
 /// two states of adaptation.
 ///
-/// u = g·S; ẋ1 = (u − x1)/τ1; ẋ3 = (u − x3)/τ3; drive = max(0, (1+k1+k3)·u − k1·x1 − k3·x3).
-/// A sudden step is felt 1+k1+k3 times as strongly as the same energy held for long. The constants
-/// of time are those of Gerling et al. 2018 (doi 10.1371/journal.pcbi.1006264); g, k1 and k3 are
-/// fitted to recordings (`merkel fit`).
+/// Fast adaptation, compression, slow adaptation, in this order:
+/// u = g·S; ẋ1 = (u − x1)/τ1; R0 = max(0, (1+k1)·u − k1·x1); R = R0/(1 + c·R0);
+/// ẋ3 = (R − x3)/τ3; drive = max(0, (1+k3)·R − k3·x3).
+/// A sudden step of weak energy is felt (1+k1)·(1+k3) times as strongly as the same held for long.
+/// Behind the compression, a hold adapts by the same fraction whatever its depth is. g, k1 and k3
+/// are fitted to recordings (`merkel fit`); core/README.md says how the others were found.
 struct AdaptationParameters {
-  double gain_Hz_per_kPa = 18.1;  ///< g
-  double fast_weight = 57.0;      ///< k1
-  double slow_weight = 1.54;      ///< k3
-  double fast_ms = 8.0;           ///< τ1
-  double slow_ms = 1832.0;        ///< τ3
+  double gain_Hz_per_kPa = 19.9;  ///< g
+  double fast_weight = 72.0;      ///< k1
+  double slow_weight = 1.05;      ///< k3
+  double fast_ms = 2.0;           ///< τ1
+  double slow_ms = 3600.0;        ///< τ3
+  double compression_ms = 4.7;    ///< c
   double gain_spread = 0.0;       ///< standard deviation of ln g between afferents
   std::uint64_t seed = 1;         ///< of the spread
 
@@ -40,12 +43,14 @@ class Adaptation {
   void reset() noexcept MERKEL_REALTIME;
 
   /// Goes on by an interval in which the energy densities run linearly from `energy_begin` to
-  /// `energy_end` (N values each, kPa), and writes the drive at its end, Hz. The states follow
-  /// exactly, however long the interval is: two halves give what the whole gives.
+  /// `energy_end` (N values each, kPa), and writes the drive at its end, Hz. The fast state follows
+  /// exactly, however long the interval is; the slow one takes R as linear within it.
   void advance(std::span<const double> energy_begin, std::span<const double> energy_end,
                std::chrono::nanoseconds interval,
                std::span<double> drive_Hz) noexcept MERKEL_REALTIME;
 
+  /// Whether every state has died away: without energy, advance() would change nothing.
+  [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
   /// g of every afferent, Hz/kPa.
   [[nodiscard]] std::span<const double> gains() const noexcept { return gain_; }
 
@@ -62,6 +67,8 @@ class Adaptation {
   std::vector<double> gain_;
   std::vector<double> fast_;
   std::vector<double> slow_;
+  std::vector<double> compressed_;  ///< R at the end of the last interval
+  bool at_rest_ = true;
   std::chrono::nanoseconds interval_{0};  ///< that the decays are of
   Decay fast_decay_;
   Decay slow_decay_;

@@ -1,6 +1,7 @@
 #include "core/receptors/receptor_arrays.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace merkel {
 namespace {
@@ -46,6 +47,15 @@ ReceptorArrays<Real>::ReceptorArrays(std::span<const Receptor> receptors,
     y_[i] = static_cast<Real>(receptors[i].y_mm);
   }
   for (AlignedArray<Real>& sum : sums_) sum = AlignedArray<Real>(padded(receptors.size()));
+  const auto [least_x, most_x] = std::minmax_element(x_.begin(), x_.begin() + receptors.size());
+  const auto [least_y, most_y] = std::minmax_element(y_.begin(), y_.begin() + receptors.size());
+  left_ = receptors.empty() ? 0.0 : static_cast<double>(*least_x);
+  right_ = receptors.empty() ? 0.0 : static_cast<double>(*most_x);
+  bottom_ = receptors.empty() ? 0.0 : static_cast<double>(*least_y);
+  top_ = receptors.empty() ? 0.0 : static_cast<double>(*most_y);
+  if (!skin.exactly_layered()) return;
+  for (auto& profile : stress_profile_) profile = AlignedArray<double>(LayerField::kMostPoints);
+  energy_profile_ = AlignedArray<Real>(LayerField::kMostPoints + 1);
 }
 
 template <class Real>
@@ -67,15 +77,71 @@ template <class Real>
 void ReceptorArrays<Real>::add_bars(const PlacedContact& placed, std::size_t first,
                                     std::size_t last) noexcept {
   const double depth_mm = placed.contact.depth_mm;
+  // The tip presses `stiffening` times as hard; of that energy, 1/stiffening is felt.
+  const double stiffened = std::sqrt(placed.contact.stiffening);
   for (std::size_t i = first; i < last; ++i) {
-    const FlatTipField::Unit unit = placed.flat_tip->at(static_cast<double>(x_[i]) - placed.x_mm,
-                                                        static_cast<double>(y_[i]) - placed.y_mm);
-    const double parts[kSums] = {unit.stress.sigma_x, unit.stress.sigma_y, unit.stress.sigma_z,
-                                 unit.stress.tau_xy,  unit.stress.tau_yz,  unit.stress.tau_zx};
-    for (std::size_t k = 0; k < kSums; ++k) {
-      sums_[k][i] += static_cast<Real>(parts[k] * depth_mm);
-    }
+    const CartesianStress stress = placed.flat_tip
+                                       ->at(static_cast<double>(x_[i]) - placed.x_mm,
+                                            static_cast<double>(y_[i]) - placed.y_mm, depth_mm)
+                                       .stress;
+    const double parts[kSums] = {stress.sigma_x, stress.sigma_y, stress.sigma_z,
+                                 stress.tau_xy,  stress.tau_yz,  stress.tau_zx};
+    for (std::size_t k = 0; k < kSums; ++k) sums_[k][i] += static_cast<Real>(parts[k] * stiffened);
   }
+}
+
+template <class Real>
+void ReceptorArrays<Real>::add_layer(const PlacedContact& placed, std::size_t first,
+                                     std::size_t last) noexcept {
+  const double softened = 1.0 / std::sqrt(placed.contact.stiffening);
+  for (std::size_t i = first; i < last; ++i) {
+    const double dx = static_cast<double>(x_[i]) - placed.x_mm;
+    const double dy = static_cast<double>(y_[i]) - placed.y_mm;
+    const CartesianStress stress =
+        cartesian(placed.layer->stress(placed.contact, std::hypot(dx, dy)), dx, dy) * softened;
+    const double parts[kSums] = {stress.sigma_x, stress.sigma_y, stress.sigma_z,
+                                 stress.tau_xy,  stress.tau_yz,  stress.tau_zx};
+    for (std::size_t k = 0; k < kSums; ++k) sums_[k][i] += static_cast<Real>(parts[k]);
+  }
+}
+
+template <class Real>
+EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed) noexcept {
+  const LayerField& layer = *placed.layer;
+  if (profile_points_ == 0 || !(placed == profiled_)) {
+    profiled_ = placed;
+    const double farthest = std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
+                                       std::max(placed.y_mm - bottom_, top_ - placed.y_mm));
+    profile_points_ = layer.points_within(farthest);
+    for (std::size_t field = 0; field < 4; ++field) {
+      layer.profile(placed.contact, static_cast<LayerField::Field>(field),
+                    {stress_profile_[field].data(), profile_points_});
+    }
+    const double* const r = stress_profile_[LayerField::kSigmaR].data();
+    const double* const theta = stress_profile_[LayerField::kSigmaTheta].data();
+    const double* const z = stress_profile_[LayerField::kSigmaZ].data();
+    const double* const rz = stress_profile_[LayerField::kTauRz].data();
+    const double stiffening = placed.contact.stiffening;
+    const double distortional = 1.0 / (12.0 * stiffening * skin_.shear_modulus_kPa());
+    const double volumetric =
+        kind_ == EnergyDensity::kFull ? 1.0 / (18.0 * stiffening * skin_.bulk_modulus_kPa()) : 0.0;
+    Real* const energy = energy_profile_.data() + 1;
+    for (std::size_t k = 0; k < profile_points_; ++k) {
+      const double d_rt = r[k] - theta[k];
+      const double d_tz = theta[k] - z[k];
+      const double d_zr = z[k] - r[k];
+      const double trace = r[k] + theta[k] + z[k];
+      energy[k] = static_cast<Real>(
+          distortional * (d_rt * d_rt + d_tz * d_tz + d_zr * d_zr + 6.0 * (rz[k] * rz[k])) +
+          volumetric * (trace * trace));
+    }
+    energy_profile_[0] = energy[1];  // even in r
+  }
+  return {.x = static_cast<Real>(placed.x_mm),
+          .y = static_cast<Real>(placed.y_mm),
+          .points_per_mm = static_cast<Real>(1.0 / layer.spacing_mm()),
+          .end = static_cast<Real>(profile_points_ - 3),
+          .energy = energy_profile_.data()};
 }
 
 template <class Real>
@@ -83,7 +149,11 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                  std::size_t last) noexcept {
   const ReceptorArguments<Real> receptors = blocks(first, last);
   if (contacts.size() == 1 && contacts.front().flat_tip == nullptr) {
-    sphere_energy(field(contacts.front()), receptors);
+    if (contacts.front().layer != nullptr) {
+      profile_energy(profile_of(contacts.front()), receptors);
+    } else {
+      sphere_energy(field(contacts.front()), receptors);
+    }
     return;
   }
   for (AlignedArray<Real>& sum : sums_) {
@@ -98,6 +168,8 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
   for (const PlacedContact& placed : contacts) {
     if (placed.flat_tip != nullptr) {
       add_bars(placed, receptors.first, receptors.last);
+    } else if (placed.layer != nullptr) {
+      add_layer(placed, receptors.first, receptors.last);
     } else {
       add_sphere_stress(field(placed), receptors, sums);
     }

@@ -51,13 +51,21 @@ class ReceptorArrays {
   [[nodiscard]] ReceptorArguments<Real> blocks(std::size_t first, std::size_t last) noexcept;
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
   void add_bars(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
+  void add_layer(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
+  /// Energy densities under a sphere on a layer, by their profile along the radius.
+  [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;
   double receptor_depth_mm_;
   SigmoidConstants<Real> sigmoid_;
   AlignedArray<Real> x_, y_, energy_, current_;
-  AlignedArray<Real> sums_[kSums];  ///< of stresses
+  AlignedArray<Real> sums_[kSums];      ///< of stresses
+  double left_, right_, bottom_, top_;  ///< of the receptors
+  PlacedContact profiled_;              ///< that the profile is of
+  std::size_t profile_points_ = 0;
+  AlignedArray<double> stress_profile_[4];
+  AlignedArray<Real> energy_profile_;  ///< begins at the point −1
 };
 
 extern template class ReceptorArrays<double>;

@@ -22,6 +22,17 @@ std::variant<ReceptorArrays<double>, ReceptorArrays<float>> make_arrays(
   return ReceptorArrays<double>(receptors, p.skin, p.transduction);
 }
 
+double sphere_displacement_mm(const PlacedContact& placed, double r_mm) noexcept {
+  return placed.layer != nullptr ? placed.layer->displacement_mm(placed.contact, r_mm)
+                                 : HertzContact::surface_displacement_mm(placed.contact, r_mm);
+}
+
+double radius_of_displacement_mm(const PlacedContact& placed, double displacement_mm) noexcept {
+  return placed.layer != nullptr
+             ? placed.layer->radius_of_displacement_mm(placed.contact, displacement_mm)
+             : HertzContact::radius_of_displacement_mm(placed.contact, displacement_mm);
+}
+
 std::vector<Receptor> by_neuron(std::span<const Receptor> receptors) {
   std::vector<Receptor> sorted(receptors.begin(), receptors.end());
   std::stable_sort(sorted.begin(), sorted.end(),
@@ -87,19 +98,16 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
       // All of the force acts within half a diagonal of the axis, so U lies between what it would
       // do from the near and from the far side.
       const double half_diagonal = placed.flat_tip->half_diagonal_mm();
-      const double at_1_mm = placed.contact.depth_mm * placed.flat_tip->far_displacement_mm();
+      const double at_1_mm = placed.flat_tip->far_displacement_mm2(placed.contact.depth_mm);
       ranges.displaced2 = square(std::max(0.0, at_1_mm / threshold_mm - half_diagonal));
       ranges.may_displace2 = square(at_1_mm / share_mm + half_diagonal);
-    } else if (HertzContact::surface_displacement_mm(placed.contact, std::sqrt(farthest2)) >=
-               threshold_mm) {
+    } else if (sphere_displacement_mm(placed, std::sqrt(farthest2)) >= threshold_mm) {
       ranges.displaced2 = ranges.may_displace2 = std::numeric_limits<double>::infinity();
     } else {
-      ranges.displaced2 =
-          square(HertzContact::radius_of_displacement_mm(placed.contact, threshold_mm));
-      ranges.may_displace2 =
-          contacts.size() == 1
-              ? ranges.displaced2
-              : square(HertzContact::radius_of_displacement_mm(placed.contact, share_mm) + 1e-6);
+      ranges.displaced2 = square(radius_of_displacement_mm(placed, threshold_mm));
+      ranges.may_displace2 = contacts.size() == 1
+                                 ? ranges.displaced2
+                                 : square(radius_of_displacement_mm(placed, share_mm) + 1e-6);
     }
     all_displaced_ = all_displaced_ || farthest2 <= ranges.displaced2;
     ranges_.push_back(ranges);
@@ -137,8 +145,8 @@ bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
     if (r2 <= ranges_[i].displaced2) return true;
     if (contacts_.size() == 1 && contacts_[i].flat_tip == nullptr) return false;
     sum_mm += contacts_[i].flat_tip != nullptr
-                  ? contacts_[i].flat_tip->at(dx, dy).displacement * contacts_[i].contact.depth_mm
-                  : HertzContact::surface_displacement_mm(contacts_[i].contact, std::sqrt(r2));
+                  ? contacts_[i].flat_tip->at(dx, dy, contacts_[i].contact.depth_mm).displacement
+                  : sphere_displacement_mm(contacts_[i], std::sqrt(r2));
   }
   return sum_mm >= units::mm_from_um(parameters_.transduction.threshold_um);
 }

@@ -56,6 +56,8 @@ std::unique_ptr<NeuronGroup> make_group(const ModelParameters& p,
   ConnorStevensGroup::Parameters own{.neuron = afferent.neuron,
                                      .step = p.step,
                                      .holding_current_uA_per_cm2 = table.current_uA_per_cm2(0.0),
+                                     .full_noise_current_uA_per_cm2 = table.current_uA_per_cm2(
+                                         afferent.neuron.noise.full_drive_Hz),
                                      .patch = static_cast<std::uint16_t>(index),
                                      .first_neuron = first_neuron};
   own.neuron.noise.seed += index;

@@ -54,6 +54,10 @@ class Afferents {
     return adaptation_ ? drive_Hz_[neuron] : input;
   }
   [[nodiscard]] const NeuronGroup& neurons() const noexcept { return *neurons_; }
+  /// Whether the last advance() had nothing to do and, with the same input, the next one has not.
+  [[nodiscard]] bool all_resting() const noexcept {
+    return neurons_->all_resting() && (!adaptation_ || adaptation_->at_rest());
+  }
 
  private:
   /// The input of the neurons for a drive.

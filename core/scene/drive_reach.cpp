@@ -58,20 +58,24 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
     for (int k = 0; k <= kDepths; ++k) {
       const ContactState contact = tip.sphere()->at_depth(k * spacing_mm_);
       radius_mm_.push_back(last_above(limit_kPa, contact.contact_radius_mm, [&](double r) {
-        return energy_density_kPa(
-            huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm), material,
-            skin.energy_density);
+        const AxisymmetricStress stress =
+            tip.layer() != nullptr
+                ? tip.layer()->stress(contact, r)
+                : huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm);
+        return energy_density_kPa(stress, material, skin.energy_density);
       }));
     }
   } else {
-    // The energy density under bars at 1 mm, the largest in any direction; it grows with depth².
+    // The energy density per depth², the largest in any direction and at any depth: on flat skin it
+    // is the same at all, on a curved finger the longest contact has it.
     std::vector<double> largest_kPa;
     for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
       double largest = 0.0;
       for (int k = 0; k < kDirections; ++k) {
         const double angle = 2.0 * std::numbers::pi * k / kDirections;
-        const auto unit = tip.flat_tip()->at(r * std::cos(angle), r * std::sin(angle));
-        largest = std::max(largest, energy_density_kPa(unit.stress, material, skin.energy_density));
+        const auto deepest = tip.flat_tip()->at(r * std::cos(angle), r * std::sin(angle), kDeepest_mm);
+        largest = std::max(largest, energy_density_kPa(deepest.stress * (1.0 / kDeepest_mm),
+                                                       material, skin.energy_density));
       }
       largest_kPa.push_back(largest);
     }

@@ -55,7 +55,7 @@ struct IntegrateAndFireAfferent {
 /// curve: it gets the current under which it fires at I/(1 + compression·I), I the drive in Hz.
 struct ConnorStevensAfferent {
   ConnorStevens neuron;
-  double compression_ms = 4.0;
+  double compression_ms = 1.0;
 
   [[nodiscard]] static FieldTable fields();
 };

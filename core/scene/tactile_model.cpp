@@ -99,8 +99,9 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       next_patch_(std::make_unique<std::atomic<std::size_t>>(0)),
       spikes_(most_spikes(parameters, neurons())),
       resets_(neurons()) {
+  const auto layer = TipContact::layer_field(parameters.indenters, parameters.skin);
   for (const Indenter& indenter : parameters.indenters) {
-    tips_.emplace_back(indenter, parameters.skin);
+    tips_.emplace_back(indenter, parameters.skin, layer);
     if (parameters.energy_driven()) {
       reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.accuracy.cull_tolerance,
                                  indenters_on(indenter.patch, parameters));
@@ -112,6 +113,8 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
   }
   for (auto& touching : touching_) touching.reserve(tips_.size());
   deepest_.resize(tips_.size());
+  presses_.resize(tips_.size());
+  neighbours_.reserve(tips_.size());
 }
 
 void TactileModel::reset() noexcept {
@@ -191,16 +194,37 @@ void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
       this);
 }
 
+void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
+  for (std::size_t i = 0; i < tips_.size(); ++i) presses_[i] = tips_[i].press(contacts[i]);
+  if (tips_.size() == 1 || tips_.front().by_force()) return;
+  for (std::size_t patch = 0; patch < patches_.size(); ++patch) {
+    neighbours_.clear();
+    for (std::size_t i = 0; i < tips_.size(); ++i) {
+      if (parameters_.indenters[i].patch != patch || !presses_[i].touching()) continue;
+      neighbours_.push_back({.tip = &tips_[i], .input = contacts[i], .press = presses_[i]});
+    }
+    if (neighbours_.size() < 2) continue;
+    solve_neighbour_depths(neighbours_);
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < tips_.size(); ++i) {
+      if (parameters_.indenters[i].patch != patch || !presses_[i].touching()) continue;
+      presses_[i] = neighbours_[next++].press;
+    }
+  }
+}
+
 std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_at_end,
                                          std::chrono::nanoseconds start) noexcept {
   assert(contacts_at_end.size() == tips_.size());
   for (auto& touching : touching_) touching.clear();
+  press_tips(contacts_at_end);
   for (std::size_t i = 0; i < tips_.size(); ++i) {
-    const Press made = tips_[i].press(contacts_at_end[i]);
+    const Press& made = presses_[i];
     if (!made.touching()) continue;
     touching_[parameters_.indenters[i].patch].push_back(
         {.contact = made.contact,
          .flat_tip = tips_[i].flat_tip(),
+         .layer = tips_[i].layer(),
          .x_mm = made.x_mm,
          .y_mm = made.y_mm,
          .reach_mm = reach_of_tip_[i].radius_mm(made.contact.depth_mm)});

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/neighbour_depths.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/neurons/spike_buffer.hpp"
 #include "core/parameters/parameter_error.hpp"
@@ -79,6 +80,8 @@ class TactileModel {
  private:
   TactileModel(const Parameters& parameters, std::vector<TactilePatch> patches);
   void note_distances(std::span<const PlacedContact> touching) noexcept;
+  /// Writes presses_; tips that press one patch by depth share the skin they displace.
+  void press_tips(std::span<const ContactInput> contacts) noexcept;
   void step_patches(std::chrono::nanoseconds start) noexcept;
   void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
 
@@ -88,6 +91,8 @@ class TactileModel {
   std::vector<DriveReach> reach_of_tip_;
   std::vector<TactilePatch> patches_;
   std::vector<std::vector<PlacedContact>> touching_;  ///< by patch
+  std::vector<Press> presses_;                        ///< of this tick
+  std::vector<NeighbourPress> neighbours_;            ///< on one patch
   std::vector<Press> deepest_;
   double closest_rims_ = std::numeric_limits<double>::infinity();
   WorkerTeam* team_ = nullptr;

@@ -23,7 +23,7 @@ void TactilePatch::step(std::span<const PlacedContact> contacts, int steps,
   std::copy(before.begin(), before.end(), drive_begin_.begin());
   const bool changed = drive_.compute(contacts);
   // The input before this step ran on to `before`: it was constant if the neurons were at rest.
-  asleep_ = !changed && afferents_.neurons().all_resting();
+  asleep_ = !changed && afferents_.all_resting();
   if (asleep_) return;
   afferents_.advance(drive_begin_, drive_.output(), steps, start, spikes_, team);
   spikes_.sort();

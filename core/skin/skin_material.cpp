@@ -15,6 +15,12 @@ FieldTable SkinParameters::fields() {
        at<&P::poisson_ratio>},
       {"radius_mm", "mm", positive_or_infinite(1e6),
        "radius of curvature of the finger; inf is flat skin", at<&P::radius_mm>},
+      {"radius_along_mm", "mm", not_negative(1e6),
+       "radius along the finger, where radius_mm is that across it: how far a contact moves with its tip; "
+       "0 is the same",
+       at<&P::radius_along_mm>},
+      {"stiffening_mm", "mm", positive_or_infinite(1e6),
+       "d1 of moduli that grow by e^(depth/d1); inf is no stiffening", at<&P::stiffening_mm>},
       {"apex_mm", "mm", from_to(-1e4, 1e4),
        "[x, y] of the highest point of a curved finger; a sphere beside it touches nearer to it",
        at<&P::apex>, "the skin curves away from the axis of the probe"},
@@ -41,6 +47,8 @@ Expected<void, ParameterError> SkinParameters::check() const {
                "is only of a curved finger: set skin.radius_mm")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
                "must be less than skin.thickness_mm: the receptors lie in the skin, not the bone")
+      .require(!exactly_layered() || receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+               "must be at least 0.05 for skin.layer_law \"exact\": its table resolves no less")
       .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",
                "must be \"hertz\" where skin.thickness_mm is set: the layer corrects that law")
       .result();

@@ -32,17 +32,26 @@ struct SkinParameters {
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
   double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
+  /// Curvature radius along the finger, x, where radius_mm is that across it. Only how far a contact
+  /// moves with its tip depends on it; 0: the same.
+  double radius_along_mm = 0.0;
   /// Where a curved finger is highest, in patch coordinates. A sphere whose axis is X beside it
   /// touches the finger at X·k/(k + 1/R_skin), k = 1/R: a plate always touches the apex. Without an
   /// apex, the skin curves away from the axis of the sphere wherever that is.
   std::optional<Position> apex;
   double receptor_depth_mm = 0.65;  ///< z0, the epidermal-dermal junction
   double thickness_mm = std::numeric_limits<double>::infinity();  ///< h, down to bone; inf: none
+  /// d1 of skin that stiffens with the depth of a press: all moduli grow by e^(d/d1). Inf: none.
+  double stiffening_mm = std::numeric_limits<double>::infinity();
   ContactLaw contact_law = ContactLaw::kHertz;
   LayerLaw layer_law = LayerLaw::kDimitriadis;
   EnergyDensity energy_density = EnergyDensity::kDistortional;
 
   [[nodiscard]] bool layered() const noexcept { return std::isfinite(thickness_mm); }
+  [[nodiscard]] bool stiffens() const noexcept { return std::isfinite(stiffening_mm); }
+  [[nodiscard]] bool exactly_layered() const noexcept {
+    return layered() && layer_law == LayerLaw::kExact;
+  }
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;

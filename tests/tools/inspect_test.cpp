@@ -139,6 +139,33 @@ TEST(Inspect, ReceptorsAreThoseOfTheScene) {
   }));
 }
 
+TEST(Inspect, FieldTakesBothSidesOfTheAxis) {
+  const auto both = run_program({"inspect", "field", "--radius-mm", "2", "--depth-mm", "1",
+                                 "--r-mm", "-1.5,1.5", "--z-mm", "0.65"});
+  EXPECT_EQ(both.exit_code, 0) << both.err;
+  const auto rows = table(both.out);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0][0], -1.5);
+  EXPECT_EQ(rows[0][6], rows[1][6]);
+  EXPECT_EQ(rows[0][5], -rows[1][5]);
+}
+
+TEST(Inspect, FieldOfAnExactLayerIsItsOwn) {
+  const TemporaryFolder folder;
+  const std::string scene =
+      folder.file("layer.toml", "[skin]\nthickness_mm = 4\nlayer_law = \"exact\"\n");
+  const auto run = run_program({"inspect", "field", "--scene", scene, "--radius-mm", "5",
+                                "--depth-mm", "1", "--r-mm", "0", "--z-mm", "0.65"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const auto half_space = run_program(
+      {"inspect", "field", "--radius-mm", "5", "--depth-mm", "1", "--r-mm", "0", "--z-mm", "0.65"});
+  EXPECT_GT(table(run.out)[0][6], 2.0 * table(half_space.out)[0][6]);
+  const auto refused = run_program(
+      {"inspect", "field", "--scene", scene, "--depth-mm", "1", "--r-mm", "0", "--z-mm", "5"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("less than skin.thickness_mm, 4"), std::string::npos) << refused.err;
+}
+
 TEST(Inspect, WrongUseIsExplained) {
   for (const auto& [arguments, sentence] :
        std::vector<std::pair<std::vector<std::string>, std::string>>{
@@ -154,7 +181,7 @@ TEST(Inspect, WrongUseIsExplained) {
            {{"inspect"}, "A subcommand is required"},
            {{}, "A subcommand is required"},
            {{"nothing"}, ""},
-           {{"inspect", "field", "--r-mm", "-1"}, ""}}) {
+           {{"inspect", "field", "--r-mm", "-1"}, "give either --depth-mm or --force-N"}}) {
     const auto run = run_program(arguments);
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_NE(run.err.find(sentence), std::string::npos) << run.err;

@@ -44,6 +44,25 @@ TEST(Recordings, ThePublishedOnesAreAllThere) {
   EXPECT_EQ(recordings.intervals.size(), 3U);
 }
 
+TEST(Recordings, BarsMayBeGivenByTheirEdges) {
+  const auto read = parse_recordings(R"({"bar_profile": {"cite": "b", "bar_edges_mm":
+    [[-4, -1], [0, 1.5], [3, 6]], "position_mm": [-2, 0.5], "rate_hz": {"1.0mm": [10, 20]}}})",
+                                     "d.json");
+  ASSERT_TRUE(read) << read.error().sentence;
+  const Stimulus& stimulus = read->sets[0].points[1].stimulus;
+  EXPECT_EQ(stimulus.indenter.bars.widths_mm, (std::vector<double>{3.0, 1.5, 3.0}));
+  EXPECT_EQ(stimulus.indenter.bars.gaps_mm, (std::vector<double>{1.0, 1.5}));
+  // The row's middle lies at 1 mm: half a millimetre to the right of the afferent.
+  EXPECT_EQ(stimulus.offset_mm, 0.5);
+  for (const char* const edges : {"[]", "[[1, 0]]", "[[0, 2], [1, 3]]", "[[0]]", "[0, 1]"}) {
+    EXPECT_NE(fault_of(R"({"bar_profile": {"cite": "b", "bar_edges_mm": )" + std::string(edges) +
+                       R"(, "position_mm": [0], "rate_hz": {"1mm": [1]}}})")
+                  .find("bar_edges_mm must be"),
+              std::string::npos)
+        << edges;
+  }
+}
+
 TEST(Recordings, OtherConditionsHaveAFormToo) {
   const auto read = parse_recordings(R"({
     "lateral_offset": [{"cite": "a", "curvature_per_m": 340, "offset_mm": [-1, 0, 2],

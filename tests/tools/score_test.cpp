@@ -62,6 +62,38 @@ TEST(Score, PeersArePublishedFiguresOrNone) {
   EXPECT_TRUE(std::isnan(peers_of("bar profile, 1 mm").ouyang));
 }
 
+TEST(Score, SkipsAFlatPlateOnFlatSkin) {
+  const Recordings recordings = published_recordings();
+  const auto scores = score_sets(preset_scene("paper")->model, {recordings.sets[0]}, 1, {});
+  ASSERT_TRUE(scores) << scores.error().key << " " << scores.error().reason;
+  EXPECT_EQ((*scores)[0].skipped, 1U);
+  EXPECT_TRUE(std::isnan((*scores)[0].predicted[0]));
+  EXPECT_TRUE(std::isfinite((*scores)[0].rmse));
+}
+
+TEST(Score, ExplainedVarianceTellsOfAWrongGain) {
+  const Recordings recordings = published_recordings();
+  DataSet halved = recordings.sets[0];
+  for (DataSet::Point& point : halved.points) point.measured *= 0.5;
+  const auto scores = score_sets(preset_scene("goodwin")->model, {halved}, 3, {});
+  ASSERT_TRUE(scores);
+  EXPECT_GT((*scores)[0].r2, 0.95);
+  EXPECT_LT((*scores)[0].R2, 0.0);
+  EXPECT_TRUE(fitted_to(recordings.sets[0]));
+  EXPECT_FALSE(fitted_to(halved));
+}
+
+TEST(Fit, SaysWhatTheDataDoNotDetermine) {
+  TactileModel::Parameters scene = preset_scene("goodwin")->model;
+  std::vector<DataSet> sets = {published_recordings().sets[0]};
+  sets[0].points.resize(2);
+  const auto result =
+      fit(scene, sets, {"gain_Hz_per_kPa", "slow_weight", "fast_weight"}, 4, 30, {});
+  ASSERT_TRUE(result) << result.error().sentence;
+  EXPECT_EQ(result->measurements, 2U);
+  EXPECT_FALSE(result->determined());
+}
+
 TEST(Fit, RecoversTheParametersThatMadeTheData) {
   TactileModel::Parameters truth = preset_scene("goodwin")->model;
   truth.adaptation.gain_Hz_per_kPa = 24.0;
@@ -130,6 +162,48 @@ TEST(ScoreCommand, TakesOtherRecordings) {
   // An edge is felt more than the inside of a bar, and the far side least.
   const std::string table = read_file(folder.path("s/conditions.csv"));
   EXPECT_NE(table.find("bar_profile"), std::string::npos);
+}
+
+TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
+  const TemporaryFolder folder;
+  static_cast<void>(
+      folder.file("press.csv", "time_s,force_N\n10,0\n10.1,0\n10.2,0.2\n10.9,0.2\n11,0\n11.2,0\n"));
+  std::string spikes = "time_s,trial\n";
+  for (int trial = 1; trial <= 3; ++trial) {
+    for (int k = 0; k < 20; ++k) {
+      spikes +=
+          std::to_string(10.15 + 0.04 * k + 0.002 * trial) + "," + std::to_string(trial) + "\n";
+    }
+  }
+  static_cast<void>(folder.file("spikes.csv", spikes));
+  const std::string data = folder.file("d.json", R"({
+    "trials": [{"cite": "mine", "name": "one", "radius_mm": 3, "trace": "press.csv",
+                "spikes": "spikes.csv", "frequency_hz": 25},
+               {"cite": "mine", "name": "two", "tip": "pin", "trace": "press.csv",
+                "spike_times_s": [[10.2, 10.3], []]}]})");
+  const auto run =
+      run_program({"score", "--data", data, "--trials", "3", "--out", folder.path("s")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  for (const char* part :
+       {"### one: 3 recorded trials, 3 of the model", "| hold | 0.195 | 0.905 | 25.",
+        "Victor–Purpura", "van Rossum", "phase locking at 25 Hz (vector strength): recorded 1.000",
+        "| one | 3 |", "### two: 2 recorded trials", "## Not fitted"}) {
+    EXPECT_NE(run.out.find(part), std::string::npos) << part << "\n" << run.out;
+  }
+  EXPECT_EQ(run.out.find("## Fitted"), std::string::npos);
+  EXPECT_EQ(read_file(folder.path("s/trials_2.png")).substr(1, 3), "PNG");
+  EXPECT_GT(read_file(folder.path("s/psth.csv")).size(), 100U);
+  const auto fitted =
+      run_program({"fit", "--data", data, "--trials", "2", "--evaluations", "12", "--parameter",
+                   "gain_Hz_per_kPa", "--out", folder.path("f.toml")});
+  EXPECT_EQ(fitted.exit_code, 0) << fitted.err;
+  const auto missing = run_program(
+      {"score", "--data",
+       folder.file("m.json",
+                   R"({"trials": {"cite": "x", "trace": "no.csv", "spike_times_s": [[1]]}})"),
+       "--out", folder.path("m")});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("no.csv"), std::string::npos) << missing.err;
 }
 
 TEST(ScoreCommand, BadDataIsRefusedBeforeAnythingIsWritten) {

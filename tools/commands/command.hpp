@@ -29,6 +29,7 @@ void add_scene_command(CommandLine& program);
 void add_figures_command(CommandLine& program);
 void add_score_command(CommandLine& program);
 void add_fit_command(CommandLine& program);
+void add_fit_skin_command(CommandLine& fit);
 void add_bench_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);

@@ -39,16 +39,25 @@ std::string report_of(const FitResult& result) {
   text += "\n";
   for (std::size_t k = 0; k < result.parameters.size(); ++k) {
     const FittedParameter& parameter = result.parameters[k];
-    text += format("| %s | %.5g | %.5g | %.1f %% |", parameter.name.c_str(), parameter.before,
-                   parameter.after, 100.0 * parameter.relative_error);
+    text +=
+        format("| %s | %.5g | %.5g | ", parameter.name.c_str(), parameter.before, parameter.after);
+    // The standard error is of ln p, a small part of p or meaningless.
+    text += parameter.relative_error < 1.0 ? format("%.1f %% |", 100.0 * parameter.relative_error)
+                                           : "none: over 100 % |";
     for (const double correlation : result.correlation[k]) text += format(" %.2f |", correlation);
     text += "\n";
   }
-  text += format("\ncondition of the cost's curvature: %.3g: %s\n", result.condition,
-                 result.condition < 1e4
-                     ? "the data fix all of these parameters"
-                     : "the data do not fix all of these parameters: fit fewer, or add data");
-  return text;
+  text += format("\n%zu measurements, %zu parameters; condition of the cost's curvature: %.3g\n",
+                 result.measurements, result.parameters.size(), result.condition);
+  if (result.determined()) return text + "the data determine all of these parameters\n";
+  std::string open;
+  for (const FittedParameter& parameter : result.parameters) {
+    if (parameter.relative_error < FitResult::kLargestError) continue;
+    open.append(open.empty() ? "" : ", ").append(parameter.name);
+  }
+  return text + "the data do not determine " +
+         (open.empty() ? std::string("all combinations of these parameters") : open) +
+         ": fit fewer parameters, or add data\n";
 }
 
 std::string scene_of(const FitCommand& command, const TactileModel::Parameters& model,
@@ -105,13 +114,13 @@ int fit_command(const FitCommand& command) {
 
 void add_fit_command(CommandLine& program) {
   auto command = std::make_shared<FitCommand>();
-  program
-      .subcommand("fit",
-                  "Fits the gain and the two weights of adaptation (or other parameters) to "
-                  "recordings, tells the cost before and after and how well the data fix each "
-                  "parameter, and writes a scene.",
-                  "fit goodwin --out fitted.toml")
-      .option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-cs")
+  CommandLine fit = program.subcommand(
+      "fit",
+      "Fits the gain and the two weights of adaptation (or other parameters) to "
+      "recordings, tells the cost before and after and how well the data fix each "
+      "parameter, and writes a scene.",
+      "fit goodwin --out fitted.toml");
+  fit.option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-cs")
       .option("--data", command->data,
               "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
       .option("--out", command->out, "Scene to write (TOML)")
@@ -122,6 +131,7 @@ void add_fit_command(CommandLine& program) {
       .option("--evaluations", command->evaluations, "At most so many tries", {10, 100000})
       .flag("--overwrite", command->overwrite, "Replace files that exist")
       .runs([command] { return fit_command(*command); });
+  add_fit_skin_command(fit);
 }
 
 }  // namespace merkel

@@ -95,8 +95,9 @@ void add_inspect_command(CommandLine& program) {
   contact.runs([options] { return inspect_contact(*options); });
   field
       .list("--r-mm", options->r_mm,
-            "Distances from the axis, mm, separated by commas; under bars, x on the middle line",
-            {0.0, 1e6})
+            "Places x on the line through the middle of the press, mm, separated by commas; 0 is "
+            "the axis",
+            {-1e6, 1e6})
       .required()
       .list("--z-mm", options->z_mm, "Depths below the surface, mm, separated by commas",
             {0.0, 1e6})

@@ -1,10 +1,10 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "core/contact/contact_validity.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
-#include "core/contact/pin_contact.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/skin/line_load.hpp"
 #include "core/skin/point_load.hpp"
@@ -46,16 +46,101 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
 }
 
 /// Stress under a bar tip on its middle line, x from the middle of the tip.
-AxisymmetricStress bar_stress(const BarContact& contact, double depth_mm, double poisson_ratio,
-                              double x_mm, double z_mm) {
+AxisymmetricStress bar_stress(const BarContact& contact, double poisson_ratio, double x_mm,
+                              double z_mm) {
   CartesianStress sum;
   for (const LineLoad& load : contact.loads) {
-    sum += line_load_stress(load, poisson_ratio, x_mm, 0.0, z_mm) * depth_mm;
+    sum += line_load_stress(load, poisson_ratio, x_mm, 0.0, z_mm);
   }
   return {.sigma_r = sum.sigma_x,
           .sigma_theta = sum.sigma_y,
           .sigma_z = sum.sigma_z,
           .tau_rz = sum.tau_zx};
+}
+
+/// Stress at a place x on the line through the middle of a press, at a depth. There r is x, and so
+/// left of the axis the shear changes its sign.
+class StressOnALine {
+ public:
+  StressOnALine(const InspectedPress& inspected, const std::vector<double>& z_mm)
+      : inspected_(inspected), nu_(inspected.skin.poisson_ratio) {
+    if (inspected.indenter.tip == Indenter::Tip::kBars) {
+      bars_ = FlatTipField::loads(inspected.indenter.bars, inspected.skin,
+                                  inspected.press.contact.depth_mm,
+                                  *std::min_element(z_mm.begin(), z_mm.end()));
+      return;
+    }
+    for (const double z : z_mm) {
+      SkinParameters at = inspected.skin;
+      at.receptor_depth_mm = z;
+      if (inspected.indenter.tip == Indenter::Tip::kPin) {
+        pins_.emplace_back(inspected.indenter.pin, at);
+      } else if (inspected.skin.exactly_layered()) {
+        layers_.emplace_back(at, inspected.press.contact.contact_radius_mm);
+      }
+    }
+  }
+
+  /// \param depth  which of the depths
+  [[nodiscard]] AxisymmetricStress at(double x_mm, std::size_t depth, double z_mm) const {
+    const ContactState& contact = inspected_.press.contact;
+    if (inspected_.indenter.tip == Indenter::Tip::kBars) {
+      AxisymmetricStress stress = bar_stress(bars_, nu_, x_mm, z_mm);
+      for (double* const part :
+           {&stress.sigma_r, &stress.sigma_theta, &stress.sigma_z, &stress.tau_rz}) {
+        *part *= contact.stiffening;
+      }
+      return stress;
+    }
+    const double r = std::fabs(x_mm);
+    if (!pins_.empty()) {
+      const CartesianStress stress =
+          pins_[depth].at(x_mm, 0.0, contact.depth_mm).stress * contact.stiffening;
+      return {.sigma_r = stress.sigma_x,
+              .sigma_theta = stress.sigma_y,
+              .sigma_z = stress.sigma_z,
+              .tau_rz = stress.tau_zx};
+    }
+    AxisymmetricStress stress =
+        layers_.empty() ? huber_stress(contact, nu_, r, z_mm) : layers_[depth].stress(contact, r);
+    if (x_mm < 0.0) stress.tau_rz = -stress.tau_rz;
+    return stress;
+  }
+
+ private:
+  const InspectedPress& inspected_;
+  double nu_;
+  BarContact bars_;
+  std::vector<FlatTipField> pins_;
+  std::vector<LayerField> layers_;
+};
+
+Expected<void, SetupError> check_depths(const InspectOptions& options,
+                                        const InspectedPress& inspected) {
+  if (options.printed == !options.z_mm.empty()) {
+    return bad_input("give --z-mm, or --printed for the depth z = U(r)");
+  }
+  const bool flat = inspected.indenter.tip != Indenter::Tip::kSphere;
+  if (flat && options.printed) {
+    return bad_input("--printed is of a sphere: under a flat tip, give --z-mm");
+  }
+  const double least =
+      options.printed ? 0.0 : *std::min_element(options.z_mm.begin(), options.z_mm.end());
+  if (flat && least < LayerField::kLeastDepth_mm) {
+    return bad_input("under a flat tip, give --z-mm from " +
+                     shortest_decimal(LayerField::kLeastDepth_mm) +
+                     " on: its edges press infinitely hard");
+  }
+  if (!flat && !options.printed && inspected.skin.exactly_layered()) {
+    const double most = *std::max_element(options.z_mm.begin(), options.z_mm.end());
+    if (least < LayerField::kLeastDepth_mm || !(most < inspected.skin.thickness_mm)) {
+      return bad_input("with skin.layer_law \"exact\", give --z-mm from " +
+                       shortest_decimal(LayerField::kLeastDepth_mm) +
+                       " to less than skin.thickness_mm, " +
+                       shortest_decimal(inspected.skin.thickness_mm));
+    }
+  }
+  return {};
 }
 
 }  // namespace
@@ -85,42 +170,29 @@ int inspect_contact(const InspectOptions& options) {
 int inspect_field(const InspectOptions& options) {
   const auto inspected = press_of(options);
   if (!inspected) return refuse(inspected.error());
-  const bool bars = inspected->indenter.tip == Indenter::Tip::kBars;
-  const bool pin = inspected->indenter.tip == Indenter::Tip::kPin;
-  if (options.printed == !options.z_mm.empty()) {
-    return refuse("give --z-mm, or --printed for the depth z = U(r)");
-  }
-  if ((bars || pin) &&
-      (options.printed || *std::min_element(options.z_mm.begin(), options.z_mm.end()) <= 0.0)) {
-    return refuse("under a flat tip, give --z-mm above 0: its edges press infinitely hard");
+  if (const auto checked = check_depths(options, *inspected); !checked) {
+    return refuse(checked.error());
   }
   const SkinMaterial skin(inspected->skin);
-  const double nu = skin.poisson_ratio();
   const ContactState& contact = inspected->press.contact;
-  BarContact bar_contact;
-  if (bars) {
-    bar_contact = BarContact::solve(inspected->indenter.bars, skin.reduced_modulus_kPa(),
-                                    *std::min_element(options.z_mm.begin(), options.z_mm.end()));
-  }
+  const StressOnALine line(*inspected, options.z_mm);
   std::printf("r_mm,z_mm,sigma_r_kPa,sigma_theta_kPa,sigma_z_kPa,tau_rz_kPa,sed_kPa\n");
   const auto print = [&](double r, double z, const AxisymmetricStress& stress) {
-    std::printf("%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g\n", r, z, stress.sigma_r,
-                stress.sigma_theta, stress.sigma_z, stress.tau_rz,
-                energy_density_kPa(stress, skin, inspected->skin.energy_density));
+    std::printf(
+        "%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g\n", r, z, stress.sigma_r, stress.sigma_theta,
+        stress.sigma_z, stress.tau_rz,
+        energy_density_kPa(stress, skin, inspected->skin.energy_density) / contact.stiffening);
   };
   for (const double r : options.r_mm) {
     if (options.printed) {
-      const double z = HertzContact::surface_displacement_mm(contact, r);
+      const double z = HertzContact::surface_displacement_mm(contact, std::fabs(r));
       print(r, z,
-            contact.touching() ? point_load_stress(contact.force_mN, nu, r, z)
-                               : AxisymmetricStress{});
+            contact.touching()
+                ? point_load_stress(contact.force_mN, skin.poisson_ratio(), std::fabs(r), z)
+                : AxisymmetricStress{});
     }
-    for (const double z : options.z_mm) {
-      print(r, z,
-            bars ? bar_stress(bar_contact, contact.depth_mm, nu, r, z)
-            : pin
-                ? pin_stress(contact.force_mN, 0.5 * inspected->indenter.pin.diameter_mm, nu, r, z)
-                : huber_stress(contact, nu, r, z));
+    for (std::size_t k = 0; k < options.z_mm.size(); ++k) {
+      print(r, options.z_mm[k], line.at(r, k, options.z_mm[k]));
     }
   }
   return kDone;

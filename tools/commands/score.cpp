@@ -1,5 +1,6 @@
 #include "tools/studies/score/score.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/report.hpp"
+#include "tools/studies/score/recorded_trials.hpp"
 #include "tools/studies/score/trials.hpp"
 
 namespace merkel {
@@ -30,23 +32,36 @@ std::string in_unit(const DataSet& set, double value) {
   return set.y_name == "decline" ? cell(100.0 * value, "%.1f %%") : cell(value, "%.2f Hz");
 }
 
-std::string table_of_sets(const std::vector<SetScore>& scores) {
-  std::string text =
-      "| data | points | RMSE | r² | TouchSim | Ouyang |\n|---|---|---|---|---|---|\n";
+/// The data sets that the presets were fitted to, or those that were not.
+std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
+  std::string text;
+  std::size_t skipped = 0;
   for (const SetScore& score : scores) {
+    if (fitted_to(*score.set) != fitted) continue;
     const PeerScores peers = peers_of(score.set->name);
-    text += format("| %s | %zu | %s | %s | %s | %s |\n", score.set->name.c_str(),
-                   score.set->points.size(), in_unit(*score.set, score.rmse).c_str(),
-                   cell(score.r2, "%.3f").c_str(), cell(peers.touchsim, "%.1f").c_str(),
-                   cell(peers.ouyang, "%.1f").c_str());
+    text +=
+        format("| %s | %zu | %s | %s | %s | %s | %s |\n", score.set->name.c_str(),
+               score.set->points.size() - score.skipped, in_unit(*score.set, score.rmse).c_str(),
+               cell(score.r2, "%.3f").c_str(), cell(score.R2, "%.3f").c_str(),
+               cell(peers.touchsim, "%.1f").c_str(), cell(peers.ouyang, "%.1f").c_str());
+    skipped += score.skipped;
   }
-  return text + "\n";
+  if (text.empty()) return "";
+  text = "| data | points | RMSE | r² | R² | TouchSim | Ouyang |\n|---|---|---|---|---|---|---|\n" +
+         text + "\n";
+  if (skipped > 0) {
+    text += format(
+        "Skipped: %zu conditions with a flat plate, which touches flat skin everywhere: "
+        "set skin.radius_mm to score them.\n\n",
+        skipped);
+  }
+  return text;
 }
 
-std::string declines(const std::vector<SetScore>& scores) {
+std::string declines(const std::vector<SetScore>& scores, bool fitted) {
   std::string text;
   for (const SetScore& score : scores) {
-    if (score.set->y_name != "decline") continue;
+    if (score.set->y_name != "decline" || fitted_to(*score.set) != fitted) continue;
     for (std::size_t i = 0; i < score.predicted.size(); ++i) {
       text += format("- %s, %g mm: %.1f %% (recorded %.0f %%)\n", score.set->name.c_str(),
                      score.set->points[i].x, 100.0 * score.predicted[i],
@@ -65,7 +80,21 @@ class Scorecard {
   Expected<std::string, SetupError> make(const Scene& named) {
     const auto scores = score_sets(scene_, recordings_.sets, trials_, folder_.progress);
     if (!scores) return bad_input(named.sentence(scores.error()));
-    std::string text = table_of_sets(*scores) + declines(*scores);
+    const auto part = [&](const char* heading, bool fitted) {
+      const std::string body = table_of_sets(*scores, fitted) + declines(*scores, fitted);
+      return body.empty() ? body : heading + body + "\n";
+    };
+    std::string text =
+        "r² is the square of the correlation. R² = 1 − SSE/SST also counts a wrong gain or "
+        "offset.\n\n" +
+        part("## Fitted: the presets' g, k1 and k3 come from these\n\n", true) +
+        part("## Not fitted: an independent check\n\n", false);
+    if (!recordings_.trials.empty()) {
+      const auto trials = score_trials(scene_, recordings_, trials_, folder_);
+      if (!trials) return trials;
+      text += "## Recorded presses and their spikes\n\n" + *trials;
+    }
+    text += "## Other measures, not fitted\n\n";
     if (auto written = write_conditions(*scores); !written) {
       return Unexpected<SetupError>(written.error());
     }
@@ -75,7 +104,9 @@ class Scorecard {
     double largest_sd = 0.0;
     for (const SetScore& score : *scores) {
       if (score.set->section != "curvature_force") continue;
-      for (const double sd : score.count_sd) largest_sd = std::max(largest_sd, sd);
+      for (const double sd : score.count_sd) {
+        if (std::isfinite(sd)) largest_sd = std::max(largest_sd, sd);
+      }
     }
     if (largest_sd > 0.0) {
       text +=
@@ -83,7 +114,7 @@ class Scorecard {
                  largest_sd, recorded_sd().c_str());
     }
     for (const Recordings::FieldArea& area : recordings_.field_areas) {
-      const auto found = field_area_mm2(scene_, area.depth_mm, trials_);
+      const auto found = field_area_mm2(scene_, area, trials_);
       if (!found) return bad_input(named.sentence(found.error()));
       text += format("- receptive field at %g mm: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
                      *found, area.area_mm2);
@@ -95,9 +126,9 @@ class Scorecard {
       text += " ms)\n";
     }
     if (scene_.energy_driven()) {
-      auto part = regularity();
-      if (!part) return part;
-      text += *part;
+      auto steady = regularity();
+      if (!steady) return steady;
+      text += *steady;
     }
     return text;
   }
@@ -109,7 +140,8 @@ class Scorecard {
   }
 
   Expected<void, SetupError> write_conditions(const std::vector<SetScore>& scores) {
-    auto sets = CsvTable::create(folder_.path("sets.csv"), "set,points,rmse,r2", folder_.overwrite);
+    auto sets = CsvTable::create(folder_.path("sets.csv"), "set,points,rmse,r2,R2,fitted",
+                                 folder_.overwrite);
     if (!sets) return Unexpected<SetupError>(sets.error());
     auto table =
         CsvTable::create(folder_.path("conditions.csv"),
@@ -118,8 +150,10 @@ class Scorecard {
     for (const SetScore& score : scores) {
       const DataSet& set = *score.set;
       sets->row("\"" + set.name + "\"",
-                {static_cast<double>(set.points.size()), score.rmse, score.r2});
+                {static_cast<double>(set.points.size() - score.skipped), score.rmse, score.r2,
+                 score.R2, fitted_to(set) ? 1.0 : 0.0});
       for (std::size_t i = 0; i < set.points.size(); ++i) {
+        if (!std::isfinite(score.predicted[i])) continue;  // skipped
         table->row(
             "\"" + set.name + "\"," + set.section + "," + set.x_name,
             {set.points[i].x, set.points[i].measured, score.predicted[i], score.count_sd[i]});

@@ -93,6 +93,34 @@ def intervals():
     figure.savefig(FOLDER / "intervals.png")
 
 
+def presses():
+    """Every recorded press: its course, the spikes of both sides, their rates over time."""
+    path = FOLDER / "trials.csv"
+    if not path.exists():
+        return
+    trials, psth, press = read_table(path), read_table(FOLDER / "psth.csv"), read_table(FOLDER / "press.csv")
+    for index, name in enumerate(dict.fromkeys(press["set"])):
+        course, rates, spikes = (select(table, set=name) for table in (press, psth, trials))
+        figure, (top, middle, bottom) = plt.subplots(
+            3, 1, sharex=True, figsize=(7.5, 6.5), gridspec_kw={"height_ratios": [1, 2, 2]}, layout="constrained")
+        top.plot(course["time_s"], course["level"], color="0.3")
+        top.set_ylabel("force (N)" if course["unit"][0] == "N" else "depth (mm)")
+        row = 0
+        for source, colour in (("recorded", "C0"), ("model", "C1")):
+            of_source = select(spikes, source=source)
+            for trial in sorted(set(of_source["trial"]))[:20]:
+                middle.eventplot(select(of_source, trial=trial)["time_s"], lineoffsets=row, colors=colour)
+                row += 1
+        middle.set_ylabel("trial (recorded: blue)")
+        bottom.step(rates["time_s"], rates["recorded_hz"], where="mid", color="C0", label="recorded")
+        bottom.step(rates["time_s"], rates["model_hz"], where="mid", color="C1", label="model")
+        bottom.set_ylabel("rate (impulses/s)")
+        bottom.set_xlabel("time since the first sample (s)")
+        bottom.legend()
+        figure.suptitle(name)
+        figure.savefig(FOLDER / f"trials_{index + 1}.png")
+
+
 conditions = read_table(FOLDER / "conditions.csv")
 if conditions:
     section(conditions, "curvature_force", "Spheres pressed on the centre of the receptive field")
@@ -101,5 +129,6 @@ if conditions:
     section(conditions, "vibration", "Vibration")
     section(conditions, "hold_adaptation", "Fall of the rate during a hold")
 holds()
+presses()
 rate_by_drive()
 intervals()

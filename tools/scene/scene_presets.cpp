@@ -32,9 +32,25 @@ Scene goodwin() {
   Scene scene = paper();
   TactileModel::Parameters& model = scene.model;
   model.skin.radius_mm = 7.0;
+  model.skin.radius_along_mm = 14.0;
   model.patches.front().layout = ReceptorLayout::kFields;
   model.network.gain = 0.0;
   set_kind(model, NeuronKind::kIntegrateAndFire);
+  return scene;
+}
+
+/// The same on skin as soft as human fingerpads: the mean of four subjects, whose forces under a
+/// plate differ by a factor of about 2. E*(d) = 24 kPa·e^(d/1.65 mm). Own skin: `merkel fit skin`.
+Scene finger() {
+  Scene scene = goodwin();
+  SkinParameters& skin = scene.model.skin;
+  constexpr double kReducedModulus_kPa = 24.0;
+  skin.epidermis_kPa = skin.dermis_kPa =
+      kReducedModulus_kPa * (1.0 - skin.poisson_ratio * skin.poisson_ratio);
+  skin.stiffening_mm = 1.65;
+  AdaptationParameters& adaptation = scene.model.adaptation;
+  adaptation.gain_Hz_per_kPa = 22.0;
+  adaptation.fast_weight = 342.0;
   return scene;
 }
 
@@ -75,11 +91,8 @@ struct Preset {
   Scene (*make)();
 };
 
-constexpr Preset kPresets[] = {{"paper", paper},
-                               {"paper-wide", paper_wide},
-                               {"goodwin", goodwin},
-                               {"goodwin-cs", goodwin_cs},
-                               {"hand", hand}};
+constexpr Preset kPresets[] = {{"paper", paper},   {"paper-wide", paper_wide}, {"goodwin", goodwin},
+                               {"finger", finger}, {"goodwin-cs", goodwin_cs}, {"hand", hand}};
 
 /// A word without a folder or an ending is meant as a preset's name, unless there is such a file.
 bool is_mistyped_preset(const std::string& name) {

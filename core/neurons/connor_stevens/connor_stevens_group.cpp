@@ -21,6 +21,9 @@ class SilentObserver final : public StepObserver {
 ConnorStevensGroup::ConnorStevensGroup(const Parameters& parameters, std::size_t neurons)
     : NeuronGroup(neurons, parameters.step, parameters.patch, parameters.first_neuron),
       neuron_(parameters.neuron),
+      holding_current_(parameters.holding_current_uA_per_cm2),
+      full_noise_current_(parameters.full_noise_current_uA_per_cm2),
+      resting_(blocks_of(neurons)),
       gate_table_(units::ms_from(parameters.step)),
       V_(whole_blocks(neurons)),
       input_(neurons),
@@ -54,6 +57,11 @@ ConnorStevensArguments ConnorStevensGroup::arguments(const StepCall& part) noexc
                              .call = part,
                              .step_ms = step_ms,
                              .noise_per_step = neuron_.noise.sigma * std::sqrt(step_ms),
+                             .quiet_input = holding_current_,
+                             .share_per_input = full_noise_current_ > holding_current_
+                                                    ? 1.0 / (full_noise_current_ - holding_current_)
+                                                    : 0.0,
+                             .least_share = full_noise_current_ > holding_current_ ? 0.0 : 1.0,
                              .neuron = &neuron_,
                              .gate_table = gate_table_.data(),
                              .resting_V_mV = resting_V_mV_};
@@ -74,11 +82,35 @@ void ConnorStevensGroup::put_to_rest() noexcept {
 std::size_t ConnorStevensGroup::take_input(std::span<const double> begin,
                                            std::span<const double> end) noexcept {
   input_.set(begin, end);
-  return 0;  // noise never rests
+  std::size_t count = 0;
+  for (std::size_t block = 0; block < resting_.size(); ++block) {
+    resting_[block] = comes_to_rest(block) ? 1 : 0;
+    count += resting_[block];
+  }
+  return count;
+}
+
+bool ConnorStevensGroup::comes_to_rest(std::size_t block) noexcept {
+  if (neuron_.noise.sigma > 0.0 && !(full_noise_current_ > holding_current_)) return false;
+  const std::size_t first = block * kNeuronBlock;
+  const std::size_t last = std::min(first + kNeuronBlock, size());
+  for (std::size_t i = first; i < last; ++i) {
+    if (input_.begin[i] != holding_current_ || input_.change[i] != 0.0) return false;
+    if (!(std::fabs(V_[i] - resting_V_mV_) < 1e-3)) return false;
+    for (std::size_t k = 0; k < GateTable::kGates; ++k) {
+      if (!(std::fabs(gates_[k][i] - resting_gates_[k]) < 1e-5)) return false;
+    }
+  }
+  for (std::size_t i = first; i < last; ++i) {
+    V_[i] = resting_V_mV_;
+    for (std::size_t k = 0; k < GateTable::kGates; ++k) gates_[k][i] = resting_gates_[k];
+  }
+  return true;
 }
 
 void ConnorStevensGroup::step_part(const StepCall& part) noexcept {
-  step_connor_stevens(arguments(part));
+  for_each_awake_run(part, resting_,
+                     [&](const StepCall& run) noexcept { step_connor_stevens(arguments(run)); });
 }
 
 }  // namespace merkel

@@ -19,6 +19,8 @@ class ConnorStevensGroup final : public NeuronGroup {
     ConnorStevens neuron;
     std::chrono::nanoseconds step{50'000};
     double holding_current_uA_per_cm2 = 0.0;  ///< under which the neurons are at rest
+    /// From which on the noise is full; the holding current: always.
+    double full_noise_current_uA_per_cm2 = 0.0;
     std::uint16_t patch = 0;                  ///< written into every spike
     std::uint32_t first_neuron = 1;           ///< number of the first neuron in spikes
   };
@@ -37,6 +39,13 @@ class ConnorStevensGroup final : public NeuronGroup {
   [[nodiscard]] ConnorStevensArguments arguments(const StepCall& part) noexcept;
 
   ConnorStevens neuron_;
+  /// Puts a block to rest exactly, where it is within 1e-3 mV (1e-5 for gates) of it and nothing
+  /// drives it.
+  [[nodiscard]] bool comes_to_rest(std::size_t block) noexcept;
+
+  double holding_current_;
+  double full_noise_current_;
+  std::vector<std::uint8_t> resting_;  ///< of each block
   GateTable gate_table_;
   AlignedArray<double> V_;
   AlignedArray<double> gates_[GateTable::kGates];

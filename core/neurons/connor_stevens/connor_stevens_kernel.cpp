@@ -95,7 +95,12 @@ struct ConnorStevensStep {
         Math::add(before, Math::div(Math::sub(driven, Math::mul(conductance, before)),
                                     Math::add(capacitance_per_step, Math::mul(half, conductance))));
     if constexpr (kNoisy) {
-      after = Math::add(after, Math::mul(set(a.noise_per_step), Math::load(noise)));
+      const X share = Math::min(
+          Math::max(Math::mul(Math::sub(current, set(a.quiet_input)), set(a.share_per_input)),
+                    set(a.least_share)),
+          set(1.0));
+      after = Math::add(
+          after, Math::mul(Math::mul(set(a.noise_per_step), Math::sqrt(share)), Math::load(noise)));
     }
     Math::store(after, a.V + i);
     if (HWY_UNLIKELY(Math::any(Math::rises(before, after, set(c.spike_threshold_mV))))) {

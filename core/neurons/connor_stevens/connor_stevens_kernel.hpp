@@ -38,6 +38,10 @@ struct ConnorStevensArguments {
   StepCall call;
   double step_ms = 0.0;
   double noise_per_step = 0.0;  ///< σ·√dt
+  /// Of the noise's variance: its share is (input − quiet)·share_per_input, within least … 1.
+  double quiet_input = 0.0;
+  double share_per_input = 0.0;
+  double least_share = 1.0;
   const ConnorStevens* neuron = nullptr;
   const double* gate_table = nullptr;
   double resting_V_mV = 0.0;  ///< for neurons whose state turns non-finite

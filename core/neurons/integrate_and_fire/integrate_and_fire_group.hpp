@@ -34,8 +34,11 @@ class IntegrateAndFireGroup final : public NeuronGroup {
   void step_part(const StepCall& part) noexcept override;
 
   IntegrateAndFire neuron_;
+  [[nodiscard]] bool at_rest(std::size_t block) const noexcept;
+
   AlignedArray<double> v_, refractory_left_;
   LinearInput<double> input_;
+  std::vector<std::uint8_t> resting_;  ///< of each block
   AlignedArray<std::uint64_t> noise_key_;
 };
 

@@ -39,7 +39,10 @@ struct IntegrateAndFireStep {
         threshold(Math::constant(a.threshold)),
         reset(Math::constant(a.reset)),
         floor(Math::constant(a.floor)),
-        sigma(Math::constant(a.sigma)) {}
+        sigma(Math::constant(a.sigma)),
+        share_per_Hz(Math::constant(a.share_per_Hz)),
+        least_share(Math::constant(a.least_share)),
+        rest_below(Math::constant(a.rest_below)) {}
 
   HWY_INLINE void operator()(std::size_t i, int step, V phase, const double* noise) const {
     const X before = Math::load(a.v + i);
@@ -50,9 +53,15 @@ struct IntegrateAndFireStep {
         Math::add(Math::load(a.input_begin + i), Math::mul(Math::load(a.input_change + i), phase));
     X v = Math::add(before, Math::mul(Math::sub(input, Math::mul(before, inverse_tau)), h));
     if constexpr (kNoisy) {
-      v = Math::add(v, Math::mul(Math::mul(sigma, Math::sqrt(h)), Math::load(noise)));
+      const X share =
+          Math::min(Math::max(Math::mul(input, share_per_Hz), least_share), Math::constant(1.0));
+      v = Math::add(
+          v, Math::mul(Math::mul(sigma, Math::sqrt(Math::mul(h, share))), Math::load(noise)));
     }
     v = Math::max(v, floor);
+    const V none = Math::constant(0.0);
+    v = Math::select(Math::equal(input, none),
+                     Math::select(Math::less(Math::abs(v), rest_below), none, v), v);
     X left_after = Math::sub(left, waited);
     const auto spikes = Math::at_least(v, threshold);
     if (HWY_UNLIKELY(Math::any(spikes))) {
@@ -75,7 +84,7 @@ struct IntegrateAndFireStep {
   }
 
   const Args a;  ///< a local copy: no other pointer can alias it
-  V dt, inverse_tau, threshold, reset, floor, sigma;
+  V dt, inverse_tau, threshold, reset, floor, sigma, share_per_Hz, least_share, rest_below;
 };
 
 void step_integrate_and_fire_all(const Args& a) {

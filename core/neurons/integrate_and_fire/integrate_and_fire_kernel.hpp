@@ -22,6 +22,9 @@ struct IntegrateAndFireArguments {
   double floor = -1.0;
   double refractory = 0.0;
   double sigma = 0.0;
+  double share_per_Hz = 0.0;  ///< of the variance of the noise, by the drive, up to 1
+  double least_share = 1.0;
+  double rest_below = 0.0;  ///< without drive, a smaller |v| is 0
 };
 
 /// Takes all steps by the Euler-Maruyama method. Bit-identical on every instruction set.

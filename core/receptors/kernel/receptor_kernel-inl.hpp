@@ -184,6 +184,37 @@ HWY_INLINE void sphere_energy_all(const SphereField<Real>& field,
 }
 
 template <class Real>
+HWY_INLINE void profile_energy_all(const EnergyProfile<Real>& profile,
+                                   const ReceptorArguments<Real>& a) {
+  const hn::ScalableTag<Real> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const EnergyProfile<Real> p = profile;
+  const auto set = [&](Real value) HWY_ATTR { return hn::Set(d, value); };
+  const auto one = set(Real(1));
+  const auto two = set(Real(2));
+  for (std::size_t i = a.first; i < a.last; i += hn::Lanes(d)) {
+    const auto dx = hn::Sub(hn::LoadU(d, a.x + i), set(p.x));
+    const auto dy = hn::Sub(hn::LoadU(d, a.y + i), set(p.y));
+    const auto r = hn::Sqrt(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)));
+    const auto place = hn::Mul(r, set(p.points_per_mm));
+    const auto inside = hn::Lt(place, set(p.end));
+    const auto whole = hn::Floor(hn::IfThenElseZero(inside, place));
+    const auto t = hn::IfThenElseZero(inside, hn::Sub(place, whole));
+    const auto index = hn::ConvertTo(di, whole);
+    // The cubic through the points −1, 0, 1, 2 (cubic_weights).
+    const auto below = hn::Mul(t, hn::Sub(t, one));                // t(t−1)
+    const auto above = hn::Mul(hn::Add(t, one), hn::Sub(t, two));  // (t+1)(t−2)
+    const auto outer = hn::Sub(hn::Mul(hn::Add(t, one), hn::GatherIndex(d, p.energy + 3, index)),
+                               hn::Mul(hn::Sub(t, two), hn::GatherIndex(d, p.energy, index)));
+    const auto inner = hn::Sub(hn::Mul(hn::Sub(t, one), hn::GatherIndex(d, p.energy + 1, index)),
+                               hn::Mul(t, hn::GatherIndex(d, p.energy + 2, index)));
+    const auto value = hn::Add(hn::Mul(hn::Mul(below, outer), set(Real(1.0 / 6.0))),
+                               hn::Mul(hn::Mul(above, inner), set(Real(0.5))));
+    hn::StoreU(hn::IfThenElseZero(inside, value), d, a.energy + i);
+  }
+}
+
+template <class Real>
 HWY_INLINE void add_stress_all(const SphereField<Real>& field, const ReceptorArguments<Real>& a,
                                const StressArrays<Real>& sums) {
   const hn::ScalableTag<Real> d;

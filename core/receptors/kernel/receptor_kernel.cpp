@@ -14,6 +14,12 @@ void sphere_energy_double(const SphereField<double>& f, const ReceptorArguments<
 void sphere_energy_float(const SphereField<float>& f, const ReceptorArguments<float>& a) {
   sphere_energy_all(f, a);
 }
+void profile_energy_double(const EnergyProfile<double>& p, const ReceptorArguments<double>& a) {
+  profile_energy_all(p, a);
+}
+void profile_energy_float(const EnergyProfile<float>& p, const ReceptorArguments<float>& a) {
+  profile_energy_all(p, a);
+}
 void add_stress_double(const SphereField<double>& f, const ReceptorArguments<double>& a,
                        const StressArrays<double>& sums) {
   add_stress_all(f, a, sums);
@@ -44,10 +50,14 @@ void sigmoid_float(const SigmoidConstants<float>& c, const ReceptorArguments<flo
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <cmath>
+
 namespace merkel {
 
 HWY_EXPORT(sphere_energy_double);
 HWY_EXPORT(sphere_energy_float);
+HWY_EXPORT(profile_energy_double);
+HWY_EXPORT(profile_energy_float);
 HWY_EXPORT(add_stress_double);
 HWY_EXPORT(add_stress_float);
 HWY_EXPORT(stress_energy_double);
@@ -60,6 +70,12 @@ void sphere_energy(const SphereField<double>& f, const ReceptorArguments<double>
 }
 void sphere_energy(const SphereField<float>& f, const ReceptorArguments<float>& a) noexcept {
   HWY_DYNAMIC_DISPATCH(sphere_energy_float)(f, a);
+}
+void profile_energy(const EnergyProfile<double>& p, const ReceptorArguments<double>& a) noexcept {
+  HWY_DYNAMIC_DISPATCH(profile_energy_double)(p, a);
+}
+void profile_energy(const EnergyProfile<float>& p, const ReceptorArguments<float>& a) noexcept {
+  HWY_DYNAMIC_DISPATCH(profile_energy_float)(p, a);
 }
 void add_sphere_stress(const SphereField<double>& f, const ReceptorArguments<double>& a,
                        const StressArrays<double>& sums) noexcept {
@@ -92,7 +108,8 @@ SphereField<Real>::SphereField(const ContactState& contact, double x_mm, double 
                                double receptor_depth_mm) {
   const auto real = [](double value) { return static_cast<Real>(value); };
   const double a = contact.contact_radius_mm;
-  const double p2 = contact.peak_pressure_kPa * contact.peak_pressure_kPa;
+  // Where the skin is stiffer, the same stress carries less energy.
+  const double p2 = contact.peak_pressure_kPa * contact.peak_pressure_kPa / contact.stiffening;
   const double nu = skin.poisson_ratio();
   x = real(x_mm);
   y = real(y_mm);
@@ -105,7 +122,7 @@ SphereField<Real>::SphereField(const ContactState& contact, double x_mm, double 
   one_minus_nu = real(1.0 - nu);
   one_plus_nu = real(1.0 + nu);
   third = real((1.0 - 2.0 * nu) / 3.0);
-  p0 = real(contact.peak_pressure_kPa);
+  p0 = real(contact.peak_pressure_kPa / std::sqrt(contact.stiffening));
   distortional = real(p2 / (12.0 * skin.shear_modulus_kPa()));
   volumetric = real(kind == EnergyDensity::kFull ? p2 / (18.0 * skin.bulk_modulus_kPa()) : 0.0);
 }

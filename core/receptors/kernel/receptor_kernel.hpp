@@ -23,10 +23,20 @@ struct SphereField {
   Real z2_minus_a2 = 0;
   Real a2_z2 = 0;  ///< a²z²
   Real one_minus_nu = 0, one_plus_nu = 0;
-  Real third = 0;  ///< (1−2ν)/3
-  Real p0 = 0;
+  Real third = 0;         ///< (1−2ν)/3
+  Real p0 = 0;            ///< of skin that has not stiffened, by the same energy
   Real distortional = 0;  ///< p0²/(12G): energy per (σ_i−σ_j)² in units of p0
   Real volumetric = 0;    ///< p0²/(18K), or 0
+};
+
+/// Energy density along the radius, as the receptor kernels want it: evenly spaced points from −1
+/// on, between which a cubic goes.
+template <class Real>
+struct EnergyProfile {
+  Real x = 0, y = 0;  ///< where the axis is
+  Real points_per_mm = 1;
+  Real end = 0;  ///< from this point on there is no energy
+  const Real* energy = nullptr;
 };
 
 /// Receptors as structure of arrays; all arrays are padded to whole vectors.
@@ -64,6 +74,12 @@ void sphere_energy(const SphereField<double>& field,
                    const ReceptorArguments<double>& receptors) noexcept;
 void sphere_energy(const SphereField<float>& field,
                    const ReceptorArguments<float>& receptors) noexcept;
+
+/// Energy density by its profile.
+void profile_energy(const EnergyProfile<double>& profile,
+                    const ReceptorArguments<double>& receptors) noexcept;
+void profile_energy(const EnergyProfile<float>& profile,
+                    const ReceptorArguments<float>& receptors) noexcept;
 
 /// Adds the stress of one sphere to the sums.
 void add_sphere_stress(const SphereField<double>& field, const ReceptorArguments<double>& receptors,

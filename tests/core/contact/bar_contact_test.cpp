@@ -9,6 +9,7 @@
 #include "core/contact/flat_tip_field.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/studies/reference/bar_boundary_elements.hpp"
 #include "tools/studies/reference/superposition.hpp"
 
 namespace merkel {
@@ -160,12 +161,13 @@ TEST(FlatTipField, InterpolatesTheSuperposition) {
   const BarTip tip;
   const SkinParameters skin;
   const FlatTipField field(tip, skin);
+  const BarContact contact = FlatTipField::loads(tip, skin, 1.0, skin.receptor_depth_mm);
   // A quarter of a thousandth of the peak of σz.
   constexpr double kTolerance_kPa = 3e-3;
   for (double x = -14.03; x < 14.0; x += 0.517) {
     for (const double y : {0.0, 3.3, -9.7, 10.4, -12.0}) {
-      const CartesianStress exact = stress_at(field.contact(), skin.poisson_ratio, x, y, 0.65);
-      const CartesianStress ours = field.at(x, y).stress;
+      const CartesianStress exact = stress_at(contact, skin.poisson_ratio, x, y, 0.65);
+      const CartesianStress ours = field.at(x, y, 1.0).stress;
       for (double CartesianStress::*const member :
            {&CartesianStress::sigma_x, &CartesianStress::sigma_y, &CartesianStress::sigma_z,
             &CartesianStress::tau_xy, &CartesianStress::tau_yz, &CartesianStress::tau_zx}) {
@@ -180,13 +182,66 @@ TEST(FlatTipField, FarAwayTheTipIsAPointLoad) {
   const FlatTipField field(tip, {});
   // Inside and outside of the grid's border, 10 mm from the tip.
   for (const double x : {10.8, 11.5}) {
-    const auto point = point_load_stress(field.force_mN_per_mm(), 0.48, x, 0.65);
-    EXPECT_NEAR(field.at(x, 0.0).stress.sigma_x / point.sigma_r, 1.0, 0.03) << x;
-    EXPECT_NEAR(field.at(x, 0.0).displacement /
-                    (field.force_mN_per_mm() /
-                     (pi * SkinMaterial(SkinParameters{}).reduced_modulus_kPa() * x)),
-                1.0, 0.01);
+    const auto point = point_load_stress(field.force_mN(1.0), 0.48, x, 0.65);
+    EXPECT_NEAR(field.at(x, 0.0, 1.0).stress.sigma_x / point.sigma_r, 1.0, 0.03) << x;
+    EXPECT_NEAR(
+        field.at(x, 0.0, 1.0).displacement /
+            (field.force_mN(1.0) / (pi * SkinMaterial(SkinParameters{}).reduced_modulus_kPa() * x)),
+        1.0, 0.01);
   }
+}
+
+// Boundary elements (tools/studies/reference) for one bar on a finger of 7 mm radius; the errors
+// are those that core/README.md states.
+TEST(FlatTipField, OnACurvedFingerItIsNearTheBoundaryElements) {
+  struct Case {
+    double width_mm, depth_mm, force, middle, edge;  ///< errors allowed
+  };
+  for (const Case& c : {Case{1.0, 0.3, 0.03, 0.05, 0.05}, Case{1.0, 1.5, 0.03, 0.05, 0.05},
+                        Case{3.0, 0.3, 0.06, 0.18, 0.10}, Case{3.0, 0.7, 0.05, 0.05, 0.05},
+                        Case{3.0, 1.5, 0.04, 0.14, 0.03}}) {
+    const SkinParameters skin{.radius_mm = 7.0};
+    const SkinMaterial material(skin);
+    const BarTip tip{.widths_mm = {c.width_mm}, .gaps_mm = {}, .length_mm = 20.0};
+    const reference::BarBoundaryElements elements(
+        {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
+         .poisson_ratio = skin.poisson_ratio,
+         .width_mm = c.width_mm,
+         .length_mm = tip.length_mm,
+         .skin_radius_mm = skin.radius_mm,
+         .depth_mm = c.depth_mm});
+    const FlatTipField field(tip, skin);
+    EXPECT_NEAR(field.force_mN(c.depth_mm) / elements.force_mN(), 1.0, c.force);
+    const auto ratio = [&](double x) {
+      const auto energy = [&](const CartesianStress& stress) {
+        return energy_density_kPa(stress, material, EnergyDensity::kDistortional);
+      };
+      return energy(field.at(x, 0.0, c.depth_mm).stress) / energy(elements.stress(x, 0.0, 0.65));
+    };
+    EXPECT_NEAR(ratio(0.0), 1.0, c.middle) << c.width_mm << " " << c.depth_mm;
+    EXPECT_NEAR(ratio(0.5 * c.width_mm), 1.0, c.edge) << c.width_mm << " " << c.depth_mm;
+    // The table repeats the line loads it was made of.
+    const BarContact loads = FlatTipField::loads(tip, skin, c.depth_mm, 0.65);
+    const double peak = -stress_at(loads, skin.poisson_ratio, 0.0, 0.0, 0.65).sigma_z;
+    for (const double y : {0.0, 1.1, -3.0}) {
+      EXPECT_NEAR(field.at(0.4, y, c.depth_mm).stress.sigma_z,
+                  stress_at(loads, skin.poisson_ratio, 0.4, y, 0.65).sigma_z, 0.025 * peak);
+    }
+    EXPECT_NEAR(field.depth_mm(field.force_mN(c.depth_mm)), c.depth_mm, 1e-9);
+  }
+}
+
+TEST(FlatTipField, AShortBarOnACurvedFingerEndsUpTouchingWithAllOfItsLength) {
+  const SkinParameters skin{.radius_mm = 7.0};
+  const BarTip tip{.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 3.0};
+  const FlatTipField curved(tip, skin);
+  const FlatTipField flat(tip, {});
+  // From there on, it is as stiff as on flat skin.
+  EXPECT_NEAR(curved.force_mN(4.0) - curved.force_mN(3.0), flat.force_mN(1.0),
+              1e-6 * flat.force_mN(1.0));
+  EXPECT_LT(curved.force_mN(1.0), flat.force_mN(1.0));
+  EXPECT_EQ(curved.force_mN(0.0), 0.0);
+  EXPECT_EQ(curved.force_mN(-1.0), 0.0);
 }
 
 TEST(BarTip, RefusesBarsThatOverlapOrAreNone) {

@@ -85,6 +85,19 @@ TEST(SphereLaw, LayerForcesInvert) {
   }
 }
 
+TEST(SphereLaw, StiffeningSkinPressesHarderWithDepth) {
+  for (const ContactLaw kind : {ContactLaw::kHertz, ContactLaw::kSneddon}) {
+    const SphereLaw soft({.contact_law = kind}, 2.0);
+    const SphereLaw stiffening({.stiffening_mm = 1.65, .contact_law = kind}, 2.0);
+    for (const double depth : {0.2, 1.0, 1.5}) {
+      const ContactState contact = stiffening.at_depth(depth);
+      EXPECT_NEAR(contact.force_mN / soft.at_depth(depth).force_mN, std::exp(depth / 1.65), 1e-12);
+      EXPECT_EQ(contact.contact_radius_mm, soft.at_depth(depth).contact_radius_mm);
+      EXPECT_NEAR(stiffening.at_force(contact.force_mN).depth_mm, depth, 1e-9);
+    }
+  }
+}
+
 TEST(SphereLaw, FlatPlateOnACurvedFingerIsASphereOfTheFinger) {
   const SphereLaw plate({.radius_mm = 7.0}, std::numeric_limits<double>::infinity());
   const SphereLaw sphere({}, 7.0);

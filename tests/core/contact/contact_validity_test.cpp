@@ -12,9 +12,17 @@ ContactValidity validity(const SkinParameters& skin, double radius_mm, double de
 }
 
 TEST(ContactValidity, ShallowPressesAreWithinAndDeepOnesAreNot) {
-  EXPECT_TRUE(validity({}, 2.0, 0.1).within);
+  EXPECT_TRUE(validity({}, 2.0, 0.05).within);
   EXPECT_FALSE(validity({}, 2.0, 1.5).within);
-  EXPECT_TRUE(validity({.contact_law = ContactLaw::kSneddon}, 2.0, 1.5).within);
+  EXPECT_TRUE(validity({.contact_law = ContactLaw::kSneddon}, 0.2, 0.5).within);
+}
+
+TEST(ContactValidity, IsJudgedByAllThatIsReported) {
+  // A shallow press of a large sphere strains little, but feels the bone.
+  const ContactValidity wide = validity({}, 100.0, 0.5);
+  EXPECT_LT(wide.radius_ratio, ContactValidity::kLargestRadiusRatio);
+  EXPECT_NEAR(wide.layer_force_error, -0.907, 0.001);
+  EXPECT_FALSE(wide.within);
 }
 
 TEST(ContactValidity, SaysHowFarTheForceIsFromAnExactSphere) {

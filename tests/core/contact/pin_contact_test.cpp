@@ -1,11 +1,13 @@
 #include "core/contact/pin_contact.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
 #include "core/contact/flat_tip_field.hpp"
+#include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
@@ -70,11 +72,12 @@ TEST(PinContact, TheGridRepeatsTheClosedForm) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
   const FlatTipField field(PinTip{.diameter_mm = 1.0}, skin);
-  const double force = field.force_mN_per_mm();
+  const double force = field.force_mN(1.0);
   EXPECT_NEAR(force, 2.0 * 0.5 * material.reduced_modulus_kPa(), 1e-9);
   for (const double x : {-1.3, -0.4, 0.0, 0.33, 0.7}) {
     for (const double y : {-0.9, 0.01, 0.5}) {
-      const double grid = energy_density_kPa(field.at(x, y).stress, material, skin.energy_density);
+      const double grid =
+          energy_density_kPa(field.at(x, y, 1.0).stress, material, skin.energy_density);
       const double exact = energy_density_kPa(
           cartesian(pin_stress(force, 0.5, kPoisson, std::hypot(x, y), 0.65), x, y), material,
           skin.energy_density);
@@ -84,6 +87,26 @@ TEST(PinContact, TheGridRepeatsTheClosedForm) {
   EXPECT_EQ(pin_displacement_mm(0.3, 0.5, 0.4), 0.3);
   EXPECT_NEAR(pin_displacement_mm(1.0, 0.5, 50.0),
               force / (std::numbers::pi * material.reduced_modulus_kPa() * 50.0), 1e-5);
+}
+
+TEST(PinContact, OnACurvedFingerItIsAPlateUntilItsRimIsReached) {
+  const SkinParameters finger{.radius_mm = 7.0};
+  const FlatTipField pin(PinTip{.diameter_mm = 2.0}, finger);
+  const FlatTipField flat(PinTip{.diameter_mm = 2.0}, {});
+  const HertzContact plate(std::numeric_limits<double>::infinity(), 7.0,
+                           SkinMaterial(finger).reduced_modulus_kPa());
+  const double rim_mm = 1.0 / 7.0;
+  for (const double depth : {0.03, 0.1, rim_mm}) {
+    EXPECT_NEAR(pin.force_mN(depth) / plate.at_depth(depth).force_mN, 1.0, 0.01) << depth;
+  }
+  EXPECT_NEAR(pin.force_mN(1.0), plate.at_depth(rim_mm).force_mN + flat.force_mN(1.0 - rim_mm),
+              1e-6);
+  const CartesianStress stress = pin.at(0.4, -0.3, rim_mm).stress;
+  const CartesianStress hertz =
+      cartesian(huber_stress(plate.at_depth(rim_mm), finger.poisson_ratio, 0.5, 0.65), 0.4, -0.3);
+  EXPECT_NEAR(stress.sigma_z, hertz.sigma_z, 0.01 * std::fabs(hertz.sigma_z));
+  EXPECT_NEAR(stress.tau_zx, hertz.tau_zx, 0.01 * std::fabs(hertz.sigma_z));
+  EXPECT_NEAR(pin.depth_mm(pin.force_mN(0.7)), 0.7, 1e-9);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ struct Reference {
       const double dx = receptor.x_mm - placed.x_mm;
       const double dy = receptor.y_mm - placed.y_mm;
       if (placed.flat_tip != nullptr) {
-        sum += placed.flat_tip->at(dx, dy).stress * placed.contact.depth_mm;
+        sum += placed.flat_tip->at(dx, dy, placed.contact.depth_mm).stress;
       } else {
         sum += cartesian(huber_stress(placed.contact, skin.poisson_ratio, std::hypot(dx, dy),
                                       skin.receptor_depth_mm),
@@ -48,7 +48,7 @@ struct Reference {
       const double dx = receptor.x_mm - placed.x_mm;
       const double dy = receptor.y_mm - placed.y_mm;
       sum += placed.flat_tip != nullptr
-                 ? placed.flat_tip->at(dx, dy).displacement * placed.contact.depth_mm
+                 ? placed.flat_tip->at(dx, dy, placed.contact.depth_mm).displacement
                  : HertzContact::surface_displacement_mm(placed.contact, std::hypot(dx, dy));
     }
     return sum;

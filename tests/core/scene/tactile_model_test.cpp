@@ -151,13 +151,14 @@ TEST(TactileModel, RemembersTheDeepestPress) {
 
 TEST(TactileModel, CloseContactsAreNoticed) {
   TactileModel::Parameters parameters;
-  parameters.indenters = {Indenter{}, Indenter{}};
+  parameters.indenters = {{.control = Indenter::Control::kForce},
+                          {.control = Indenter::Control::kForce}};
   TactileModel model = model_of(parameters);
-  const double a = model.press(0, {.depth_mm = 0.5}).contact.contact_radius_mm;
+  const double a = model.press(0, {.force_mN = 60.0}).contact.contact_radius_mm;
   const auto at = [&](double apart) {
     const std::vector<ContactInput> inputs = {
-        {.depth_mm = 0.5, .x_mm = 10.0, .y_mm = 10.0},
-        {.depth_mm = 0.5, .x_mm = 10.0 + apart, .y_mm = 10.0}};
+        {.force_mN = 60.0, .x_mm = 10.0, .y_mm = 10.0},
+        {.force_mN = 60.0, .x_mm = 10.0 + apart, .y_mm = 10.0}};
     model.step(inputs, nanoseconds{0});
     return model.closest_rims();
   };
@@ -184,16 +185,33 @@ TEST(TactileModel, TheEnergyUnderBarsGrowsWithTheSquareOfTheDepth) {
 TEST(TactileModel, TwoProbesAtOnePlaceAreTheSumOfTheirStresses) {
   TactileModel::Parameters parameters;
   parameters.accuracy.cull_tolerance = 0.0;
+  parameters.indenters = {{.control = Indenter::Control::kForce}};
   TactileModel one = model_of(parameters);
-  parameters.indenters = {Indenter{}, Indenter{}};
+  parameters.indenters.push_back(parameters.indenters.front());
   TactileModel both = model_of(parameters);
-  const ContactInput input{.depth_mm = 0.5, .x_mm = 15.0, .y_mm = 10.0};
+  const ContactInput input{.force_mN = 60.0, .x_mm = 15.0, .y_mm = 10.0};
   both.step(std::vector<ContactInput>{input, input}, nanoseconds{0});
   one.step({&input, 1}, nanoseconds{0});
   for (std::size_t i = 0; i < 450; ++i) {
     const double expected = 4.0 * energies(one)[i];
     EXPECT_NEAR(energies(both)[i], expected, 1e-12 * (1.0 + expected));
   }
+}
+
+TEST(TactileModel, ProbesByDepthShareTheSkinThatTheyDisplace) {
+  TactileModel::Parameters parameters;
+  parameters.indenters = {Indenter{}, Indenter{}};
+  TactileModel model = model_of(parameters);
+  const ContactInput left{.depth_mm = 1.0, .x_mm = 13.0, .y_mm = 10.0};
+  const ContactInput right{.depth_mm = 1.0, .x_mm = 17.0, .y_mm = 10.0};
+  model.step(std::vector<ContactInput>{left, right}, nanoseconds{0});
+  const double alone = model.press(0, left).contact.force_mN;
+  EXPECT_NEAR(alone / model.deepest()[0].contact.force_mN, 1.22, 0.01);
+  EXPECT_NEAR(alone / model.deepest()[1].contact.force_mN, 1.22, 0.01);
+  // A neighbour that does not touch takes nothing.
+  model.reset();
+  model.step(std::vector<ContactInput>{left, ContactInput{}}, nanoseconds{0});
+  EXPECT_EQ(model.deepest()[0].contact.force_mN, alone);
 }
 
 TEST(TactileModel, RefusesWhatCannotBe) {

@@ -4,6 +4,7 @@
 
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
+#include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
@@ -15,6 +16,9 @@ namespace {
 struct Peak {
   double at_mm = 0.0;
   double height_kPa = 0.0;
+  double deepest_kPa = 0.0;  ///< energy density on the axis
+  double printed_kPa = 0.0;  ///< the same by the printed formula
+  int others = 0;            ///< further maxima outside of it, each beyond a minimum
 };
 
 }  // namespace
@@ -29,26 +33,41 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
     const HertzContact law(radius_mm, skin.radius_mm, material.reduced_modulus_kPa());
     const ContactState contact = law.at_depth(depth_mm);
     Peak peak;
+    peak.printed_kPa =
+        energy_density_kPa(point_load_stress(contact.force_mN, skin.poisson_ratio, 0.0, depth_mm),
+                           material, skin.energy_density);
+    std::vector<double> along;
     for (int i = 0; i <= 1000; ++i) {
       const double r = 0.01 * i;
       const double energy =
           energy_density_kPa(huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm),
                              material, skin.energy_density);
       table->row({radius_mm, depth_mm, r, energy});
-      if (energy > peak.height_kPa) peak = {.at_mm = r, .height_kPa = energy};
+      along.push_back(energy);
+      if (energy <= peak.height_kPa) continue;
+      peak.at_mm = r;
+      peak.height_kPa = energy;
+    }
+    peak.deepest_kPa = along.front();
+    for (std::size_t i = 1; i + 1 < along.size(); ++i) {
+      const bool outside = 0.01 * static_cast<double>(i) > peak.at_mm;
+      peak.others += outside && along[i] > along[i - 1] && along[i] >= along[i + 1] ? 1 : 0;
     }
     return peak;
   };
   std::string report =
       "## Fig. 5: depth\n\nSphere of 5 mm radius, 1 to 5 mm deep, and one of 2 mm radius, 1 mm "
       "deep; receptors at 0.65 mm (`fig5_depth.csv`).\n\n| R (mm) | depth (mm) | peak SED (kPa) | "
-      "at r (mm) | shape |\n|---|---|---|---|---|\n";
+      "at r (mm) | shape | SED on the axis (kPa) | by the printed formula |\n"
+      "|---|---|---|---|---|---|---|\n";
   std::vector<Peak> peaks;
   for (const auto& [radius, depth] :
        {std::pair{5.0, 1.0}, {5.0, 2.0}, {5.0, 3.0}, {5.0, 4.0}, {5.0, 5.0}, {2.0, 1.0}}) {
     peaks.push_back(profile(radius, depth));
-    report += format("| %g | %g | %.2f | %.2f | %s |\n", radius, depth, peaks.back().height_kPa,
-                     peaks.back().at_mm, peaks.back().at_mm > 0.0 ? "annular" : "single peak");
+    const Peak& peak = peaks.back();
+    report += format("| %g | %g | %.2f | %.2f | %s | %.2f | %.2f |\n", radius, depth,
+                     peak.height_kPa, peak.at_mm, peak.at_mm > 0.0 ? "annular" : "single peak",
+                     peak.deepest_kPa, peak.printed_kPa);
   }
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   const bool grows =
@@ -60,6 +79,19 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
       "**%s**. The smaller sphere gives more at equal depth: **%s**.\n\n",
       grows ? "reproduced" : "not reproduced", turns ? "reproduced" : "not reproduced",
       peaks[5].height_kPa > peaks[0].height_kPa ? "reproduced" : "not reproduced");
+  const auto falls = [&](double Peak::*value) {
+    return std::is_sorted(peaks.begin(), peaks.begin() + 5,
+                          [value](const Peak& a, const Peak& b) { return a.*value > b.*value; });
+  };
+  const bool second = std::any_of(peaks.begin(), peaks.begin() + 5,
+                                  [](const Peak& peak) { return peak.others > 0; });
+  report += format(
+      "The paper also says that the energy density at the deepest point falls with depth: **%s**; "
+      "by the printed formula it %s. And that a minimum and a second peak follow the first: "
+      "**%s**.\n\n",
+      falls(&Peak::deepest_kPa) ? "reproduced" : "not reproduced, it rises",
+      falls(&Peak::printed_kPa) ? "falls" : "does not fall",
+      second ? "reproduced" : "not reproduced, it falls from its peak on");
   return report;
 }
 

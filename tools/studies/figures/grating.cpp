@@ -45,7 +45,7 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
   for (double at = -kReach_mm; at <= kReach_mm + 1e-9; at += kSpacing_mm) {
     x.push_back(at);
     energy.push_back(
-        energy_density_kPa(field.at(at, 0.0).stress * kDepth_mm, material, skin.energy_density));
+        energy_density_kPa(field.at(at, 0.0, kDepth_mm).stress, material, skin.energy_density));
     current.push_back(kReceptors * transduction.current_uA_per_cm2(energy.back()));
   }
   const std::vector<double> rate = steady_rates(current);

@@ -1,6 +1,7 @@
 #include "tools/studies/plan/plan.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <limits>
 #include <string>
@@ -10,7 +11,6 @@
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "tools/scene/contact_sentence.hpp"
-#include "tools/studies/bench/measure.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 #include "tools/studies/plan/rehearsal.hpp"
 #include "tools/studies/report/report.hpp"
@@ -19,21 +19,27 @@ namespace merkel {
 namespace {
 
 /// Steps of RK4 so fine that its own error is far below any that is asked for.
-constexpr double kReferenceStep_us = 2.5;
+constexpr std::chrono::nanoseconds kReferenceStep{2'500};
+/// Steps of RK4 whose error is below 2 ns: what remains is the tick's.
+constexpr std::chrono::nanoseconds kFineStep{12'500};
+constexpr std::chrono::nanoseconds kShortestTick{60'000};
+constexpr std::int64_t kReferenceTicks = 16;  ///< of the reference in one of the scene's, at least
 
-struct Performance {
-  std::vector<SpikeEvent> spikes;
-  double tick_us = 0.0;
-};
+/// The longest part of an interval that divides it and is at most so long.
+std::chrono::nanoseconds part_of(std::chrono::nanoseconds whole, std::chrono::nanoseconds most) {
+  std::int64_t parts =
+      std::max<std::int64_t>(1, (whole + most - std::chrono::nanoseconds{1}) / most);
+  while (whole.count() % parts != 0) ++parts;
+  return whole / parts;
+}
 
-Expected<Performance, SetupError> perform(const Scene& scene, const Rehearsal& rehearsal) {
-  auto model = TactileModel::create(scene.model);
-  if (!model) return bad_input(scene.sentence(model.error()));
-  Performance performance;
-  const Measurement cost =
-      measure([&] { performance.spikes = run_through(*model, rehearsal); }, 3, 0.005);
-  performance.tick_us = 1e6 * cost.median_s / static_cast<double>(rehearsal.ticks.size());
-  return performance;
+/// The scene's tick, half of it, and so on.
+std::vector<std::chrono::nanoseconds> ticks_of(std::chrono::nanoseconds tick) {
+  std::vector<std::chrono::nanoseconds> ticks{tick};
+  while (ticks.back().count() % 2 == 0 && ticks.back() / 2 >= kShortestTick) {
+    ticks.push_back(ticks.back() / 2);
+  }
+  return ticks;
 }
 
 /// The shares of afferents that are reached and of neurons that are active, over touched ticks.
@@ -65,10 +71,11 @@ void set_option(TactileModel::Parameters& model, const PlanOption& option) {
     paper->precision = option.precision;
   }
   model.step = option.step;
+  model.tick = option.tick;
 }
 
 PlanOption option_of(const TactileModel::Parameters& model) {
-  PlanOption option{.step = model.step};
+  PlanOption option{.step = model.step, .tick = model.tick};
   if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent)) {
     option.method = paper->method;
     option.precision = paper->precision;
@@ -76,15 +83,15 @@ PlanOption option_of(const TactileModel::Parameters& model) {
   return option;
 }
 
-/// What is known of a method at a step before the scene is looked at.
+/// What is known of a method before the scene is looked at.
 struct KnownMethod {
   IntegrationMethod method;
   Precision precision;
-  double step_us;
-  double cost_us;
-  double error_us;
+  double step_cost_ns;  ///< of one neuron
+  double error_us[6];   ///< at kKnownSteps_us
 };
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kKnownSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
 constexpr KnownMethod kKnown[] = {
 #include "tools/studies/plan/method_table.inc"
 };
@@ -94,20 +101,140 @@ constexpr KnownMethod kKnown[] = {
 constexpr double kTableDoubt = 20.0;
 
 /// What may meet the budget and divides the tick, from the cheapest.
-std::vector<PlanOption> options_by_cost(const TactileModel::Parameters& model, double budget_us) {
-  std::vector<KnownMethod> known(std::begin(kKnown), std::end(kKnown));
-  std::stable_sort(known.begin(), known.end(), [](const KnownMethod& a, const KnownMethod& b) {
-    return a.cost_us < b.cost_us;
-  });
-  std::vector<PlanOption> options;
-  for (const KnownMethod& candidate : known) {
-    const auto step = units::nanoseconds_from_us(candidate.step_us);
-    if (candidate.error_us > kTableDoubt * budget_us) continue;
-    if (model.tick % step != std::chrono::nanoseconds{0}) continue;
-    if (units::ms_from(step) > largest_step_ms(candidate.method, 0.0)) continue;
-    options.push_back({.method = candidate.method, .precision = candidate.precision, .step = step});
+std::vector<PlanOption> options_by_cost(std::chrono::nanoseconds tick, double budget_us) {
+  struct Costed {
+    double cost;
+    PlanOption option;
+  };
+  std::vector<Costed> found;
+  for (const KnownMethod& known : kKnown) {
+    for (std::size_t k = 0; k < std::size(kKnownSteps_us); ++k) {
+      const auto step = units::nanoseconds_from_us(kKnownSteps_us[k]);
+      if (known.error_us[k] > kTableDoubt * budget_us) continue;
+      if (tick % step != std::chrono::nanoseconds{0}) continue;
+      if (units::ms_from(step) > largest_step_ms(known.method, 0.0)) continue;
+      found.push_back(
+          {known.step_cost_ns / kKnownSteps_us[k],
+           {.method = known.method, .precision = known.precision, .step = step, .tick = tick}});
+    }
   }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Costed& a, const Costed& b) { return a.cost < b.cost; });
+  std::vector<PlanOption> options;
+  for (const Costed& each : found) options.push_back(each.option);
   return options;
+}
+
+/// Performs a scene's rehearsal in several ways and compares each with the reference.
+class Rehearser {
+ public:
+  Rehearser(const Scene& scene, const ProbeRecording& recording)
+      : scene_(scene), recording_(recording) {}
+
+  /// \param ticks  that may be chosen
+  Expected<void, SetupError> make_reference(const std::vector<std::chrono::nanoseconds>& ticks) {
+    Scene exact = scene_;
+    auto tick = scene_.model.tick;
+    // Another step would be other noise: of noisy neurons, only what is left out can be judged.
+    if (!scene_.model.energy_driven()) {
+      tick = part_of(ticks.back(), std::min(ticks.back() / 4, ticks.front() / kReferenceTicks));
+      set_option(exact.model, {.method = IntegrationMethod::kRk4,
+                               .precision = Precision::kDouble,
+                               .step = part_of(tick, kReferenceStep),
+                               .tick = tick});
+    }
+    exact.model.accuracy = {.cull_tolerance = 0.0, .freeze_resting = false};
+    auto model = TactileModel::create(exact.model);
+    if (!model) return bad_input(scene_.sentence(model.error()));
+    reference_ = run_through(*model, recording_.at(tick));
+    for (std::size_t i = 0; i < model->indenters(); ++i) {
+      validity_.push_back(contact_sentence(model->deepest()[i], *model, i));
+    }
+    neurons_ = model->neurons();
+    receptors_ = model->receptors();
+    return {};
+  }
+
+  /// \param runs  whose median is the cost
+  Expected<PlanOption, SetupError> perform(PlanOption option, int runs) {
+    Scene variant = scene_;
+    set_option(variant.model, option);
+    auto model = TactileModel::create(variant.model);
+    if (!model) return bad_input(scene_.sentence(model.error()));
+    const Rehearsal& rehearsal = at(option.tick);
+    std::vector<SpikeEvent> spikes;
+    std::vector<double> seconds;
+    for (int run = 0; run < runs; ++run) {
+      const auto begin = std::chrono::steady_clock::now();
+      spikes = run_through(*model, rehearsal);
+      seconds.push_back(
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    std::sort(seconds.begin(), seconds.end());
+    option.tick_us =
+        1e6 * seconds[seconds.size() / 2] / static_cast<double>(rehearsal.ticks.size());
+    option.error = spike_train_error(spikes, reference_);
+    return option;
+  }
+
+  [[nodiscard]] const Rehearsal& at(std::chrono::nanoseconds tick) {
+    if (rehearsal_.tick != tick) rehearsal_ = recording_.at(tick);
+    return rehearsal_;
+  }
+  void describe(Plan& plan) const {
+    plan.spikes = reference_.size();
+    plan.neurons = neurons_;
+    plan.receptors = receptors_;
+    plan.validity = validity_;
+  }
+
+ private:
+  const Scene& scene_;
+  const ProbeRecording& recording_;
+  Rehearsal rehearsal_;
+  std::vector<SpikeEvent> reference_;
+  std::vector<std::string> validity_;
+  std::size_t neurons_ = 0;
+  std::size_t receptors_ = 0;
+};
+
+/// The cheapest option that meets the budget; `tried` gets all that were looked at.
+Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene,
+                                        const std::vector<std::chrono::nanoseconds>& ticks,
+                                        double budget_us, std::vector<PlanOption>& tried) {
+  for (const auto tick : ticks) {
+    // What the tick alone costs in accuracy: no method can do better.
+    const auto finest = rehearser.perform({.method = IntegrationMethod::kRk4,
+                                           .precision = Precision::kDouble,
+                                           .step = part_of(tick, kFineStep),
+                                           .tick = tick},
+                                          1);
+    if (!finest) return Unexpected<SetupError>(finest.error());
+    if (!finest->meets(budget_us)) {
+      tried.push_back(*finest);
+      continue;
+    }
+    for (const PlanOption& option : options_by_cost(tick, budget_us)) {
+      const auto performed = rehearser.perform(option, 1);
+      if (!performed) continue;  // the scene's network does not allow the step
+      tried.push_back(*performed);
+      if (performed->meets(budget_us)) return rehearser.perform(option, 3);
+    }
+    tried.push_back(*finest);
+    return rehearser.perform(*finest, 3);
+  }
+  const auto best =
+      std::min_element(tried.begin(), tried.end(), [](const PlanOption& a, const PlanOption& b) {
+        return std::pair(a.error.unmatched, a.error_us()) <
+               std::pair(b.error.unmatched, b.error_us());
+      });
+  const std::string what =
+      best == tried.end()
+          ? "cannot be met by any method"
+          : format("cannot be met: the best is %.3g µs%s, with %s", best->error_us(),
+                   best->error.unmatched > 0 ? " and some spikes too many or too few" : "",
+                   name_of_option(*best).c_str());
+  return bad_input(scene.sentence({.key = "accuracy.spike_time_us", .reason = what}));
 }
 
 std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
@@ -135,6 +262,11 @@ std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
 }  // namespace
 
 Expected<Plan, SetupError> make_plan(Scene& scene) {
+  if (scene.model.energy_driven() && scene.spike_time_us) {
+    return bad_input(scene.sentence(
+        {.key = "accuracy.spike_time_us",
+         .reason = "is for Hodgkin-Huxley neurons: noise moves the spikes of others anyway"}));
+  }
   // Large scenes are rehearsed for less time: the reference is what takes long.
   std::size_t neurons = 0;
   for (const PatchParameters& patch : scene.model.patches) {
@@ -143,89 +275,39 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
     neurons += layout->afferents.size();
   }
   const std::chrono::milliseconds most{neurons > 500 ? 250 : 1000};
-  const auto rehearsal = rehearse(scene, most);
-  if (!rehearsal) return Unexpected<SetupError>(rehearsal.error());
-
-  Scene exact = scene;
-  const bool judged = !scene.model.energy_driven();
-  if (judged) {
-    set_option(exact.model, {.method = IntegrationMethod::kRk4,
-                             .precision = Precision::kDouble,
-                             .step = units::nanoseconds_from_us(kReferenceStep_us)});
-  } else if (scene.spike_time_us) {
-    return bad_input(scene.sentence(
-        {.key = "accuracy.spike_time_us",
-         .reason = "is for Hodgkin-Huxley neurons: noise moves the spikes of others anyway"}));
+  const auto recording = ProbeRecording::read(scene, most);
+  if (!recording) return Unexpected<SetupError>(recording.error());
+  if (const auto checked = TactileModel::create(scene.model); !checked) {
+    return bad_input(scene.sentence(checked.error()));
   }
-  exact.model.accuracy = {.cull_tolerance = 0.0, .freeze_resting = false};
-  auto exact_model = TactileModel::create(exact.model);
-  if (!exact_model) return bad_input(scene.sentence(exact_model.error()));
-  const std::vector<SpikeEvent> reference = run_through(*exact_model, *rehearsal);
 
   Plan plan;
   plan.budget_us = scene.spike_time_us;
-  const auto try_option = [&](const PlanOption& option) -> Expected<PlanOption, SetupError> {
-    Scene variant = scene;
-    set_option(variant.model, option);
-    const auto performance = perform(variant, *rehearsal);
-    if (!performance) return Unexpected<SetupError>(performance.error());
-    PlanOption tried = option;
-    tried.tick_us = performance->tick_us;
-    tried.error = spike_train_error(performance->spikes, reference);
-    plan.tried.push_back(tried);
-    return tried;
-  };
-  if (!plan.budget_us) {
-    const auto own = try_option(option_of(scene.model));
-    if (!own) return Unexpected<SetupError>(own.error());
-    plan.chosen = *own;
-  } else {
-    std::optional<PlanOption> found;
-    for (const PlanOption& option : options_by_cost(scene.model, *plan.budget_us)) {
-      const auto tried = try_option(option);
-      if (!tried) continue;  // the scene's network does not allow the step
-      if (tried->meets(*plan.budget_us)) {
-        found = *tried;
-        break;
-      }
-    }
-    if (!found) {
-      // The most exact there is, to say what could be had.
-      static_cast<void>(try_option({.method = IntegrationMethod::kRk4,
-                                    .precision = Precision::kDouble,
-                                    .step = units::nanoseconds_from_us(6.25)}));
-      const auto best = std::min_element(plan.tried.begin(), plan.tried.end(),
-                                         [](const PlanOption& a, const PlanOption& b) {
-                                           return std::pair(a.error.unmatched, a.error_us()) <
-                                                  std::pair(b.error.unmatched, b.error_us());
-                                         });
-      const std::string what =
-          best == plan.tried.end()
-              ? "cannot be met by any method"
-              : format("cannot be met: the best is %.3g µs%s, with %s", best->error_us(),
-                       best->error.unmatched > 0 ? " and some spikes too many or too few" : "",
-                       name_of_option(*best).c_str());
-      return bad_input(scene.sentence({.key = "accuracy.spike_time_us", .reason = what}));
-    }
-    plan.chosen = *found;
-    set_option(scene.model, plan.chosen);
+  plan.scene_tick_ms = units::ms_from(scene.model.tick);
+  const auto ticks = plan.budget_us ? ticks_of(scene.model.tick)
+                                    : std::vector<std::chrono::nanoseconds>{scene.model.tick};
+  Rehearser rehearser(scene, *recording);
+  if (auto made = rehearser.make_reference(ticks); !made) {
+    return Unexpected<SetupError>(made.error());
   }
-  plan.rehearsed_s = units::s_from(scene.model.tick) * static_cast<double>(rehearsal->ticks.size());
-  plan.tick_ms = units::ms_from(scene.model.tick);
+  const auto chosen = plan.budget_us ? choose(rehearser, scene, ticks, *plan.budget_us, plan.tried)
+                                     : rehearser.perform(option_of(scene.model), 3);
+  if (!chosen) return Unexpected<SetupError>(chosen.error());
+  plan.chosen = *chosen;
+  if (plan.tried.empty()) plan.tried.push_back(plan.chosen);
+
+  const Rehearsal rehearsal = recording->at(plan.chosen.tick);
+  set_option(scene.model, plan.chosen);
+  plan.rehearsed_s = units::s_from(plan.chosen.tick) * static_cast<double>(rehearsal.ticks.size());
   plan.kind = scene.model.kind();
-  plan.stand_in = rehearsal->stand_in;
-  plan.spikes = reference.size();
-  plan.neurons = exact_model->neurons();
-  plan.receptors = exact_model->receptors();
+  plan.stand_in = recording->stand_in();
   plan.untouched_share =
-      static_cast<double>(rehearsal->untouched) / static_cast<double>(rehearsal->ticks.size());
-  if (auto noted = note_shares(scene, *rehearsal, plan); !noted) {
+      static_cast<double>(rehearsal.untouched) / static_cast<double>(rehearsal.ticks.size());
+  rehearser.describe(plan);
+  if (auto noted = note_shares(scene, rehearsal, plan); !noted) {
     return Unexpected<SetupError>(noted.error());
   }
   plan.left_out = left_out(scene, plan);
-  for (std::size_t i = 0; i < exact_model->indenters(); ++i) {
-    plan.validity.push_back(contact_sentence(exact_model->deepest()[i], *exact_model, i));
-  }
   return plan;
 }
 

@@ -19,8 +19,9 @@ namespace {
 
 /// How the neurons will be stepped.
 std::string name_of_neurons(const Plan& plan) {
-  const std::string step =
-      " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) + " µs";
+  const std::string step = " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) +
+                           " µs, a tick of " + shortest_decimal(units::ms_from(plan.chosen.tick)) +
+                           " ms";
   switch (plan.kind) {
     case NeuronKind::kIntegrateAndFire:
       return "integrate_and_fire" + step;
@@ -43,7 +44,7 @@ std::string plan_text(const Plan& plan) {
     text += format("spike times are to be within %g µs (rms): tried, from the cheapest:\n",
                    *plan.budget_us);
     for (const PlanOption& option : plan.tried) {
-      text += format("  %-40s %8.2f µs a tick, error %.3g µs%s\n", name_of_option(option).c_str(),
+      text += format("  %-58s %8.2f µs a tick, error %.3g µs%s\n", name_of_option(option).c_str(),
                      option.tick_us, option.error_us(),
                      option.error.unmatched > 0
                          ? format(", %zu spikes without a partner", option.error.unmatched).c_str()
@@ -51,10 +52,16 @@ std::string plan_text(const Plan& plan) {
     }
   }
   text += "will be computed with " + name_of_neurons(plan) + "\n";
+  if (units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
+    text += format(
+        "the tick is shorter than loop.tick_us, %g ms: within longer ones the currents "
+        "do not run straight enough for this budget\n",
+        plan.scene_tick_ms);
+  }
   text += format(
       "predicted: %.2f µs a tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
-      plan.chosen.tick_us, plan.tick_ms, 1e3 * plan.tick_ms / plan.chosen.tick_us,
-      plan.chosen.error_us(),
+      plan.chosen.tick_us, units::ms_from(plan.chosen.tick),
+      units::us_from(plan.chosen.tick) / plan.chosen.tick_us, plan.chosen.error_us(),
       plan.chosen.error.unmatched > 0 ? format(" and %.1f %% of the spikes without a partner",
                                                100.0 * plan.chosen.error.share_unmatched())
                                             .c_str()
@@ -73,6 +80,7 @@ std::string plan_json(const Plan& plan) {
     return Json{{"method", name_of(option.method)},
                 {"precision", name_of(option.precision)},
                 {"step_us", units::us_from(option.step)},
+                {"loop_tick_us", units::us_from(option.tick)},
                 {"tick_us", option.tick_us},
                 {"error_us", option.error_us()},
                 {"spikes_without_partner", option.error.unmatched}};

@@ -36,34 +36,56 @@ std::vector<ProbeSample> read_samples(Probe& probe, std::chrono::nanoseconds mos
 
 }  // namespace
 
-Expected<Rehearsal, SetupError> rehearse(Scene& scene, std::chrono::nanoseconds most) {
-  Rehearsal rehearsal;
-  std::vector<std::unique_ptr<ProbeChannel>> channels;
-  std::vector<ProbeInput> inputs;
-  std::chrono::nanoseconds start = std::chrono::nanoseconds::max();
-  std::chrono::nanoseconds end{0};
+Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
+                                                          std::chrono::nanoseconds most) {
+  ProbeRecording recording;
+  auto first = std::chrono::nanoseconds::max();
+  auto touch = std::chrono::nanoseconds::max();
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const std::string& uri = scene.probes[i].uri;
     const bool recorded = uri.starts_with("replay:") || uri.starts_with("sim:");
-    rehearsal.stand_in = rehearsal.stand_in || !recorded;
+    recording.stand_in_ = recording.stand_in_ || !recorded;
     auto probe = open_probe(recorded ? uri : "sim:ramp");
     if (!probe) return Unexpected<SetupError>(probe.error());
     const bool depth = ((*probe)->info().channels & ProbeSample::kDepth) != 0U;
     scene.model.indenters[i].control = scene.probes[i].control.value_or(
         depth ? Indenter::Control::kDepth : Indenter::Control::kForce);
-    const std::vector<ProbeSample> samples = read_samples(**probe, most);
-    auto& channel = channels.emplace_back(std::make_unique<ProbeChannel>(samples.size() + 1));
+    const auto& samples = recording.samples_.emplace_back(read_samples(**probe, most));
+    recording.inputs_.push_back(scene.probes[i].input);
     for (const ProbeSample& sample : samples) {
+      if (touches(sample)) touch = std::min(touch, sample.time - kBeforeTouch);
+    }
+    if (samples.empty()) continue;
+    first = std::min(first, samples.front().time);
+    recording.end_ = std::max(recording.end_, samples.back().time);
+  }
+  if (first == std::chrono::nanoseconds::max()) {
+    return bad_input("the scene's probes give nothing to plan with");
+  }
+  if (touch > recording.end_) touch = recording.end_ - std::min(recording.end_, most);  // never
+  const auto before = std::max(touch - first, std::chrono::nanoseconds{0});
+  recording.start_ = first + before / scene.model.tick * scene.model.tick;
+  recording.end_ = std::min(recording.end_, recording.start_ + most);
+  if (recording.end_ - recording.start_ < scene.model.tick) {
+    return bad_input("the scene's probes give nothing to plan with");
+  }
+  return recording;
+}
+
+Rehearsal ProbeRecording::at(std::chrono::nanoseconds tick) const {
+  std::vector<std::unique_ptr<ProbeChannel>> channels;
+  std::vector<ProbeInput> inputs;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    auto& channel = channels.emplace_back(std::make_unique<ProbeChannel>(samples_[i].size() + 1));
+    for (const ProbeSample& sample : samples_[i]) {
       static_cast<void>(channel->samples.try_push(sample));
-      if (touches(sample)) start = std::min(start, sample.time - kBeforeTouch);
     }
     channel->ended.store(true);
-    if (!samples.empty()) end = std::max(end, samples.back().time);
-    inputs.emplace_back(*channel, scene.probes[i].input);
+    inputs.emplace_back(*channel, inputs_[i]);
   }
-  if (start > end) start = end - std::min(end, most);  // nothing is ever touched
-  const auto tick = scene.model.tick;
-  for (auto time = start + tick; time <= std::min(end, start + most); time += tick) {
+  Rehearsal rehearsal;
+  rehearsal.tick = tick;
+  for (auto time = start_ + tick; time <= end_; time += tick) {
     std::vector<ContactInput> contacts;
     for (ProbeInput& input : inputs) contacts.push_back(input.at(time).contact);
     const bool touched = std::any_of(contacts.begin(), contacts.end(), [](const ContactInput& c) {
@@ -72,7 +94,6 @@ Expected<Rehearsal, SetupError> rehearse(Scene& scene, std::chrono::nanoseconds 
     rehearsal.untouched += touched ? 0 : 1;
     rehearsal.ticks.push_back(std::move(contacts));
   }
-  if (rehearsal.ticks.empty()) return bad_input("the scene's probes give nothing to plan with");
   return rehearsal;
 }
 

@@ -163,6 +163,13 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
 
 }  // namespace
 
+bool FitResult::determined() const {
+  return measurements > parameters.size() && condition < kLargestCondition &&
+         std::all_of(parameters.begin(), parameters.end(), [](const FittedParameter& parameter) {
+           return parameter.relative_error < kLargestError;
+         });
+}
+
 std::vector<FitParameter> fit_parameters(NeuronKind kind) {
   TactileModel::Parameters model;
   set_kind(model, kind);
@@ -291,6 +298,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     result.correlation.push_back(std::move(row));
   }
   result.evaluations = answers.evaluations();
+  result.measurements = static_cast<std::size_t>(measured.size());
   scene = with(at);
   return result;
 }

@@ -39,6 +39,14 @@ struct FitResult {
   /// combination of them is not fixed by the data.
   double condition = 0.0;
   int evaluations = 0;
+  std::size_t measurements = 0;
+
+  /// Beyond this relative standard error, the data do not determine a parameter.
+  static constexpr double kLargestError = 0.3;
+  static constexpr double kLargestCondition = 1e4;
+  /// Whether there are more measurements than parameters, each parameter's error is below
+  /// kLargestError, and no combination of them is left open.
+  [[nodiscard]] bool determined() const;
 };
 
 /// Fits parameters of a scene whose neurons energy density drives, by the subplex method of Rowan

@@ -9,11 +9,11 @@
 #include <limits>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "tools/studies/score/json_fields.hpp"
+#include "tools/studies/score/recorded_trials.hpp"
 
 namespace merkel {
 
@@ -22,115 +22,10 @@ extern const char* const kPublishedRecordings;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// One sentence about a field; caught at the file's border.
-struct Fault {
-  std::string sentence;
-};
-
-[[noreturn]] void refuse_field(const std::string& field, const std::string& reason) {
-  throw Fault{field + " " + reason};
-}
-
-/// The fields of one JSON object. Each that is asked for is known; finish() names one that is not.
-class Fields {
- public:
-  Fields(const Json& object, std::string name) : object_(object), name_(std::move(name)) {
-    if (!object.is_object()) refuse_field(name_, "must be an object with named fields");
-  }
-
-  [[nodiscard]] std::string full(const std::string& key) const {
-    return name_.empty() ? key : name_ + "." + key;
-  }
-  const Json* find(const std::string& key) {
-    known_.push_back(key);
-    const auto found = object_.find(key);
-    return found == object_.end() ? nullptr : &*found;
-  }
-  const Json& need(const std::string& key) {
-    const Json* const found = find(key);
-    if (found == nullptr) refuse_field(full(key), "is missing");
-    return *found;
-  }
-  std::string text(const std::string& key) {
-    const Json* const found = find(key);
-    if (found == nullptr) return "";
-    if (!found->is_string()) refuse_field(full(key), "must be a text in quotes");
-    return found->get<std::string>();
-  }
-  double number(const std::string& key, double otherwise, bool may_be_zero = false) {
-    const Json* const found = find(key);
-    return found == nullptr ? otherwise : number_of(*found, full(key), may_be_zero);
-  }
-  std::vector<double> numbers(const std::string& key, bool may_be_negative = false) {
-    return numbers_of(need(key), full(key), may_be_negative);
-  }
-  static double number_of(const Json& value, const std::string& field, bool may_be_zero = true,
-                          bool may_be_negative = false) {
-    if (!value.is_number()) refuse_field(field, "must be a number");
-    const double number = value.get<double>();
-    if (!std::isfinite(number)) refuse_field(field, "must be a finite number");
-    if (may_be_negative || number > 0.0 || (may_be_zero && number == 0.0)) return number;
-    refuse_field(field, "must be " + std::string(may_be_zero ? "zero or positive" : "positive") +
-                            ", but is " + shortest_decimal(number));
-  }
-  static std::vector<double> numbers_of(const Json& value, const std::string& field,
-                                        bool may_be_negative = false) {
-    if (!value.is_array() || value.empty()) refuse_field(field, "must be a list of numbers");
-    std::vector<double> numbers;
-    for (const Json& item : value) {
-      numbers.push_back(number_of(item, field, true, may_be_negative));
-    }
-    return numbers;
-  }
-  void finish() {
-    for (const auto& [key, value] : object_.items()) {
-      if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-      double bare = 0.0;
-      const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), bare);
-      if (error == std::errc() && end == key.data() + key.size()) {
-        refuse_field(full(key), "has no unit: name it with one, as in \"20Hz\" or \"0.65mm\"");
-      }
-      const std::string nearest = nearest_name(key, known_);
-      std::string list;
-      for (const std::string& known : known_) list.append(list.empty() ? "" : ", ").append(known);
-      refuse_field("the field " + full(key),
-                   "is not known" + (nearest.empty() ? "; known are " + list
-                                                     : ": did you mean " + nearest + "?"));
-    }
-  }
-  [[nodiscard]] const Json& object() const { return object_; }
-
- private:
-  const Json& object_;
-  std::string name_;
-  std::vector<std::string> known_;
-};
-
-/// The number before a unit at the end of a key, as 0.098 in "10gwt_0.098N"; positive.
-double quantity(const std::string& key, const std::string& unit, const std::string& field,
-                const std::string& example) {
-  const std::size_t begin = key.rfind('_') == std::string::npos ? 0 : key.rfind('_') + 1;
-  double value = 0.0;
-  const char* const first = key.data() + begin;
-  const char* const last = key.data() + key.size();
-  const auto [end, error] = std::from_chars(first, last, value);
-  if (error != std::errc() || std::string(end, last) != unit) {
-    refuse_field(field, "must end in a number with its unit, as in \"" + example + "\"");
-  }
-  if (!(std::isfinite(value) && value > 0.0)) {
-    refuse_field(field, "must have a positive number before " + unit);
-  }
-  return value;
-}
-
-bool ends_in(const std::string& key, const std::string& unit) {
-  return key.size() > unit.size() && key.compare(key.size() - unit.size(), unit.size(), unit) == 0;
-}
+using Json = JsonFields::Json;
 
 /// What all sections may say of how the tip was pressed.
-void read_timing(Fields& fields, Stimulus& stimulus) {
+void read_timing(JsonFields& fields, Stimulus& stimulus) {
   stimulus.ramp_s = 1e-3 * fields.number("ramp_ms", 1e3 * stimulus.ramp_s);
   stimulus.count_s = fields.number("count_s", stimulus.count_s);
 }
@@ -138,7 +33,7 @@ void read_timing(Fields& fields, Stimulus& stimulus) {
 /// A number for each x; for the name of a series ("10gwt_0.098N").
 std::vector<double> series(const Json& values, const std::string& field, std::size_t count,
                            const std::string& x_name) {
-  std::vector<double> numbers = Fields::numbers_of(values, field);
+  std::vector<double> numbers = JsonFields::numbers_of(values, field);
   if (numbers.size() != count) {
     refuse_field(field, "must have as many numbers as " + x_name + ": " + std::to_string(count) +
                             ", but has " + std::to_string(numbers.size()));
@@ -167,7 +62,7 @@ double radius_of_curvature_mm(double curvature_per_m) {
   return curvature_per_m > 0.0 ? 1e3 / curvature_per_m : std::numeric_limits<double>::infinity();
 }
 
-const Json& series_of(Fields& fields, const std::string& key) {
+const Json& series_of(JsonFields& fields, const std::string& key) {
   const Json& rates = fields.need(key);
   if (!rates.is_object() || rates.empty()) {
     refuse_field(fields.full(key), "must be an object with a list of numbers for each series");
@@ -175,7 +70,7 @@ const Json& series_of(Fields& fields, const std::string& key) {
   return rates;
 }
 
-void read_curvature_force(Fields fields, const std::string& cite, Recordings& recordings) {
+void read_curvature_force(JsonFields fields, const std::string& cite, Recordings& recordings) {
   const std::vector<double> curvature = fields.numbers("curvature_per_m");
   Stimulus base;
   read_timing(fields, base);
@@ -199,13 +94,19 @@ void read_curvature_force(Fields fields, const std::string& cite, Recordings& re
   fields.finish();
 }
 
-void read_lateral_offset(Fields fields, const std::string& cite, Recordings& recordings) {
+void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings& recordings) {
   const std::vector<double> offset = fields.numbers("offset_mm", true);
   const double curvature =
-      Fields::number_of(fields.need("curvature_per_m"), fields.full("curvature_per_m"));
+      JsonFields::number_of(fields.need("curvature_per_m"), fields.full("curvature_per_m"));
   Stimulus base;
   base.indenter.radius_mm = radius_of_curvature_mm(curvature);
   read_timing(fields, base);
+  if (const std::string direction = fields.text("direction"); !direction.empty()) {
+    if (direction != "along" && direction != "across") {
+      refuse_field(fields.full("direction"), "must be \"along\" the finger or \"across\" it");
+    }
+    base.offset_across = direction == "across";
+  }
   for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
     const std::string field = fields.full("rate_hz." + key);
     Stimulus stimulus = base;
@@ -227,20 +128,60 @@ void read_lateral_offset(Fields fields, const std::string& cite, Recordings& rec
   fields.finish();
 }
 
-void read_bar_profile(Fields fields, const std::string& cite, Recordings& recordings) {
+/// Bars by their widths and gaps, positions then counting from the middle of the row; or by the
+/// places of their edges along x, with positions on the same axis. Returns the middle's place.
+double read_bars(JsonFields& fields, Indenter& indenter) {
+  indenter.tip = Indenter::Tip::kBars;
+  BarTip& bars = indenter.bars;
+  bars.gaps_mm.clear();
+  double middle_mm = 0.0;
+  std::string given = "bar_widths_mm";
+  if (const Json* const edges = fields.find("bar_edges_mm"); edges != nullptr) {
+    given = "bar_edges_mm";
+    const std::string field = fields.full(given);
+    if (fields.find("bar_widths_mm") != nullptr || fields.find("bar_gaps_mm") != nullptr) {
+      refuse_field(field, "says where the bars are: leave out bar_widths_mm and bar_gaps_mm");
+    }
+    if (!edges->is_array() || edges->empty()) {
+      refuse_field(field, "must be a list of [left, right], one a bar, in order");
+    }
+    bars.widths_mm.clear();
+    double first = 0.0;
+    double last = 0.0;
+    for (const Json& pair : *edges) {
+      const auto edge = JsonFields::numbers_of(pair, field, true);
+      if (edge.size() != 2 || !(edge[0] < edge[1]) ||
+          (!bars.widths_mm.empty() && edge[0] <= last)) {
+        refuse_field(field, "must be a list of [left, right], one a bar, in order and apart");
+      }
+      if (bars.widths_mm.empty()) {
+        first = edge[0];
+      } else {
+        bars.gaps_mm.push_back(edge[0] - last);
+      }
+      bars.widths_mm.push_back(edge[1] - edge[0]);
+      last = edge[1];
+    }
+    middle_mm = 0.5 * (first + last);
+  } else {
+    bars.widths_mm = fields.numbers("bar_widths_mm");
+    if (const Json* const gaps = fields.find("bar_gaps_mm"); gaps != nullptr && !gaps->empty()) {
+      bars.gaps_mm = JsonFields::numbers_of(*gaps, fields.full("bar_gaps_mm"));
+    }
+  }
+  bars.length_mm = fields.number("bar_length_mm", 20.0);
+  if (const auto checked = bars.check(); !checked) {
+    const std::string key = checked.error().key.substr(checked.error().key.find('.') + 1);
+    refuse_field(fields.full(key == "bar_length_mm" || given == "bar_widths_mm" ? key : given),
+                 checked.error().reason);
+  }
+  return middle_mm;
+}
+
+void read_bar_profile(JsonFields fields, const std::string& cite, Recordings& recordings) {
   const std::vector<double> position = fields.numbers("position_mm", true);
   Stimulus base;
-  base.indenter.tip = Indenter::Tip::kBars;
-  base.indenter.bars.widths_mm = fields.numbers("bar_widths_mm");
-  base.indenter.bars.gaps_mm.clear();
-  if (const Json* const gaps = fields.find("bar_gaps_mm"); gaps != nullptr && !gaps->empty()) {
-    base.indenter.bars.gaps_mm = Fields::numbers_of(*gaps, fields.full("bar_gaps_mm"));
-  }
-  base.indenter.bars.length_mm = fields.number("bar_length_mm", 20.0);
-  if (const auto checked = base.indenter.bars.check(); !checked) {
-    const std::string key = checked.error().key.substr(checked.error().key.find('.') + 1);
-    refuse_field(fields.full(key), checked.error().reason);
-  }
+  const double middle_mm = read_bars(fields, base.indenter);
   read_timing(fields, base);
   for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
     const std::string field = fields.full("rate_hz." + key);
@@ -255,7 +196,7 @@ void read_bar_profile(Fields fields, const std::string& cite, Recordings& record
     const auto rates = series(values, field, position.size(), "position_mm");
     for (std::size_t i = 0; i < rates.size(); ++i) {
       // The afferent at a position under the bars sees them shifted the other way.
-      stimulus.offset_mm = -position[i];
+      stimulus.offset_mm = middle_mm - position[i];
       set.points.push_back({.x = position[i], .measured = rates[i], .stimulus = stimulus});
     }
     recordings.sets.push_back(std::move(set));
@@ -263,7 +204,7 @@ void read_bar_profile(Fields fields, const std::string& cite, Recordings& record
   fields.finish();
 }
 
-void read_vibration(Fields fields, const std::string& cite, Recordings& recordings) {
+void read_vibration(JsonFields fields, const std::string& cite, Recordings& recordings) {
   Stimulus base;
   base.indenter.tip = Indenter::Tip::kPin;
   base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
@@ -279,7 +220,7 @@ void read_vibration(Fields fields, const std::string& cite, Recordings& recordin
     const std::string field = fields.full(key);
     Stimulus stimulus = base;
     stimulus.frequency_hz = quantity(key, "Hz", field, "20Hz");
-    Fields own(values, field);
+    JsonFields own(values, field);
     const std::vector<double> amplitude = own.numbers("um");
     const auto rates = series(own.need("hz"), field + ".hz", amplitude.size(), "um");
     own.finish();
@@ -299,7 +240,7 @@ void read_vibration(Fields fields, const std::string& cite, Recordings& recordin
   if (!any) refuse_field(fields.full(""), "needs a series named by its frequency, as in \"20Hz\"");
 }
 
-void read_hold_adaptation(Fields fields, const std::string& cite, Recordings& recordings) {
+void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings& recordings) {
   Stimulus base;
   base.indenter.tip = Indenter::Tip::kPin;
   base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
@@ -329,7 +270,7 @@ void read_hold_adaptation(Fields fields, const std::string& cite, Recordings& re
       stimulus.level = quantity(depth, "mm", field + "." + depth, "0.65mm");
       stimulus.ramp_s = stimulus.level / speed_mm_per_s;
       stimulus.decline_over_s = over_s;
-      const double fraction = Fields::number_of(decline, field + "." + depth, true, true);
+      const double fraction = JsonFields::number_of(decline, field + "." + depth, true, true);
       if (!(fraction > -1.0 && fraction <= 1.0)) {
         refuse_field(field + "." + depth, "must be a fraction of the rate, from -1 to 1");
       }
@@ -341,13 +282,15 @@ void read_hold_adaptation(Fields fields, const std::string& cite, Recordings& re
   if (!any) refuse_field(fields.full(prefix + "12s"), "is missing");
 }
 
-void read_field_area(Fields fields, Recordings& recordings) {
+void read_field_area(JsonFields fields, Recordings& recordings) {
   const std::vector<double> depth_um = fields.numbers("depth_um");
   const auto area =
       series(fields.need("SA1_mm2"), fields.full("SA1_mm2"), depth_um.size(), "depth_um");
+  const double background_mm = fields.number("background_depth_mm", 0.0, true);
   for (std::size_t i = 0; i < area.size(); ++i) {
-    recordings.field_areas.push_back(
-        {.depth_mm = units::mm_from_um(depth_um[i]), .area_mm2 = area[i]});
+    recordings.field_areas.push_back({.depth_mm = units::mm_from_um(depth_um[i]),
+                                      .area_mm2 = area[i],
+                                      .background_mm = background_mm});
   }
   if (const std::string text = fields.text("trial_sd"); !text.empty()) {
     double bound = 0.0;
@@ -362,17 +305,18 @@ void read_field_area(Fields fields, Recordings& recordings) {
   fields.finish();
 }
 
-void read_kinetics(Fields fields, Recordings& recordings) {
+void read_kinetics(JsonFields fields, Recordings& recordings) {
   const Json& taus = fields.need("tau_ms");
   if (!taus.is_array()) refuse_field(fields.full("tau_ms"), "must be a list");
   for (const Json& tau : taus) {
     if (tau.is_string() && tau.get<std::string>() == "inf") continue;
-    recordings.time_constants_ms.push_back(Fields::number_of(tau, fields.full("tau_ms"), false));
+    recordings.time_constants_ms.push_back(
+        JsonFields::number_of(tau, fields.full("tau_ms"), false));
   }
   fields.finish();
 }
 
-void read_intervals(Fields fields, Recordings& recordings) {
+void read_intervals(JsonFields fields, Recordings& recordings) {
   const std::vector<double> depth = fields.numbers("depth_mm");
   const auto mean =
       series(fields.need("mean_isi_ms"), fields.full("mean_isi_ms"), depth.size(), "depth_mm");
@@ -383,13 +327,78 @@ void read_intervals(Fields fields, Recordings& recordings) {
   fields.finish();
 }
 
+void read_tip(JsonFields& fields, Indenter& indenter) {
+  const std::string tip = fields.text("tip");
+  if (tip.empty() || tip == "sphere") {
+    if (const Json* const radius = fields.find("radius_mm"); radius != nullptr) {
+      indenter.radius_mm = radius->is_string() && radius->get<std::string>() == "inf"
+                               ? std::numeric_limits<double>::infinity()
+                               : JsonFields::number_of(*radius, fields.full("radius_mm"), false);
+    }
+  } else if (tip == "pin") {
+    indenter.tip = Indenter::Tip::kPin;
+    indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+  } else if (tip == "bars") {
+    static_cast<void>(read_bars(fields, indenter));
+  } else {
+    refuse_field(fields.full("tip"), "must be \"sphere\", \"pin\" or \"bars\"");
+  }
+}
+
+void read_trials(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  RecordedTrials trials;
+  trials.cite = cite;
+  trials.trace_file = fields.text("trace");
+  if (trials.trace_file.empty()) {
+    refuse_field(fields.full("trace"), "is missing: name the recorded press (CSV)");
+  }
+  trials.name = "trials: " + trials.trace_file;
+  if (const std::string name = fields.text("name"); !name.empty()) trials.name = name;
+  if (trials.name.find_first_of("\"\n") != std::string::npos) {
+    refuse_field(fields.full("name"), "must not hold quotes or line ends");
+  }
+  read_tip(fields, trials.stimulus.indenter);
+  if (const Json* const place = fields.find("afferent_mm"); place != nullptr) {
+    const auto xy = JsonFields::numbers_of(*place, fields.full("afferent_mm"), true);
+    if (xy.size() != 2) refuse_field(fields.full("afferent_mm"), "must be two numbers: [x, y]");
+    trials.stimulus.afferent_x_mm = xy[0];
+    trials.stimulus.afferent_y_mm = xy[1];
+  }
+  trials.spikes_file = fields.text("spikes");
+  const Json* const times = fields.find("spike_times_s");
+  if ((times != nullptr) == !trials.spikes_file.empty()) {
+    refuse_field(fields.full("spikes"),
+                 "or spike_times_s must be given, one of the two: the recorded spikes");
+  }
+  if (times != nullptr) {
+    if (!times->is_array() || times->empty()) {
+      refuse_field(fields.full("spike_times_s"),
+                   "must be a list with a list of times for each trial");
+    }
+    for (const Json& train : *times) {
+      if (train.is_array() && train.empty()) {
+        trials.spikes_s.emplace_back();
+        continue;
+      }
+      trials.spikes_s.push_back(JsonFields::numbers_of(train, fields.full("spike_times_s"), true));
+    }
+  }
+  trials.frequency_hz = fields.number("frequency_hz", 0.0, true);
+  trials.stimulus.frequency_hz = trials.frequency_hz;
+  trials.cost_per_s = fields.number("victor_purpura_cost_per_s", trials.cost_per_s);
+  trials.tau_s = 1e-3 * fields.number("van_rossum_tau_ms", 1e3 * trials.tau_s);
+  trials.bin_s = 1e-3 * fields.number("bin_ms", 1e3 * trials.bin_s);
+  recordings.trials.push_back(std::move(trials));
+  fields.finish();
+}
+
 /// Calls `read` for the section's object, or for each of a list of objects.
 template <class Read>
-void for_each_object(Fields& root, const std::string& section, Read read) {
+void for_each_object(JsonFields& root, const std::string& section, Read read) {
   const Json* const found = root.find(section);
   if (found == nullptr) return;
   const auto one = [&](const Json& object, const std::string& name) {
-    Fields fields(object, name);
+    JsonFields fields(object, name);
     const std::string cite = fields.text("cite");
     if (cite.empty()) refuse_field(fields.full("cite"), "is missing: say where the data are from");
     read(std::move(fields), cite);
@@ -405,10 +414,10 @@ void for_each_object(Fields& root, const std::string& section, Read read) {
 
 Recordings recordings_of(const Json& json) {
   Recordings recordings;
-  Fields root(json, "");
+  JsonFields root(json, "");
   static_cast<void>(root.text("note"));
   const auto with_sets = [&](const std::string& section, auto read) {
-    for_each_object(root, section, [&](Fields fields, const std::string& cite) {
+    for_each_object(root, section, [&](JsonFields fields, const std::string& cite) {
       read(std::move(fields), cite, recordings);
     });
   };
@@ -417,8 +426,9 @@ Recordings recordings_of(const Json& json) {
   with_sets("bar_profile", read_bar_profile);
   with_sets("vibration", read_vibration);
   with_sets("hold_adaptation", read_hold_adaptation);
+  with_sets("trials", read_trials);
   const auto others = [&](const std::string& section, auto read) {
-    for_each_object(root, section, [&](Fields fields, const std::string& /*cite*/) {
+    for_each_object(root, section, [&](JsonFields fields, const std::string& /*cite*/) {
       read(std::move(fields), recordings);
     });
   };
@@ -426,8 +436,9 @@ Recordings recordings_of(const Json& json) {
   others("adaptation_kinetics", read_kinetics);
   others("isi", read_intervals);
   root.finish();
-  if (recordings.sets.empty() && recordings.field_areas.empty() && recordings.intervals.empty()) {
-    throw Fault{"holds no data: give it a section such as curvature_force"};
+  if (recordings.sets.empty() && recordings.trials.empty() && recordings.field_areas.empty() &&
+      recordings.intervals.empty()) {
+    throw JsonFault{"holds no data: give it a section such as curvature_force"};
   }
   return recordings;
 }
@@ -445,7 +456,7 @@ Expected<Recordings, SetupError> parse_recordings(const std::string& text,
                      ": this is not JSON");
   } catch (const Json::out_of_range&) {
     return bad_input(name + ": holds a number that is too large for any program");
-  } catch (const Fault& fault) {
+  } catch (const JsonFault& fault) {
     return bad_input(name + ": " + fault.sentence);
   }
 }
@@ -459,7 +470,14 @@ Expected<Recordings, SetupError> read_recordings(const std::string& path) {
   if (file.bad()) return bad_input("cannot read the data file " + path + ": is it a file?");
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kLargest) return bad_input(path + " is larger than any data file (1 MiB)");
-  return parse_recordings(text, path);
+  auto recordings = parse_recordings(text, path);
+  if (!recordings) return recordings;
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "" : path.substr(0, slash);
+  if (auto loaded = load_trials(*recordings, folder); !loaded) {
+    return Unexpected<SetupError>(loaded.error());
+  }
+  return recordings;
 }
 
 Recordings published_recordings() {

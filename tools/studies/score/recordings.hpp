@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,12 +10,17 @@
 
 namespace merkel {
 
+class PressTrace;
+
 /// How an afferent was pressed, and what of its answer was measured.
 struct Stimulus {
-  Indenter indenter;          ///< tip and control
-  double level = 0.0;         ///< of the hold: mm of depth or mN of force, as the control says
-  double ramp_s = 0.05;       ///< from touch to the hold
-  double offset_mm = 0.0;     ///< of the tip's axis from the receptive field's centre
+  Indenter indenter;           ///< tip and control
+  double level = 0.0;          ///< of the hold: mm of depth or mN of force, as the control says
+  double ramp_s = 0.05;        ///< from touch to the hold
+  double offset_mm = 0.0;      ///< of the tip's axis from the receptive field's centre
+  bool offset_across = false;  ///< the finger, and not along it
+  double background_mm =
+      0.0;  ///< depth to which a plate around the tip is lowered before `settle_s`
   double amplitude_mm = 0.0;  ///< of a sine on top of the hold, from zero to its peak
   double frequency_hz = 0.0;
   double settle_s = 0.0;  ///< from touch to the beginning of the sine, and of the count
@@ -22,6 +28,11 @@ struct Stimulus {
   /// Where set, the answer is the fraction by which the rate falls from the first `count_s` of the
   /// hold to the last `count_s` before so many seconds of it.
   std::optional<double> decline_over_s;
+
+  /// A recorded press in place of ramp, hold and sine; null: none.
+  std::shared_ptr<const PressTrace> trace;
+  double afferent_x_mm = 15.0;  ///< of the receptive field's centre, in the trace's coordinates
+  double afferent_y_mm = 10.0;
 
   [[nodiscard]] double end_s() const noexcept {
     return decline_over_s ? ramp_s + *decline_over_s : settle_s + count_s;
@@ -43,6 +54,21 @@ struct DataSet {
   std::vector<Point> points;
 };
 
+/// Presses of one afferent that were recorded with their spikes.
+struct RecordedTrials {
+  std::string name;  ///< "trials: FILE"
+  std::string cite;
+  std::string trace_file;
+  std::string spikes_file;  ///< empty where the data file holds the spikes
+  Stimulus stimulus;
+  std::shared_ptr<const PressTrace> trace;    ///< once loaded
+  std::vector<std::vector<double>> spikes_s;  ///< by trial; once loaded, since the first sample
+  double frequency_hz = 0.0;                  ///< of a vibration, for phase locking
+  double cost_per_s = 100.0;                  ///< of moving a spike, Victor & Purpura
+  double tau_s = 0.01;                        ///< van Rossum
+  double bin_s = 0.02;                        ///< of the PSTH
+};
+
 /// What a data file holds.
 struct Recordings {
   std::vector<DataSet> sets;
@@ -50,6 +76,7 @@ struct Recordings {
   struct FieldArea {
     double depth_mm = 0.0;
     double area_mm2 = 0.0;
+    double background_mm = 0.0;  ///< to which the array around the pin is lowered first
   };
   std::vector<FieldArea> field_areas;
   std::optional<double> most_trial_sd;  ///< impulses
@@ -60,6 +87,7 @@ struct Recordings {
     double sd_ms = 0.0;
   };
   std::vector<Intervals> intervals;
+  std::vector<RecordedTrials> trials;
 };
 
 /// Reads a data file; its form is in tools/README.md. Fails with the field and what to mend.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -39,10 +40,23 @@ double squared_correlation(const std::vector<double>& a, const std::vector<doubl
   return variances > 0.0 ? covariance * covariance / variances : kNone;
 }
 
+/// 1 − SSE/SST of predictions a of measurements b.
+double explained_variance(const std::vector<double>& a, const std::vector<double>& b) {
+  if (b.size() < 2) return kNone;
+  const double mean = std::accumulate(b.begin(), b.end(), 0.0) / static_cast<double>(b.size());
+  double missed = 0.0;
+  double total = 0.0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    missed += (a[i] - b[i]) * (a[i] - b[i]);
+    total += (b[i] - mean) * (b[i] - mean);
+  }
+  return total > 0.0 ? 1.0 - missed / total : kNone;
+}
+
 /// Neurons of the scene's kind whose energy density is their drive in Hz, without adaptation.
 Afferents driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
   TactileModel::Parameters bare = scene;
-  bare.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0};
+  bare.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0, .compression_ms = 0.0};
   return *Afferents::create(bare, 0, count, *rate_current_table_of(bare));
 }
 
@@ -92,7 +106,14 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
     SetScore score;
     score.set = &set;
     std::vector<double> measured;
+    std::vector<double> answered;
     for (const DataSet::Point& point : set.points) {
+      if (std::isinf(point.stimulus.indenter.radius_mm) && std::isinf(scene.skin.radius_mm)) {
+        ++score.skipped;
+        score.predicted.push_back(kNone);
+        score.count_sd.push_back(kNone);
+        continue;
+      }
       if (!model || !model->fits(point.stimulus)) {
         auto made = Trials::create(scene, point.stimulus, trials);
         if (!made) return Unexpected<ParameterError>(made.error());
@@ -101,11 +122,13 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
       const Answer answer = answer_of(point.stimulus, model->run(point.stimulus));
       score.predicted.push_back(answer.value);
       score.count_sd.push_back(answer.count_sd);
+      answered.push_back(answer.value);
       measured.push_back(point.measured);
       if (progress) progress(static_cast<double>(++done) / static_cast<double>(points));
     }
-    score.rmse = root_mean_square_error(score.predicted, measured);
-    score.r2 = squared_correlation(score.predicted, measured);
+    score.rmse = answered.empty() ? kNone : root_mean_square_error(answered, measured);
+    score.r2 = squared_correlation(answered, measured);
+    score.R2 = explained_variance(answered, measured);
     scores.push_back(std::move(score));
   }
   return scores;
@@ -169,14 +192,19 @@ std::vector<DriveRate> rates_by_drive(const TactileModel::Parameters& scene) {
 }
 
 Expected<double, ParameterError> field_area_mm2(const TactileModel::Parameters& scene,
-                                                double depth_mm, std::size_t trials) {
+                                                const Recordings::FieldArea& area,
+                                                std::size_t trials) {
   Stimulus stimulus;
   stimulus.indenter.tip = Indenter::Tip::kPin;
   stimulus.indenter.pin.diameter_mm = 0.5;
+  if (area.background_mm > 0.0 && std::isfinite(scene.skin.radius_mm)) {
+    stimulus.background_mm = area.background_mm;
+    stimulus.settle_s = 1.0;
+  }
   auto model = Trials::create(scene, stimulus, trials);
   if (!model) return Unexpected<ParameterError>(model.error());
   const double none = answer_of(stimulus, model->run(stimulus)).value;
-  stimulus.level = depth_mm;
+  stimulus.level = area.depth_mm;
   const auto evokes = [&](double offset_mm) {
     stimulus.offset_mm = offset_mm;
     return answer_of(stimulus, model->run(stimulus)).value >= none + 1.0;
@@ -189,6 +217,18 @@ Expected<double, ParameterError> field_area_mm2(const TactileModel::Parameters& 
     (evokes(middle) ? inside : outside) = middle;
   }
   return std::numbers::pi * inside * inside;
+}
+
+bool fitted_to(const DataSet& set) {
+  static const Recordings published = published_recordings();
+  return std::any_of(published.sets.begin(), published.sets.end(), [&](const DataSet& known) {
+    return known.section == set.section && known.name == set.name &&
+           known.points.size() == set.points.size() &&
+           std::equal(known.points.begin(), known.points.end(), set.points.begin(),
+                      [](const DataSet::Point& a, const DataSet::Point& b) {
+                        return a.x == b.x && a.measured == b.measured;
+                      });
+  });
 }
 
 PeerScores peers_of(const std::string& set_name) {

@@ -18,6 +18,11 @@ struct SetScore {
   std::vector<double> count_sd;  ///< between trials, impulses
   double rmse = 0.0;
   double r2 = 0.0;  ///< square of the correlation; NaN of fewer than three points
+  double R2 = 0.0;  ///< 1 − SSE/SST: below r² where the gain or offset is wrong, negative where the
+                    ///< recordings' mean would do better
+  /// Points that the scene cannot press, for example a flat plate on flat skin: their prediction is
+  /// NaN, and they do not count.
+  std::size_t skipped = 0;
 };
 
 /// Scores the data sets, with so many trials a stimulus. \param progress  told the fraction done
@@ -44,9 +49,14 @@ struct DriveRate {
 [[nodiscard]] std::vector<DriveRate> rates_by_drive(const TactileModel::Parameters& scene);
 
 /// The area within which a pin of 0.5 mm diameter, pressed to a depth for a second, evokes at
-/// least an impulse more than none would: π·r².
+/// least an impulse more than none would: π·r². Where there is a background depth, a plate around
+/// the pin is lowered to it a second before.
 [[nodiscard]] Expected<double, ParameterError> field_area_mm2(const TactileModel::Parameters& scene,
-                                                              double depth_mm, std::size_t trials);
+                                                              const Recordings::FieldArea& area,
+                                                              std::size_t trials);
+
+/// Whether a data set is one of those that the presets were fitted to (`merkel fit`).
+[[nodiscard]] bool fitted_to(const DataSet& set);
 
 /// The published scores of other models of these recordings, RMSE; NaN where there is none.
 struct PeerScores {

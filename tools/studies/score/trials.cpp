@@ -1,11 +1,14 @@
 #include "tools/studies/score/trials.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "core/units.hpp"
+#include "tools/studies/score/press_trace.hpp"
 
 namespace merkel {
 namespace {
@@ -24,6 +27,10 @@ nanoseconds tick_for(const Stimulus& stimulus) {
 }
 
 double level_at(const Stimulus& stimulus, double time_s) {
+  if (stimulus.trace) return stimulus.trace->at(time_s).level;
+  if (stimulus.background_mm > 0.0) {
+    return stimulus.level * std::clamp((time_s - stimulus.settle_s) / stimulus.ramp_s, 0.0, 1.0);
+  }
   const double held = stimulus.level * std::min(1.0, time_s / stimulus.ramp_s);
   const double since = time_s - stimulus.settle_s;
   if (stimulus.amplitude_mm == 0.0 || since <= 0.0) return held;
@@ -47,14 +54,18 @@ Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& 
   patch.centres.assign(trials, {.x_mm = kCentreX_mm, .y_mm = kCentreY_mm});
   parameters.patches = {patch};
   parameters.indenters = {stimulus.indenter};
+  if (stimulus.background_mm > 0.0) {
+    // The pin presses beyond a plate; by force, so that neither takes the other's depth.
+    parameters.indenters.front().control = Indenter::Control::kForce;
+    Indenter plate;
+    plate.radius_mm = std::numeric_limits<double>::infinity();
+    plate.control = Indenter::Control::kForce;
+    parameters.indenters.push_back(plate);
+  }
   parameters.network.gain = 0.0;
   parameters.accuracy.cull_tolerance = 0.0;
   parameters.adaptation.gain_spread = 0.0;
-  if (stimulus.indenter.tip != Indenter::Tip::kSphere) {
-    // A flat tip is narrow against the finger: it presses on flat skin.
-    parameters.skin.radius_mm = std::numeric_limits<double>::infinity();
-    parameters.skin.apex.reset();
-  } else if (std::isfinite(parameters.skin.radius_mm)) {
+  if (std::isfinite(parameters.skin.radius_mm)) {
     parameters.skin.apex = {.x_mm = kCentreX_mm, .y_mm = kCentreY_mm};
   }
   const nanoseconds tick = tick_for(stimulus);
@@ -69,12 +80,23 @@ Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& 
 }
 
 Trials::Trials(TactileModel model, const Stimulus& stimulus)
-    : model_(std::move(model)), stimulus_(stimulus) {}
+    : model_(std::move(model)), stimulus_(stimulus) {
+  if (!(stimulus.background_mm > 0.0)) return;
+  const auto& parameters = model_.parameters();
+  const auto by_depth = [&](std::size_t indenter) {
+    Indenter own = parameters.indenters[indenter];
+    own.control = Indenter::Control::kDepth;
+    return TipContact(own, parameters.skin);
+  };
+  pin_.emplace(by_depth(0));
+  plate_.emplace(by_depth(1));
+}
 
 bool Trials::fits(const Stimulus& stimulus) const {
   const Indenter& a = stimulus_.indenter;
   const Indenter& b = stimulus.indenter;
-  return a.tip == b.tip && a.control == b.control && a.radius_mm == b.radius_mm &&
+  return (stimulus_.background_mm > 0.0) == (stimulus.background_mm > 0.0) && a.tip == b.tip &&
+         a.control == b.control && a.radius_mm == b.radius_mm &&
          a.pin.diameter_mm == b.pin.diameter_mm && a.bars.widths_mm == b.bars.widths_mm &&
          a.bars.gaps_mm == b.bars.gaps_mm && a.bars.length_mm == b.bars.length_mm &&
          tick_for(stimulus_) == tick_for(stimulus);
@@ -87,12 +109,26 @@ void Trials::press(const Stimulus& stimulus, AfterTick after_tick) {
   const auto end = units::nanoseconds_from_s(stimulus.end_s());
   const bool by_force = stimulus.indenter.control == Indenter::Control::kForce;
   for (nanoseconds time{0}; time < end; time += tick) {
-    const double level = level_at(stimulus, units::s_from(time + tick));
-    const ContactInput contact{.depth_mm = by_force ? 0.0 : level,
-                               .force_mN = by_force ? level : 0.0,
-                               .x_mm = kCentreX_mm + stimulus.offset_mm,
-                               .y_mm = kCentreY_mm};
-    after_tick(model_.step({&contact, 1}, time));
+    const double now_s = units::s_from(time + tick);
+    const double level = level_at(stimulus, now_s);
+    std::array<ContactInput, 2> contacts;
+    contacts[0] = {.depth_mm = by_force ? 0.0 : level,
+                   .force_mN = by_force ? level : 0.0,
+                   .x_mm = kCentreX_mm + (stimulus.offset_across ? 0.0 : stimulus.offset_mm),
+                   .y_mm = kCentreY_mm + (stimulus.offset_across ? stimulus.offset_mm : 0.0)};
+    if (stimulus.trace && stimulus.trace->positioned()) {
+      const PressTrace::Level at = stimulus.trace->at(now_s);
+      contacts[0].x_mm += at.x_mm - stimulus.afferent_x_mm;
+      contacts[0].y_mm += at.y_mm - stimulus.afferent_y_mm;
+    }
+    if (plate_) {
+      const double lowered = stimulus.background_mm * std::min(1.0, now_s / stimulus.ramp_s);
+      contacts[0].force_mN = pin_->press({.depth_mm = level}).contact.force_mN;
+      contacts[1] = {.force_mN = plate_->press({.depth_mm = lowered}).contact.force_mN,
+                     .x_mm = kCentreX_mm,
+                     .y_mm = kCentreY_mm};
+    }
+    after_tick(model_.step({contacts.data(), plate_ ? 2U : 1U}, time));
   }
 }
 

@@ -2,8 +2,10 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "core/contact/tip_contact.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "tools/studies/score/recordings.hpp"
@@ -38,6 +40,8 @@ class Trials {
   Trials(TactileModel model, const Stimulus& stimulus);
   TactileModel model_;
   Stimulus stimulus_;
+  /// By depth, to find the forces of a pin that goes beyond a plate; empty without a plate.
+  std::optional<TipContact> pin_, plate_;
 };
 
 /// What a stimulus asks for: the rate in its window, Hz, or the decline over its hold; the mean of

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "core/math/normal_random.hpp"
-#include "core/receptors/adaptation.hpp"
 #include "core/units.hpp"
 #include "tests/core/every_simd_target.hpp"
 #include "tests/core/neurons/serial_team.hpp"
@@ -18,18 +17,21 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-IntegrateAndFire quiet() { return {.noise = {}}; }
+IntegrateAndFire quiet() { return {.refractory_ms = 4.0, .noise = {}}; }
 
 // The values of a prototype in Python, of the same equations.
 TEST(IntegrateAndFireGroup, RepeatsThePublishedCheckOfItsEquations) {
   constexpr nanoseconds kStep = microseconds{500};
-  Adaptation adaptation({.gain_Hz_per_kPa = 18.1, .fast_weight = 57.0, .slow_weight = 1.54}, 1);
   IntegrateAndFireGroup neuron({.neuron = quiet(), .step = kStep}, 1);
   SpikeBuffer spikes(100);
+  // The drive of an afferent with two states of adaptation.
+  double x1 = 0.0;
+  double x3 = 0.0;
   for (int i = 0; i < 2000; ++i) {
-    const double energy = 2.20939 * std::min(1.0, (i + 1) * 0.5 / 50.0);
-    double drive = 0.0;
-    adaptation.advance({&energy, 1}, {&energy, 1}, kStep, {&drive, 1});
+    const double u = 18.1 * 2.20939 * std::min(1.0, (i + 1) * 0.5 / 50.0);
+    x1 += (u - x1) * -std::expm1(-0.5 / 8.0);
+    x3 += (u - x3) * -std::expm1(-0.5 / 1832.0);
+    const double drive = (1.0 + 57.0 + 1.54) * u - 57.0 * x1 - 1.54 * x3;
     neuron.advance({&drive, 1}, {&drive, 1}, 1, i * kStep, spikes);
   }
   ASSERT_EQ(spikes.events().size(), 69U);
@@ -38,6 +40,49 @@ TEST(IntegrateAndFireGroup, RepeatsThePublishedCheckOfItsEquations) {
     EXPECT_NEAR(units::ms_from(spikes.events()[k].time), expected_ms[k], 5.1e-5);
   }
   EXPECT_NEAR(units::ms_from(spikes.events().back().time), 996.454, 5.1e-4);
+}
+
+TEST(IntegrateAndFireGroup, WithoutDriveItIsSilentAndSkipped) {
+  IntegrateAndFireGroup neurons({.neuron = {}, .step = microseconds{500}}, 40);
+  std::vector<double> drive(40, 0.0);
+  SpikeBuffer spikes(4000);
+  neurons.advance(drive, drive, 2000, nanoseconds{0}, spikes);
+  EXPECT_TRUE(spikes.events().empty());
+  EXPECT_TRUE(neurons.all_resting());
+  // One that is driven keeps its block awake, no other.
+  drive[20] = 30.0;
+  neurons.advance(drive, drive, 2000, nanoseconds{0}, spikes);
+  EXPECT_GT(spikes.events().size(), 20U);
+  EXPECT_EQ(neurons.resting_blocks(), 2U);
+  // Released, it decays to rest.
+  drive[20] = 0.0;
+  spikes.clear();
+  neurons.advance(drive, drive, 2000, nanoseconds{0}, spikes);
+  EXPECT_FALSE(neurons.all_resting());
+  for (int k = 0; k < 8; ++k) neurons.advance(drive, drive, 1000, nanoseconds{0}, spikes);
+  EXPECT_TRUE(neurons.all_resting());
+  EXPECT_TRUE(spikes.events().empty());
+}
+
+TEST(IntegrateAndFireGroup, NoiseGrowsWithTheDrive) {
+  // The variance of v after a second of weak drive, far from the threshold: σ²·I/full, less leak.
+  IntegrateAndFire neuron{.tau_ms = 1e6, .floor = -1e6, .noise = {.sigma = 0.8, .seed = 5}};
+  neuron.threshold = 1e6;
+  for (const double drive_Hz : {0.5, 2.0, 5.0, 20.0}) {
+    constexpr std::size_t kNeurons = 4000;
+    IntegrateAndFireGroup neurons({.neuron = neuron, .step = microseconds{500}}, kNeurons);
+    const std::vector<double> drive(kNeurons, drive_Hz);
+    SpikeBuffer spikes(1);
+    neurons.advance(drive, drive, 200, nanoseconds{0}, spikes);
+    double sum2 = 0.0;
+    for (std::size_t n = 0; n < kNeurons; ++n) {
+      const double off = neurons.potential(n) - 0.1 * drive_Hz;
+      sum2 += off * off;
+    }
+    EXPECT_NEAR(sum2 / kNeurons, 0.1 * 0.64 * std::min(1.0, drive_Hz / 5.0),
+                0.1 * 0.1 * 0.64 * std::min(1.0, drive_Hz / 5.0))
+        << drive_Hz;
+  }
 }
 
 TEST(IntegrateAndFireGroup, ApproachesTheExactSolutionWithTheStep) {
@@ -60,7 +105,7 @@ TEST(IntegrateAndFireGroup, ApproachesTheExactSolutionWithTheStep) {
 }
 
 TEST(IntegrateAndFireGroup, NoiseIsThatOfTheSeedTheNeuronAndTheStep) {
-  IntegrateAndFire neuron{.floor = -1e6, .noise = {.sigma = 0.8, .seed = 5}};
+  IntegrateAndFire neuron{.floor = -1e6, .noise = {.sigma = 0.8, .seed = 5, .full_drive_Hz = 0.0}};
   neuron.threshold = 1e6;
   IntegrateAndFireGroup neurons({.neuron = neuron, .step = microseconds{500}}, 37);
   const std::vector<double> none(37, 0.0);

@@ -1,0 +1,113 @@
+#include "tools/studies/score/skin_fit.hpp"
+
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/contact/tip_contact.hpp"
+#include "core/math/normal_random.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+#include "tools/studies/report/report.hpp"
+
+namespace merkel {
+namespace {
+
+const Indenter kPlate{.radius_mm = std::numeric_limits<double>::infinity(), .bars = {}, .pin = {}};
+const Indenter kPin{.tip = Indenter::Tip::kPin, .bars = {}, .pin = {.diameter_mm = 6.35}};
+const SkinParameters kFinger{.radius_mm = 7.0};
+
+/// A press of skin of a known modulus, down and up again, with noise of so many mN.
+std::vector<ForceAtDepth> press_of(const Indenter& tip, double modulus_kPa, double stiffening_mm,
+                                   double noise_mN) {
+  SkinParameters skin = kFinger;
+  skin.stiffening_mm = stiffening_mm;
+  const double nu = skin.poisson_ratio;
+  skin.epidermis_kPa = skin.dermis_kPa = modulus_kPa * (1.0 - nu * nu);
+  const TipContact contact(tip, skin);
+  std::vector<ForceAtDepth> press;
+  for (int k = -20; k <= 180; ++k) {
+    const double depth = 2.0 - 0.02 * std::abs(k - 80);
+    const double force = contact.press({.depth_mm = depth}).contact.force_mN;
+    // Coming back, the skin presses less.
+    press.push_back(
+        {.depth_mm = depth,
+         .force_mN = (k > 80 ? 0.8 : 1.0) * force +
+                     noise_mN * normal_random(1, 0, static_cast<std::uint64_t>(k + 20))});
+  }
+  return press;
+}
+
+TEST(SkinFit, FindsTheSkinThatMadeThePress) {
+  for (const Indenter& tip : {kPlate, kPin}) {
+    const auto fit = fit_skin(press_of(tip, 24.0, 1.65, 3.0), tip, kFinger);
+    ASSERT_TRUE(fit) << fit.error().sentence;
+    EXPECT_NEAR(fit->modulus_kPa, 24.0, 4.0 * fit->modulus_error * 24.0);
+    EXPECT_NEAR(fit->stiffening_mm, 1.65, 4.0 * fit->stiffening_error * 1.65);
+    EXPECT_LT(fit->modulus_error, 0.05);
+    EXPECT_LT(fit->stiffening_error, 0.05);
+    EXPECT_GT(fit->r2, 0.99);
+    EXPECT_NEAR(fit->rms_mN, 3.0, 1.0);
+    EXPECT_TRUE(fit->unloaded);
+    EXPECT_NEAR(fit->hysteresis, 0.2, 0.03);
+  }
+}
+
+TEST(SkinFit, SaysWhereThereIsNoStiffening) {
+  const auto fit = fit_skin(press_of(kPlate, 100.0, -5.0, 0.0), kPlate, kFinger);  // it softens
+  ASSERT_TRUE(fit);
+  EXPECT_TRUE(std::isinf(fit->stiffening_mm));
+}
+
+// Plates and a flat tip of 6.35 mm on human fingerpads: means of four subjects.
+TEST(SkinFit, RepeatsThePublishedFingerpads) {
+  const auto plate =
+      fit_skin({{0.5, 37.0}, {1.0, 159.0}, {1.5, 395.0}, {2.0, 768.0}}, kPlate, kFinger);
+  ASSERT_TRUE(plate);
+  EXPECT_NEAR(plate->modulus_kPa, 24.0, 3.0);
+  EXPECT_NEAR(plate->stiffening_mm, 1.65, 0.15);
+  const auto tip = fit_skin({{0.5, 24.5}, {1.0, 76.5}, {2.0, 302.0}, {3.0, 957.0}}, kPin, kFinger);
+  ASSERT_TRUE(tip);
+  EXPECT_NEAR(tip->modulus_kPa, 15.0, 4.0);
+  EXPECT_NEAR(tip->stiffening_mm, 2.1, 0.4);
+}
+
+TEST(SkinFit, RefusesWhatIsNoPress) {
+  EXPECT_NE(fit_skin({{0.5, 10.0}, {1.0, 20.0}}, kPlate, kFinger).error().sentence.find("needs 4"),
+            std::string::npos);
+  EXPECT_NE(fit_skin({{0.5, -1.0}, {1.0, -2.0}, {1.5, -3.0}, {2.0, -5.0}}, kPlate, kFinger)
+                .error()
+                .sentence.find("does not grow with the depth"),
+            std::string::npos);
+}
+
+TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
+  const TemporaryFolder folder;
+  std::string trace = "time_s,depth_mm,force_N\n";
+  double time = 0.0;
+  for (const ForceAtDepth& sample : press_of(kPlate, 24.0, 1.65, 0.0)) {
+    trace += format("%.3f,%.9g,%.9g\n", time += 0.01, sample.depth_mm, 1e-3 * sample.force_mN);
+  }
+  const auto run = run_program({"fit", "skin", "--trace", folder.file("p.csv", trace), "--plate",
+                                "--out", folder.path("skin.toml")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("E0 = 24 kPa"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("d1 = 1.65 mm"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("hysteresis: 20 %"), std::string::npos) << run.out;
+  const auto contact =
+      run_program({"inspect", "contact", "--scene", folder.path("skin.toml"), "--depth-mm", "2"});
+  EXPECT_EQ(contact.exit_code, 0) << contact.err;
+  EXPECT_NE(contact.out.find(",0.805"), std::string::npos) << contact.out;
+
+  const auto missing = run_program({"fit", "skin", "--trace", folder.path("p.csv")});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("say what pressed"), std::string::npos);
+  const auto depth_only = run_program(
+      {"fit", "skin", "--plate", "--trace", folder.file("d.csv", "time_s,depth_mm\n0,0\n1,1\n")});
+  EXPECT_EQ(depth_only.exit_code, 2);
+  EXPECT_NE(depth_only.err.find("has no column force_N"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace merkel

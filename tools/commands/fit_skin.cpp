@@ -1,0 +1,133 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "core/parameters/parameter_error.hpp"
+#include "drivers/files/output_file.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/scene/scene_presets.hpp"
+#include "tools/studies/report/report.hpp"
+#include "tools/studies/score/skin_fit.hpp"
+
+namespace merkel {
+namespace {
+
+struct FitSkinCommand {
+  std::string trace;
+  std::string scene = "finger";
+  std::optional<double> radius_mm;
+  std::optional<double> diameter_mm;
+  bool plate = false;
+  std::string out = "skin.toml";
+  bool overwrite = false;
+};
+
+/// Beyond this relative standard error, a number says little.
+constexpr double kPoor = 0.3;
+
+std::string judged(double relative_error) {
+  return format("± %.1f %%%s", 100.0 * relative_error,
+                relative_error < kPoor ? "" : ", which the recording does not determine");
+}
+
+std::string report_of(const SkinFit& fit) {
+  std::string text = format("%zu samples up to %.3g mm and %.4g N\n", fit.samples, fit.deepest_mm,
+                            1e-3 * fit.loading.back().force_mN);
+  text += format("E*(d) = E0·e^(d/d1): E0 = %.4g kPa %s\n", fit.modulus_kPa,
+                 judged(fit.modulus_error).c_str());
+  if (std::isfinite(fit.stiffening_mm)) {
+    text += format("                     d1 = %.4g mm %s; correlation with E0 %.2f\n",
+                   fit.stiffening_mm, judged(fit.stiffening_error).c_str(), fit.correlation);
+  } else {
+    text += "                     no stiffening: the force grows as the contact's shape says\n";
+  }
+  text += format("residuals: %.3g mN rms, %.3g mN at most; R² = %.4f\n", fit.rms_mN, fit.largest_mN,
+                 fit.r2);
+  text += fit.unloaded
+              ? format(
+                    "hysteresis: %.0f %% of the work of loading is lost by unloading; the model "
+                    "is elastic and loses none\n",
+                    100.0 * fit.hysteresis)
+              : "hysteresis: the recording has no unloading half\n";
+  text += "depth_mm,force_N,model_N\n";
+  const std::size_t stride = std::max<std::size_t>(1, fit.samples / 12);
+  for (std::size_t i = 0; i < fit.samples; i += stride) {
+    text += format("%.4g,%.4g,%.4g\n", fit.loading[i].depth_mm, 1e-3 * fit.loading[i].force_mN,
+                   1e-3 * fit.predicted_mN[i]);
+  }
+  return text;
+}
+
+std::string scene_of(const FitSkinCommand& command, const Scene& scene, const Indenter& tip,
+                     const SkinFit& fit) {
+  const double nu = scene.model.skin.poisson_ratio;
+  const std::string modulus = format("%.6g", fit.modulus_kPa * (1.0 - nu * nu));
+  std::string text = "# Made by merkel fit skin --trace " + command.trace +
+                     format(": E* = %.4g kPa·e^(d/%.4g mm), R² = %.4f.\n", fit.modulus_kPa,
+                            fit.stiffening_mm, fit.r2);
+  text += scene.file.empty() ? "preset = \"" + scene.preset + "\"\n" : scene.text + "\n";
+  text += "\n[skin]\nepidermis_kPa = " + modulus + "\ndermis_kPa = " + modulus +
+          "\nstiffening_mm = " + shortest_decimal(std::stod(format("%.6g", fit.stiffening_mm))) +
+          "\n\n[probe]\n";
+  text += tip.tip == Indenter::Tip::kPin
+              ? "tip = \"pin\"\ndiameter_mm = " + shortest_decimal(tip.pin.diameter_mm)
+              : "radius_mm = " + shortest_decimal(tip.radius_mm);
+  return text + "\n";
+}
+
+int fit_skin_command(const FitSkinCommand& command) {
+  if (command.radius_mm.has_value() + command.diameter_mm.has_value() + command.plate != 1) {
+    return refuse(
+        "say what pressed: --radius-mm for a sphere, --diameter-mm for a flat pin, or --plate");
+  }
+  const auto scene = preset_scene(command.scene);
+  if (!scene) {
+    return refuse("there is no preset \"" + command.scene + "\" to write the skin into");
+  }
+  Indenter tip;
+  if (command.diameter_mm) {
+    tip.tip = Indenter::Tip::kPin;
+    tip.pin.diameter_mm = *command.diameter_mm;
+  } else {
+    tip.radius_mm = command.radius_mm.value_or(std::numeric_limits<double>::infinity());
+  }
+  if (const auto checked = tip.check(scene->model.skin); !checked) {
+    return refuse(scene->sentence(checked.error()));
+  }
+  const auto press = read_force_depth(command.trace);
+  if (!press) return refuse(press.error());
+  const auto fit = fit_skin(*press, tip, scene->model.skin);
+  if (!fit) return refuse(command.trace + ": " + fit.error().sentence);
+  auto out = OutputFile::create(command.out, command.overwrite);
+  if (!out) return refuse(out.error());
+  std::fputs(report_of(*fit).c_str(), stdout);
+  if (!out->write(scene_of(command, *scene, tip, *fit)) || !out->close()) return fail(out->error());
+  std::printf("\nwritten to %s: merkel run %s uses it\n", command.out.c_str(), command.out.c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_fit_skin_command(CommandLine& fit) {
+  auto command = std::make_shared<FitSkinCommand>();
+  fit.subcommand("skin",
+                 "Fits the modulus and the stiffening of a finger or phantom, E*(d) = E0·e^(d/d1), "
+                 "to a press recorded with depth and force; reports residuals, hysteresis and how "
+                 "well each is determined, and writes a scene.",
+                 "fit skin --trace press.csv --plate --out skin.toml")
+      .option("--trace", command->trace, "Recorded press (CSV with time_s, depth_mm, force_N)")
+      .required()
+      .option("--radius-mm", command->radius_mm, "Radius of the sphere that pressed, mm",
+              {1e-3, 1e6})
+      .option("--diameter-mm", command->diameter_mm, "Diameter of the flat pin that pressed, mm",
+              {1e-3, 1e3})
+      .flag("--plate", command->plate, "A flat plate pressed")
+      .option("--scene", command->scene,
+              "Preset whose curvature, layer and law the contact has, and to write into")
+      .option("--out", command->out, "Scene to write (TOML)")
+      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .runs([command] { return fit_skin_command(*command); });
+}
+
+}  // namespace merkel

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "core/skin/stress.hpp"
+
+namespace merkel::reference {
+
+/// A straight rigid bar pressed without friction into a finger that is curved across it, by
+/// boundary elements: even pressures on rectangles (Love 1929; Johnson, Contact Mechanics,
+/// Eq. 3.25), the contact by an active set. Shares no formula with core/contact.
+class BarBoundaryElements {
+ public:
+  struct Parameters {
+    double reduced_modulus_kPa = 130.0;
+    double poisson_ratio = 0.48;
+    double width_mm = 3.0;    ///< along x
+    double length_mm = 20.0;  ///< along y
+    double skin_radius_mm = 7.0;
+    double depth_mm = 1.0;
+    int columns = 24;  ///< of elements across the bar, crowded at its edges
+    int rows = 60;     ///< along its contact
+  };
+  explicit BarBoundaryElements(const Parameters& parameters);
+
+  [[nodiscard]] double force_mN() const noexcept { return force_mN_; }
+  /// How far along the bar the contact reaches, both ways together.
+  [[nodiscard]] double contact_length_mm() const noexcept { return contact_length_mm_; }
+  /// By superposition of point loads; z of the order of an element or more.
+  [[nodiscard]] CartesianStress stress(double x_mm, double y_mm, double z_mm) const;
+
+ private:
+  struct Element {
+    double x, y, half_width, half_length, pressure_kPa;
+  };
+  std::vector<Element> elements_;  ///< of the quarter x > 0, y > 0
+  double poisson_ratio_;
+  double force_mN_ = 0.0;
+  double contact_length_mm_ = 0.0;
+};
+
+}  // namespace merkel::reference

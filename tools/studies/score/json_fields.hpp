@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace merkel {
+
+/// One sentence about a field of a data file; caught at the file's border.
+struct JsonFault {
+  std::string sentence;
+};
+
+[[noreturn]] void refuse_field(const std::string& field, const std::string& reason);
+
+/// The fields of one JSON object. Each that is looked up is known; finish() names one that is not.
+/// All throw JsonFault.
+class JsonFields {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  JsonFields(const Json& object, std::string name);
+
+  [[nodiscard]] std::string full(const std::string& key) const {
+    return name_.empty() ? key : name_ + "." + key;
+  }
+  /// Null where it is not there.
+  const Json* find(const std::string& key);
+  const Json& need(const std::string& key);
+  std::string text(const std::string& key);
+  double number(const std::string& key, double otherwise, bool may_be_zero = false);
+  std::vector<double> numbers(const std::string& key, bool may_be_negative = false);
+  static double number_of(const Json& value, const std::string& field, bool may_be_zero = true,
+                          bool may_be_negative = false);
+  static std::vector<double> numbers_of(const Json& value, const std::string& field,
+                                        bool may_be_negative = false);
+  void finish();
+  [[nodiscard]] const Json& object() const { return object_; }
+
+ private:
+  const Json& object_;
+  std::string name_;
+  std::vector<std::string> known_;
+};
+
+/// The number before a unit at the end of a key, as 0.098 in "10gwt_0.098N"; positive.
+[[nodiscard]] double quantity(const std::string& key, const std::string& unit,
+                              const std::string& field, const std::string& example);
+
+[[nodiscard]] bool ends_in(const std::string& key, const std::string& unit);
+
+}  // namespace merkel

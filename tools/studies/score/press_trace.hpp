@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/contact/indenter.hpp"
+#include "core/expected.hpp"
+
+namespace merkel {
+
+/// A recorded press, from its first sample on: what drives the contact, over time.
+class PressTrace {
+ public:
+  /// Reads a trace file. Where it holds both depth and force, force drives. Fails where it has
+  /// fewer than two samples.
+  [[nodiscard]] static Expected<PressTrace, SetupError> read(const std::string& path);
+
+  [[nodiscard]] Indenter::Control control() const noexcept { return control_; }
+  /// Of the first sample, in the file's time.
+  [[nodiscard]] double begin_s() const noexcept { return begin_s_; }
+  [[nodiscard]] double duration_s() const noexcept { return time_s_.back(); }
+
+  struct Level {
+    double level = 0.0;  ///< mm or mN, as the control says
+    double x_mm = 0.0;
+    double y_mm = 0.0;
+  };
+  /// At a time since the first sample, by straight lines between samples.
+  [[nodiscard]] Level at(double time_s) const;
+  [[nodiscard]] bool positioned() const noexcept { return !x_mm_.empty(); }
+
+  /// A part of the press.
+  struct Phase {
+    std::string name;
+    double begin_s = 0.0;
+    double end_s = 0.0;
+  };
+  /// "ramp" up to 95 % of the largest level, "hold" while it is above, "release" down to 1 %; those
+  /// shorter than 10 ms are left out.
+  [[nodiscard]] std::vector<Phase> phases() const;
+
+ private:
+  Indenter::Control control_ = Indenter::Control::kDepth;
+  double begin_s_ = 0.0;
+  std::vector<double> time_s_;  ///< since the first sample
+  std::vector<double> level_;
+  std::vector<double> x_mm_, y_mm_;  ///< empty where the trace has no position
+};
+
+}  // namespace merkel

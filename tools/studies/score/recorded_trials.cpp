@@ -1,0 +1,244 @@
+#include "tools/studies/score/recorded_trials.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "tools/studies/report/csv_table.hpp"
+#include "tools/studies/report/spike_distance.hpp"
+#include "tools/studies/score/press_trace.hpp"
+#include "tools/studies/score/trials.hpp"
+
+namespace merkel {
+namespace {
+
+using Trains = std::vector<std::vector<double>>;
+
+/// Rows of time_s and the number of the trial or neuron. Times from `begin_s` on.
+Expected<Trains, SetupError> read_spikes(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return bad_input("cannot read the spikes " + path);
+  std::map<long, std::vector<double>> trains;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line.front() == '#') continue;
+    if (line == "time_s,trial" || line == "time_s,neuron") continue;
+    double time = 0.0;
+    long trial = 0;
+    const char* const end = line.data() + line.size();
+    const auto [comma, first] = std::from_chars(line.data(), end, time);
+    const bool read = first == std::errc() && comma != end && *comma == ',' &&
+                      std::from_chars(comma + 1, end, trial).ec == std::errc() &&
+                      std::isfinite(time);
+    if (!read) {
+      return bad_input(path + ":" + std::to_string(number) +
+                       ": must be a time in s and the number of a trial, as in 1.234,1");
+    }
+    trains[trial].push_back(time);
+  }
+  Trains all;
+  for (auto& [trial, train] : trains) all.push_back(std::move(train));
+  if (all.empty()) return bad_input(path + " holds no spikes");
+  return all;
+}
+
+double rate_in(const Trains& trains, double begin, double end) {
+  double count = 0.0;
+  for (const auto& train : trains) {
+    count += static_cast<double>(
+        std::count_if(train.begin(), train.end(), [=](double t) { return t >= begin && t < end; }));
+  }
+  return count / (end - begin) / static_cast<double>(trains.size());
+}
+
+std::vector<double> within(const std::vector<double>& train, double begin, double end) {
+  std::vector<double> part;
+  std::copy_if(train.begin(), train.end(), std::back_inserter(part),
+               [=](double t) { return t >= begin && t < end; });
+  return part;
+}
+
+/// The mean over all pairs of trains, one of either side; of one with itself, over different
+/// trains.
+template <class Distance>
+double mean_distance(const Trains& a, const Trains& b, Distance distance) {
+  double sum = 0.0;
+  double pairs = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      if (&a == &b && i == j) continue;
+      sum += distance(a[i], b[j]);
+      pairs += 1.0;
+    }
+  }
+  return pairs > 0.0 ? sum / pairs : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string number(double value, const char* pattern) {
+  return std::isfinite(value) ? format(pattern, value) : "–";
+}
+
+std::string distances(const RecordedTrials& set, const Trains& model) {
+  std::string text =
+      "| spike distance | model to recorded | recorded to recorded |\n|---|---|---|\n";
+  const auto add = [&](const std::string& name, auto distance) {
+    text += "| " + name + " | " + number(mean_distance(model, set.spikes_s, distance), "%.2f") +
+            " | " + number(mean_distance(set.spikes_s, set.spikes_s, distance), "%.2f") + " |\n";
+  };
+  using Train = std::vector<double>;
+  add(format("Victor–Purpura, cost %g/s", set.cost_per_s), [&](const Train& a, const Train& b) {
+    return victor_purpura_distance(a, b, set.cost_per_s);
+  });
+  add(format("van Rossum, τ %g ms", 1e3 * set.tau_s),
+      [&](const Train& a, const Train& b) { return van_rossum_distance(a, b, set.tau_s); });
+  return text + "\n";
+}
+
+std::string phase_table(const RecordedTrials& set, const Trains& model) {
+  std::string text = "| phase | from s | to s | recorded Hz | model Hz |\n|---|---|---|---|---|\n";
+  for (const PressTrace::Phase& phase : set.trace->phases()) {
+    text += format("| %s | %.3f | %.3f | %.2f | %.2f |\n", phase.name.c_str(), phase.begin_s,
+                   phase.end_s, rate_in(set.spikes_s, phase.begin_s, phase.end_s),
+                   rate_in(model, phase.begin_s, phase.end_s));
+  }
+  return text + "\n";
+}
+
+std::string locking(const RecordedTrials& set, const Trains& model) {
+  if (!(set.frequency_hz > 0.0)) return "";
+  double begin = 0.0;
+  double end = set.trace->duration_s();
+  for (const PressTrace::Phase& phase : set.trace->phases()) {
+    if (phase.name == "ramp") begin = phase.end_s;
+    if (phase.name == "release") end = phase.begin_s;
+  }
+  const auto strength = [&](const Trains& trains) {
+    std::vector<double> all;
+    for (const auto& train : trains) {
+      const auto part = within(train, begin, end);
+      all.insert(all.end(), part.begin(), part.end());
+    }
+    return vector_strength(all, set.frequency_hz);
+  };
+  return format("- phase locking at %g Hz (vector strength): recorded %s, model %s\n",
+                set.frequency_hz, number(strength(set.spikes_s), "%.3f").c_str(),
+                number(strength(model), "%.3f").c_str());
+}
+
+/// Correlation of the two PSTHs, and their table.
+double write_psth(const RecordedTrials& set, const Trains& model, CsvTable& table) {
+  std::vector<double> recorded;
+  std::vector<double> simulated;
+  for (double begin = 0.0; begin < set.trace->duration_s(); begin += set.bin_s) {
+    recorded.push_back(rate_in(set.spikes_s, begin, begin + set.bin_s));
+    simulated.push_back(rate_in(model, begin, begin + set.bin_s));
+    table.row("\"" + set.name + "\"", {begin + 0.5 * set.bin_s, recorded.back(), simulated.back()});
+  }
+  double squares = 0.0;
+  double total = 0.0;
+  double mean = 0.0;
+  for (const double rate : recorded) mean += rate / static_cast<double>(recorded.size());
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    squares += (recorded[i] - simulated[i]) * (recorded[i] - simulated[i]);
+    total += (recorded[i] - mean) * (recorded[i] - mean);
+  }
+  return total > 0.0 ? 1.0 - squares / total : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
+Expected<void, SetupError> load_trials(Recordings& recordings, const std::string& folder) {
+  const auto resolved = [&](const std::string& path) {
+    return path.starts_with("/") || folder.empty() ? path : folder + "/" + path;
+  };
+  for (RecordedTrials& set : recordings.trials) {
+    auto trace = PressTrace::read(resolved(set.trace_file));
+    if (!trace) return Unexpected<SetupError>(trace.error());
+    set.trace = std::make_shared<PressTrace>(std::move(*trace));
+    set.stimulus.trace = set.trace;
+    set.stimulus.indenter.control = set.trace->control();
+    if (!set.spikes_file.empty()) {
+      auto spikes = read_spikes(resolved(set.spikes_file));
+      if (!spikes) return Unexpected<SetupError>(spikes.error());
+      set.spikes_s = std::move(*spikes);
+    }
+    for (auto& train : set.spikes_s) {
+      for (double& time : train) time -= set.trace->begin_s();
+      std::sort(train.begin(), train.end());
+    }
+    DataSet rates{.name = set.name,
+                  .section = "trials",
+                  .x_name = "phase_begin_s",
+                  .y_name = "rate_hz",
+                  .cite = set.cite,
+                  .points = {}};
+    for (const PressTrace::Phase& phase : set.trace->phases()) {
+      Stimulus stimulus = set.stimulus;
+      stimulus.settle_s = phase.begin_s;
+      stimulus.count_s = phase.end_s - phase.begin_s;
+      rates.points.push_back({.x = phase.begin_s,
+                              .measured = rate_in(set.spikes_s, phase.begin_s, phase.end_s),
+                              .stimulus = stimulus});
+    }
+    if (rates.points.empty()) {
+      return bad_input(resolved(set.trace_file) + " never presses: there is nothing to compare");
+    }
+    recordings.sets.push_back(std::move(rates));
+  }
+  return {};
+}
+
+Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& scene,
+                                               const Recordings& recordings,
+                                               std::size_t repetitions,
+                                               const ReportFolder& folder) {
+  auto spikes =
+      CsvTable::create(folder.path("trials.csv"), "set,source,trial,time_s", folder.overwrite);
+  if (!spikes) return Unexpected<SetupError>(spikes.error());
+  auto psth = CsvTable::create(folder.path("psth.csv"), "set,time_s,recorded_hz,model_hz",
+                               folder.overwrite);
+  if (!psth) return Unexpected<SetupError>(psth.error());
+  auto press =
+      CsvTable::create(folder.path("press.csv"), "set,unit,time_s,level", folder.overwrite);
+  if (!press) return Unexpected<SetupError>(press.error());
+  std::string text;
+  for (const RecordedTrials& set : recordings.trials) {
+    Stimulus whole = set.stimulus;
+    whole.settle_s = 0.0;
+    whole.count_s = set.trace->duration_s();
+    auto trials = Trials::create(scene, whole, repetitions);
+    if (!trials) return bad_input(trials.error().key + " " + trials.error().reason);
+    const Trains model = trials->run(whole);
+    const auto add = [&](const char* source, const Trains& trains) {
+      for (std::size_t k = 0; k < trains.size(); ++k) {
+        for (const double time : trains[k]) {
+          spikes->row("\"" + set.name + "\"," + source, {static_cast<double>(k + 1), time});
+        }
+      }
+    };
+    add("recorded", set.spikes_s);
+    add("model", model);
+    const bool force = set.trace->control() == Indenter::Control::kForce;
+    for (double t = 0.0; t <= set.trace->duration_s(); t += 0.005) {
+      press->row("\"" + set.name + "\"," + (force ? "N" : "mm"),
+                 {t, (force ? 1e-3 : 1.0) * set.trace->at(t).level});
+    }
+    const double r2 = write_psth(set, model, *psth);
+    text += format("### %s: %zu recorded trials, %zu of the model\n\n", set.name.c_str(),
+                   set.spikes_s.size(), model.size());
+    text += phase_table(set, model) + distances(set, model) + locking(set, model);
+    text +=
+        format("- PSTH in bins of %g ms: R² = %s\n\n", 1e3 * set.bin_s, number(r2, "%.3f").c_str());
+  }
+  for (CsvTable* const table : {&*spikes, &*psth, &*press}) {
+    if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  }
+  return text;
+}
+
+}  // namespace merkel

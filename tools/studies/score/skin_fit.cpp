@@ -1,0 +1,160 @@
+#include "tools/studies/score/skin_fit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "core/contact/tip_contact.hpp"
+#include "drivers/files/trace_file.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kFewest = 4;
+
+/// ∫ F dd along samples, by trapezes, mN·mm.
+double work_of(const std::vector<ForceAtDepth>& samples) {
+  double work = 0.0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    work += 0.5 * (samples[i].force_mN + samples[i - 1].force_mN) *
+            (samples[i].depth_mm - samples[i - 1].depth_mm);
+  }
+  return work;
+}
+
+/// The fit itself: F = shape·e^(p + b·d), p = ln E0, b = 1/d1.
+struct Solution {
+  double p = 0.0;
+  double b = 0.0;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+};
+
+Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
+               const Eigen::VectorXd& shape, bool stiffens) {
+  Solution at;
+  at.p = std::log(force.dot(shape) / shape.squaredNorm());
+  const auto predicted = [&](double p, double b) {
+    return Eigen::VectorXd(shape.array() * (p + b * depth.array()).exp());
+  };
+  Eigen::Matrix2d curvature = Eigen::Matrix2d::Identity();
+  for (int round = 0; round < 60; ++round) {
+    const Eigen::VectorXd now = predicted(at.p, at.b);
+    const Eigen::VectorXd missing = force - now;
+    Eigen::MatrixXd slopes(force.size(), 2);
+    slopes.col(0) = now;
+    slopes.col(1) = stiffens ? Eigen::VectorXd(now.array() * depth.array())
+                             : Eigen::VectorXd(Eigen::VectorXd::Zero(force.size()));
+    curvature = slopes.transpose() * slopes;
+    if (!stiffens) curvature(1, 1) = 1.0;
+    const Eigen::Vector2d step = curvature.ldlt().solve(slopes.transpose() * missing);
+    // Half steps until the squares fall.
+    double share = 1.0;
+    while (share > 1e-6 &&
+           (force - predicted(at.p + share * step(0), at.b + share * step(1))).squaredNorm() >
+               missing.squaredNorm()) {
+      share *= 0.5;
+    }
+    at.p += share * step(0);
+    at.b += share * step(1);
+    if (share * step.norm() < 1e-10) break;
+  }
+  const double freedom = static_cast<double>(force.size()) - (stiffens ? 2.0 : 1.0);
+  const double variance = (force - predicted(at.p, at.b)).squaredNorm() / std::max(1.0, freedom);
+  at.covariance = curvature.inverse() * variance;
+  return at;
+}
+
+}  // namespace
+
+Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, const Indenter& tip,
+                                       const SkinParameters& skin) {
+  const auto deepest = std::max_element(
+      press.begin(), press.end(),
+      [](const ForceAtDepth& a, const ForceAtDepth& b) { return a.depth_mm < b.depth_mm; });
+  SkinFit fit;
+  for (auto sample = press.begin(); deepest != press.end() && sample <= deepest; ++sample) {
+    if (sample->depth_mm > 0.0) fit.loading.push_back(*sample);
+  }
+  fit.samples = fit.loading.size();
+  if (fit.samples < kFewest) {
+    return bad_input("the press has " + std::to_string(fit.samples) +
+                     " samples in contact on the way to its deepest point, and a fit needs " +
+                     std::to_string(kFewest) + ": record more, or slower");
+  }
+  fit.deepest_mm = deepest->depth_mm;
+
+  // F/E* of the tip by the scene's own contact.
+  SkinParameters elastic = skin;
+  elastic.stiffening_mm = std::numeric_limits<double>::infinity();
+  Indenter by_depth = tip;
+  by_depth.control = Indenter::Control::kDepth;
+  const TipContact contact(by_depth, elastic);
+  const double modulus = SkinMaterial(elastic).reduced_modulus_kPa();
+  const auto count = static_cast<Eigen::Index>(fit.samples);
+  Eigen::VectorXd depth(count);
+  Eigen::VectorXd force(count);
+  Eigen::VectorXd shape(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ForceAtDepth& sample = fit.loading[static_cast<std::size_t>(i)];
+    depth(i) = sample.depth_mm;
+    force(i) = sample.force_mN;
+    shape(i) = contact.press({.depth_mm = sample.depth_mm}).contact.force_mN / modulus;
+  }
+  if (!(force.dot(shape) > 0.0)) {
+    return bad_input("the force does not grow with the depth: is its sign right, and is it tared?");
+  }
+  Solution found = solve(depth, force, shape, true);
+  const bool stiffens = found.b > 0.0;
+  if (!stiffens) found = solve(depth, force, shape, false);
+  fit.modulus_kPa = std::exp(found.p);
+  fit.modulus_error = std::sqrt(found.covariance(0, 0));
+  if (stiffens) {
+    fit.stiffening_mm = 1.0 / found.b;
+    fit.stiffening_error = std::sqrt(found.covariance(1, 1)) / found.b;
+    fit.correlation =
+        found.covariance(0, 1) / std::sqrt(found.covariance(0, 0) * found.covariance(1, 1));
+  }
+  double squares = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    fit.predicted_mN.push_back(shape(i) * std::exp(found.p + found.b * depth(i)));
+    const double residual = force(i) - fit.predicted_mN.back();
+    squares += residual * residual;
+    fit.largest_mN = std::max(fit.largest_mN, std::fabs(residual));
+  }
+  fit.rms_mN = std::sqrt(squares / static_cast<double>(count));
+  fit.r2 = 1.0 - squares / (force.array() - force.mean()).square().sum();
+
+  const std::vector<ForceAtDepth> back(deepest, press.end());
+  fit.unloaded = back.size() > kFewest && back.back().depth_mm < 0.5 * fit.deepest_mm;
+  if (fit.unloaded) {
+    const double loading = work_of(fit.loading);
+    fit.hysteresis = (loading + work_of(back)) / loading;
+  }
+  return fit;
+}
+
+Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(const std::string& path) {
+  auto reader = TraceReader::open(path);
+  if (!reader) return Unexpected<SetupError>(reader.error());
+  for (const auto& [channel, name] :
+       {std::pair{ProbeSample::kDepth, "depth_mm"}, {ProbeSample::kForce, "force_N"}}) {
+    if ((reader->channels() & channel) == 0U) {
+      return bad_input(path + " has no column " + name +
+                       ": a stiffness needs both depth_mm and force_N");
+    }
+  }
+  std::vector<ForceAtDepth> press;
+  std::array<ProbeSample, 256> samples;
+  for (;;) {
+    const auto count = reader->read(samples);
+    if (!count) return Unexpected<SetupError>(count.error());
+    if (*count == 0) return press;
+    for (std::size_t i = 0; i < *count; ++i) {
+      press.push_back({.depth_mm = samples[i].depth_mm, .force_mN = samples[i].force_mN});
+    }
+  }
+}
+
+}  // namespace merkel
