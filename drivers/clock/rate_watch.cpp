@@ -57,13 +57,14 @@ void RateWatch::compare(const Frame& now) noexcept {
   const auto host = static_cast<double>((now.arrival - previous_->arrival).count());
   if (host <= 0.0) return;
   rates_[count_++ % kRates] = static_cast<double>((now.device - previous_->device).count()) / host;
-  if (count_ < kRates) return;
+  const std::size_t known = std::min(count_, kRates);
   std::array<double, kRates> sorted = rates_;
-  std::sort(sorted.begin(), sorted.end());
-  const double low = sorted[kRates / 2 - 1];
-  const double high = sorted[kRates / 2];
+  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(known));
+  const double low = sorted[(known - 1) / 2];
+  const double high = sorted[known / 2];
   const bool wrong = low > 1.0 + kLargestError || high < 1.0 - kLargestError;
   rate_ = (low + high) / 2.0;
+  if (count_ < kRates) return;
   // While it is mistrusted, it must be right all the time, not just in the median.
   const bool right = !wrong && std::fabs(rates_[(count_ - 1) % kRates] - 1.0) < 0.5;
   good_windows_ = right ? good_windows_ + 1 : 0;

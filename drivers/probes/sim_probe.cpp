@@ -13,7 +13,6 @@ namespace merkel {
 namespace {
 
 constexpr double kLongest_s = 1e6;
-constexpr double kHertzExponent = 1.5;  ///< of force over depth
 constexpr double kPosition = SampleLimits::kPosition_mm;
 
 /// 0 before `begin`, 1 after `begin + length`, a straight line between.
@@ -164,7 +163,7 @@ Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
     (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
     if (force_mN_) {
       const double relative = amplitude_ > 0.0 ? std::max(value / amplitude_, 0.0) : 0.0;
-      sample.force_mN = *force_mN_ * std::pow(relative, kHertzExponent);
+      sample.force_mN = *force_mN_ * relative * std::sqrt(relative);  // Hertz: to the power 1.5
     }
     if (sample.has(ProbeSample::kX)) {
       sample.x_mm = press.x_mm;

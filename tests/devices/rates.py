@@ -34,7 +34,7 @@ def measure(program, protocol, rate, seconds, folder):
     folder = pathlib.Path(folder)
     trace = folder / "trace.csv"
     if not trace.exists():
-        press = f"sim:taps?depth_mm=1.5&force_N=0.4534&interval_s=0.5&tap_s=0.4&count={int(2 * seconds) + 20}"
+        press = f"sim:taps?depth_mm=1.5&force_N=0.4534&interval_s=0.5&tap_s=0.12&count={int(2 * seconds) + 20}"
         subprocess.run([program, "record", press, trace], check=True, capture_output=True)
     word = protocol.split()[0]
     command = [program, "simulate-probe", word, "--trace", trace, "--rate-hz", str(rate)]

@@ -121,9 +121,9 @@ class Judge {
     if (held > kMuch) {
       const auto needed = probe.timing ? probe.timing->delay : nanoseconds{0};
       const double period_ms = probe.timing ? units::ms_from(probe.timing->period) : 0.0;
-      const std::string what =
-          sentence("%.0f %% of ticks held the last sample of %s, which sends every %.3g ms",
-                   100.0 * held, probe.uri.c_str(), period_ms);
+      std::string what =
+          sentence("%.0f %% of ticks held the last sample of %s", 100.0 * held, probe.uri.c_str());
+      if (probe.timing) what += sentence(", which sends every %.3g ms", period_ms);
       add(Severity::kLoss, held, what,
           report_.delay < needed
               ? sentence("set [probe] delay_ms = %.0f, or leave it out: then it is measured",
