@@ -279,8 +279,11 @@ class CsvLines final : public LineProtocol {
           reading.device_time = *time;
           return true;
         }
-        const auto count = parse_csv_field(part, decimal_comma).number;
-        if (!count || !(*count >= 0.0 && *count < 9e15 / static_cast<double>(column.nanoseconds))) {
+        const CsvField field = parse_csv_field(part, decimal_comma);
+        const auto& count = field.number;
+        // What follows the number may be its unit, but not another number.
+        if (!count || field.unit.find_first_of("0123456789,;") != std::string_view::npos ||
+            !(*count >= 0.0 && *count < 9e15 / static_cast<double>(column.nanoseconds))) {
           return false;
         }
         reading.device_time =

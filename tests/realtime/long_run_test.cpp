@@ -117,7 +117,7 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
     return woken;
   });
   device.deliver(nanoseconds{0}, channel);
-  std::vector<ProbeInput> inputs{ProbeInput(channel, {})};
+  std::vector<ProbeInput> inputs{ProbeInput(channel, {.stale_after = milliseconds{50}})};
   FixedStepLoop<ScriptedClock> loop({.delay = kDelay}, clock, *model, inputs, fanout, statistics,
                                     events);
   const std::atomic<bool> stop{false};

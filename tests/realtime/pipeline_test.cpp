@@ -285,7 +285,7 @@ TEST(Pipeline, ASinkGetsWhatItAskedForAndNothingElse) {
   Pipeline pipeline(*model, {.fast = true});
   auto samples = press(6000);
   samples.erase(samples.begin() + 300, samples.begin() + 500);  // an outage
-  pipeline.add_probe(std::make_unique<MemoryProbe>(samples, 7), {});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(samples, 7), {.stale_after = milliseconds{50}});
   CuriousSink::Content all;
   CuriousSink::Content nothing;
   pipeline.add_sink(std::make_unique<CuriousSink>(

@@ -93,7 +93,7 @@ TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.toml")));
   // Its advice, followed: the URI of the second reading.
   std::smatch uri;
-  ASSERT_TRUE(std::regex_search(asked.err, uri, std::regex("serial:[^ ]+"))) << asked.err;
+  ASSERT_TRUE(std::regex_search(asked.err, uri, std::regex("serial:[^ ]+[?][^ ]+"))) << asked.err;
   const auto again = run_program({"connect", uri.str(), "--out", folder.path("s.toml")});
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE(again.out.find("depth 0.3 mm"), std::string::npos) << again.out;

@@ -199,12 +199,15 @@ TEST(PathVerdicts, BandsAreThoseOfTheMedian) {
     return all;
   };
   using G = Grade;
-  EXPECT_EQ(grades(run_of(latency(1, 2, 50), latency(60, 100, 200), 0)),
-            (std::vector{G::kGood, G::kGood, G::kGood, G::kGood, G::kGood, G::kUnknown}));
-  EXPECT_EQ(grades(run_of(latency(1, 2, 500), latency(61, 100, 200), 10)),
-            (std::vector{G::kFair, G::kFair, G::kFair, G::kFair, G::kGood, G::kUnknown}));
-  EXPECT_EQ(grades(run_of(latency(1, 2, 501), latency(61, 100, 200), 11)),
-            (std::vector{G::kPoor, G::kPoor, G::kFair, G::kFair, G::kGood, G::kUnknown}));
+  EXPECT_EQ(
+      grades(run_of(latency(1, 2, 50), latency(60, 100, 200), 0)),
+      (std::vector{G::kUnknown, G::kGood, G::kGood, G::kGood, G::kGood, G::kGood, G::kUnknown}));
+  EXPECT_EQ(
+      grades(run_of(latency(1, 2, 500), latency(61, 100, 200), 10)),
+      (std::vector{G::kUnknown, G::kFair, G::kFair, G::kFair, G::kFair, G::kGood, G::kUnknown}));
+  EXPECT_EQ(
+      grades(run_of(latency(1, 2, 501), latency(61, 100, 200), 11)),
+      (std::vector{G::kUnknown, G::kPoor, G::kPoor, G::kFair, G::kFair, G::kGood, G::kUnknown}));
   DoctorRun beside = run_of(latency(1, 20, 30), latency(40, 100, 200), 0);
   beside.cyclictest = latency(15, 20, 100);
   EXPECT_EQ(path_verdicts({beside}).back().grade, G::kGood);

@@ -18,7 +18,7 @@ nlohmann::json summary_of(const std::string& loop, const std::string& probe) {
 }
 
 TEST(HostTime, ALiveRunTellsHowItMetTheHostsTime) {
-  const auto summary = summary_of("", kTaps + "&live=1");
+  const auto summary = summary_of("[probe]\ndelay_ms = 2\n", kTaps + "&live=1");
   const auto& loop = summary["loop"];
   EXPECT_EQ(loop["wait"], "hybrid");
   EXPECT_GT(loop["margin_us"].get<double>(), 0.0);

@@ -49,7 +49,8 @@ TEST(Record, StopsAfterTheDuration) {
       run_program({"record", "sim:ramp", folder.path("a.csv"), "--duration-s", "0.1"}).exit_code,
       0);
   const std::string trace = read_file(folder.path("a.csv"));
-  EXPECT_EQ(std::count(trace.begin(), trace.end(), '\n'), 2 + 101);
+  EXPECT_EQ(std::count(trace.begin(), trace.end(), '\n'),
+            3 + 101);  // command, columns, validity, samples
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
     deliver(woken);
     return woken;
   });
-  std::vector<ProbeInput> inputs{ProbeInput(probe, {})};
+  std::vector<ProbeInput> inputs{ProbeInput(probe, {.stale_after = milliseconds{50}})};
   BoundedQueue<LoopEvent> events(1024);
   FixedStepLoop<ScriptedClock> loop({.start = nanoseconds{0},
                                      .wall_offset = nanoseconds{0},

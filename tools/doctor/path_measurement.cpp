@@ -65,6 +65,10 @@ struct Arrivals {
   }
 };
 
+/// One sample period of the simulated probe, and what its thread may be late by. Set, because a
+/// measured delay would cost the first second of the measurement.
+constexpr std::chrono::microseconds kDelay{1500};
+
 std::string probe_uri(std::chrono::nanoseconds duration) {
   // Pressed for as long as the measurement, with a swing, so that spikes never stop.
   return "sim:sine?depth_mm=2&amplitude_mm=0.3&frequency_hz=5&wait_s=0.05&tail_s=0.05&live=1&hold_"
@@ -117,7 +121,8 @@ Expected<PathMeasurement, SetupError> measure_path(
     }
     for (Arrivals* const at : all) at->match();
   };
-  Pipeline pipeline(*model, {.duration = settings.duration,
+  Pipeline pipeline(*model, {.delay = kDelay,
+                             .duration = settings.duration,
                              .wait = settings.wait,
                              .realtime = settings.realtime,
                              .timings = &timings,

@@ -177,6 +177,8 @@ Expected<void, ParameterError> check(const Scene& scene) {
   ParameterCheck all;
   Scene copy = scene;
   all.fields(accuracy_keys(copy)).also(scene.loop.check());
+  // Where probes press follows from the patches.
+  for (PatchParameters& patch : copy.model.patches) all.fields(receptor_fields(patch));
   for (const Scene::OfProbe& probe : scene.probes) all.fields(probe);
   return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();
 }

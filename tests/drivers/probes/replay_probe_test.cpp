@@ -43,7 +43,7 @@ TEST(ReplayProbe, KnowsThePeriodInSpiteOfDropouts) {
 TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
   const TemporaryFolder folder;
   std::string rows = "time_s,depth_mm\n";
-  for (int k = 0; k < 200; ++k) rows += std::to_string(k) + ",1\n";
+  for (int k = 0; k < 400; ++k) rows += std::to_string(k) + ",1\n";
   auto probe = open_probe("replay:" + folder.file("t.csv", rows + "nonsense\n"));
   ASSERT_TRUE(probe);
   std::vector<ProbeSample> samples(150);
@@ -51,7 +51,7 @@ TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
   auto count = (*probe)->read(samples, kPatience);
   for (; count; count = (*probe)->read(samples, kPatience)) total += *count;
   EXPECT_EQ(count.error(), ProbeError::kBadData);
-  EXPECT_NE((*probe)->trouble().find("t.csv:202: this row has 1 fields"), std::string::npos);
+  EXPECT_NE((*probe)->trouble().find("t.csv:402: this row has 1 fields"), std::string::npos);
   EXPECT_GE(total, 150U);
 }
 

@@ -48,7 +48,7 @@ class FixedStepLoopTest : public testing::Test {
           return woken;
         },
         std::move(work));
-    std::vector<ProbeInput> inputs{ProbeInput(channel_, {})};
+    std::vector<ProbeInput> inputs{ProbeInput(channel_, {.stale_after = milliseconds{50}})};
     FixedStepLoop<ScriptedClock> loop({.start = nanoseconds{0},
                                        .wall_offset = nanoseconds{0},
                                        .delay = delay,
