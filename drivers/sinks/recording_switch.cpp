@@ -30,6 +30,10 @@ class SessionOnRequest final : public SpikeSink {
   [[nodiscard]] std::uint32_t wishes() const noexcept override {
     return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
   }
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    origin_ = origin;
+    return {};
+  }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     if (!session_) unasked_ += spikes.size();
     return pass([&](SpikeSink& session) { return session.write(spikes); });
@@ -84,6 +88,7 @@ class SessionOnRequest final : public SpikeSink {
     }
     session_ = std::move(*opened);
     recording_->report(true, "recording " + path_);
+    static_cast<void>(pass([this](SpikeSink& session) { return session.begin(origin_); }));
   }
 
   void stop() {
@@ -112,6 +117,7 @@ class SessionOnRequest final : public SpikeSink {
   SinkSetup setup_;
   std::unique_ptr<SpikeSink> session_;  ///< null while nothing is recorded
   std::string path_;
+  RunOrigin origin_;
   std::uint64_t unasked_ = 0;
   std::uint64_t recorded_ = 0;
 };

@@ -109,6 +109,11 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
     }
     sinks.push_back(std::move(*sink));
   }
+  const auto origin = session_origin(options.session);
+  if (!origin) return refuse(origin.error());
+  for (const auto& sink : sinks) {
+    if (auto begun = sink->begin(*origin); !begun) return fail(begun.error().sentence);
+  }
   std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
                page ? "; the page's slider moves in time, Ctrl-C ends" : "");
   std::atomic<bool> stopped{false};

@@ -4,7 +4,7 @@ import { css, kPins } from './colours.js';
 import { placeOf } from './skin_layout.js';
 
 export const kMostPins = 4;
-const kIntervalBins = 24, kLongest_ms = 240;
+const kIntervalBins = 24, kLongest_ms = 240, kCaption = 13;
 
 export class Details {
   /// \param changed  called with the chosen afferents after each change
@@ -100,11 +100,11 @@ export class Details {
 
   #draw(card, spikes, watched, time) {
     const { c, width, height } = context(card.canvas);
-    const split = Math.round(width * 0.62), third = (height - 14) / 2.6;
-    this.#rate(c, spikes, time, card.colour, { x: 0, y: 0, w: split - 8, h: third });
+    const split = Math.round(width * 0.66), w = split - 8, top = Math.round(height * 0.34), ticks = 10;
+    this.#rate(c, spikes, time, card.colour, { x: 0, y: 0, w, h: top });
     c.fillStyle = css('--ink');
-    for (const t of spikes) c.fillRect((t - time.from) / time.seconds * (split - 8), third + 3, 1.2, third * 0.5);
-    this.#drive(c, watched, time, { x: 0, y: third * 1.6 + 2, w: split - 8, h: height - third * 1.6 - 4 });
+    for (const t of spikes) c.fillRect((t - time.from) / time.seconds * w, top + 3, 1.2, ticks);
+    this.#drive(c, watched, time, { x: 0, y: top + ticks + 6, w, h: height - top - ticks - 7 });
     this.#intervals(c, spikes, card.colour, { x: split, y: 0, w: width - split, h: height });
   }
 
@@ -119,14 +119,14 @@ export class Details {
     for (const t of spikes) ++counts[Math.min(bins - 1, Math.floor((t - time.from) / span))];
     const most = Math.max(10, ...counts.map((n) => n / span));
     c.fillStyle = colour;
-    counts.forEach((n, i) => { const tall = n / span / most * (h - 2); c.fillRect(x + i / bins * w, y + h - tall, w / bins + 0.5, tall); });
+    counts.forEach((n, i) => { const tall = n / span / most * (h - kCaption); c.fillRect(x + i / bins * w, y + h - tall, w / bins + 0.5, tall); });
     c.strokeStyle = css('--line'); c.strokeRect(x + 0.5, y + 0.5, w, h);
-    this.#caption(c, `rate, to ${most.toFixed(0)} /s`, x + 3, y + 2);
+    this.#caption(c, `rate to ${most.toFixed(0)} /s`, x + 3, y + 1);
   }
 
   #drive(c, watched, time, { x, y, w, h }) {
     c.strokeStyle = css('--line'); c.strokeRect(x + 0.5, y + 0.5, w, h - 1);
-    if (!watched?.length) { this.#caption(c, 'potential and drive: from now on', x + 3, y + 2); return; }
+    if (!watched?.length) { this.#caption(c, 'drive, potential: from now on', x + 3, y + 1); return; }
     const first = watched.firstAfter(time.from), last = watched.firstAfter(time.to);
     const hasPotential = first < last && Number.isFinite(watched.potential[last - 1]);
     const curve = (column, colour) => {
@@ -136,17 +136,17 @@ export class Details {
       c.strokeStyle = colour; c.lineWidth = 1.2; c.beginPath();
       const stride = Math.max(1, Math.floor((last - first) / (3 * w)));
       for (let i = first; i < last; i += stride) {
-        c.lineTo(x + (watched.t[i] - time.from) / time.seconds * w, y + h - 2 - (column[i] - low) / (high - low) * (h - 16));
+        c.lineTo(x + (watched.t[i] - time.from) / time.seconds * w, y + h - 2 - (column[i] - low) / (high - low) * (h - 2 * kCaption - 2));
       }
       c.stroke();
       c.lineWidth = 1;
       return [low, high];
     };
     const [low, high] = curve(watched.drive, css('--force'));
-    this.#caption(c, `drive ${low.toPrecision(2)} to ${high.toPrecision(2)} ${this.scene.drive_unit}`, x + 3, y + 2, 'left', css('--force'));
+    this.#caption(c, `drive ${low.toPrecision(2)} to ${high.toPrecision(2)} ${this.scene.drive_unit}`, x + 3, y + 1, 'left', css('--force'));
     if (!hasPotential) return;
     const [rest, peak] = curve(watched.potential, css('--depth'));
-    this.#caption(c, `${this.scene.potential_name} ${rest.toFixed(this.scene.potential_unit ? 0 : 2)} to ${peak.toFixed(this.scene.potential_unit ? 0 : 2)} ${this.scene.potential_unit}`, x + w - 3, y + 2, 'right', css('--depth'));
+    this.#caption(c, `${this.scene.potential_name} ${rest.toFixed(this.scene.potential_unit ? 0 : 2)} to ${peak.toFixed(this.scene.potential_unit ? 0 : 2)} ${this.scene.potential_unit}`, x + 3, y + 1 + kCaption, 'left', css('--depth'));
   }
 
   #intervals(c, spikes, colour, { x, y, w, h }) {
@@ -161,7 +161,7 @@ export class Details {
     bins.forEach((n, i) => { const tall = n / most * (h - foot - 14); c.fillRect(x + i / kIntervalBins * w + 0.5, y + h - foot - tall, w / kIntervalBins - 1, tall); });
     c.strokeStyle = css('--line'); c.beginPath(); c.moveTo(x, y + h - foot + 0.5); c.lineTo(x + w, y + h - foot + 0.5); c.stroke();
     all.sort((a, b) => a - b);
-    this.#caption(c, all.length ? `interval, median ${all[all.length >> 1].toFixed(0)} ms` : 'intervals', x, y + 2);
+    this.#caption(c, all.length ? `median ${all[all.length >> 1].toFixed(0)} ms` : 'intervals', x, y + 2);
     this.#caption(c, '0', x, y + h - foot + 2);
     this.#caption(c, `${kLongest_ms} ms`, x + w, y + h - foot + 2, 'right');
   }
