@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/simulation/pty_master.hpp"
 #include "drivers/transports/serial_port.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
