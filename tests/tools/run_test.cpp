@@ -45,7 +45,7 @@ TEST(Run, RealTimePacingWritesTheBytesOfAFastRun) {
 }
 
 TEST(Run, TheBuiltInPressIsTheBundledRampAndHold) {
-  EXPECT_EQ(spikes_of("sim:ramp"), spikes_of("replay:" + kTraces + "ramp_and_hold.csv"));
+  EXPECT_EQ(spikes_of("sim:ramp"), spikes_of("replay:" + kTraces + "ramp_and_hold.csv?use=depth"));
 }
 
 TEST(Run, SeedsChangeTheReceptors) {

@@ -196,7 +196,7 @@ TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
             "s.toml:2: loop.stale_after_ms must be a positive number of milliseconds");
   EXPECT_EQ(fault_of("[[sink]]\n"), "s.toml:1: sink.uri is missing: name where spikes go");
   EXPECT_EQ(fault_of("preset = \"papr\"\n"),
-            "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", "
+            "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", \"finger\", "
             "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");
   EXPECT_EQ(fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
             "s.toml:3: probe.bar_gaps_mm must be positive, or the bars overlap: join them, or part "

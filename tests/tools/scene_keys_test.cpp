@@ -91,9 +91,9 @@ TEST(SceneKeys, APrintedPresetFiresTheGoldenSpikes) {
     const TemporaryFolder folder;
     const auto printed = run_program({"scene", name});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
-    const auto run =
-        run_program({"run", folder.file("my.toml", printed.out), "--fast", "--probe",
-                     "replay:tests/traces/taps.csv", "--sink", "csv:" + folder.path("s.csv")});
+    const auto run = run_program({"run", folder.file("my.toml", printed.out), "--fast", "--probe",
+                                  "replay:tests/traces/taps.csv?use=depth", "--sink",
+                                  "csv:" + folder.path("s.csv")});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(rows(read_file(folder.path("s.csv"))),
               rows(read_file("tests/golden/" + name + ".taps.csv")))

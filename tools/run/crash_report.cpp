@@ -139,6 +139,4 @@ CrashWatch::CrashWatch(const LoopStatistics& statistics, std::chrono::nanosecond
 
 CrashWatch::~CrashWatch() { g_statistics.store(nullptr); }
 
-const char* build_id() noexcept { return g_build_id.data(); }
-
 }  // namespace merkel

@@ -20,7 +20,4 @@ class CrashWatch {
   ~CrashWatch();
 };
 
-/// The build id that the linker gave this program, in hexadecimal; empty where it gave none.
-[[nodiscard]] const char* build_id() noexcept;
-
 }  // namespace merkel
