@@ -38,6 +38,8 @@ class LimitedProbe final : public Probe {
   [[nodiscard]] bool is_timed() const noexcept override { return probe_->is_timed(); }
   [[nodiscard]] std::optional<SampleTiming> timing() const override { return probe_->timing(); }
   [[nodiscard]] std::vector<std::string> take_notices() override;
+  [[nodiscard]] bool request_tare() noexcept override { return probe_->request_tare(); }
+  [[nodiscard]] bool connected() const noexcept override { return probe_->connected(); }
   [[nodiscard]] std::size_t ports() const noexcept override { return probe_->ports(); }
   void add_listener(std::size_t port, PortListener& listener) override {
     probe_->add_listener(port, listener);

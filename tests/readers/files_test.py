@@ -50,7 +50,7 @@ class Files(merkel_program.TestCase):
         afferents = np.genfromtxt(self.path("s/afferents.csv"), delimiter=",", names=True)
         self.assertTrue(np.allclose(1e3 * afferents["x_mm"], positions[:, 0]))
         # Phy counts samples: of a microsecond here.
-        self.assertEqual([(t // 1000, n) for t, n in rows_of(segment)],
+        self.assertEqual([(round(t / 1000), n) for t, n in rows_of(segment)],
                          sorted((round(t / 1000), n) for t, n in spikes))
 
     def test_sonata_has_the_published_layout(self):

@@ -63,8 +63,8 @@ class Session(merkel_program.TestCase):
                 self.assertTrue(first <= stamp <= last)
             self.assertEqual(ticks.rate, 1000)
             for stream in xdf.streams.values():
-                # EEGLAB takes such a stream for markers of one channel.
-                self.assertNotIn(stream.type, ("Events", "Markers"))
+                # EEGLAB takes a stream of such a type for markers of one channel: true of one only.
+                self.assertEqual(stream.type in ("Events", "Markers"), stream.name == "merkel.marks")
                 self.assertGreaterEqual(len(stream.clock_offsets), 1)
                 self.assertTrue(all(offset == 0 for _, offset in stream.clock_offsets))
             afferents = xdf.header.find("merkel").findtext("afferents").splitlines()

@@ -322,7 +322,10 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   ASSERT_TRUE(model);
   const auto team = SpinningTeam::create(2, {}, 2);
   BoundedQueue<TickTiming> timings(10'000);
-  Pipeline pipeline(*model, {.fast = false, .team = team->get(), .timings = &timings});
+  Pipeline pipeline(*model, {.fast = false,
+                             .delay = std::chrono::milliseconds{2},
+                             .team = team->get(),
+                             .timings = &timings});
   const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&dropouts_per_s=5&live=1";
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=1")), {.x_mm = 9.0, .y_mm = 7.5});
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=2")), {.x_mm = 21.0, .y_mm = 12.5});

@@ -242,7 +242,7 @@ TEST(Doctor, MeasuresTheWholePathAndItsCountersAddUp) {
     EXPECT_LE(consumer["software"]["p50_us"], consumer["sample_to_spike"]["p50_us"]);
   }
   EXPECT_GE(result["machine"].size(), 3U);
-  EXPECT_EQ(result["verdicts"].size(), 6U);
+  EXPECT_EQ(result["verdicts"].size(), 7U);
 }
 
 TEST(Doctor, MeasuresTheWayToAZeroMqSubscriber) {

@@ -167,7 +167,7 @@ TEST(IntegrateAndFireGroup, ResetRepeatsTheNoise) {
 TEST(IntegrateAndFireGroup, FiresAsIrregularlyAsRecordedAfferents) {
   constexpr std::size_t kTrials = 64;
   for (const double rate : {10.0, 20.0, 40.0}) {
-    IntegrateAndFireGroup trials({}, kTrials);
+    IntegrateAndFireGroup trials({.neuron = {.refractory_ms = 4.0}}, kTrials);
     // The leak and the refractory period take some of the drive.
     const std::vector<double> drive(kTrials, 0.55 + rate / (1.0 - 0.004 * rate));
     SpikeBuffer spikes(kTrials * 1000);
