@@ -105,7 +105,7 @@ class Zmq(merkel_program.TestCase):
             peer.sendall(b"\x02" + (8 << 30).to_bytes(8, "big") + b"x" * 1000)
             time.sleep(1)
             self.assertIsNone(program.poll())
-            self.assertLess(memory_MiB() - before, 200)
+            self.assertLess(memory_MiB() - before, 50)
         self.assertTrue(self.gets_spikes(port))
 
     def test_hundreds_of_thousands_of_subscriptions_take_no_memory(self):
@@ -125,12 +125,9 @@ class Zmq(merkel_program.TestCase):
         program, _ = self.live_run(port)
         peers = []
         for _ in range(300):
-            try:
-                peers.append(socket.create_connection(("127.0.0.1", port)))
-            except ConnectionRefusedError:  # the limit is reached, and the sink opens anew
-                time.sleep(0.05)
-                continue
+            peers.append(socket.socket())
             self.addCleanup(peers[-1].close)
+            peers[-1].connect_ex(("127.0.0.1", port))  # refused while all peers are dropped
         self.assertTrue(merkel_program.wait_for(
             lambda: len(os.listdir(f"/proc/{program.pid}/fd")) < 150, 10))
         self.assertIsNone(program.poll())
