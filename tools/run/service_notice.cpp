@@ -38,6 +38,4 @@ void ServiceNotice::progress(const RunCounters& counters) {
   ready_ = true;
 }
 
-void ServiceNotice::stopping() const { send("STOPPING=1"); }
-
 }  // namespace merkel

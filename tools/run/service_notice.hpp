@@ -14,8 +14,6 @@ class ServiceNotice {
  public:
   /// Called about once a second.
   void progress(const RunCounters& counters);
-  /// The run is over; what is left is written.
-  void stopping() const;
 
  private:
   std::uint64_t ticks_ = 0;  ///< simulated or skipped, at the last call
