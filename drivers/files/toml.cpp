@@ -29,7 +29,7 @@ Expected<std::string, SetupError> read_toml_text(const std::string& path, const 
   constexpr std::size_t kLargest = std::size_t{1} << 20U;
   std::ifstream file(path, std::ios::binary);
   const std::string failure = "cannot read the " + what + " " + path + ": ";
-  if (!file) return bad_input(failure + std::strerror(errno));
+  if (!file) return bad_input(failure + std::strerror(errno) + "; check the name");
   std::string text(kLargest + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad()) return bad_input(failure + "is it a file?");

@@ -24,7 +24,7 @@ FIELDS = '[skin]\nradius_mm = 7\n[receptors]\nlayout = "fields"\ndensity_per_mm2
 
 def cases():
     """(name, scene, trace): a preset's name, or the text of a scene."""
-    for preset in ["paper", "paper-wide", "goodwin", "goodwin-cs", "hand"]:
+    for preset in ["paper", "paper-wide", "goodwin", "finger", "goodwin-cs", "hand"]:
         for trace in NAMES:
             yield f"{preset}.{trace}", preset, trace
     for method in METHODS:

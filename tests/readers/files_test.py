@@ -51,7 +51,7 @@ class Files(merkel_program.TestCase):
         self.assertTrue(np.allclose(1e3 * afferents["x_mm"], positions[:, 0]))
         # Phy counts samples: of a microsecond here.
         self.assertEqual([(round(t / 1000), n) for t, n in rows_of(segment)],
-                         sorted((round(t / 1000), n) for t, n in spikes))
+                         sorted(((t + 500) // 1000, n) for t, n in spikes))
 
     def test_sonata_has_the_published_layout(self):
         spikes = self.record("sonata:" + self.path("s.h5") + "?population=finger")

@@ -186,7 +186,7 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* part :
        {"### one: 3 recorded trials, 3 of the model", "| hold | 0.200 | 0.900 | 24.29",
-        "Victor–Purpura", "van Rossum", "phase locking at 25 Hz (vector strength): recorded 1.000",
+        "Victor–Purpura", "van Rossum", "phase locking at 25 Hz (vector strength): recorded 0.967",
         "| one | 1 |", "### two: 2 recorded trials", "## Not fitted"}) {
     EXPECT_NE(run.out.find(part), std::string::npos) << part << "\n" << run.out;
   }
