@@ -12,7 +12,7 @@ namespace merkel {
 struct PlacedContact {
   ContactState contact;
   const FlatTipField* flat_tip = nullptr;  ///< the unit field of bars or a pin; null for a sphere
-  const LayerField* layer = nullptr;       ///< of a sphere on skin bonded to bone; else a half-space
+  const LayerField* layer = nullptr;  ///< of a sphere on skin bonded to bone; else a half-space
   double x_mm = 0.0;
   double y_mm = 0.0;
   /// Beyond this distance from the axis, the energy density counts as zero (see DriveReach).

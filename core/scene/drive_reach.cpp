@@ -73,7 +73,8 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
       double largest = 0.0;
       for (int k = 0; k < kDirections; ++k) {
         const double angle = 2.0 * std::numbers::pi * k / kDirections;
-        const auto deepest = tip.flat_tip()->at(r * std::cos(angle), r * std::sin(angle), kDeepest_mm);
+        const auto deepest =
+            tip.flat_tip()->at(r * std::cos(angle), r * std::sin(angle), kDeepest_mm);
         largest = std::max(largest, energy_density_kPa(deepest.stress * (1.0 / kDeepest_mm),
                                                        material, skin.energy_density));
       }

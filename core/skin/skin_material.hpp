@@ -32,8 +32,8 @@ struct SkinParameters {
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
   double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
-  /// Curvature radius along the finger, x, where radius_mm is that across it. Only how far a contact
-  /// moves with its tip depends on it; 0: the same.
+  /// Curvature radius along the finger, x, where radius_mm is that across it. Only how far a
+  /// contact moves with its tip depends on it; 0: the same.
   double radius_along_mm = 0.0;
   /// Where a curved finger is highest, in patch coordinates. A sphere whose axis is X beside it
   /// touches the finger at X·k/(k + 1/R_skin), k = 1/R: a plate always touches the apex. Without an

@@ -35,8 +35,9 @@ const std::array<ProtocolEntry, 7> kTable = {{
      [](std::uint32_t) { return make_zaber_device(); }, "um_per_step=0.9765625", kDepth},
 }};
 
-const ProtocolEntry kAtiRdt = {"ati_rdt", "ATI Net F/T, over udp: alone", 0, make_ati_rdt,
-                               make_ati_rdt_device, "", kForce, true};
+const ProtocolEntry kAtiRdt = {
+    "ati_rdt", "ATI Net F/T, over udp: alone", 0, make_ati_rdt, make_ati_rdt_device, "", kForce,
+    true};
 
 }  // namespace
 

@@ -103,11 +103,12 @@ FieldTable RealtimeSettings::fields() {
       {"scheduler", "", one_of(kSchedulers),
        "scheduling class of the simulation thread: SCHED_FIFO or the normal class",
        [](void* p) -> FieldPointer {
-         return Choice{&static_cast<P*>(p)->fifo,
-                       [](const void* fifo) -> std::optional<std::size_t> {
-                         return *static_cast<const bool*>(fifo) ? 0 : 1;
-                       },
-                       [](void* fifo, std::size_t word) { *static_cast<bool*>(fifo) = word == 0; }};
+         return Choice{
+             &static_cast<P*>(p)->fifo,
+             [](const void* is_fifo) -> std::optional<std::size_t> {
+               return *static_cast<const bool*>(is_fifo) ? 0 : 1;
+             },
+             [](void* is_fifo, std::size_t word) { *static_cast<bool*>(is_fifo) = word == 0; }};
        }},
       {"priority", "", from_to(1, 98), "priority of SCHED_FIFO", at<&P::priority>},
       {"cpu", "", from_to(0, CPU_SETSIZE - 1), "core to which the simulation thread is pinned",

@@ -21,8 +21,8 @@ class ConnorStevensGroup final : public NeuronGroup {
     double holding_current_uA_per_cm2 = 0.0;  ///< under which the neurons are at rest
     /// From which on the noise is full; the holding current: always.
     double full_noise_current_uA_per_cm2 = 0.0;
-    std::uint16_t patch = 0;                  ///< written into every spike
-    std::uint32_t first_neuron = 1;           ///< number of the first neuron in spikes
+    std::uint16_t patch = 0;         ///< written into every spike
+    std::uint32_t first_neuron = 1;  ///< number of the first neuron in spikes
   };
 
   /// \param parameters  valid.  \param neurons  N ≥ 1

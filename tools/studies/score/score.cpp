@@ -56,7 +56,8 @@ double explained_variance(const std::vector<double>& a, const std::vector<double
 /// Neurons of the scene's kind whose energy density is their drive in Hz, without adaptation.
 Afferents driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
   TactileModel::Parameters bare = scene;
-  bare.adaptation = {.gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0, .compression_ms = 0.0};
+  bare.adaptation = {
+      .gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0, .compression_ms = 0.0};
   return *Afferents::create(bare, 0, count, *rate_current_table_of(bare));
 }
 
