@@ -322,7 +322,7 @@ TEST(SceneFile, AKeyInLatinLettersIsRefusedWhereItStands) {
 
 TEST(SceneFile, AMissingFileIsNamed) {
   EXPECT_EQ(read_scene("no/such.toml").error().sentence,
-            "cannot read the scene no/such.toml: No such file or directory");
+            "cannot read the scene no/such.toml: No such file or directory; check the name");
 }
 
 }  // namespace

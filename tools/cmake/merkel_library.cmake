@@ -6,14 +6,35 @@ target_compile_options(merkel_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wold-style-cast
   # Parameters are filled by designated initialisers; every field has a default.
   -Wno-missing-field-initializers
-  # g++ 12 sees overlaps in std::string that are not there (GCC bug 105651).
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+  # g++ 12 sees overlaps in std::string that are not there (GCC bug 105651), and g++ 14 frees of
+  # vectors' inner pointers.
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-free-nonheap-object>)
 
 # Arithmetic that gives the same bits on every machine: no contraction of a·b+c behind our back, and
 # none of -ffast-math. The two flags that are on change no result.
 add_library(merkel_numerics INTERFACE)
 target_compile_options(merkel_numerics INTERFACE
   -ffp-contract=off -fno-math-errno -fno-trapping-math)
+
+# A fault in what reads outside bytes should end the program, not run an attacker's code. Checked on
+# the built program by tests/project/hardening_test.sh.
+# (Position-independent libraries can go into a shared module as well.)
+include(CheckPIESupported)
+check_pie_supported(LANGUAGES CXX)
+if(NOT DEFINED CMAKE_POSITION_INDEPENDENT_CODE)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+endif()
+add_library(merkel_hardening INTERFACE)
+if(NOT MERKEL_SANITIZE)
+  set(hardening -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2 -fstack-protector-strong
+    $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
+    list(APPEND hardening -fcf-protection=full)
+  endif()
+  target_compile_options(merkel_hardening INTERFACE "$<$<CONFIG:Release>:${hardening}>")
+  target_link_options(merkel_hardening INTERFACE
+    "$<$<CONFIG:Release>:LINKER:-z,relro,-z,now,-z,noexecstack>")
+endif()
 
 add_library(merkel_sanitizers INTERFACE)
 if(MERKEL_SANITIZE)
@@ -22,6 +43,18 @@ if(MERKEL_SANITIZE)
   target_link_options(merkel_sanitizers INTERFACE -fsanitize=${MERKEL_SANITIZE})
   target_compile_definitions(merkel_sanitizers INTERFACE MERKEL_SANITIZED)
 endif()
+
+# merkel_precompile(merkel_core): the headers of the standard library that most sources include,
+# compiled once a target. Sources and headers still include what they use: the sanitizer builds and
+# the headers that are compiled alone go without.
+function(merkel_precompile target)
+  if(NOT MERKEL_SANITIZE)
+    target_precompile_headers(${target} PRIVATE
+      <algorithm> <array> <chrono> <cmath> <cstddef> <cstdint> <cstring> <fstream> <functional>
+      <map> <memory> <optional> <span> <sstream> <string> <string_view> <thread> <utility> <vector>
+      <tl/expected.hpp>)
+  endif()
+endfunction()
 
 # merkel_library(merkel_core core): the settings of the library of a folder. Each .hpp file below it
 # must compile alone (target <library>_verify_…).
@@ -39,7 +72,8 @@ function(merkel_library target folder)
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/merkel/private>)
   target_link_libraries(${target} PRIVATE
     $<BUILD_INTERFACE:merkel_warnings> $<BUILD_INTERFACE:merkel_numerics>
-    $<BUILD_INTERFACE:merkel_sanitizers>)
+    $<BUILD_INTERFACE:merkel_hardening> $<BUILD_INTERFACE:merkel_sanitizers>)
+  merkel_precompile(${target})
   add_library(merkel::${folder} ALIAS ${target})
   set_property(GLOBAL APPEND PROPERTY MERKEL_LIBRARIES ${target})
 endfunction()
