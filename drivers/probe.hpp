@@ -19,8 +19,8 @@ struct ProbeCalibration;
 /// Why a probe has no more samples to give.
 enum class ProbeError {
   kEndOfStream,  ///< a recording or a simulated press is over: nothing is wrong
-  kBadData,      ///< a recording cannot be read on; trouble() says where and why
-  kDisconnected  ///< a device is gone for good; trouble() says why
+  kBadData,      ///< a recording cannot be read on; error_message() says where and why
+  kDisconnected  ///< a device is gone for good; error_message() says why
 };
 
 /// What a probe is.
@@ -105,7 +105,7 @@ class Probe {
       std::span<ProbeSample> samples, std::chrono::milliseconds patience) = 0;
 
   /// A sentence about the last error other than the end of the stream. Thread: probe.
-  [[nodiscard]] virtual std::string trouble() const { return {}; }
+  [[nodiscard]] virtual std::string error_message() const { return {}; }
 
   /// What was counted so far; nothing for a recording. Thread: any.
   [[nodiscard]] virtual std::optional<DeviceCounts> device_counts() const { return std::nullopt; }

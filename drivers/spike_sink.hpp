@@ -31,11 +31,11 @@ struct SinkError {
 
 /// A consumer of spikes: a file, a socket, a page. Used by one thread, which may block.
 ///
-/// Spikes are what every sink gets. One that wants to know more about the run says so in wishes().
+/// Spikes are what every sink receives. A sink that needs more data lists it in subscriptions().
 class SpikeSink {
  public:
   /// What a sink may ask for besides spikes; bits.
-  enum Wish : std::uint32_t {
+  enum Subscription : std::uint32_t {
     kTicks = 1U << 0U,    ///< what the loop used of every probe at every tick
     kEvents = 1U << 1U,   ///< releases, gaps, resets
     kSamples = 1U << 2U,  ///< calibrated samples as the probes delivered them
@@ -61,8 +61,8 @@ class SpikeSink {
   /// and takes no more. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) = 0;
 
-  /// Wish bits; constant. What is not asked for costs nothing. Thread: any.
-  [[nodiscard]] virtual std::uint32_t wishes() const noexcept { return 0; }
+  /// Subscription bits; constant. Data that no sink subscribes to is not produced. Thread: any.
+  [[nodiscard]] virtual std::uint32_t subscriptions() const noexcept { return 0; }
 
   /// Takes what it has asked for, each kind in order of time. When a tick's records come, every
   /// spike of that tick has been written before. Errors as of write(). Thread: consumer.

@@ -104,8 +104,8 @@ class Pipeline::SinkControl final : public RunControl {
 };
 
 bool RunReport::complete() const {
-  return trouble.empty() && std::all_of(sinks.begin(), sinks.end(), [](const OfSink& sink) {
-           return sink.trouble.empty() && sink.delivered == sink.spikes_in;
+  return error_message.empty() && std::all_of(sinks.begin(), sinks.end(), [](const OfSink& sink) {
+           return sink.error_message.empty() && sink.delivered == sink.spikes_in;
          });
 }
 
@@ -126,19 +126,20 @@ void Pipeline::add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Paramet
 
 void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) {
   SpikeChannel& channel = fanout_.add_consumer(kSpikeQueue);
-  const std::uint32_t wishes = sink->wishes();
-  if ((wishes & SpikeSink::kTicks) != 0U) {
+  const std::uint32_t subscriptions = sink->subscriptions();
+  if ((subscriptions & SpikeSink::kTicks) != 0U) {
     channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kTickQueue);
   }
-  if ((wishes & SpikeSink::kEvents) != 0U) {
+  if ((subscriptions & SpikeSink::kEvents) != 0U) {
     channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
   }
-  if ((wishes & SpikeSink::kNeurons) != 0U) channel.watched = std::make_unique<WatchedNeurons>();
+  if ((subscriptions & SpikeSink::kNeurons) != 0U)
+    channel.watched = std::make_unique<WatchedNeurons>();
   auto line =
       std::make_unique<SinkLine>(SinkLine{.control = std::make_unique<SinkControl>(*this, channel),
                                           .sink = std::move(sink),
                                           .channel = channel});
-  if ((wishes & SpikeSink::kMarks) != 0U) line->marks = std::make_unique<MarkBox>();
+  if ((subscriptions & SpikeSink::kMarks) != 0U) line->marks = std::make_unique<MarkBox>();
   line->sink->attach(*line->control);
   sinks_.push_back(std::move(line));
 }
@@ -150,7 +151,7 @@ SpikeChannel& Pipeline::add_consumer(std::size_t capacity) {
 std::vector<SampleTap*> Pipeline::add_taps(const ProbeLine& probe) {
   std::vector<SampleTap*> taps;
   for (const auto& line : sinks_) {
-    if ((line->sink->wishes() & SpikeSink::kSamples) == 0U) continue;
+    if ((line->sink->subscriptions() & SpikeSink::kSamples) == 0U) continue;
     // A recording's reader fills the loop's queue and this one alike before anything is drained.
     line->taps.push_back(
         std::make_unique<SampleTap>(queue_capacity(probe.probe->info()) + kSampleQueue));
@@ -161,7 +162,7 @@ std::vector<SampleTap*> Pipeline::add_taps(const ProbeLine& probe) {
 
 void Pipeline::add_frame_taps() {
   for (const auto& line : sinks_) {
-    if ((line->sink->wishes() & SpikeSink::kFrames) == 0U) continue;
+    if ((line->sink->subscriptions() & SpikeSink::kFrames) == 0U) continue;
     for (std::size_t i = 0; i < probes_.size(); ++i) {
       Probe& probe = *probes_[i]->probe;
       for (std::size_t port = 0; port < probe.ports(); ++port) {
@@ -201,10 +202,10 @@ RunStatus Pipeline::status() const {
 void Pipeline::report_sink_failures() {
   for (const auto& line : sinks_) {
     if (line->failure_told) continue;
-    const std::string trouble = line->writer->trouble();
-    if (trouble.empty()) continue;
+    const std::string error_message = line->writer->error_message();
+    if (error_message.empty()) continue;
     line->failure_told = true;
-    if (parameters_.on_sink_failure) parameters_.on_sink_failure(line->sink->uri(), trouble);
+    if (parameters_.on_sink_failure) parameters_.on_sink_failure(line->sink->uri(), error_message);
   }
 }
 
@@ -253,10 +254,10 @@ Expected<void, SetupError> Pipeline::wait_for_first_samples() {
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     if (inputs_[i].first_time()) continue;
     probes_[i]->reader->stop();
-    const std::string& trouble = probes_[i]->reader->trouble();
-    return bad_input(trouble.empty() ? "the probe " + probes_[i]->probe->info().uri +
-                                           " gave no samples: nothing can be simulated"
-                                     : trouble);
+    const std::string& error_message = probes_[i]->reader->error_message();
+    return bad_input(error_message.empty() ? "the probe " + probes_[i]->probe->info().uri +
+                                                 " gave no samples: nothing can be simulated"
+                                           : error_message);
   }
   return {};
 }
@@ -456,7 +457,7 @@ void Pipeline::finish(RunReport& report) {
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     ProbeLine& line = *probes_[i];
     line.reader->stop();
-    if (report.trouble.empty()) report.trouble = line.reader->trouble();
+    if (report.error_message.empty()) report.error_message = line.reader->error_message();
     RunReport::OfProbe& of = report.probes[i];
     of.uri = line.probe->info().uri;
     of.counts = inputs_[i].counts();
@@ -481,7 +482,7 @@ void Pipeline::finish(RunReport& report) {
 
 void Pipeline::finish_sinks(RunReport& report) {
   // All end at the same time; who waits for somebody else has until the deadline.
-  for (const auto& line : sinks_) line->writer->end(report.trouble.empty());
+  for (const auto& line : sinks_) line->writer->end(report.error_message.empty());
   const nanoseconds deadline = PeriodicClock::now() + parameters_.ending_patience;
   const auto all_done = [this] {
     return std::all_of(sinks_.begin(), sinks_.end(),
@@ -500,7 +501,7 @@ void Pipeline::finish_sinks(RunReport& report) {
                             .spikes_in = report.spikes,
                             .dropped = line->channel.dropped.value(),
                             .delivered = outcome.delivered,
-                            .trouble = outcome.trouble});
+                            .error_message = outcome.error_message});
   }
 }
 

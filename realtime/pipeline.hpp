@@ -62,7 +62,7 @@ struct RunReport : RunCounters {
     std::uint64_t spikes_in = 0;  ///< made by the loop
     std::uint64_t dropped = 0;    ///< of those: found the sink's queue full
     std::uint64_t delivered = 0;  ///< of those: known to have arrived
-    std::string trouble;          ///< empty, or why the sink failed
+    std::string error_message;    ///< empty, or why the sink failed
 
     /// Taken from the queue, but not known to have arrived.
     [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }
@@ -78,7 +78,7 @@ struct RunReport : RunCounters {
   std::vector<std::uint64_t> contact_ticks_of_patch;    ///< ticks in which a probe touched it
 
   std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
-  std::string trouble;                      ///< empty, or why a probe's stream broke off
+  std::string error_message;                ///< empty, or why a probe's stream broke off
   bool interrupted = false;                 ///< stopped before the streams' end
 
   [[nodiscard]] bool complete() const;

@@ -7,7 +7,7 @@ namespace merkel {
 
 /// Hertz contact of a rigid sphere with elastic skin.
 ///
-/// 1/R* = 1/R + 1/R_skin; a = √(R*·d), F = 4/3·E*·√R*·d^1.5, p0 = 2E*a/(πR*)   (Eq. 1, mended)
+/// 1/R* = 1/R + 1/R_skin; a = √(R*·d), F = 4/3·E*·√R*·d^1.5, p0 = 2E*a/(πR*)   (Eq. 1, fixed)
 /// Johnson, Contact Mechanics (1985), ch. 4. Real-time: yes.
 class HertzContact {
  public:
@@ -26,7 +26,7 @@ class HertzContact {
   [[nodiscard]] static double pressure_kPa(const ContactState& contact,
                                            double r_mm) noexcept MERKEL_REALTIME;
 
-  /// Downward displacement U(r) of the skin's surface (Eq. 2, mended), as fixed by the depth and
+  /// Downward displacement U(r) of the skin's surface (Eq. 2, fixed), as fixed by the depth and
   /// radius of the contact, for which p0/E* = 2d/(πa):
   /// r < a: d·(1 − r²/2a²); else d/(πa²)·[(2a²−r²)·asin(a/r) + r·a·√(1−a²/r²)].
   /// Far away the bracket cancels, so beyond 20 a its series in q = a/r is used:

@@ -149,11 +149,11 @@ std::span<const StimulationCommand> StimulationEncoder::finish() noexcept {
   return commands;
 }
 
-/// Finds what stops each patch in this tick. \return whether a stop has begun
+/// Finds what stops each patch in this tick. \return whether a stop has started
 bool StimulationEncoder::find_stops(const Tick& tick) noexcept {
   const nanoseconds begin = tick.records.front().time - tick_;
   const bool gap = last_end_ && *last_end_ != begin;
-  bool begun = false;
+  bool started = false;
   for (std::size_t patch = 0; patch < stop_of_patch_.size(); ++patch) {
     Stop stop = Stop::kNone;
     for (const TickRecord& record : tick.records) {
@@ -165,10 +165,10 @@ bool StimulationEncoder::find_stops(const Tick& tick) noexcept {
     }
     if (gap) stop = Stop::kGap;
     if (latched_ != Stop::kNone) stop = latched_;
-    begun = begun || (stop != Stop::kNone && stop != stop_of_patch_[patch]);
+    started = started || (stop != Stop::kNone && stop != stop_of_patch_[patch]);
     stop_of_patch_[patch] = stop;
   }
-  return begun;
+  return started;
 }
 
 void StimulationEncoder::advance_histories(const Tick& tick) noexcept {

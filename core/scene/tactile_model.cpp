@@ -155,7 +155,7 @@ std::uint64_t TactileModel::spikes_refused() const noexcept {
       [](std::uint64_t sum, const TactilePatch& patch) { return sum + patch.spikes_refused(); });
 }
 
-void TactileModel::note_distances(std::span<const PlacedContact> touching) noexcept {
+void TactileModel::update_rim_distance(std::span<const PlacedContact> touching) noexcept {
   for (std::size_t i = 0; i < touching.size(); ++i) {
     for (std::size_t j = i + 1; j < touching.size(); ++j) {
       const double a = touching[i].contact.contact_radius_mm;
@@ -230,7 +230,7 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
          .reach_mm = reach_of_tip_[i].radius_mm(made.contact.depth_mm)});
     if (made.contact.depth_mm > deepest_[i].contact.depth_mm) deepest_[i] = made;
   }
-  for (const auto& touching : touching_) note_distances(touching);
+  for (const auto& touching : touching_) update_rim_distance(touching);
   step_patches(start);
   spikes_.clear();
   resets_.clear();

@@ -79,7 +79,7 @@ class TactileModel {
 
  private:
   TactileModel(const Parameters& parameters, std::vector<TactilePatch> patches);
-  void note_distances(std::span<const PlacedContact> touching) noexcept;
+  void update_rim_distance(std::span<const PlacedContact> touching) noexcept;
   /// Writes presses_; tips that press one patch by depth share the skin they displace.
   void press_tips(std::span<const ContactInput> contacts) noexcept;
   void step_patches(std::chrono::nanoseconds start) noexcept;

@@ -60,7 +60,7 @@ struct SkinParameters {
 /// The skin as one isotropic elastic solid.
 ///
 /// E = 2/(1/E_epidermis + 1/E_dermis), the equal-weight series (Reuss) mean of the two layers;
-/// E* = E/(1−ν²) under a rigid indenter (Eq. 1, mended); G = E/(2(1+ν)) (Eq. 3, mended).
+/// E* = E/(1−ν²) under a rigid indenter (Eq. 1, fixed); G = E/(2(1+ν)) (Eq. 3, fixed).
 /// Real-time: yes, after construction.
 class SkinMaterial {
  public:

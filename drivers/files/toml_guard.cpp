@@ -22,7 +22,7 @@ class Guard {
     while (!done() && reason_.empty()) {
       const char c = here();
       if (c == '#') {
-        take_until(std::min(text_.find('\n', at_), text_.size()));
+        consume_until(std::min(text_.find('\n', at_), text_.size()));
       } else if (c == '"' || c == '\'') {
         guarded_ += ' ';
         take_quoted(c);
@@ -41,7 +41,7 @@ class Guard {
   [[nodiscard]] char here() const { return text_[at_]; }
   [[nodiscard]] std::ptrdiff_t at_offset() const { return static_cast<std::ptrdiff_t>(at_); }
   void take() { guarded_ += text_[at_++]; }
-  void take_until(std::size_t end) {
+  void consume_until(std::size_t end) {
     guarded_.append(text_.substr(at_, end - at_));
     at_ = end;
   }
@@ -63,7 +63,7 @@ class Guard {
   void take_quoted(char quote) {
     const std::size_t opening = quotes(quote);
     const bool multi_line = opening >= 3;
-    take_until(at_ + (multi_line ? 3 : 1));
+    consume_until(at_ + (multi_line ? 3 : 1));
     if (opening == 2) return take();  // an empty string
     bool trimming = false;            // after a backslash at the end of a line
     while (!done() && reason_.empty()) {
@@ -71,7 +71,7 @@ class Guard {
       if (c == quote) {
         trimming = false;
         const std::size_t closing = std::min<std::size_t>(quotes(quote), 5);
-        take_until(at_ + (multi_line ? closing : 1));
+        consume_until(at_ + (multi_line ? closing : 1));
         if (!multi_line || closing >= 3) return;
       } else if (c == '\n' && !multi_line) {
         return;  // an error, which the parser reports

@@ -100,7 +100,7 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
     };
     if (column == Column::kTime) {
       const auto time = parse_seconds(field);
-      if (!time) return refuse("not a finite number of seconds: mend or remove this row");
+      if (!time) return refuse("not a finite number of seconds: correct or remove this row");
       if (rows_ > 0 && *time <= last_time_) {
         return refuse(*time == last_time_
                           ? "the same time as in the row before, to the nanosecond: remove one"
@@ -110,8 +110,8 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
       continue;
     }
     const auto value = parse_number(field, column == Column::kForce ? kMilliPerUnit : 0);
-    if (!value) return refuse("not a number: mend or remove this row");
-    if (!std::isfinite(*value)) return refuse("not finite: mend or remove this row");
+    if (!value) return refuse("not a number: correct or remove this row");
+    if (!std::isfinite(*value)) return refuse("not finite: correct or remove this row");
     const auto refuse_beyond = [&](double limit) {
       return refuse(("beyond ±" + shortest_decimal(limit) + ": check its unit").c_str());
     };

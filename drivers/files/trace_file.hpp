@@ -30,7 +30,7 @@ class TraceReader {
   /// Whether the trace has said so far for how long its samples hold.
   [[nodiscard]] bool says_validity() const noexcept { return valid_for_.has_value(); }
 
-  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to mend.
+  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to fix.
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:

@@ -62,17 +62,17 @@ Expected<std::unique_ptr<Probe>, SetupError> DeviceProbe::open(std::unique_ptr<T
 }
 
 Expected<void, SetupError> DeviceProbe::listen() {
-  const Time begun = now();
-  protocol_->begin(begun, stream_);
-  log_.opened(begun);
+  const Time started = now();
+  protocol_->begin(started, stream_);
+  log_.opened(started);
   const auto heard = [&] {
     return protocol_->ready() && (protocol_->describes_itself() || stream_.counts.readings > 0);
   };
   while (!heard()) {
-    if (now() - begun > settings_.silence || !protocol_->trouble().empty()) {
+    if (now() - started > settings_.silence || !protocol_->error_message().empty()) {
       return Unexpected<SetupError>(nothing_sensible());
     }
-    if (!exchange(std::min(begun + settings_.silence, now() + milliseconds{20}))) {
+    if (!exchange(std::min(started + settings_.silence, now() + milliseconds{20}))) {
       return unavailable(settings_.uri + " was unplugged while it was being opened");
     }
     stream_.readings.clear();
@@ -97,8 +97,8 @@ SetupError DeviceProbe::nothing_sensible() const {
   SetupError error{.kind = SetupError::Kind::kUnavailable, .sentence = {}};
   const std::string seconds = std::to_string(settings_.silence.count() / 1000) + "." +
                               std::to_string(settings_.silence.count() / 100 % 10) + " s";
-  if (!protocol_->trouble().empty()) {
-    error.sentence = "the device at " + name + " cannot be read: " + protocol_->trouble();
+  if (!protocol_->error_message().empty()) {
+    error.sentence = "the device at " + name + " cannot be read: " + protocol_->error_message();
     return error;
   }
   if (counts.bytes == 0) {
@@ -162,8 +162,8 @@ bool DeviceProbe::send() {
 }
 
 bool DeviceProbe::exchange(Time until) {
-  const Time begun = now();
-  const auto wake = protocol_->poll(begun, stream_);
+  const Time started = now();
+  const auto wake = protocol_->poll(started, stream_);
   if (!send()) return false;
   const Time end = wake ? std::min(until, *wake) : until;
   const auto count = transport_->read(buffer_, std::max(end - now(), Time{0}));

@@ -94,7 +94,7 @@ void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
     const std::scoped_lock lock(mutex_);
     if (!count) {
       member.ended = true;
-      member.trouble = member.probe->trouble();
+      member.error_message = member.probe->error_message();
       more_.notify_one();
       return;
     }
@@ -156,17 +156,17 @@ Expected<std::size_t, ProbeError> FusedProbe::read(std::span<ProbeSample> sample
     }
     if (count > 0) return count;
     if (members_[0].ended && first.empty()) {
-      return Unexpected<ProbeError>(members_[0].trouble.empty() ? ProbeError::kEndOfStream
-                                                                : ProbeError::kDisconnected);
+      return Unexpected<ProbeError>(members_[0].error_message.empty() ? ProbeError::kEndOfStream
+                                                                      : ProbeError::kDisconnected);
     }
     if (more_.wait_until(lock, deadline) == std::cv_status::timeout) return std::size_t{0};
   }
 }
 
-std::string FusedProbe::trouble() const {
+std::string FusedProbe::error_message() const {
   const std::scoped_lock lock(mutex_);
   for (const Member& member : members_) {
-    if (!member.trouble.empty()) return member.trouble;
+    if (!member.error_message.empty()) return member.error_message;
   }
   return {};
 }

@@ -33,7 +33,7 @@ class FusedProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::string trouble() const override;
+  [[nodiscard]] std::string error_message() const override;
   /// Those of the members, added up; times are the worst of them.
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
@@ -55,7 +55,7 @@ class FusedProbe final : public Probe {
     std::uint32_t fills = 0;  ///< channels that it gives
     std::deque<ProbeSample> samples;
     bool ended = false;
-    std::string trouble;
+    std::string error_message;
   };
   FusedProbe(ProbeInfo info, std::vector<Member> members);
   void read_member(Member& member, const std::stop_token& stop);
@@ -64,7 +64,7 @@ class FusedProbe final : public Probe {
 
   ProbeInfo info_;
   std::vector<Member> members_;
-  mutable std::mutex mutex_;  ///< guards samples, ended and trouble of the members
+  mutable std::mutex mutex_;  ///< guards samples, ended and error_message of the members
   std::condition_variable more_;
   std::vector<std::jthread> threads_;
 };

@@ -24,7 +24,7 @@ std::string LimitedProbe::beyond(const ProbeSample& sample) const {
 
 Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samples,
                                                      std::chrono::milliseconds patience) {
-  if (!trouble_.empty()) return Unexpected<ProbeError>(ProbeError::kBadData);
+  if (!error_message_.empty()) return Unexpected<ProbeError>(ProbeError::kBadData);
   const auto count = probe_->read(samples, patience);
   if (!count) return count;
   std::size_t kept = 0;
@@ -35,7 +35,7 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samp
       continue;
     }
     if (info().replayed) {
-      trouble_ = std::move(why);
+      error_message_ = std::move(why);
       if (kept == 0) return Unexpected<ProbeError>(ProbeError::kBadData);
       break;
     }

@@ -28,8 +28,8 @@ class LimitedProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return probe_->info(); }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::string trouble() const override {
-    return trouble_.empty() ? probe_->trouble() : trouble_;
+  [[nodiscard]] std::string error_message() const override {
+    return error_message_.empty() ? probe_->error_message() : error_message_;
   }
   [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
     return probe_->calibration();
@@ -53,7 +53,7 @@ class LimitedProbe final : public Probe {
 
   std::unique_ptr<Probe> probe_;
   PressLimits limits_;
-  std::string trouble_;
+  std::string error_message_;
   mutable std::mutex mutex_;  ///< guards the rest
   std::uint64_t refused_ = 0;
   std::optional<std::string> notice_;

@@ -19,7 +19,7 @@ class LiveProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::string trouble() const override { return recording_->trouble(); }
+  [[nodiscard]] std::string error_message() const override { return recording_->error_message(); }
 
  private:
   std::unique_ptr<Probe> recording_;

@@ -21,7 +21,7 @@ class MeasuredProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return probe_->info(); }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::string trouble() const override { return probe_->trouble(); }
+  [[nodiscard]] std::string error_message() const override { return probe_->error_message(); }
   [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
     return probe_->calibration();
   }

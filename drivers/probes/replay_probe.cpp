@@ -102,17 +102,18 @@ Expected<std::size_t, ProbeError> ReplayProbe::read(std::span<ProbeSample> sampl
   std::size_t count = std::min(wanted.size(), first_.size() - next_of_first_);
   std::copy_n(first_.begin() + static_cast<std::ptrdiff_t>(next_of_first_), count, wanted.begin());
   next_of_first_ += count;
-  if (count < wanted.size() && trouble_.empty()) {
+  if (count < wanted.size() && error_message_.empty()) {
     const auto more = reader_.read(wanted.subspan(count));
     if (more) {
       take_over(wanted.subspan(count, *more));
       count += *more;
     } else {
-      trouble_ = more.error().sentence;  // told once the samples before it are handed over
+      error_message_ = more.error().sentence;  // told once the samples before it are handed over
     }
   }
   if (count > 0) return count;
-  return Unexpected<ProbeError>(trouble_.empty() ? ProbeError::kEndOfStream : ProbeError::kBadData);
+  return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
+                                                       : ProbeError::kBadData);
 }
 
 }  // namespace merkel

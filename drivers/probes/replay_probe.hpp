@@ -23,7 +23,7 @@ class ReplayProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::string trouble() const override { return trouble_; }
+  [[nodiscard]] std::string error_message() const override { return error_message_; }
 
  private:
   ReplayProbe(TraceReader reader, std::vector<ProbeSample> first, ProbeInfo info,
@@ -37,7 +37,7 @@ class ReplayProbe final : public Probe {
   void take_over(std::span<ProbeSample> samples) const noexcept;
   std::uint32_t left_out_ = 0;                         ///< channels
   std::optional<std::chrono::nanoseconds> valid_for_;  ///< where the trace does not say
-  std::string trouble_;
+  std::string error_message_;
 };
 
 }  // namespace merkel

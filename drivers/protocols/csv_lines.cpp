@@ -102,7 +102,9 @@ class CsvLines final : public LineProtocol {
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
-  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] const std::string& error_message() const noexcept override {
+    return error_message_;
+  }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     if (rate_Hz_ == 0.0) return std::nullopt;
     return units::nanoseconds_from_s(1.0 / rate_Hz_);
@@ -186,14 +188,14 @@ class CsvLines final : public LineProtocol {
     }
     if (!learned) {
       if (columns_.empty()) {
-        trouble_ = unnamed(lines.back());
+        error_message_ = unnamed(lines.back());
       } else {
         stream.counts.damaged += unread_.size();
       }
       unread_.clear();
       return;
     }
-    trouble_.clear();
+    error_message_.clear();
     known_ = true;
     for (const auto& [line, arrival] : std::exchange(unread_, {})) {
       read_numbers(line, arrival, stream);
@@ -339,7 +341,7 @@ class CsvLines final : public LineProtocol {
   std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
   std::vector<Column> columns_;
   std::uint32_t channels_ = 0;
-  std::string trouble_;
+  std::string error_message_;
   std::optional<nanoseconds> wrap_;
   std::optional<nanoseconds> last_time_;
   bool known_ = false;  ///< style and columns

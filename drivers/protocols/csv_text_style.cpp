@@ -55,9 +55,9 @@ bool is_one_of(std::string_view word, std::initializer_list<std::string_view> wo
 
 std::string_view take_csv_part(std::string_view& rest, char separator) noexcept {
   if (separator == ' ') {
-    const std::string_view begun = trimmed(rest);
-    const std::string_view part = begun.substr(0, begun.find_first_of(kBlanks));
-    rest = trimmed(begun.substr(part.size()));
+    const std::string_view started = trimmed(rest);
+    const std::string_view part = started.substr(0, started.find_first_of(kBlanks));
+    rest = trimmed(started.substr(part.size()));
     return part;
   }
   const std::string_view part = rest.substr(0, rest.find(separator));

@@ -108,7 +108,9 @@ class Hbf1Protocol final : public Protocol {
            (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
   }
   [[nodiscard]] bool describes_itself() const noexcept override { return true; }
-  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] const std::string& error_message() const noexcept override {
+    return error_message_;
+  }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     if (rate_Hz_ == 0) return std::nullopt;
     return units::nanoseconds_from_s(1.0 / rate_Hz_);
@@ -261,8 +263,9 @@ class Hbf1Protocol final : public Protocol {
         return false;
       }
       if (unit > kHbf1LastUnit) {
-        trouble_ = "its HELLO gives channel " + std::to_string(i + 1) + " in the unknown unit " +
-                   std::to_string(unit) + ": known are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
+        error_message_ = "its HELLO gives channel " + std::to_string(i + 1) +
+                         " in the unknown unit " + std::to_string(unit) +
+                         ": known are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
         return false;
       }
       if (unit == kHbf1Micrometre) {
@@ -276,7 +279,7 @@ class Hbf1Protocol final : public Protocol {
       layout.push_back(channel);
     }
     if (channels == 0U) {
-      trouble_ = "its HELLO names no channel of force, depth or position";
+      error_message_ = "its HELLO names no channel of force, depth or position";
       return false;
     }
     layout_ = std::move(layout);
@@ -361,7 +364,7 @@ class Hbf1Protocol final : public Protocol {
   std::uint16_t rate_Hz_ = 0;
   std::uint16_t status_ = 0;
   std::string serial_number_;
-  std::string trouble_;
+  std::string error_message_;
   std::uint64_t malformed_ = 0;  ///< frames that pass their CRC and make no sense
   bool said_hello_ = false;
   bool wanted_ = false;

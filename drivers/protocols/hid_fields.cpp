@@ -28,7 +28,7 @@ std::optional<std::int64_t> read_field(const HidField& field,
   return static_cast<std::int64_t>(raw) - (negative ? std::int64_t{1} << field.bits : 0);
 }
 
-std::string_view take_until(std::string_view& rest, char mark) noexcept {
+std::string_view consume_until(std::string_view& rest, char mark) noexcept {
   const std::string_view part = rest.substr(0, rest.find(mark));
   rest.remove_prefix(std::min(part.size() + 1, rest.size()));
   return part;
@@ -37,10 +37,10 @@ std::string_view take_until(std::string_view& rest, char mark) noexcept {
 /// The field that a text means; or a sentence.
 Expected<HidField, std::string> field_of(std::string_view text) {
   std::string_view rest = text;
-  const std::string_view name = take_until(rest, ':');
-  const auto offset = parse_number(take_until(rest, ':'));
-  const auto bits = parse_number(take_until(rest, ':'));
-  const std::string_view sign = take_until(rest, ':');
+  const std::string_view name = consume_until(rest, ':');
+  const auto offset = parse_number(consume_until(rest, ':'));
+  const auto bits = parse_number(consume_until(rest, ':'));
+  const std::string_view sign = consume_until(rest, ':');
   const auto scale = parse_number(rest.empty() ? "1" : rest);
   const auto whole = [](const std::optional<double>& number, double low, double high) {
     return number && *number >= low && *number <= high && *number == std::floor(*number);
@@ -174,7 +174,7 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
   bool measures = false;
   std::string_view rest = text;
   while (!rest.empty()) {
-    const auto field = field_of(take_until(rest, ','));
+    const auto field = field_of(consume_until(rest, ','));
     if (!field) return bad_input("fields: " + field.error());
     measures = measures || field->kind == HidField::Kind::kValue;
     map.fields.push_back(*field);

@@ -143,8 +143,8 @@ class DescriptorReader {
     while (!bytes_.empty()) {
       const auto item = next();
       if (!item) return Unexpected<std::string>("its report descriptor ends within an item");
-      if (const std::string trouble = take(*item); !trouble.empty()) {
-        return Unexpected<std::string>(trouble);
+      if (const std::string error_message = take(*item); !error_message.empty()) {
+        return Unexpected<std::string>(error_message);
       }
     }
     return std::move(fields_);

@@ -24,7 +24,7 @@ constexpr int kRateOfAout1 = 50;  ///< AOUT1 streams 50 readings a second
 
 /// Reads "travel and force" in any order, told apart by their units.
 bool parse_line(std::string_view line, double plain_factor, DeviceReading& reading,
-                std::string& trouble) {
+                std::string& error_message) {
   std::string_view rest = line;
   while (!rest.empty()) {
     const auto number = take_number_with_unit(rest);
@@ -37,8 +37,8 @@ bool parse_line(std::string_view line, double plain_factor, DeviceReading& readi
     } else if (const auto length = millimetres_per(number->unit)) {
       reading.set(DeviceChannel::kDepth, number->value * *length);
     } else {
-      trouble = "it measures in the unknown unit \"" + std::string(number->unit) +
-                "\": set it to one of " + std::string(kForceUnits);
+      error_message = "it measures in the unknown unit \"" + std::string(number->unit) +
+                      "\": set it to one of " + std::string(kForceUnits);
       return false;
     }
   }
@@ -73,12 +73,12 @@ class Mark10 final : public LineProtocol {
     }
     DeviceReading reading;
     reading.arrival = heard_ = arrival;
-    if (!parse_line(line, plain_factor_, reading, trouble_) ||
+    if (!parse_line(line, plain_factor_, reading, error_message_) ||
         reading.channels != bit_of(DeviceChannel::kForce)) {
       ++stream.counts.damaged;
       return;
     }
-    trouble_.clear();
+    error_message_.clear();
     ++stream.counts.frames;
     stream.accept(reading);
   }
@@ -91,7 +91,9 @@ class Mark10 final : public LineProtocol {
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return bit_of(DeviceChannel::kForce);
   }
-  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] const std::string& error_message() const noexcept override {
+    return error_message_;
+  }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return units::nanoseconds_from_s(1.0 / rate_Hz_);
   }
@@ -105,7 +107,7 @@ class Mark10 final : public LineProtocol {
 
   int rate_Hz_;
   double plain_factor_;  ///< N of a number without unit; 0: not allowed
-  std::string trouble_;
+  std::string error_message_;
   nanoseconds heard_{0};
   nanoseconds asked_{0};
 };
@@ -124,11 +126,11 @@ class EsmStand final : public LineProtocol {
   void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
     DeviceReading reading;
     reading.arrival = arrival;
-    if (!parse_line(line, 0.0, reading, trouble_) || !reading.has(DeviceChannel::kDepth)) {
+    if (!parse_line(line, 0.0, reading, error_message_) || !reading.has(DeviceChannel::kDepth)) {
       ++stream.counts.damaged;
       return;
     }
-    trouble_.clear();
+    error_message_.clear();
     ++stream.counts.frames;
     reading.asked = timer_.answered();
     if (!reading.asked) {
@@ -151,14 +153,16 @@ class EsmStand final : public LineProtocol {
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
-  [[nodiscard]] const std::string& trouble() const noexcept override { return trouble_; }
+  [[nodiscard]] const std::string& error_message() const noexcept override {
+    return error_message_;
+  }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
  private:
   nanoseconds period_;
   RequestTimer timer_;
   std::uint32_t channels_ = 0;
-  std::string trouble_;
+  std::string error_message_;
 };
 
 void append(std::string_view text, Bytes& out) { out.insert(out.end(), text.begin(), text.end()); }

@@ -103,7 +103,7 @@ class Protocol {
   /// first sign that it is what it is taken for.
   [[nodiscard]] virtual bool describes_itself() const noexcept { return false; }
   /// What is wrong for good, such as a unit that is not known. Empty if nothing.
-  [[nodiscard]] virtual const std::string& trouble() const noexcept { return kNone; }
+  [[nodiscard]] virtual const std::string& error_message() const noexcept { return kNone; }
   /// Nominal period of the readings, where known.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> period() const noexcept {
     return std::nullopt;

@@ -71,32 +71,32 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t wishes() const noexcept override {
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    if (auto begun = begin_items(Id::kSpikes, spikes.size()); !begun) return begun;
+    if (auto started = begin_items(Id::kSpikes, spikes.size()); !started) return started;
     for (const SpikeEvent& spike : spikes) put<std::int64_t>(Id::kSpikes, spike.time, spike);
     taken_ += spikes.size();
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    if (auto begun = begin_items(Id::kTicks, ticks.size()); !begun) return begun;
+    if (auto started = begin_items(Id::kTicks, ticks.size()); !started) return started;
     for (const TickRecord& tick : ticks) put<double>(Id::kTicks, tick.time, tick);
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    if (auto begun = begin_items(Id::kEvents, events.size()); !begun) return begun;
+    if (auto started = begin_items(Id::kEvents, events.size()); !started) return started;
     for (const LoopEvent& event : events) put<std::int64_t>(Id::kEvents, event.time, event);
     return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_samples(
       std::size_t probe, std::span<const ProbeSample> samples) override {
-    if (auto begun = begin_items(Id::kSamples, samples.size()); !begun) return begun;
+    if (auto started = begin_items(Id::kSamples, samples.size()); !started) return started;
     for (const ProbeSample& sample : samples) {
       put<double>(Id::kSamples, sample.time,
                   SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
@@ -106,7 +106,7 @@ class SessionWriter final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
                                                        std::span<const RawFrame> frames) override {
-    if (auto begun = begin_items(Id::kFrames, frames.size()); !begun) return begun;
+    if (auto started = begin_items(Id::kFrames, frames.size()); !started) return started;
     for (const RawFrame& frame : frames) {
       put<std::int64_t>(Id::kFrames, frame.time,
                         SessionChunk::Frame{static_cast<std::uint32_t>(probe),
@@ -117,7 +117,7 @@ class SessionWriter final : public SpikeSink {
 
   /// As a stream of strings, the form in which XDF readers look for markers.
   [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     chunk_.clear();
     append(chunk_, kMarkStreamId);
     append(chunk_, std::uint8_t{4});
@@ -136,7 +136,7 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
-    if (auto begun = begin_items(Id::kStatus, 1); !begun) return begun;
+    if (auto started = begin_items(Id::kStatus, 1); !started) return started;
     put<std::int64_t>(Id::kStatus, newest(), status);
     return write_items();
   }
@@ -153,7 +153,7 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     if (!write_clock_offsets()) return settle(false);
     for (const SessionStream& stream : session_streams()) {
       if (!write_footer(static_cast<std::uint32_t>(stream.id), tally(stream.id))) {
@@ -269,7 +269,7 @@ class SessionWriter final : public SpikeSink {
 
   /// Begins a chunk of so many items.
   Expected<void, SinkError> begin_items(Id id, std::size_t count) {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     chunk_.clear();
     append(chunk_, id);
     append(chunk_, std::uint8_t{4});

@@ -17,7 +17,7 @@
 namespace merkel {
 
 /// How a simulated device misbehaves. Probabilities are per byte or frame; times are seconds after
-/// the press has begun.
+/// the press has started.
 struct SimulatedFaults {
   double drop_byte = 0.0;             ///< probability that a byte gets lost
   double flip_byte = 0.0;             ///< probability that a bit of a byte is turned over
@@ -66,7 +66,7 @@ class DeviceSimulator {
 
   /// The probe URI under which it can be read.
   [[nodiscard]] std::string uri() const;
-  /// Plays until told to stop. The press begins when the host has begun to listen.
+  /// Plays until told to stop. The press begins when the host has started to listen.
   void run(const std::atomic<bool>& stop);
   /// Read after run().
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }

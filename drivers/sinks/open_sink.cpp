@@ -24,7 +24,7 @@ struct Scheme {
   std::string_view name;
   std::string_view usage;
   OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null where the library is missing
-  std::string_view mend;                             ///< how to get the library
+  std::string_view remedy;                           ///< how to get the library
   bool file = false;                                 ///< writes a file, so that %t is the time
 };
 
@@ -96,7 +96,7 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text
     if (uri->scheme != scheme.name) continue;
     if (scheme.open == nullptr) {
       return bad_input("\"" + uri->text + "\": this merkel was built without " +
-                       std::string(scheme.mend) + ", then configure and build merkel again");
+                       std::string(scheme.remedy) + ", then configure and build merkel again");
     }
     if (scheme.file) {
       recover_runs(*uri, setup);

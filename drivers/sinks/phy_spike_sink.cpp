@@ -168,7 +168,7 @@ Expected<void, SinkError> PhySpikeSink::begin(const RunOrigin& origin) {
 }
 
 Expected<void, SinkError> PhySpikeSink::write(std::span<const SpikeEvent> spikes) {
-  if (auto begun = begin({}); !begun) return begun;
+  if (auto started = begin({}); !started) return started;
   for (const SpikeEvent& spike : spikes) {
     const std::int64_t neuron = spike.neuron;
     files_[kTimes].append(sample_of(time_(spike.time), sample_rate_hz_));
@@ -185,7 +185,7 @@ Expected<void, SinkError> PhySpikeSink::flush() {
 }
 
 Expected<void, SinkError> PhySpikeSink::close() {
-  if (auto begun = begin({}); !begun) return begun;
+  if (auto started = begin({}); !started) return started;
   closed_ = true;
   return for_all([](NpyFile& file) { return file.close(); });
 }

@@ -27,7 +27,7 @@ class SessionOnRequest final : public SpikeSink {
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t wishes() const noexcept override {
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
   }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {

@@ -46,7 +46,7 @@ class SonataSpikeSink final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     text_.clear();
     for (const SpikeEvent& spike : spikes) {
       append_milliseconds(text_, time_(spike.time));
@@ -59,7 +59,7 @@ class SonataSpikeSink final : public SpikeSink {
   [[nodiscard]] Expected<void, SinkError> flush() override { return settle(rows_.flush()); }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     if (auto flushed = flush(); !flushed) return flushed;
     if (auto written = write_sonata(path_, content_, overwrite_); !written) {
       return Unexpected<SinkError>({.sentence = written.error() + "; all spikes are in " +

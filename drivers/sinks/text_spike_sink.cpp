@@ -53,7 +53,7 @@ Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
 }
 
 Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spikes) {
-  if (auto begun = begin({}); !begun) return begun;
+  if (auto started = begin({}); !started) return started;
   rows_.clear();
   for (const SpikeEvent& spike : spikes) {
     const std::uint32_t neuron = spike.neuron;
@@ -75,7 +75,7 @@ Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spike
 Expected<void, SinkError> TextSpikeSink::flush() { return settle(file_.flush()); }
 
 Expected<void, SinkError> TextSpikeSink::close() {
-  if (auto begun = begin({}); !begun) return begun;
+  if (auto started = begin({}); !started) return started;
   return settle(file_.close());
 }
 

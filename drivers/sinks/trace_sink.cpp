@@ -17,7 +17,7 @@ class TraceSink final : public SpikeSink {
       : uri_(std::move(uri)), trace_(std::move(trace)), time_(time) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t wishes() const noexcept override { return kSamples; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSamples; }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     if (std::exchange(header_written_, true)) return {};
@@ -37,7 +37,7 @@ class TraceSink final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> write_samples(
       std::size_t /*probe*/, std::span<const ProbeSample> samples) override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     shifted_.assign(samples.begin(), samples.end());
     for (ProbeSample& sample : shifted_) sample.time = time_(sample.time);
     return result_of(trace_.write(shifted_));
@@ -45,7 +45,7 @@ class TraceSink final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> flush() override { return result_of(trace_.flush()); }
   [[nodiscard]] Expected<void, SinkError> close() override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto started = begin({}); !started) return started;
     return result_of(trace_.close());
   }
   void give_up() noexcept override { trace_.give_up(); }

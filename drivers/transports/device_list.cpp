@@ -19,11 +19,11 @@ namespace {
 void judge(DeviceEntry& entry, const std::string& device) {
   entry.usable = ::access(device.c_str(), R_OK | W_OK) == 0;
   if (entry.usable) return;
-  entry.mend = errno == ENOENT ? device +
-                                     " is missing: where this is a container, hand it over "
-                                     "(docker run --device=" +
-                                     device + ")"
-                               : port_trouble(device, errno).sentence;
+  entry.remedy = errno == ENOENT ? device +
+                                       " is missing: where this is a container, hand it over "
+                                       "(docker run --device=" +
+                                       device + ")"
+                                 : port_trouble(device, errno).sentence;
 }
 
 /// The first line of a file; empty where there is none.

@@ -12,7 +12,7 @@ struct DeviceEntry {
   std::string serial_number;
   std::string latency;  ///< of an FTDI adapter: its timer
   bool usable = false;  ///< we may open it
-  std::string mend;     ///< where not: what to do
+  std::string remedy;   ///< where not: what to do
 };
 
 /// Serial ports, HID devices and all USB devices but hubs: one device may be in the list by several

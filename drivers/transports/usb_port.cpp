@@ -66,12 +66,12 @@ class UsbPort final : public Transport {
     }
     libusb_device** devices = nullptr;
     const auto count = libusb_get_device_list(context_, &devices);
-    int trouble = LIBUSB_ERROR_NO_DEVICE;
+    int error = LIBUSB_ERROR_NO_DEVICE;
     for (std::ptrdiff_t i = 0; i < count && device_ == nullptr; ++i) {
-      trouble = try_device(devices[i], trouble);
+      error = try_device(devices[i], error);
     }
     if (count >= 0) libusb_free_device_list(devices, 1);
-    if (device_ == nullptr) return Unexpected<SetupError>(trouble_of(trouble));
+    if (device_ == nullptr) return Unexpected<SetupError>(error_of(error));
     if (auto there = check_endpoints(); !there) {
       close();
       return there;
@@ -79,7 +79,7 @@ class UsbPort final : public Transport {
     static_cast<void>(libusb_set_auto_detach_kernel_driver(device_, 1));
     if (const int claimed = libusb_claim_interface(device_, endpoints_.interface); claimed != 0) {
       close();
-      return Unexpected<SetupError>(trouble_of(claimed));
+      return Unexpected<SetupError>(error_of(claimed));
     }
     claimed_ = true;
     name_.serial_number = info_.serial_number;
@@ -148,11 +148,11 @@ class UsbPort final : public Transport {
   }
 
   /// Opens a device if it is the one that is meant. Returns why not.
-  int try_device(libusb_device* device, int trouble) {
+  int try_device(libusb_device* device, int error) {
     libusb_device_descriptor descriptor{};
-    if (libusb_get_device_descriptor(device, &descriptor) != 0) return trouble;
+    if (libusb_get_device_descriptor(device, &descriptor) != 0) return error;
     if (descriptor.idVendor != name_.vendor || descriptor.idProduct != name_.product) {
-      return trouble;
+      return error;
     }
     libusb_device_handle* handle = nullptr;
     if (const int opened = libusb_open(device, &handle); opened != 0) {
@@ -168,14 +168,14 @@ class UsbPort final : public Transport {
     const std::string serial_number(text.begin(), text.begin() + std::max(length, 0));
     if (!name_.serial_number.empty() && serial_number != name_.serial_number) {
       libusb_close(handle);
-      return trouble;
+      return error;
     }
     info_.serial_number = serial_number;
     device_ = handle;
     return 0;
   }
 
-  [[nodiscard]] SetupError trouble_of(int error) const {
+  [[nodiscard]] SetupError error_of(int error) const {
     switch (error) {
       case LIBUSB_ERROR_ACCESS:
         return port_trouble(node_, EACCES);

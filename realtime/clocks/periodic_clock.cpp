@@ -32,15 +32,15 @@ void PeriodicClock::calibrate() noexcept {
 void PeriodicClock::wait_until(nanoseconds time) noexcept {
   if (parameters_.team != nullptr) parameters_.team->rest_until(time);
   if (parameters_.beat != nullptr) parameters_.beat->expect(time);
-  const nanoseconds begun = now();
-  if (time <= begun) return;
+  const nanoseconds started = now();
+  if (time <= started) return;
   if (parameters_.wait == LoopWait::kSleep) {
     host_sleep_until(time);
     return;
   }
   // Some sleep in every wait, however short: a thread of real-time priority that never sleeps
   // starves its core and is throttled by the kernel.
-  sleep_measured(time - std::min(margin_.margin(), (time - begun) * 9 / 10));
+  sleep_measured(time - std::min(margin_.margin(), (time - started) * 9 / 10));
   while (now() < time) pause_core();
 }
 

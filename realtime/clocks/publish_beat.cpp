@@ -16,9 +16,9 @@ constexpr nanoseconds kLongestNap{1'000'000};
 }  // namespace
 
 void PublishBeat::wait(std::uint64_t& seen) const noexcept {
-  const nanoseconds begun = host_now();
+  const nanoseconds started = host_now();
   nanoseconds nap = kFirstNap;
-  for (nanoseconds now = begun; now - begun < kLongest; now = host_now()) {
+  for (nanoseconds now = started; now - started < kLongest; now = host_now()) {
     const std::uint64_t ticks = ticks_.load(std::memory_order_acquire);
     if (ticks != seen) {
       seen = ticks;
@@ -28,7 +28,7 @@ void PublishBeat::wait(std::uint64_t& seen) const noexcept {
     if (next.count() == 0) {  // virtual time: only the count tells
       host_sleep_until(now + kLongestNap);
     } else if (next > now) {
-      host_sleep_until(std::min(next, begun + kLongest));
+      host_sleep_until(std::min(next, started + kLongest));
     } else {
       host_sleep_until(now + nap);
       nap = std::min(2 * nap, kLongestNap);

@@ -8,7 +8,7 @@ constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 
 }  // namespace
 
-void ProbeInput::take_until(std::chrono::nanoseconds time) noexcept {
+void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
   for (const ProbeSample* next = channel_.samples.front(); next != nullptr && next->time <= time;
        next = channel_.samples.front()) {
     (next->time <= simulated_ ? channel_.late : channel_.used).add();
@@ -18,11 +18,11 @@ void ProbeInput::take_until(std::chrono::nanoseconds time) noexcept {
 }
 
 bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
-  take_until(time);
+  consume_until(time);
   if (channel_.samples.front() != nullptr) return true;
   // The flag is set after the last sample: look for one again once it is seen.
   if (!channel_.ended.load(std::memory_order_acquire)) return false;
-  take_until(time);
+  consume_until(time);
   return true;
 }
 
@@ -55,9 +55,9 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
 }
 
 ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {
-  take_until(time);
+  consume_until(time);
   const bool ended = channel_.ended.load(std::memory_order_acquire);
-  take_until(time);  // a sample may have come just before the end was flagged
+  consume_until(time);  // a sample may have come just before the end was flagged
   simulated_ = time;
   const ProbeSample* const next = channel_.samples.front();
 

@@ -75,7 +75,7 @@ class ProbeInput {
 
  private:
   [[nodiscard]] Reading reading_at(std::chrono::nanoseconds time) noexcept;
-  void take_until(std::chrono::nanoseconds time) noexcept;
+  void consume_until(std::chrono::nanoseconds time) noexcept;
   [[nodiscard]] ContactInput contact_of(const ProbeSample& sample) const noexcept;
   [[nodiscard]] std::chrono::nanoseconds valid_for_last() const noexcept;
   [[nodiscard]] ContactInput released(const ContactInput& last) const noexcept;

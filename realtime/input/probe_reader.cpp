@@ -53,7 +53,7 @@ void ProbeReader::read_all(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const auto count = probe_.read(samples, std::chrono::milliseconds{50});
     if (!count) {
-      if (count.error() != ProbeError::kEndOfStream) trouble_ = probe_.trouble();
+      if (count.error() != ProbeError::kEndOfStream) error_message_ = probe_.error_message();
       return;
     }
     for (std::size_t i = 0; i < *count; ++i) {

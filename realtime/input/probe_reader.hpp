@@ -44,7 +44,7 @@ class ProbeReader {
   void stop();
 
   /// What ended the stream before its end, if anything did; read after the channel has ended.
-  [[nodiscard]] const std::string& trouble() const noexcept { return trouble_; }
+  [[nodiscard]] const std::string& error_message() const noexcept { return error_message_; }
 
  private:
   void read_all(const std::stop_token& stop);
@@ -54,7 +54,7 @@ class ProbeReader {
   Probe& probe_;
   ProbeChannel& channel_;
   Parameters parameters_;
-  std::string trouble_;
+  std::string error_message_;
   std::jthread thread_;
 };
 

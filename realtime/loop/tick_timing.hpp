@@ -9,7 +9,7 @@ namespace merkel {
 struct TickTiming {
   std::chrono::nanoseconds end{0};        ///< probe time; its spikes are at most a tick older
   std::chrono::nanoseconds arrival{0};    ///< at the host, of the last sample at or before the end
-  std::chrono::nanoseconds due{0};        ///< when it should have begun
+  std::chrono::nanoseconds due{0};        ///< when it should have started
   std::chrono::nanoseconds started{0};    ///< when it did
   std::chrono::nanoseconds computed{0};   ///< the model's end
   std::chrono::nanoseconds published{0};  ///< its spikes were in the consumers' queues

@@ -28,7 +28,7 @@ SinkWriter::SinkWriter(SpikeSink& sink, Sources sources)
 
 void SinkWriter::keep(const Expected<void, SinkError>& result) {
   if (result || !healthy()) return;
-  outcome_.trouble = result.error().sentence;
+  outcome_.error_message = result.error().sentence;
   failed_.store(true, std::memory_order_release);
 }
 
@@ -94,7 +94,7 @@ void SinkWriter::write_marks() {
 }
 
 void SinkWriter::write_status() {
-  if ((sink_.wishes() & SpikeSink::kStatus) == 0U) return;
+  if ((sink_.subscriptions() & SpikeSink::kStatus) == 0U) return;
   RunStatus status = sources_.status();
   const SpikeChannel& channel = sources_.channel;
   status.losses.spikes = channel.dropped.value();

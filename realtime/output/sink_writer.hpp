@@ -44,7 +44,7 @@ class SinkWriter {
   struct Outcome {
     std::uint64_t taken = 0;      ///< spikes taken from the queue
     std::uint64_t delivered = 0;  ///< spikes known to have arrived
-    std::string trouble;          ///< empty, or why the sink failed
+    std::string error_message;    ///< empty, or why the sink failed
   };
 
   /// What a sink is fed from; everything outlives the writer.
@@ -75,8 +75,8 @@ class SinkWriter {
   [[nodiscard]] Outcome finish();
 
   /// Why the sink has failed, once it has; empty until then. Thread: any, for one caller.
-  [[nodiscard]] std::string trouble() const {
-    return failed_.load(std::memory_order_acquire) ? outcome_.trouble : std::string();
+  [[nodiscard]] std::string error_message() const {
+    return failed_.load(std::memory_order_acquire) ? outcome_.error_message : std::string();
   }
 
  private:

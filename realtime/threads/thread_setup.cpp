@@ -80,7 +80,7 @@ void limit_time_without_sleep() {
   if (::sigaction(SIGXCPU, &action, nullptr) == 0) ::setrlimit(RLIMIT_RTTIME, &limit);
 }
 
-/// The highest priority the thread gets: FIFO, or sleeps that end on time in the normal class.
+/// The highest priority the thread gets: FIFO, or sleeps that end on time in SCHED_OTHER.
 bool raise_thread(const RealtimeSettings& settings) {
   sched_param parameters{};
   parameters.sched_priority = settings.priority;
@@ -101,7 +101,7 @@ FieldTable RealtimeSettings::fields() {
   static constexpr std::string_view kSchedulers[] = {"fifo", "normal"};
   static constexpr Field kFields[] = {
       {"scheduler", "", one_of(kSchedulers),
-       "scheduling class of the simulation thread: SCHED_FIFO or the normal class",
+       "scheduling class of the simulation thread: SCHED_FIFO or SCHED_OTHER",
        [](void* p) -> FieldPointer {
          return Choice{
              &static_cast<P*>(p)->fifo,

@@ -14,7 +14,7 @@ namespace merkel {
 
 /// What the simulation thread asks of the host.
 struct RealtimeSettings {
-  bool fifo = true;         ///< SCHED_FIFO; else the normal class
+  bool fifo = true;         ///< SCHED_FIFO; else SCHED_OTHER
   int priority = 70;        ///< 1 to 98: 99 belongs to the kernel's own threads
   std::optional<int> cpu;   ///< pinned to this one; to none, if not set
   bool lock_memory = true;  ///< no page of the process leaves memory
@@ -50,8 +50,8 @@ class ProcessSetup {
 };
 
 /// Names, pins and raises the calling thread, in this order, and touches its stack. Where
-/// SCHED_FIFO is refused, the thread stays in the normal class with a timer slack of 1 ns. When a
-/// raised thread computes for 0.5 s without a sleep, all are put back into the normal class, for
+/// SCHED_FIFO is refused, the thread stays in SCHED_OTHER with a timer slack of 1 ns. When a
+/// raised thread computes for 0.5 s without a sleep, all are demoted to SCHED_OTHER, for
 /// they must not freeze the machine; if even that failed, the process would be ended after 2 s
 /// (RLIMIT_RTTIME).
 void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& rights);
@@ -61,7 +61,7 @@ void set_up_worker_thread(const RealtimeSettings& settings, int worker);
 /// Names the calling thread (15 letters at most) and makes its sleeps end on time; never raises it.
 void set_up_helper_thread(const char* name);
 
-/// Puts every raised thread back into the normal class. Safe to call from a signal handler.
+/// Demotes every raised thread to SCHED_OTHER. Safe to call from a signal handler.
 void demote_raised_threads() noexcept;
 /// Processor time that a running thread has used; 0 where it is not known. Thread: any.
 [[nodiscard]] std::chrono::nanoseconds processor_time(pthread_t thread) noexcept;

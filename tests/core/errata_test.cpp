@@ -168,13 +168,13 @@ TEST(Errata, Row13GateEquationDivergesWithoutItsFactor) {
   const auto [alpha, beta] = neuron.rates(neuron.V_rest);
   const Gates rest = neuron.steady_gates(neuron.V_rest);
   double m = rest.m;
-  double mended = rest.m;
+  double fixed = rest.m;
   for (double t = 0.0; t < 0.2; t += 0.001) {
     m += 0.001 * (alpha.m * (1.0 - m) - beta.m);
-    mended += 0.001 * (alpha.m * (1.0 - mended) - beta.m * mended);
+    fixed += 0.001 * (alpha.m * (1.0 - fixed) - beta.m * fixed);
   }
   EXPECT_LT(m, -0.5);
-  EXPECT_NEAR(mended, rest.m, 1e-12);
+  EXPECT_NEAR(fixed, rest.m, 1e-12);
 }
 
 /// Upward crossings of −20 mV in 100 ms at 10 µA/cm², by forward Euler at 10 µs, with rates of the

@@ -275,7 +275,7 @@ class Control(Page):
         with WebSocket(self.port, token=token) as owner:
             owner.receive()
             frames = owner.frames()
-            next(frame for frame in frames if frame.points)  # the run has begun
+            next(frame for frame in frames if frame.points)  # the run has started
             owner.send("tare 0")
             for frame in frames:
                 links.add(frame.probes[0][5] >> 8)

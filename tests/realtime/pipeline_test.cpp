@@ -24,8 +24,8 @@ using std::chrono::nanoseconds;
 /// A recording held in memory, handed over in chunks.
 class MemoryProbe final : public Probe {
  public:
-  MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk, std::string trouble = {})
-      : samples_(std::move(samples)), chunk_(chunk), trouble_(std::move(trouble)) {
+  MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk, std::string error_message = {})
+      : samples_(std::move(samples)), chunk_(chunk), error_message_(std::move(error_message)) {
     info_.uri = "memory:";
     info_.channels = ProbeSample::kDepth;
     info_.period = milliseconds{1};
@@ -46,16 +46,16 @@ class MemoryProbe final : public Probe {
     std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
     next_ += count;
     if (count > 0) return count;
-    return Unexpected<ProbeError>(trouble_.empty() ? ProbeError::kEndOfStream
-                                                   : ProbeError::kBadData);
+    return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
+                                                         : ProbeError::kBadData);
   }
-  [[nodiscard]] std::string trouble() const override { return trouble_; }
+  [[nodiscard]] std::string error_message() const override { return error_message_; }
 
  private:
   std::vector<ProbeSample> samples_;
   std::size_t chunk_;
   std::size_t next_ = 0;
-  std::string trouble_;
+  std::string error_message_;
   std::size_t wait_after_ = 0;
   std::function<bool()> until_;
   ProbeInfo info_;
@@ -198,7 +198,7 @@ TEST(Pipeline, DurationEndsTheRun) {
 TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunGoesOn) {
   const Outcome outcome = run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, {}, 5);
   EXPECT_EQ(outcome.report.ticks, 600U);
-  EXPECT_EQ(outcome.report.sinks[0].trouble, "memory is full");
+  EXPECT_EQ(outcome.report.sinks[0].error_message, "memory is full");
   EXPECT_EQ(outcome.report.sinks[0].delivered, 5U);
   EXPECT_FALSE(outcome.closed);
   EXPECT_FALSE(outcome.report.complete());
@@ -210,11 +210,11 @@ TEST(Pipeline, AFailingSinkIsToldWhileTheRunGoesOn) {
   std::vector<std::string> told;
   std::atomic<bool> heard{false};
   Pipeline pipeline(
-      *model,
-      {.fast = true, .on_sink_failure = [&](const std::string& uri, const std::string& trouble) {
-         told.push_back(uri + " " + trouble);
-         heard = true;
-       }});
+      *model, {.fast = true,
+               .on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
+                 told.push_back(uri + " " + error_message);
+                 heard = true;
+               }});
   auto probe = std::make_unique<MemoryProbe>(press(8000), 7);
   probe->wait_after(7000, [&heard] { return heard.load(); });  // or there is no run to go on
   pipeline.add_probe(std::move(probe), {});
@@ -241,9 +241,10 @@ class CuriousSink final : public SpikeSink {
     RunStatus status;
     bool in_order = true;  ///< no spike came after its tick
   };
-  CuriousSink(Content& content, std::uint32_t wishes) : content_(content), wishes_(wishes) {}
+  CuriousSink(Content& content, std::uint32_t subscriptions)
+      : content_(content), subscriptions_(subscriptions) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t wishes() const noexcept override { return wishes_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return subscriptions_; }
   Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     content_.spikes += spikes.size();
     for (const SpikeEvent& spike : spikes) {
@@ -275,7 +276,7 @@ class CuriousSink final : public SpikeSink {
 
  private:
   Content& content_;
-  std::uint32_t wishes_;
+  std::uint32_t subscriptions_;
   std::string uri_ = "curious:";
 };
 
@@ -339,7 +340,7 @@ TEST(Pipeline, ACallbackGetsEverySpikeOnItsOwnThread) {
 TEST(Pipeline, BadDataEndsTheRunAndLeavesTheSinkUnfinished) {
   const Outcome outcome =
       run(std::make_unique<MemoryProbe>(press(300), 7, "trace.csv:5: nonsense"));
-  EXPECT_EQ(outcome.report.trouble, "trace.csv:5: nonsense");
+  EXPECT_EQ(outcome.report.error_message, "trace.csv:5: nonsense");
   EXPECT_GT(outcome.spikes.size(), 0U);
   EXPECT_FALSE(outcome.closed);
 }

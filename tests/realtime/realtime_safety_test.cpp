@@ -283,7 +283,7 @@ class WatchingSink final : public SpikeSink {
   };
   explicit WatchingSink(Seen& seen) : seen_(seen) {}
   const std::string& uri() const noexcept override { return uri_; }
-  std::uint32_t wishes() const noexcept override { return kTicks | kMarks | kNeurons; }
+  std::uint32_t subscriptions() const noexcept override { return kTicks | kMarks | kNeurons; }
   void attach(RunControl& control) override {
     control_ = &control;
     const std::array<std::uint32_t, 4> watched = {8, 13, 20, 21};  // there is no 21

@@ -38,7 +38,7 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
     }
     sinks.push_back(std::move(*sink));
     channels.push_back(&fanout.add_consumer(65536));
-    if ((sinks.back()->wishes() & SpikeSink::kTicks) != 0U) {
+    if ((sinks.back()->subscriptions() & SpikeSink::kTicks) != 0U) {
       channels.back()->ticks = std::make_unique<CountedQueue<TickRecord>>(16384);
     }
   }
@@ -52,7 +52,7 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
   std::vector<SpikeEvent> spikes(kSpikesPerTick);
   TickRecord tick;
   const auto ticks = static_cast<std::uint64_t>(seconds * 1000.0);
-  const auto begun = std::chrono::steady_clock::now();
+  const auto started = std::chrono::steady_clock::now();
   for (tick.number = 1; tick.number <= ticks; ++tick.number) {
     for (int k = 0; k < kSpikesPerTick; ++k) {
       spikes[static_cast<std::size_t>(k)] = {
@@ -65,7 +65,7 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
     if (speed > 0.0) {
       const std::chrono::duration<double> due(units::s_from(tick.time) / speed);
       std::this_thread::sleep_until(
-          begun + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
+          started + std::chrono::duration_cast<std::chrono::steady_clock::duration>(due));
     }
   }
   fanout.end();
@@ -74,14 +74,14 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
   for (std::size_t i = 0; i < writers.size(); ++i) {
     writers[i]->end(true);
     const auto outcome = writers[i]->finish();
-    const bool whole =
-        outcome.trouble.empty() && outcome.delivered == made && channels[i]->dropped.value() == 0;
+    const bool whole = outcome.error_message.empty() && outcome.delivered == made &&
+                       channels[i]->dropped.value() == 0;
     std::printf("%-40s %llu of %llu spikes %s\n", uris[i],
                 static_cast<unsigned long long>(outcome.delivered),
-                static_cast<unsigned long long>(made), outcome.trouble.c_str());
+                static_cast<unsigned long long>(made), outcome.error_message.c_str());
     if (!whole) ++lost;
   }
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begun;
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - started;
   std::printf("%g s of spikes in %.2f s\n", seconds, wall.count());
   return lost == 0 ? 0 : 1;
 }

@@ -116,7 +116,7 @@ std::string follow_advice(std::string uri, int most) {
       return "no advice: " + run.err;
     }
   }
-  return "not mended: " + uri;
+  return "not fixed: " + uri;
 }
 
 TEST(Advice, WorksWhenItIsFollowed) {

@@ -32,19 +32,19 @@ TEST(DeviceVerdicts, WhatIsMissingHasItsMend) {
   ASSERT_EQ(verdicts.size(), 3U);
   EXPECT_EQ(verdicts[0].what, "udev rules");
   EXPECT_EQ(verdicts[0].grade, Grade::kFair);
-  EXPECT_NE(verdicts[0].mend.find("udevadm control --reload"), std::string::npos);
+  EXPECT_NE(verdicts[0].remedy.find("udevadm control --reload"), std::string::npos);
   EXPECT_EQ(verdicts[1].what, "systemd unit");
-  EXPECT_NE(verdicts[1].mend.find("cmake --install"), std::string::npos);
+  EXPECT_NE(verdicts[1].remedy.find("cmake --install"), std::string::npos);
   EXPECT_EQ(verdicts[2].what, "group dialout");
   EXPECT_EQ(verdicts[2].grade, Grade::kPoor);
-  EXPECT_NE(verdicts[2].mend.find("usermod -aG dialout"), std::string::npos);
+  EXPECT_NE(verdicts[2].remedy.find("usermod -aG dialout"), std::string::npos);
 }
 
 TEST(DeviceVerdicts, WhoHasJoinedTheGroupMustLogInAgain) {
   const auto verdicts =
       device_verdicts({.udev_rules = "/x", .serial_group = "dialout", .joined = true});
   EXPECT_EQ(verdicts[2].grade, Grade::kFair);
-  EXPECT_EQ(verdicts[2].mend, "log in again");
+  EXPECT_EQ(verdicts[2].remedy, "log in again");
 }
 
 TEST(DeviceVerdicts, WhereAllIsThereNothingIsToBeDone) {
@@ -52,7 +52,7 @@ TEST(DeviceVerdicts, WhereAllIsThereNothingIsToBeDone) {
   set_up.in_group = true;
   for (const Verdict& verdict : device_verdicts(set_up)) {
     EXPECT_EQ(verdict.grade, Grade::kGood) << verdict.what;
-    EXPECT_EQ(verdict.mend, "") << verdict.what;
+    EXPECT_EQ(verdict.remedy, "") << verdict.what;
   }
   set_up.in_group = false;
   set_up.root = true;

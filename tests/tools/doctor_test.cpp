@@ -137,7 +137,7 @@ TEST_F(MachineTest, AGoodOneGetsNoMend) {
   EXPECT_FALSE(facts.hypervisor);
   for (const Verdict& verdict : machine_verdicts(facts, 70)) {
     EXPECT_EQ(verdict.grade, Grade::kGood) << verdict.what;
-    EXPECT_EQ(verdict.mend, "") << verdict.what;
+    EXPECT_EQ(verdict.remedy, "") << verdict.what;
   }
 }
 
@@ -156,12 +156,12 @@ TEST_F(MachineTest, EveryFaultHasItsMend) {
   const auto verdicts = machine_verdicts(facts, 70);
   for (const Verdict& verdict : verdicts) {
     EXPECT_NE(verdict.grade, Grade::kGood) << verdict.what;
-    EXPECT_NE(verdict.mend, "") << verdict.what;
+    EXPECT_NE(verdict.remedy, "") << verdict.what;
   }
-  EXPECT_NE(find(verdicts, "latency timer of /dev/ttyUSB0")->mend.find("echo 1"),
+  EXPECT_NE(find(verdicts, "latency timer of /dev/ttyUSB0")->remedy.find("echo 1"),
             std::string::npos);
-  EXPECT_NE(find(verdicts, "port /dev/ttyUSB0")->mend.find("dialout"), std::string::npos);
-  EXPECT_NE(find(verdicts, "frequency governor")->mend.find("performance"), std::string::npos);
+  EXPECT_NE(find(verdicts, "port /dev/ttyUSB0")->remedy.find("dialout"), std::string::npos);
+  EXPECT_NE(find(verdicts, "frequency governor")->remedy.find("performance"), std::string::npos);
   EXPECT_EQ(find(verdicts, "real-time priority")->grade, Grade::kPoor);
 }
 

@@ -185,7 +185,7 @@ TEST(OutputSafety, APipeThatNobodyReadsKeepsNeitherTheProgramNorOtherSinksFromEn
     StartedProgram program({"run", "--probe", kLong, "--sink", "csv:" + folder.path("pipe"),
                             "--sink", "csv:" + spikes});
     ASSERT_TRUE(wait_for_bytes(spikes + ".part", 100));
-    const auto begun = steady_clock::now();
+    const auto started = steady_clock::now();
     program.send(SIGHUP);
     if (hurry) {
       std::this_thread::sleep_for(milliseconds{300});
@@ -194,7 +194,7 @@ TEST(OutputSafety, APipeThatNobodyReadsKeepsNeitherTheProgramNorOtherSinksFromEn
     const ProgramRun ended = program.finish();
     EXPECT_EQ(ended.ended_by, 0);
     EXPECT_EQ(ended.exit_code, 1) << ended.err;
-    EXPECT_LT(steady_clock::now() - begun, std::chrono::seconds{hurry ? 4 : 12});
+    EXPECT_LT(steady_clock::now() - started, std::chrono::seconds{hurry ? 4 : 12});
     EXPECT_TRUE(has(ended.err, "does not read on")) << ended.err;
     EXPECT_TRUE(std::filesystem::exists(spikes));
     EXPECT_FALSE(std::filesystem::exists(spikes + ".part"));

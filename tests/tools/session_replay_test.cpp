@@ -85,7 +85,7 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
   loop.run(stop);
   writer.end(true);
   const auto outcome = writer.finish();
-  EXPECT_EQ(outcome.trouble, "");
+  EXPECT_EQ(outcome.error_message, "");
   counts = inputs[0].counts();
   return path;
 }

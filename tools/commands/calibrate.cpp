@@ -60,7 +60,7 @@ Expected<std::vector<double>, SetupError> measure(Probe& probe, std::size_t chan
   ReadingBar bar;
   while (std::chrono::steady_clock::now() < end) {
     const auto count = probe.read(samples, std::chrono::milliseconds{50});
-    if (!count) return unavailable(probe.trouble());
+    if (!count) return unavailable(probe.error_message());
     for (std::size_t i = 0; i < *count; ++i) {
       if (samples[i].arrival < begin.time_since_epoch()) continue;
       const double value =

@@ -45,7 +45,7 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
       std::fprintf(stderr, "found %s (%s)\n", entry.uri.c_str(), entry.name.c_str());
       return entry.uri;
     }
-    if (!serial.empty()) return unavailable(serial.front().uri + ": " + serial.front().mend);
+    if (!serial.empty()) return unavailable(serial.front().uri + ": " + serial.front().remedy);
     if (!told) std::fprintf(stderr, "no serial device is there: plug it in; waiting …\n");
     told = true;
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
@@ -114,7 +114,7 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{6};
   while (!measured.timing && std::chrono::steady_clock::now() < end) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{50});
-    if (!count) return unavailable((*probe)->trouble());
+    if (!count) return unavailable((*probe)->error_message());
     if (*count > 0) measured.last = samples[*count - 1];
     measured.timing = (*probe)->timing();
     for (const std::string& sentence : (*probe)->take_notices()) {

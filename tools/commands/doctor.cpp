@@ -41,7 +41,7 @@ void print(const std::vector<Verdict>& verdicts) {
   for (const Verdict& verdict : verdicts) {
     std::printf("%-8s %s: %s\n", std::string(name_of(verdict.grade)).c_str(), verdict.what.c_str(),
                 verdict.finding.c_str());
-    if (!verdict.mend.empty()) std::printf("         → %s\n", verdict.mend.c_str());
+    if (!verdict.remedy.empty()) std::printf("         → %s\n", verdict.remedy.c_str());
   }
 }
 
@@ -52,14 +52,14 @@ void print(const DoctorRun& run, std::size_t number) {
               static_cast<unsigned long long>(path.report.ticks),
               static_cast<unsigned long long>(path.missed()),
               static_cast<unsigned long long>(path.report.spikes),
-              host.rights.fifo ? "SCHED_FIFO" : "normal class");
+              host.rights.fifo ? "SCHED_FIFO" : "SCHED_OTHER");
   const auto line = [](const char* what, const LatencySummary& latency) {
     std::printf("  %-46s %s\n", what, latency_text(latency).c_str());
   };
-  line("wake-up: from due to begun", host.wake_up);
+  line("wake-up: from due to started", host.wake_up);
   if (run.cyclictest) line("cyclictest, right after", *run.cyclictest);
-  line("queue: from the sample's arrival to begun", host.queue);
-  line("tick: from begun to spikes computed", host.tick);
+  line("queue: from the sample's arrival to started", host.queue);
+  line("tick: from started to spikes computed", host.tick);
   line("publish: to the consumers' queues", host.publish);
   for (const ConsumerLatency& of : path.consumers) {
     std::printf("  %s: %llu spikes, %llu missing\n", of.name,
@@ -77,7 +77,7 @@ Json json_of(const std::vector<Verdict>& verdicts) {
     all.push_back({{"what", verdict.what},
                    {"grade", name_of(verdict.grade)},
                    {"finding", verdict.finding},
-                   {"mend", verdict.mend}});
+                   {"remedy", verdict.remedy}});
   }
   return all;
 }
@@ -180,7 +180,7 @@ void add_doctor_command(CommandLine& program) {
           "need, and the whole path from a live simulated probe to a polling and a UDP "
           "consumer, with the "
           "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
-          "Each verdict comes with its mend.",
+          "Each verdict comes with its remedy.",
           "doctor --seconds 60")
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
       .option("--runs", options->runs, "How often; verdicts are on the medians", {1.0, 1000.0})

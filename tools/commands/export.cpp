@@ -79,7 +79,7 @@ int export_session(const ExportOptions& options) {
   const auto origin = session_origin(options.session);
   if (!origin) return refuse(origin.error());
   for (const auto& sink : sinks) {
-    if (auto begun = sink->begin(*origin); !begun) return fail(begun.error().sentence);
+    if (auto started = sink->begin(*origin); !started) return fail(started.error().sentence);
   }
   SessionChunk chunk;
   std::uint64_t spikes = 0;

@@ -21,7 +21,7 @@ int list_probes(bool json) {
                       {"serial_number", device.serial_number},
                       {"latency_timer", device.latency},
                       {"usable", device.usable},
-                      {"mend", device.mend}});
+                      {"remedy", device.remedy}});
     }
     auto protocols = nlohmann::ordered_json::array();
     for (const ProtocolEntry& entry : protocol_table()) {
@@ -37,7 +37,7 @@ int list_probes(bool json) {
                 device.serial_number.empty() ? "" : ", serial number ",
                 device.serial_number.c_str(), device.latency.empty() ? "" : ", latency timer ",
                 device.latency.c_str());
-    if (!device.usable) std::printf("  %s\n", device.mend.c_str());
+    if (!device.usable) std::printf("  %s\n", device.remedy.c_str());
   }
   if (devices.empty()) {
     std::printf(

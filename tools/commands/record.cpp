@@ -57,7 +57,7 @@ class Recording {
     if (!sink) return Unexpected<SetupError>(sink.error());
     recording.sink_ = std::move(*sink);
     recording.replayed_ = probe.info().replayed;
-    if ((recording.sink_->wishes() & SpikeSink::kFrames) == 0U) return recording;
+    if ((recording.sink_->subscriptions() & SpikeSink::kFrames) == 0U) return recording;
     for (std::size_t port = 0; port < probe.ports(); ++port) {
       recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port));
     }
@@ -142,7 +142,7 @@ int record(const RecordOptions& options) {
     }
     if (!count) {
       if (count.error() == ProbeError::kEndOfStream) break;
-      return fail((*probe)->trouble());
+      return fail((*probe)->error_message());
     }
     std::size_t wanted = *count;
     if (options.duration_s && *count > 0) {

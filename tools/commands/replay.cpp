@@ -112,7 +112,7 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
   const auto origin = session_origin(options.session);
   if (!origin) return refuse(origin.error());
   for (const auto& sink : sinks) {
-    if (auto begun = sink->begin(*origin); !begun) return fail(begun.error().sentence);
+    if (auto started = sink->begin(*origin); !started) return fail(started.error().sentence);
   }
   std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
                page ? "; the page's slider moves in time, Ctrl-C ends" : "");
@@ -162,9 +162,9 @@ int replay(const ReplayOptions& options) {
   }
   const auto origin = session_origin(options.session);
   if (!origin) return refuse(origin.error());
-  std::string trouble;
+  std::string error_message;
   const auto keep = [&](const Expected<void, SinkError>& result) {
-    if (!result && trouble.empty()) trouble = result.error().sentence;
+    if (!result && error_message.empty()) error_message = result.error().sentence;
   };
   for (const auto& sink : sinks) keep(sink->begin(*origin));
   SessionReplay replay(*model);
@@ -177,10 +177,10 @@ int replay(const ReplayOptions& options) {
     replay.take(chunk, [&](std::span<const SpikeEvent> spikes) {
       for (const auto& sink : sinks) keep(sink->write(spikes));
     });
-    if (!trouble.empty()) return fail(trouble);
+    if (!error_message.empty()) return fail(error_message);
   }
   for (const auto& sink : sinks) keep(sink->close());
-  if (!trouble.empty()) return fail(trouble);
+  if (!error_message.empty()) return fail(error_message);
 
   const SessionReplay::Verdict verdict = replay.finish();
   if (verdict.ticks == 0 && verdict.identical()) {

@@ -132,8 +132,8 @@ int run(const RunOptions& options) {
                                   .realtime = scene->loop.realtime,
                                   .team = team->get()};
   TerminalLine terminal;
-  parameters.on_sink_failure = [&](const std::string& uri, const std::string& trouble) {
-    terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + trouble);
+  parameters.on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
+    terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + error_message);
   };
   parameters.on_notice = [&](const std::string& sentence) { terminal.say("merkel: " + sentence); };
   parameters.on_missing_right = [&](const std::string& sentence) {
@@ -183,11 +183,11 @@ int run(const RunOptions& options) {
       options.json ? summary_json(*report, *model, plan ? &*plan : nullptr)
                    : summary_text(*report, *model, plan ? &*plan : nullptr, options.all);
   std::fputs(summary.c_str(), summary_to_stderr ? stderr : stdout);
-  if (!report->trouble.empty()) {
-    return refuse(report->trouble);
+  if (!report->error_message.empty()) {
+    return refuse(report->error_message);
   }
   for (const RunReport::OfSink& sink : report->sinks) {
-    if (!sink.trouble.empty()) return fail(sink.trouble);
+    if (!sink.error_message.empty()) return fail(sink.error_message);
   }
   return failed(verdict_of(*report, *model), options.strict) ? kFailed : kDone;
 }

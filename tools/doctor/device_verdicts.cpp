@@ -53,9 +53,9 @@ Verdict group_verdict(const DeviceSetUp& set_up) {
   // The rules open devices to whoever sits at the machine, but not to who logs in from afar.
   verdict.grade = set_up.udev_rules.empty() ? Grade::kPoor : Grade::kFair;
   verdict.finding = set_up.joined ? "you are in it from the next login on" : "you are not in it";
-  verdict.mend = set_up.joined ? "log in again"
-                               : "sudo usermod -aG " + set_up.serial_group +
-                                     " $USER, and log in again: serial ports belong to it";
+  verdict.remedy = set_up.joined ? "log in again"
+                                 : "sudo usermod -aG " + set_up.serial_group +
+                                       " $USER, and log in again: serial ports belong to it";
   return verdict;
 }
 

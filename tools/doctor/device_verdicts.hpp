@@ -21,7 +21,7 @@ struct DeviceSetUp {
   [[nodiscard]] static DeviceSetUp read(const std::string& root_folder = "");
 };
 
-/// A verdict on the udev rules, the systemd unit and the group, each with its mend.
+/// A verdict on the udev rules, the systemd unit and the group, each with its remedy.
 [[nodiscard]] std::vector<Verdict> device_verdicts(const DeviceSetUp& set_up);
 
 }  // namespace merkel

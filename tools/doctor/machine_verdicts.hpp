@@ -31,7 +31,7 @@ struct MachineFacts {
   [[nodiscard]] static MachineFacts read(const std::string& root = "");
 };
 
-/// A verdict on each fact, with its mend.
+/// A verdict on each fact, with its remedy.
 [[nodiscard]] std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority);
 
 }  // namespace merkel

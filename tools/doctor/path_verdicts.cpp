@@ -56,7 +56,7 @@ Verdict of_missed(const std::vector<DoctorRun>& runs) {
                 percent, static_cast<unsigned long long>(late), units::ms_from(steal));
   if (missed == 0) return {Grade::kGood, "missed ticks", text.data(), ""};
   return {percent <= 0.1 ? Grade::kFair : Grade::kPoor, "missed ticks", text.data(),
-          percent <= 0.1 ? "" : "lengthen [loop] tick_us, or mend what is poor above"};
+          percent <= 0.1 ? "" : "lengthen [loop] tick_us, or fix what is poor above"};
 }
 
 Verdict of_software(const char* consumer, const LatencySummary& software) {

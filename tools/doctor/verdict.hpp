@@ -11,7 +11,7 @@ struct Verdict {
   Grade grade = Grade::kUnknown;
   std::string what;     ///< "wake-up latency"
   std::string finding;  ///< what is so
-  std::string mend;     ///< what to do about it; empty where nothing is to be done
+  std::string remedy;   ///< what to do about it; empty where nothing is to be done
 };
 
 /// "good", "fair", "poor", "unknown".

@@ -49,7 +49,7 @@ std::string loop_text(const RunReport& report) {
     text += line.data();
   }
   text += host.rights.fifo ? ", SCHED_FIFO " + std::to_string(host.rights.priority)
-                           : std::string(", normal class");
+                           : std::string(", SCHED_OTHER");
   if (report.demotions > 0) text += ", demoted to SCHED_OTHER";
   if (host.rights.cpu) text += ", on core " + std::to_string(*host.rights.cpu);
   text += host.rights.memory_locked ? ", memory locked" : ", memory not locked";

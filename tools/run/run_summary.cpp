@@ -182,7 +182,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   }
   for (const RunReport::OfSink& sink : report.sinks) {
     text += "sink " + sink.uri + ":" + handover_text(counts_of(sink)) + "\n";
-    if (!sink.trouble.empty()) append(text, "  failed: %s\n", sink.trouble.c_str());
+    if (!sink.error_message.empty()) append(text, "  failed: %s\n", sink.error_message.c_str());
   }
   text += silence_text(report, model);
   text += afferent_text(afferent_rows(report, model), all_afferents);
@@ -207,7 +207,7 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
   for (const RunReport::OfSink& sink : report.sinks) {
     Json json = {{"uri", sink.uri}};
     add_handover(json, counts_of(sink));
-    json["trouble"] = sink.trouble;
+    json["error_message"] = sink.error_message;
     sinks.push_back(std::move(json));
   }
   Json summary = {{"start_s", units::s_from(report.start)},

@@ -195,9 +195,9 @@ class Judge {
   }
 
   void judge_sink(const RunReport::OfSink& sink) {
-    if (!sink.trouble.empty()) {
+    if (!sink.error_message.empty()) {
       add(Severity::kFailure, 1.0,
-          sentence("%s failed: %s", sink.uri.c_str(), sink.trouble.c_str()),
+          sentence("%s failed: %s", sink.uri.c_str(), sink.error_message.c_str()),
           "its spikes up to then are whole");
       return;
     }

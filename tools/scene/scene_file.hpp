@@ -49,7 +49,7 @@ struct Scene {
 };
 
 /// Reads a scene; every key is optional and has the default of the preset that the key `preset`
-/// names, "paper" if none. Fails with file, line and what to mend on an unknown key (naming the
+/// names, "paper" if none. Fails with file, line and what to fix on an unknown key (naming the
 /// nearest known one) or a wrong type; values are judged by TactileModel::create.
 [[nodiscard]] Expected<Scene, SetupError> read_scene(const std::string& path);
 /// The same from the text of a scene; `name` stands for the file in messages.

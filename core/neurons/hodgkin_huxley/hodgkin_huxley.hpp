@@ -41,7 +41,7 @@ struct GateRates {
   Gates beta;
 };
 
-/// The Hodgkin-Huxley neuron with an L-type calcium term (Eq. 11-13, mended), as data.
+/// The Hodgkin-Huxley neuron with an L-type calcium term (Eq. 11-13, fixed), as data.
 ///
 /// C·V̇ = gl(El−V) + gNa·m³h(ENa−V) + gK·n⁴(EK−V) + gCaL·m·h(ECa−V) + I, with v = V−V_r and
 /// αn = 0.1φ((10−v)/10), βn = 0.125e^{−v/80}; αm = φ((25−v)/10), βm = 4e^{−v/18};

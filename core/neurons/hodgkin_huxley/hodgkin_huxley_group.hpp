@@ -18,7 +18,7 @@ namespace merkel {
 /// N Hodgkin-Huxley neurons, with or without a network between them. Their input is a current in
 /// µA/cm².
 ///
-/// C·V̇ = Σ ionic + I + κΣ_j w_nj(V_j − V_n) (Eq. 11, mended). A spike is an upward crossing of the
+/// C·V̇ = Σ ionic + I + κΣ_j w_nj(V_j − V_n) (Eq. 11, fixed). A spike is an upward crossing of the
 /// threshold; its time is interpolated within the step. A neuron whose state turns non-finite is
 /// reset to rest and reported before its neighbours can see it. Blocks of 16 neurons that are at
 /// rest under a constant current are skipped until something changes.

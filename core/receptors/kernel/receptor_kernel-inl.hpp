@@ -1,4 +1,4 @@
-// Stress and energy density at many receptors (Eq. 3-5, mended), and their currents (Eq. 7).
+// Stress and energy density at many receptors (Eq. 3-5, fixed), and their currents (Eq. 7).
 #if defined(CORE_AFFERENT_KERNEL_RECEPTOR_KERNEL_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_AFFERENT_KERNEL_RECEPTOR_KERNEL_INL_HPP
 #undef CORE_AFFERENT_KERNEL_RECEPTOR_KERNEL_INL_HPP

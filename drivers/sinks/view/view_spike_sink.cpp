@@ -32,7 +32,7 @@ class ViewSpikeSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
-  [[nodiscard]] std::uint32_t wishes() const noexcept override {
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kTicks | kStatus | kEvents | kMarks | kNeurons;
   }
   void attach(RunControl& control) override { desk_->attach(control); }

@@ -166,10 +166,10 @@ class RandomRun {
     }
   }
 
-  /// \param leave_out  a limit that the limiter does not know; the auditor does
+  /// \param omitted  a limit that the limiter does not know; the auditor does
   /// \return what was broken, or nothing
-  std::string run(const std::string& leave_out = "") {
-    StimulationLimiter limiter = make_limiter(leave_out);
+  std::string run(const std::string& omitted = "") {
+    StimulationLimiter limiter = make_limiter(omitted);
     limiter.reset(nanoseconds{0});
     CommandAuditor auditor(limits_, electrodes_, nanoseconds{0});
     for (int tick = 0; tick < 300 && auditor.fault().empty(); ++tick) {
@@ -187,16 +187,16 @@ class RandomRun {
   }
 
  private:
-  [[nodiscard]] StimulationLimiter make_limiter(const std::string& leave_out) const {
+  [[nodiscard]] StimulationLimiter make_limiter(const std::string& omitted) const {
     Limits limits = limits_;
     auto electrodes = electrodes_;
-    if (leave_out == "charge") limits.max_charge_nC = 1e9;
-    if (leave_out == "total") limits.max_total_uA = 1e9;
-    if (leave_out == "slope") limits.max_slope_uA_per_s = StimulationLimiter::kNone;
-    if (leave_out == "electrodes") limits.max_electrodes = Limits{}.max_electrodes;
+    if (omitted == "charge") limits.max_charge_nC = 1e9;
+    if (omitted == "total") limits.max_total_uA = 1e9;
+    if (omitted == "slope") limits.max_slope_uA_per_s = StimulationLimiter::kNone;
+    if (omitted == "electrodes") limits.max_electrodes = Limits{}.max_electrodes;
     for (auto& electrode : electrodes) {
-      if (leave_out == "amplitude") electrode.max_uA = 1e9;
-      if (leave_out == "frequency") electrode.max_Hz = 1e9;
+      if (omitted == "amplitude") electrode.max_uA = 1e9;
+      if (omitted == "frequency") electrode.max_Hz = 1e9;
     }
     return {limits, electrodes};
   }

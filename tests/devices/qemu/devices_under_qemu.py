@@ -320,7 +320,7 @@ def main():
                              ("dpkg-deb", "dpkg")]:
         if not shutil.which(program):
             raise Skipped(f"{program} is missing: install the package {package}")
-    begun = time.monotonic()
+    started = time.monotonic()
     kernel, folder = kernel_of(arguments.cache)
     modules = find_modules(folder)
     modules = {name: modules[name] for name in in_order(MODULES, modules)}
@@ -348,7 +348,7 @@ def main():
     if arguments.console or not machine.parts():
         print("\n".join(machine.lines))
     judge(machine.parts())
-    print(f"kernel {os.path.basename(kernel)}: prepared in {prepared - begun:.1f} s, examined in "
+    print(f"kernel {os.path.basename(kernel)}: prepared in {prepared - started:.1f} s, examined in "
           f"{time.monotonic() - prepared:.1f} s")
     print(f"{len(FAILURES)} checks FAILED" if FAILURES else "all passed")
     return 1 if FAILURES else 0

@@ -41,7 +41,7 @@ TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
   EXPECT_EQ(find("usb:1209:0001")["serial_number"], "SN42");
   EXPECT_EQ(find("usb:1209:0001")["name"], "Force Probe");
   EXPECT_EQ(find("usb:1209:0001")["usable"], true);
-  EXPECT_EQ(find("usb:1209:0001")["mend"], "");
+  EXPECT_EQ(find("usb:1209:0001")["remedy"], "");
 }
 
 TEST(MockedProbes, WhatMayNotBeOpenedSaysWhyAndWhatToDo) {
@@ -56,8 +56,8 @@ TEST(MockedProbes, WhatMayNotBeOpenedSaysWhyAndWhatToDo) {
   std::size_t refused = 0;
   for (const DeviceEntry& device : list_devices()) {
     EXPECT_FALSE(device.usable) << device.uri;
-    if (device.mend.find("no permission to open /dev/") == std::string::npos) continue;
-    EXPECT_NE(device.mend.find("70-merkel.rules"), std::string::npos) << device.mend;
+    if (device.remedy.find("no permission to open /dev/") == std::string::npos) continue;
+    EXPECT_NE(device.remedy.find("70-merkel.rules"), std::string::npos) << device.remedy;
     ++refused;
   }
   EXPECT_EQ(refused, 3U);

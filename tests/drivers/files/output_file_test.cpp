@@ -117,8 +117,8 @@ TEST(OutputFile, AHeaderAloneIsNotKept) {
   };
   { const OutputFile refused = begin("refused"); }
   EXPECT_FALSE(std::filesystem::exists(folder.path("refused.part")));
-  { EXPECT_TRUE(begin("begun").write("0.1,1\n")); }
-  EXPECT_EQ(read_file(folder.path("begun.part")), "time_s,neuron\n0.1,1\n");
+  { EXPECT_TRUE(begin("started").write("0.1,1\n")); }
+  EXPECT_EQ(read_file(folder.path("started.part")), "time_s,neuron\n0.1,1\n");
   EXPECT_TRUE(begin("empty").close());
   EXPECT_EQ(read_file(folder.path("empty")), "time_s,neuron\n");
 }

@@ -78,11 +78,12 @@ TEST(TraceReader, NamesFileLineAndMendOfEveryFault) {
   EXPECT_EQ(sentence_about("time_s,time_s,depth_mm\n"),
             "t.csv:1: the column time_s stands twice: keep one");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,nan\n"),
-            "t.csv:2: depth_mm is \"nan\", not finite: mend or remove this row");
-  EXPECT_EQ(sentence_about("time_s,depth_mm\n0,1\ninf,1\n"),
-            "t.csv:3: time_s is \"inf\", not a finite number of seconds: mend or remove this row");
+            "t.csv:2: depth_mm is \"nan\", not finite: correct or remove this row");
+  EXPECT_EQ(
+      sentence_about("time_s,depth_mm\n0,1\ninf,1\n"),
+      "t.csv:3: time_s is \"inf\", not a finite number of seconds: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,deep\n"),
-            "t.csv:2: depth_mm is \"deep\", not a number: mend or remove this row");
+            "t.csv:2: depth_mm is \"deep\", not a number: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n0.5,0\n"),
             "t.csv:3: time_s is \"0.5\", earlier than in the row before: sort the rows by time");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n1.0,0\n"),

@@ -72,8 +72,8 @@ TEST(CsvInTheWild, ABareNumberIsAskedForItsName) {
   Talk talk("csv", "");
   talk.take("x\n0.300\n0.301\n0.302\n");
   EXPECT_TRUE(talk.stream.readings.empty());
-  EXPECT_NE(talk.protocol->trouble().find("columns=force_N"), std::string::npos)
-      << talk.protocol->trouble();
+  EXPECT_NE(talk.protocol->error_message().find("columns=force_N"), std::string::npos)
+      << talk.protocol->error_message();
   // The advice works when it is followed.
   Talk again("csv", "columns=force_N");
   again.take("x\n0.300\n0.301\n0.302\n");

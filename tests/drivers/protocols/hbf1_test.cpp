@@ -131,7 +131,7 @@ TEST(Hbf1, AReadingAtTheEndOfItsFormatOrSoReportedIsSaturated) {
 TEST(Hbf1, AnUnknownUnitIsNamed) {
   Talk talk("hbf1");
   talk.take(Firmware().hello(0, 0, 2, 9));
-  EXPECT_NE(talk.protocol->trouble().find("unknown unit 9"), std::string::npos);
+  EXPECT_NE(talk.protocol->error_message().find("unknown unit 9"), std::string::npos);
 }
 
 TEST(Hbf1, LossIsCountedExactly) {

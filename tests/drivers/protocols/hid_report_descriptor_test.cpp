@@ -49,7 +49,7 @@ DeviceStream read(const HidFieldMap& map, const std::vector<Bytes>& reports) {
   return stream;
 }
 
-std::string trouble(const Bytes& descriptor) {
+std::string error_message(const Bytes& descriptor) {
   const auto map = map_report_descriptor(descriptor);
   EXPECT_FALSE(map.has_value());
   return map ? "" : map.error();
@@ -106,16 +106,17 @@ TEST(HidReportDescriptor, ValuesAtTheEndsAreSaturatedAndBeyondThemRefused) {
 }
 
 TEST(HidReportDescriptor, WhatMeasuresNothingOrIsBrokenIsNamed) {
-  EXPECT_NE(trouble(kMouse).find("no force, depth or position with a unit"), std::string::npos);
-  EXPECT_NE(trouble({}).find("no force, depth or position"), std::string::npos);
-  EXPECT_NE(trouble({0x26, 0xff}).find("ends within an item"), std::string::npos);
-  EXPECT_NE(trouble({0xb4}).find("restores what it has not kept"), std::string::npos);
-  EXPECT_NE(trouble(Bytes(20, 0xa4)).find("nested too deeply"), std::string::npos);
-  EXPECT_NE(trouble({0x85, 0x00}).find("impossible numbers"), std::string::npos);
-  EXPECT_NE(trouble({0x77, 0xff, 0xff, 0xff, 0xff, 0x97, 0xff, 0xff, 0xff, 0xff, 0x81, 0x02})
+  EXPECT_NE(error_message(kMouse).find("no force, depth or position with a unit"),
+            std::string::npos);
+  EXPECT_NE(error_message({}).find("no force, depth or position"), std::string::npos);
+  EXPECT_NE(error_message({0x26, 0xff}).find("ends within an item"), std::string::npos);
+  EXPECT_NE(error_message({0xb4}).find("restores what it has not kept"), std::string::npos);
+  EXPECT_NE(error_message(Bytes(20, 0xa4)).find("nested too deeply"), std::string::npos);
+  EXPECT_NE(error_message({0x85, 0x00}).find("impossible numbers"), std::string::npos);
+  EXPECT_NE(error_message({0x77, 0xff, 0xff, 0xff, 0xff, 0x97, 0xff, 0xff, 0xff, 0xff, 0x81, 0x02})
                 .find("too long"),
             std::string::npos);
-  EXPECT_NE(trouble(Bytes(5000, 0xc0)).find("too long"), std::string::npos);
+  EXPECT_NE(error_message(Bytes(5000, 0xc0)).find("too long"), std::string::npos);
 }
 
 /// Descriptors with bytes changed, inserted and cut: maps are always within the longest report.

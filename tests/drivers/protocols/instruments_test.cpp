@@ -85,7 +85,7 @@ TEST(Mark10, ReadsWhatTheGaugeDisplays) {
   talk.take("4.2.8 N\r\nN\r\n12\r\n3 N 4 N x\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 4U);
   talk.take("1 stone\r\n");
-  EXPECT_NE(talk.protocol->trouble().find("unknown unit \"stone\""), std::string::npos);
+  EXPECT_NE(talk.protocol->error_message().find("unknown unit \"stone\""), std::string::npos);
   EXPECT_EQ(talk.stream.readings.size(), 6U);
 }
 

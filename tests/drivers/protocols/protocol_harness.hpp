@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// A protocol of the table, with its options in the way of a URI; its parser has begun.
+/// A protocol of the table, with its options in the way of a URI; its parser has started.
 struct Talk {
   explicit Talk(std::string_view name, const std::string& options = {}) {
     const auto entry = find_protocol(name);

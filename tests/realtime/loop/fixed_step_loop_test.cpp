@@ -151,8 +151,8 @@ TEST_F(FixedStepLoopTest, ALongComputationIsToldFromALateWakeUp) {
         return until == milliseconds{102} ? until + units::nanoseconds_from_ms(1.5) : until;
       },
       milliseconds{2}, 20,
-      [](nanoseconds begun) {
-        return units::nanoseconds_from_ms(begun == milliseconds{52} ? 3.5 : 0.1);
+      [](nanoseconds started) {
+        return units::nanoseconds_from_ms(started == milliseconds{52} ? 3.5 : 0.1);
       });
   EXPECT_EQ(statistics_.ticks.value(), 200U);
   EXPECT_EQ(statistics_.overruns.value(), 4U);

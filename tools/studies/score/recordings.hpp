@@ -90,7 +90,7 @@ struct Recordings {
   std::vector<RecordedTrials> trials;
 };
 
-/// Reads a data file; its form is in tools/README.md. Fails with the field and what to mend.
+/// Reads a data file; its form is in tools/README.md. Fails with the field and what to fix.
 [[nodiscard]] Expected<Recordings, SetupError> read_recordings(const std::string& path);
 /// The same from its text; `name` stands for the file in messages.
 [[nodiscard]] Expected<Recordings, SetupError> parse_recordings(const std::string& text,

@@ -1,4 +1,4 @@
-// The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, mended) as vectors.
+// The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, fixed) as vectors.
 #if defined(CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
 #undef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP

@@ -97,7 +97,7 @@ class Page {
   draw() {
     requestAnimationFrame(() => this.draw());
     if (!this.dirty) return;
-    const begun = performance.now();
+    const started = performance.now();
     this.dirty = false;
     this.#drawBanner();
     if (!this.scene || !this.frame) return;
@@ -121,14 +121,14 @@ class Page {
     });
     this.details.draw(this.history, time);
     this.readings.forEach((reading) => reading.tell());
-    if (begun - this.counted_ms > kCounters_ms || frame.over) {
-      this.counted_ms = begun;
+    if (started - this.counted_ms > kCounters_ms || frame.over) {
+      this.counted_ms = started;
       showCounters(this.frame, this.trend, this.scene);
       this.latency.draw(this.frame.latency);
       byId('clock').textContent = frame.t.toFixed(1);
       byId('spikes').textContent = String(this.frame.counters.spikes);
     }
-    this.#measure(performance.now() - begun);
+    this.#measure(performance.now() - started);
   }
 
   /// How long drawing takes, for the curious and for tests.
