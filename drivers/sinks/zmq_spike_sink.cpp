@@ -115,8 +115,7 @@ class ZmqSpikeSink final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (given_up_.load(std::memory_order_relaxed)) socket_.set(zmq::sockopt::linger, 0);
-    monitor_.close();
-    socket_.close();
+    close_sockets();
     // Waits until everything is sent, kLinger_ms at most.
     context_.close();
     return {};
@@ -166,6 +165,7 @@ class ZmqSpikeSink final : public SpikeSink {
                              ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED) != 0) {
       throw zmq::error_t();
     }
+    monitor_.set(zmq::sockopt::rcvhwm, 0);  // ZeroMQ's thread waits while it is full
     monitor_.connect(kMonitor);
     socket_.bind(parameters_.endpoint);
   }
@@ -195,10 +195,16 @@ class ZmqSpikeSink final : public SpikeSink {
     }
   }
 
-  void drop_all_peers() {
+  /// Stops the monitor first: ZeroMQ's thread blocks for good in an event that no socket takes.
+  void close_sockets() {
+    ::zmq_socket_monitor(socket_.handle(), nullptr, 0);
     monitor_.close();
-    socket_.set(zmq::sockopt::linger, 0);
     socket_.close();
+  }
+
+  void drop_all_peers() {
+    socket_.set(zmq::sockopt::linger, 0);
+    close_sockets();
     subscriptions_ = connections_ = 0;
     socket_ = zmq::socket_t(context_, zmq::socket_type::xpub);
     monitor_ = zmq::socket_t(context_, zmq::socket_type::pair);
@@ -209,8 +215,7 @@ class ZmqSpikeSink final : public SpikeSink {
         return;
       } catch (const zmq::error_t& error) {
         if (error.num() != EADDRINUSE || attempt == kRebinds) throw;
-        monitor_.close();
-        socket_.close();
+        close_sockets();
         std::this_thread::sleep_for(kRebindPause);
         socket_ = zmq::socket_t(context_, zmq::socket_type::xpub);
         monitor_ = zmq::socket_t(context_, zmq::socket_type::pair);
