@@ -9,7 +9,7 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/run/machine_facts.hpp"
+#include "tools/scene/machine_facts.hpp"
 
 namespace merkel {
 namespace {

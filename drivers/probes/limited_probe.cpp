@@ -7,19 +7,19 @@
 
 namespace merkel {
 
-/// Why a sample is refused; empty for a press that can be.
-std::string LimitedProbe::beyond(const ProbeSample& sample) const {
+std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
+                         const std::string& name) {
   const double force_N = units::N_from_mN(sample.force_mN);
-  const bool force = sample.has(ProbeSample::kForce) && force_N > limits_.force_N;
-  const bool depth = sample.has(ProbeSample::kDepth) && sample.depth_mm > limits_.depth_mm;
+  const bool force = sample.has(ProbeSample::kForce) && force_N > limits.force_N;
+  const bool depth = sample.has(ProbeSample::kDepth) && sample.depth_mm > limits.depth_mm;
   if (!force && !depth) return {};
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
                 " reports a press of %.4g %s at %.3f s, and no finger bears more than %.4g: check "
                 "the unit, or raise [probe] %s",
                 force ? force_N : sample.depth_mm, force ? "N" : "mm", units::s_from(sample.time),
-                force ? limits_.force_N : limits_.depth_mm, force ? "max_force_N" : "max_depth_mm");
-  return info().name + text.data();
+                force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
+  return name + text.data();
 }
 
 Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samples,
@@ -29,7 +29,7 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samp
   if (!count) return count;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < *count; ++i) {
-    std::string why = beyond(samples[i]);
+    std::string why = press_excess(samples[i], limits_, info().name);
     if (why.empty()) {
       samples[kept++] = samples[i];
       continue;

@@ -18,6 +18,10 @@ struct PressLimits {
   double depth_mm = 15.0;
 };
 
+/// Why a sample of the named probe is refused; empty for a press within the limits.
+[[nodiscard]] std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
+                                       const std::string& name);
+
 /// Keeps presses beyond the limits from the model. A recording that holds one ends with a sentence;
 /// of a device such samples are left out, counted as refused and reported.
 class LimitedProbe final : public Probe {
@@ -49,8 +53,6 @@ class LimitedProbe final : public Probe {
   }
 
  private:
-  [[nodiscard]] std::string beyond(const ProbeSample& sample) const;
-
   std::unique_ptr<Probe> probe_;
   PressLimits limits_;
   std::string error_message_;

@@ -1,20 +1,38 @@
-// An independent program: presses with a simulated probe, polls the spikes from a queue, and also
-// receives them by a callback. It includes public headers only.
+// An independent program: presses with a simulated probe on a preset, polls the spikes from a queue
+// and also receives them by a callback; then pushes samples into the model itself. It includes
+// public headers only.
 #include <cstdio>
 #include <thread>
 
-#include <merkel/open_probe.hpp>
 #include <merkel/pipeline.hpp>
+#include <merkel/prepared_run.hpp>
+#include <merkel/sample_stream.hpp>
+#include <merkel/scene_presets.hpp>
 #include <merkel/spike_callback.hpp>
-#include <merkel/tactile_model.hpp>
+
+/// Pushes a press into the model, a sample a millisecond. Returns the number of spikes.
+std::size_t spikes_of_pushes(const merkel::Scene& scene) {
+  auto stream = merkel::SampleStream::create(scene, {merkel::ProbeSample::kDepth});
+  if (!stream) return 0;
+  std::size_t spikes = 0;
+  for (int i = 0; i < 500; ++i) {
+    const auto pushed = stream->push(0, {.time = std::chrono::milliseconds{i},
+                                         .depth_mm = i < 100 ? 0.015 * i : 1.5,
+                                         .channels = merkel::ProbeSample::kDepth});
+    spikes += pushed ? pushed->size() : 0;
+  }
+  return spikes + stream->finish().size();
+}
 
 int main() {
-  auto model = merkel::TactileModel::create({});
-  auto probe = merkel::open_probe("sim:ramp?depth_mm=1.5&hold_s=0.5");
-  if (!model || !probe) return 1;
+  auto scene = merkel::scene_named("paper");
+  if (!scene) return 1;
+  scene->set_probes({"sim:ramp?depth_mm=1.5&hold_s=0.5"});
+  auto run = merkel::prepare_run(*scene, {.fast = true});
+  if (!run) return 1;
 
-  merkel::Pipeline pipeline(*model, {.fast = true});
-  pipeline.add_probe(std::move(*probe), {.x_mm = 15.0, .y_mm = 10.0});
+  merkel::Pipeline pipeline(*run->model, run->parameters);
+  run->add_probes_to(pipeline);
   unsigned called = 0;  // on the callback's thread
   pipeline.add_sink(std::make_unique<merkel::SpikeCallback>(
       "encoder", [&](std::span<const merkel::SpikeEvent> spikes) { called += spikes.size(); }));
@@ -28,6 +46,7 @@ int main() {
   });
   const auto report = pipeline.run();
   poller.join();
-  std::printf("%u spikes polled, %u called\n", polled, called);
-  return report && polled > 0 && report->spikes == polled && called == polled ? 0 : 1;
+  const std::size_t pushed = spikes_of_pushes(*scene);
+  std::printf("%u spikes polled, %u called, %zu pushed\n", polled, called, pushed);
+  return report && polled > 0 && report->spikes == polled && called == polled && pushed > 0 ? 0 : 1;
 }

@@ -65,7 +65,7 @@ parameters=(core/scene/model_{fields,parameters}.cpp core/skin/skin_material.cpp
   core/receptors/{adaptation,patch,receptive_field,receptor_density,receptor_placement,sigmoid_transduction}.cpp
   core/neurons/connor_stevens/connor_stevens.cpp core/neurons/integrate_and_fire/integrate_and_fire.cpp
   core/neurons/hodgkin_huxley/{hodgkin_huxley,integration_method,lattice_coupling}.cpp)
-scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/run/loop_settings.cpp
+scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
   drivers/{uri,files/toml{,_guard}}.cpp realtime/threads/thread_setup.cpp)
 fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" "${parameters[@]}" "${scenes[@]}"
 core=()

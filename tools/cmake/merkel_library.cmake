@@ -56,16 +56,17 @@ function(merkel_precompile target)
   endif()
 endfunction()
 
-# merkel_library(merkel_core core): the settings of the library of a folder. Each .hpp file below it
-# must compile alone (target <library>_verify_…).
+# merkel_library(merkel_scene tools/scene): the settings of the library of a folder, which programs
+# link as merkel::scene. Each .hpp file below it must compile alone (target <library>_verify_…).
 function(merkel_library target folder)
+  get_filename_component(name ${folder} NAME)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
   target_sources(${target} PUBLIC FILE_SET HEADERS
     BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${headers})
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF
-    EXPORT_NAME ${folder}
+    EXPORT_NAME ${name}
     VERIFY_INTERFACE_HEADER_SETS ON)
   target_include_directories(${target} PUBLIC
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
@@ -74,6 +75,6 @@ function(merkel_library target folder)
     $<BUILD_INTERFACE:merkel_warnings> $<BUILD_INTERFACE:merkel_numerics>
     $<BUILD_INTERFACE:merkel_hardening> $<BUILD_INTERFACE:merkel_sanitizers>)
   merkel_precompile(${target})
-  add_library(merkel::${folder} ALIAS ${target})
+  add_library(merkel::${name} ALIAS ${target})
   set_property(GLOBAL APPEND PROPERTY MERKEL_LIBRARIES ${target})
 endfunction()

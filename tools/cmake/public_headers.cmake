@@ -23,7 +23,12 @@ set(merkel_public_headers
   drivers/spike_sink.hpp
   # realtime: the loop
   realtime/output/spike_callback.hpp
-  realtime/pipeline.hpp)
+  realtime/pipeline.hpp
+  # scene: scene files and presets
+  tools/scene/prepared_run.hpp
+  tools/scene/sample_stream.hpp
+  tools/scene/scene_file.hpp
+  tools/scene/scene_presets.hpp)
 
 # Writes the public headers into a folder.
 function(merkel_write_public_headers folder)

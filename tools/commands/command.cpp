@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "tools/scene/scene_presets.hpp"
+
 namespace merkel {
 namespace {
 
@@ -12,6 +14,14 @@ int complain(const std::string& sentence, int exit_code) {
 }
 
 }  // namespace
+
+Expected<Scene, SetupError> given_scene(const std::string& name_or_file) {
+  auto scene = scene_named(name_or_file);
+  if (scene && !scene->notice.empty()) {
+    std::fprintf(stderr, "merkel: %s\n", scene->notice.c_str());
+  }
+  return scene;
+}
 
 int refuse(const std::string& sentence) { return complain(sentence, kWrongInput); }
 

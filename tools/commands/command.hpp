@@ -4,6 +4,7 @@
 
 #include "core/expected.hpp"
 #include "tools/command_line.hpp"
+#include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 
@@ -33,6 +34,9 @@ void add_fit_skin_command(CommandLine& fit);
 void add_bench_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);
+
+/// scene_named() for a command: prints the scene's notice to stderr.
+[[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);
 
 /// Prints "merkel: sentence" to stderr. Returns the exit code of wrong input: 2.
 int refuse(const std::string& sentence);

@@ -8,7 +8,6 @@
 
 #include "core/scene/patch_layout.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -61,7 +60,7 @@ int inspect_afferents(const InspectOptions& options) {
 }  // namespace
 
 Expected<Scene, SetupError> scene_of(const InspectOptions& options) {
-  auto scene = scene_named(options.scene);
+  auto scene = given_scene(options.scene);
   if (!scene) return scene;
   Indenter& indenter = scene->model.indenters.front();
   indenter.radius_mm = options.radius_mm.value_or(indenter.radius_mm);

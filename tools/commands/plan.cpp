@@ -2,7 +2,6 @@
 #include <memory>
 
 #include "tools/commands/command.hpp"
-#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 
 namespace merkel {
@@ -16,7 +15,7 @@ struct PlanCommand {
 };
 
 int plan(const PlanCommand& command) {
-  auto scene = scene_named(command.scene);
+  auto scene = given_scene(command.scene);
   if (!scene) return refuse(scene.error());
   if (!command.probes.empty()) scene->set_probes(command.probes);
   if (command.spike_time_us) scene->spike_time_us = command.spike_time_us;

@@ -16,8 +16,8 @@
 #include "realtime/input/frame_tap.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/device_summary.hpp"
-#include "tools/run/machine_facts.hpp"
 #include "tools/run/terminal_line.hpp"
+#include "tools/scene/machine_facts.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {

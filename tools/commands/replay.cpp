@@ -13,10 +13,10 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/session_position.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/run/machine_facts.hpp"
 #include "tools/run/session_playback.hpp"
 #include "tools/run/session_replay.hpp"
 #include "tools/run/stop_signal.hpp"
+#include "tools/scene/machine_facts.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {

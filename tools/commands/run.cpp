@@ -9,13 +9,10 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
-#include "drivers/probes/limited_probe.hpp"
-#include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/recording_switch.hpp"
 #include "realtime/pipeline.hpp"
-#include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
 #include "tools/run/run_summary.hpp"
@@ -23,8 +20,7 @@
 #include "tools/run/status_line.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
-#include "tools/scene/scene_presets.hpp"
-#include "tools/scene/session_scene.hpp"
+#include "tools/scene/prepared_run.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
@@ -45,34 +41,8 @@ struct RunOptions {
   std::optional<std::uint64_t> seed;
 };
 
-/// Chooses the reading that drives each contact: what the scene says, else the force where every
-/// probe measures it, else the depth. A force is measured at the skin; the depth that goes with it
-/// depends on the finger, and on where the stage was zeroed.
-Expected<void, SetupError> choose_controls(Scene& scene,
-                                           std::span<const std::unique_ptr<Probe>> probes) {
-  const auto has = [](const Probe& probe, std::uint32_t channel) {
-    return (probe.info().channels & channel) != 0U;
-  };
-  const bool force = std::all_of(probes.begin(), probes.end(), [&](const auto& probe) {
-    return has(*probe, ProbeSample::kForce);
-  });
-  for (std::size_t i = 0; i < probes.size(); ++i) {
-    const auto usual = force || !has(*probes[i], ProbeSample::kDepth) ? Indenter::Control::kForce
-                                                                      : Indenter::Control::kDepth;
-    const auto control = scene.probes[i].control.value_or(usual);
-    const bool by_depth = control == Indenter::Control::kDepth;
-    if (!has(*probes[i], by_depth ? ProbeSample::kDepth : ProbeSample::kForce)) {
-      return bad_input("probe.control asks for " + std::string(by_depth ? "depth" : "force") +
-                       ", which the probe " + probes[i]->info().uri +
-                       " does not measure: change probe.control");
-    }
-    scene.model.indenters[i].control = control;
-  }
-  return {};
-}
-
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
-  auto scene = scene_named(options.scene);
+  auto scene = given_scene(options.scene);
   if (!scene) return scene;
   if (!options.probes.empty()) scene->set_probes(options.probes);
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
@@ -93,44 +63,13 @@ int run(const RunOptions& options) {
     plan = std::move(*made);
   }
 
-  std::vector<std::unique_ptr<Probe>> probes;
-  std::optional<std::chrono::nanoseconds> delay;
-  for (std::size_t i = 0; i < scene->probes.size(); ++i) {
-    auto probe = open_probe(scene->probes[i].uri);
-    if (!probe) return refuse(probe.error());
-    if (scene->probes[i].delay) {
-      delay = std::max(delay.value_or(std::chrono::nanoseconds{0}), *scene->probes[i].delay);
-    }
-    probes.push_back(std::make_unique<LimitedProbe>(std::move(*probe), scene->probes[i].limits));
+  auto prepared = prepare_run(std::move(*scene), {.fast = options.fast});
+  if (!prepared) return refuse(prepared.error());
+  if (!prepared->notice.empty()) {
+    std::fprintf(stderr, "merkel: note: %s\n", prepared->notice.c_str());
   }
-  if (auto chosen = choose_controls(*scene, probes); !chosen) return refuse(chosen.error());
-  auto model = TactileModel::create(scene->model);
-  if (!model) {
-    return refuse(scene->sentence(model.error()));
-  }
-
-  // Threads that spin on all cores leave none to sinks, to the system and to other programs.
-  if (scene->loop.threads > 1 && scene->loop.threads == SpinningTeam::available_cores()) {
-    std::fprintf(stderr,
-                 "merkel: note: loop.threads = %d uses %d: one of this machine's cores is left to "
-                 "others; the spikes are the same\n",
-                 scene->loop.threads, scene->loop.threads - 1);
-    --scene->loop.threads;
-  }
-  auto team = SpinningTeam::create(
-      scene->loop.threads, [settings = scene->loop.realtime, fast = options.fast](int worker) {
-        set_up_worker_thread(fast ? RealtimeSettings{.fifo = false} : settings, worker);
-      });
-  if (!team) return refuse(team.error());
-  if (scene->loop.threads > 1) model->share_work(team->get());
-
-  Pipeline::Parameters parameters{.fast = options.fast,
-                                  .delay = delay,
-                                  .duration = std::nullopt,
-                                  .max_catch_up_ticks = scene->loop.max_catch_up_ticks,
-                                  .wait = scene->loop.wait,
-                                  .realtime = scene->loop.realtime,
-                                  .team = team->get()};
+  const TactileModel& model = *prepared->model;
+  Pipeline::Parameters& parameters = prepared->parameters;
   TerminalLine terminal;
   parameters.on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
     terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + error_message);
@@ -145,25 +84,22 @@ int run(const RunOptions& options) {
     if (terminal.on_terminal()) terminal.show(line.fields(progress));
   };
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
-  Pipeline pipeline(*model, parameters);
-  RunDescription description = describe_run(*scene, *model);
-  for (const auto& probe : probes) add_probe_facts(probe->info(), description);
+  Pipeline pipeline(*prepared->model, parameters);
+  RunDescription& description = prepared->description;
   if (!options.record.empty()) {
-    description.facts.emplace_back(
-        "command", "merkel run --probe '" + probes[0]->info().uri + "' --record " + options.record);
+    description.facts.emplace_back("command", "merkel run --probe '" + description.probes[0].uri +
+                                                  "' --record " + options.record);
   }
-  for (std::size_t i = 0; i < probes.size(); ++i) {
-    pipeline.add_probe(std::move(probes[i]), scene->probes[i].input);
-  }
+  prepared->add_probes_to(pipeline);
   const auto recording = std::make_shared<RecordingSwitch>();
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
+  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(description),
                         .notice = parameters.on_notice,
                         .recording = recording};
   bool summary_to_stderr = false;
-  for (const std::string& uri : scene->sinks) {
+  for (const std::string& uri : prepared->scene.sinks) {
     auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
@@ -174,14 +110,14 @@ int run(const RunOptions& options) {
   if (recording->offered()) pipeline.add_sink(session_on_request(recording, setup));
 
   const StopSignal stop(pipeline);
-  const CrashWatch watch(pipeline.statistics(), model->parameters().tick);
+  const CrashWatch watch(pipeline.statistics(), model.parameters().tick);
   const auto report = pipeline.run();
   terminal.clear();
   if (!report) return refuse(report.error());
 
   const std::string summary =
-      options.json ? summary_json(*report, *model, plan ? &*plan : nullptr)
-                   : summary_text(*report, *model, plan ? &*plan : nullptr, options.all);
+      options.json ? summary_json(*report, model, plan ? &*plan : nullptr)
+                   : summary_text(*report, model, plan ? &*plan : nullptr, options.all);
   std::fputs(summary.c_str(), summary_to_stderr ? stderr : stdout);
   if (!report->error_message.empty()) {
     return refuse(report->error_message);
@@ -189,7 +125,7 @@ int run(const RunOptions& options) {
   for (const RunReport::OfSink& sink : report->sinks) {
     if (!sink.error_message.empty()) return fail(sink.error_message);
   }
-  return failed(verdict_of(*report, *model), options.strict) ? kFailed : kDone;
+  return failed(verdict_of(*report, model), options.strict) ? kFailed : kDone;
 }
 
 }  // namespace

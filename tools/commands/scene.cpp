@@ -4,7 +4,6 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
-#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -19,7 +18,7 @@ int print_scene(const SceneCommand& command) {
     std::fputs(scene_keys_text().c_str(), stdout);
     return kDone;
   }
-  const auto scene = scene_named(command.scene);
+  const auto scene = given_scene(command.scene);
   if (!scene) return refuse(scene.error());
   std::fputs(scene_text(*scene).c_str(), stdout);
   return kDone;

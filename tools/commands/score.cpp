@@ -7,7 +7,6 @@
 #include <string>
 
 #include "tools/commands/command.hpp"
-#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/report.hpp"
 #include "tools/studies/score/recorded_trials.hpp"
@@ -225,7 +224,7 @@ class Scorecard {
 };
 
 int score(const ScoreCommand& command) {
-  const auto scene = scene_named(command.scene);
+  const auto scene = given_scene(command.scene);
   if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());

@@ -12,7 +12,7 @@
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "realtime/input/probe_input.hpp"
-#include "tools/run/loop_settings.hpp"
+#include "tools/scene/loop_settings.hpp"
 
 namespace merkel {
 

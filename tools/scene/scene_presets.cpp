@@ -1,7 +1,6 @@
 #include "tools/scene/scene_presets.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <system_error>
@@ -142,11 +141,7 @@ Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
         "there is no preset or scene file " + name_or_file +
         (nearest.empty() ? ": the presets are " + list : ": did you mean " + nearest + "?"));
   }
-  auto scene = preset ? Expected<Scene, SetupError>(*preset) : read_scene(name_or_file);
-  if (scene && !scene->notice.empty()) {
-    std::fprintf(stderr, "merkel: %s\n", scene->notice.c_str());
-  }
-  return scene;
+  return preset ? Expected<Scene, SetupError>(*preset) : read_scene(name_or_file);
 }
 
 }  // namespace merkel

@@ -16,8 +16,8 @@ namespace merkel {
 [[nodiscard]] std::string_view present_name(std::string_view preset) noexcept;
 [[nodiscard]] const std::vector<std::string>& preset_names();
 
-/// The scene that a command was given: nothing (the paper's scene), a preset's name, or a scene
-/// file. Prints the scene's notice to stderr.
+/// The scene of a preset's name or a scene file; of an empty name the preset "paper". Scene::notice
+/// may hold a sentence for the user.
 [[nodiscard]] Expected<Scene, SetupError> scene_named(const std::string& name_or_file);
 
 }  // namespace merkel

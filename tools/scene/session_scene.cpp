@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/run/machine_facts.hpp"
+#include "tools/scene/machine_facts.hpp"
 
 namespace merkel {
 namespace {

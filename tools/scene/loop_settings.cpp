@@ -1,4 +1,4 @@
-#include "tools/run/loop_settings.hpp"
+#include "tools/scene/loop_settings.hpp"
 
 namespace merkel {
 

@@ -1,4 +1,4 @@
-#include "tools/run/machine_facts.hpp"
+#include "tools/scene/machine_facts.hpp"
 
 #include <fstream>
 #include <thread>

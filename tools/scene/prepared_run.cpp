@@ -1,0 +1,112 @@
+#include "tools/scene/prepared_run.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/probes/limited_probe.hpp"
+#include "drivers/probes/open_probe.hpp"
+#include "realtime/threads/thread_setup.hpp"
+#include "tools/scene/session_scene.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Threads that spin on all cores leave none to sinks, to the system and to other programs.
+std::string leave_one_core(LoopSettings& loop) {
+  if (loop.threads <= 1 || loop.threads != SpinningTeam::available_cores()) return {};
+  const std::string all = std::to_string(loop.threads--);
+  return "loop.threads = " + all + " uses " + std::to_string(loop.threads) +
+         ": one of this machine's cores is left to others; the spikes are the same";
+}
+
+/// The longest delay that a probe of the scene sets.
+std::optional<nanoseconds> delay_of(const Scene& scene) {
+  std::optional<nanoseconds> delay;
+  for (const Scene::OfProbe& probe : scene.probes) {
+    if (probe.delay) delay = std::max(delay.value_or(nanoseconds{0}), *probe.delay);
+  }
+  return delay;
+}
+
+Expected<std::vector<std::unique_ptr<Probe>>, SetupError> open_probes(const Scene& scene) {
+  std::vector<std::unique_ptr<Probe>> probes;
+  for (const Scene::OfProbe& each : scene.probes) {
+    auto probe = open_probe(each.uri);
+    if (!probe) return Unexpected<SetupError>(probe.error());
+    probes.push_back(std::move(*probe));
+  }
+  return probes;
+}
+
+}  // namespace
+
+Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<ProbeInfo>& probes) {
+  const bool force = std::all_of(probes.begin(), probes.end(), [](const ProbeInfo& probe) {
+    return (probe.channels & ProbeSample::kForce) != 0U;
+  });
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    const bool depth = (probes[i].channels & ProbeSample::kDepth) != 0U;
+    const auto usual = force || !depth ? Indenter::Control::kForce : Indenter::Control::kDepth;
+    const auto control = scene.probes[i].control.value_or(usual);
+    const bool by_depth = control == Indenter::Control::kDepth;
+    if ((probes[i].channels & (by_depth ? ProbeSample::kDepth : ProbeSample::kForce)) == 0U) {
+      return bad_input("probe.control asks for " + std::string(by_depth ? "depth" : "force") +
+                       ", which the probe " + probes[i].uri +
+                       " does not measure: change probe.control");
+    }
+    scene.model.indenters[i].control = control;
+  }
+  return {};
+}
+
+void PreparedRun::add_probes_to(Pipeline& pipeline) {
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    pipeline.add_probe(std::move(probes[i]), scene.probes[i].input);
+  }
+  probes.clear();
+}
+
+Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
+  PreparedRun run;
+  run.notice = leave_one_core(scene.loop);
+  if (preparation.probes.empty()) {
+    auto opened = open_probes(scene);
+    if (!opened) return Unexpected<SetupError>(opened.error());
+    preparation.probes = std::move(*opened);
+  }
+  std::vector<ProbeInfo> infos;
+  for (std::size_t i = 0; i < preparation.probes.size(); ++i) {
+    infos.push_back(preparation.probes[i]->info());
+    run.probes.push_back(
+        std::make_unique<LimitedProbe>(std::move(preparation.probes[i]), scene.probes[i].limits));
+  }
+  if (auto chosen = choose_controls(scene, infos); !chosen) {
+    return Unexpected<SetupError>(chosen.error());
+  }
+  auto model = TactileModel::create(scene.model);
+  if (!model) return bad_input(scene.sentence(model.error()));
+  run.model = std::make_unique<TactileModel>(std::move(*model));
+
+  auto team = SpinningTeam::create(
+      scene.loop.threads, [settings = scene.loop.realtime, fast = preparation.fast](int worker) {
+        set_up_worker_thread(fast ? RealtimeSettings{.fifo = false} : settings, worker);
+      });
+  if (!team) return Unexpected<SetupError>(team.error());
+  run.team = std::move(*team);
+  if (scene.loop.threads > 1) run.model->share_work(run.team.get());
+  run.parameters = {.fast = preparation.fast,
+                    .delay = delay_of(scene),
+                    .duration = std::nullopt,
+                    .max_catch_up_ticks = scene.loop.max_catch_up_ticks,
+                    .wait = scene.loop.wait,
+                    .realtime = scene.loop.realtime,
+                    .team = run.team.get()};
+  run.description = describe_run(scene, *run.model);
+  for (const ProbeInfo& info : infos) add_probe_facts(info, run.description);
+  run.scene = std::move(scene);
+  return run;
+}
+
+}  // namespace merkel

@@ -1,0 +1,154 @@
+#include "tools/scene/sample_stream.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/units.hpp"
+#include "drivers/probes/limited_probe.hpp"
+#include "drivers/sample_limits.hpp"
+#include "realtime/input/probe_channel.hpp"
+#include "realtime/threads/thread_setup.hpp"
+#include "tools/scene/prepared_run.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kMostWaiting = 4096;  ///< samples of one probe, while another is behind
+
+}  // namespace
+
+struct SampleStream::Line {
+  Line(std::string the_name, const ProbeInput::Parameters& parameters)
+      : name(std::move(the_name)), channel(kMostWaiting), input(channel, parameters) {}
+
+  std::string name;
+  ProbeChannel channel;
+  ProbeInput input;
+  std::optional<std::chrono::nanoseconds> last;  ///< time of the sample pushed last
+};
+
+SampleStream::SampleStream(Scene scene, std::unique_ptr<TactileModel> model,
+                           std::unique_ptr<SpinningTeam> team)
+    : scene_(std::move(scene)),
+      model_(std::move(model)),
+      team_(std::move(team)),
+      contacts_(scene_.probes.size()) {
+  for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
+    lines_.push_back(
+        std::make_unique<Line>("the probe " + std::to_string(i), scene_.probes[i].input));
+  }
+}
+
+SampleStream::SampleStream(SampleStream&&) noexcept = default;
+SampleStream& SampleStream::operator=(SampleStream&&) noexcept = default;
+SampleStream::~SampleStream() = default;
+
+Expected<SampleStream, SetupError> SampleStream::create(
+    Scene scene, const std::vector<std::uint32_t>& channels) {
+  if (channels.size() != scene.probes.size()) {
+    return bad_input("the scene has " + std::to_string(scene.probes.size()) +
+                     " probes, but samples of " + std::to_string(channels.size()) +
+                     " were announced: announce those of every probe");
+  }
+  std::vector<ProbeInfo> probes;
+  for (const std::uint32_t of_probe : channels) {
+    probes.push_back(
+        {.uri = "of the stream", .name = {}, .serial_number = {}, .channels = of_probe});
+  }
+  if (auto chosen = choose_controls(scene, probes); !chosen) {
+    return Unexpected<SetupError>(chosen.error());
+  }
+  auto model = TactileModel::create(scene.model);
+  if (!model) return bad_input(scene.sentence(model.error()));
+  auto team = SpinningTeam::create(scene.loop.threads, [](int worker) {
+    set_up_worker_thread(RealtimeSettings{.fifo = false}, worker);
+  });
+  if (!team) return Unexpected<SetupError>(team.error());
+  SampleStream stream(std::move(scene), std::make_unique<TactileModel>(std::move(*model)),
+                      std::move(*team));
+  if (stream.scene_.loop.threads > 1) stream.model_->share_work(stream.team_.get());
+  return stream;
+}
+
+std::string SampleStream::fault_of(const Line& line, const ProbeSample& sample) const {
+  if (line.channel.ended.load(std::memory_order_relaxed)) {
+    return "the stream is finished: make a new one for further samples";
+  }
+  if (line.last && sample.time <= *line.last) {
+    return line.name + " was given a sample of " + shortest_decimal(units::s_from(sample.time)) +
+           " s after one of " + shortest_decimal(units::s_from(*line.last)) +
+           " s: push samples in order of time";
+  }
+  if (!plausible(sample)) {
+    return line.name + " was given a value that is not finite or beyond any finger: check its unit";
+  }
+  const std::size_t probe = static_cast<std::size_t>(
+      std::find_if(lines_.begin(), lines_.end(), [&](const auto& l) { return l.get() == &line; }) -
+      lines_.begin());
+  return press_excess(sample, scene_.probes[probe].limits, line.name);
+}
+
+Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t probe,
+                                                                     const ProbeSample& sample) {
+  if (probe >= lines_.size()) {
+    return bad_input("there is no probe " + std::to_string(probe) + ": the scene has " +
+                     std::to_string(lines_.size()) + ", counted from 0");
+  }
+  Line& line = *lines_[probe];
+  if (std::string fault = fault_of(line, sample); !fault.empty()) {
+    return bad_input(std::move(fault));
+  }
+  spikes_.clear();
+  if (line.channel.samples.size_approx() >= kMostWaiting ||
+      !line.channel.samples.try_push(sample)) {
+    return bad_input(line.name + " is " + std::to_string(kMostWaiting) +
+                     " samples ahead of another probe: push the samples of all probes in turn");
+  }
+  line.last = sample.time;
+  while (ready()) simulate();
+  return std::span<const SpikeEvent>(spikes_);
+}
+
+std::span<const SpikeEvent> SampleStream::finish() {
+  spikes_.clear();
+  for (const auto& line : lines_) line->channel.ended.store(true, std::memory_order_release);
+  while (!exhausted() && ready()) simulate();
+  return spikes_;
+}
+
+std::optional<std::chrono::nanoseconds> SampleStream::time() const noexcept {
+  return ticks_ > 0 ? next_ : std::nullopt;
+}
+
+bool SampleStream::exhausted() const {
+  return std::all_of(lines_.begin(), lines_.end(),
+                     [](const auto& line) { return line->input.exhausted(); });
+}
+
+bool SampleStream::ready() {
+  if (!next_) {
+    for (const auto& line : lines_) {
+      const auto first = line->input.first_time();
+      if (!first) {
+        next_.reset();
+        return false;
+      }
+      next_ = std::min(next_.value_or(*first), *first);
+    }
+  }
+  const auto end = *next_ + model_->parameters().tick;
+  return std::all_of(lines_.begin(), lines_.end(),
+                     [end](const auto& line) { return line->input.ready_for(end); });
+}
+
+void SampleStream::simulate() {
+  const auto begin = *next_;
+  next_ = begin + model_->parameters().tick;
+  for (std::size_t i = 0; i < lines_.size(); ++i)
+    contacts_[i] = lines_[i]->input.at(*next_).contact;
+  const std::span<SpikeEvent> spikes = model_->step(contacts_, begin);
+  spikes_.insert(spikes_.end(), spikes.begin(), spikes.end());
+  ++ticks_;
+}
+
+}  // namespace merkel

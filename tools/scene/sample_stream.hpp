@@ -1,0 +1,72 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/records/probe_sample.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "realtime/input/probe_input.hpp"
+#include "realtime/threads/spinning_team.hpp"
+#include "tools/scene/scene_file.hpp"
+
+namespace merkel {
+
+/// Simulates samples as they are pushed, on the caller's thread: the spikes are those of a Pipeline
+/// that replays the same samples, bit for bit, whenever and in whatever portions they are pushed.
+///
+/// A tick is simulated once every probe has a sample beyond its end. The first tick begins at the
+/// earliest of the probes' first samples.
+class SampleStream {
+ public:
+  /// \param channels  ProbeSample::Channel bits of each probe's samples, one an indenter
+  /// Builds the model. Real-time: no.
+  [[nodiscard]] static Expected<SampleStream, SetupError> create(
+      Scene scene, const std::vector<std::uint32_t>& channels);
+
+  /// Takes a sample and simulates all ticks that are due. Fails, and takes nothing, where the
+  /// sample is not later than the probe's last one, beyond the scene's limits, or the other probes
+  /// are thousands of samples behind. \return the new spikes in order of time, valid until the next
+  /// call. Real-time: no; it allocates where there are many spikes.
+  [[nodiscard]] Expected<std::span<const SpikeEvent>, SetupError> push(std::size_t probe,
+                                                                       const ProbeSample& sample);
+  /// Ends the probes' samples and simulates up to the last of them. No sample may follow.
+  [[nodiscard]] std::span<const SpikeEvent> finish();
+
+  /// The end of the last tick, in probe time; nothing before there was one.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> time() const noexcept;
+  [[nodiscard]] const TactileModel& model() const noexcept { return *model_; }
+  [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
+  [[nodiscard]] std::uint64_t ticks() const noexcept { return ticks_; }
+
+ private:
+  struct Line;
+  SampleStream(Scene scene, std::unique_ptr<TactileModel> model,
+               std::unique_ptr<SpinningTeam> team);
+  [[nodiscard]] std::string fault_of(const Line& line, const ProbeSample& sample) const;
+  [[nodiscard]] bool ready();
+  [[nodiscard]] bool exhausted() const;
+  void simulate();
+
+  Scene scene_;
+  std::unique_ptr<TactileModel> model_;
+  std::unique_ptr<SpinningTeam> team_;
+  std::vector<std::unique_ptr<Line>> lines_;  ///< one an indenter
+  std::vector<ContactInput> contacts_;
+  std::optional<std::chrono::nanoseconds> next_;  ///< where the next tick begins
+  std::uint64_t ticks_ = 0;
+  std::vector<SpikeEvent> spikes_;
+
+ public:
+  SampleStream(SampleStream&&) noexcept;
+  SampleStream& operator=(SampleStream&&) noexcept;
+  ~SampleStream();
+};
+
+}  // namespace merkel
