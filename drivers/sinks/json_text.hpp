@@ -5,8 +5,8 @@
 
 namespace merkel {
 
-/// A JSON string, quotes included. Control characters become spaces and bytes that are not UTF-8
-/// become '?', so the result is valid JSON for any input.
+/// A JSON string, quotes included. Bytes that are not UTF-8 become U+FFFD, so the result is valid
+/// JSON for any input.
 [[nodiscard]] std::string json_string(std::string_view text);
 
 }  // namespace merkel
