@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/receptors/receptor_placement.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"
@@ -17,15 +16,14 @@ namespace merkel {
 class RecordingSwitch;
 struct SessionPosition;
 
-/// What a run is, for sinks that tell it on.
+/// Describes a run to its sinks.
 struct RunDescription {
   std::string scene;  ///< its name, for people
-  /// Everything that the run depends on or that a reader may ask later (version, scene text,
+  /// Everything that the run depends on or that a reader may look up later (version, scene text,
   /// seeds, machine), by name. Names are letters, digits and underscores.
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
-  std::vector<std::vector<Receptor>> receptors;  ///< by patch
-  std::vector<ProbeInfo> probes = {};            ///< one an indenter
+  std::vector<ProbeInfo> probes = {};  ///< one an indenter
 };
 
 /// What the times in a file are counted from.

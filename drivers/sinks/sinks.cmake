@@ -59,7 +59,8 @@ if(MERKEL_BEAST_INCLUDE)
     DEPENDS ${page_files} ${page_folder}/embed_page.cmake VERBATIM)
 endif()
 merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
-  sinks/view/view_access.cpp sinks/view/view_desk.cpp sinks/view/view_frames.cpp
+  sinks/view/view_access.cpp sinks/view/view_client.cpp sinks/view/view_connection.cpp
+  sinks/view/view_desk.cpp sinks/view/view_frames.cpp
   sinks/view/view_scene.cpp
   sinks/view/view_server.cpp sinks/view/view_spike_sink.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/page_files.cpp)

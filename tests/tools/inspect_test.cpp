@@ -117,6 +117,7 @@ TEST(Inspect, PrintsTheReceptorsAndAfferentsThatTheModelHas) {
   for (const auto& afferent : afferents) {
     EXPECT_EQ(afferent[3], 1.0);
     EXPECT_EQ(afferent[4], 28.0);
+    EXPECT_EQ(afferent.at(5), 0.0);  // a single patch without a name
   }
 
   const TemporaryFolder folder;
@@ -127,6 +128,9 @@ TEST(Inspect, PrintsTheReceptorsAndAfferentsThatTheModelHas) {
   ASSERT_EQ(centres.size(), 2U);
   EXPECT_EQ(centres[1][1], 17.0);
   EXPECT_EQ(centres[1][2], 9.0);
+  const auto hand = run_program({"inspect", "afferents", "hand"});
+  EXPECT_NE(hand.out.find("neuron,x_mm,y_mm,field_radius_mm,receptors,patch\n"), std::string::npos);
+  EXPECT_NE(hand.out.find(",palm\n"), std::string::npos);
 }
 
 TEST(Inspect, ReceptorsAreThoseOfTheScene) {

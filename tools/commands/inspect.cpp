@@ -12,9 +12,12 @@
 namespace merkel {
 namespace {
 
-/// Calls print(patch's parameters, its layout, afferents before it) for each patch of a scene.
+enum class PatchColumn { kOfSeveral, kAlways };
+
+/// Calls print(layout, afferents before it, ",PATCH" or "") for each patch of a scene.
 template <class Print>
-int for_each_layout(const InspectOptions& options, const char* columns, Print print) {
+int for_each_layout(const InspectOptions& options, const char* columns, PatchColumn column,
+                    Print print) {
   const auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
   std::vector<PatchLayout> layouts;
@@ -23,11 +26,12 @@ int for_each_layout(const InspectOptions& options, const char* columns, Print pr
     if (!layout) return refuse(scene->sentence(layout.error()));
     layouts.push_back(std::move(*layout));
   }
-  const bool several = layouts.size() > 1;
-  std::printf("%s%s\n", columns, several ? ",patch" : "");
+  const bool named = column == PatchColumn::kAlways || layouts.size() > 1;
+  std::printf("%s%s\n", columns, named ? ",patch" : "");
   std::size_t before = 0;
   for (std::size_t i = 0; i < layouts.size(); ++i) {
-    print(layouts[i], before, several ? "," + scene->model.patches[i].name : "");
+    const std::string& name = scene->model.patches[i].name;
+    print(layouts[i], before, named ? "," + (name.empty() ? std::to_string(i) : name) : "");
     before += layouts[i].afferents.size();
   }
   return kDone;
@@ -35,7 +39,7 @@ int for_each_layout(const InspectOptions& options, const char* columns, Print pr
 
 int inspect_receptors(const InspectOptions& options) {
   return for_each_layout(
-      options, "receptor,x_mm,y_mm,neuron",
+      options, "receptor,x_mm,y_mm,neuron", PatchColumn::kOfSeveral,
       [](const PatchLayout& layout, std::size_t before, const std::string& patch) {
         std::size_t number = 0;
         for (const Receptor& receptor : layout.receptors) {
@@ -47,7 +51,7 @@ int inspect_receptors(const InspectOptions& options) {
 
 int inspect_afferents(const InspectOptions& options) {
   return for_each_layout(
-      options, "neuron,x_mm,y_mm,field_radius_mm,receptors",
+      options, "neuron,x_mm,y_mm,field_radius_mm,receptors", PatchColumn::kAlways,
       [](const PatchLayout& layout, std::size_t before, const std::string& patch) {
         std::size_t number = before;
         for (const AfferentSite& site : layout.afferents) {
@@ -127,7 +131,7 @@ void add_inspect_command(CommandLine& program) {
       .subcommand(
           "afferents",
           "The afferents of a scene: number, middle and radius of the receptive field (of a "
-          "subregion: the circle about it), and receptors.",
+          "subregion: the circle about it), receptors, and patch: its name, or its number from 0.",
           "inspect afferents goodwin")
       .option("scene", options->scene, "Scene file or preset")
       .runs([options] { return inspect_afferents(*options); });

@@ -64,10 +64,6 @@ void add_probe_facts(const ProbeInfo& probe, RunDescription& run) {
 RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   RunDescription run;
   run.model = model.parameters();
-  for (const TactilePatch& patch : model.patches()) {
-    const auto receptors = patch.drive().receptors();
-    run.receptors.emplace_back(receptors.begin(), receptors.end());
-  }
   // The name of the file without its folders, or the preset.
   const std::string& file = scene.file;
   run.scene = file.empty() ? scene.preset : file.substr(file.find_last_of('/') + 1);

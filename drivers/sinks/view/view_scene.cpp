@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "drivers/sinks/session_position.hpp"
 #include "drivers/sinks/view/json_writer.hpp"
@@ -22,30 +23,10 @@ std::string list_of(const std::vector<double>& values) {
   return list.end();
 }
 
-/// The mean place of each afferent's receptors.
-std::string centres_of(const std::vector<Receptor>& receptors) {
-  struct Sum {
-    double x_mm = 0.0;
-    double y_mm = 0.0;
-    double count = 0.0;
-  };
-  std::vector<Sum> sums;
-  for (const Receptor& receptor : receptors) {
-    if (sums.size() < receptor.neuron) sums.resize(receptor.neuron);
-    Sum& sum = sums[receptor.neuron - 1];
-    sum.x_mm += receptor.x_mm;
-    sum.y_mm += receptor.y_mm;
-    sum.count += 1.0;
-  }
-  JsonWriter centres('[');
-  for (const Sum& sum : sums) {
-    centres.item(
-        JsonWriter('[').item(place(sum.x_mm / sum.count)).item(place(sum.y_mm / sum.count)).end());
-  }
-  return centres.end();
-}
-
-std::string json_of(const PatchParameters& parameters, const std::vector<Receptor>& receptors) {
+/// A patch, its receptors and the middles of its afferents, by number.
+std::string json_of(const PatchParameters& parameters) {
+  const PatchLayout layout = layout_of(parameters).value_or(PatchLayout{});
+  const std::vector<Receptor>& receptors = layout.receptors;
   // Thinned out evenly where there are more than a picture shows.
   const std::size_t stride = receptors.size() / kMostReceptors + 1;
   JsonWriter dots('[');
@@ -55,6 +36,10 @@ std::string json_of(const PatchParameters& parameters, const std::vector<Recepto
                   .item(place(receptors[i].y_mm))
                   .item(std::to_string(receptors[i].neuron))
                   .end());
+  }
+  JsonWriter centres('[');
+  for (const AfferentSite& site : layout.afferents) {
+    centres.item(JsonWriter('[').item(place(site.x_mm)).item(place(site.y_mm)).end());
   }
   const bool fields = parameters.layout == ReceptorLayout::kFields;
   return JsonWriter()
@@ -66,7 +51,7 @@ std::string json_of(const PatchParameters& parameters, const std::vector<Recepto
       .number("field_radius_mm", fields ? parameters.field.radius_mm : 0.0)
       .raw("thinned", stride > 1 ? "true" : "false")
       .raw("receptors", dots.end())
-      .raw("centres", centres_of(receptors))
+      .raw("centres", centres.end())
       .end();
 }
 
@@ -121,9 +106,7 @@ std::string view_scene_json(const SinkSetup& setup, bool control) {
   add_counter("page_lost", "", "spikes and points that this page did not get", true);
   json.raw("counters", counters.end());
   JsonWriter patches('[');
-  for (std::size_t i = 0; i < run.receptors.size(); ++i) {
-    patches.item(json_of(run.model.patches[i], run.receptors[i]));
-  }
+  for (const PatchParameters& patch : run.model.patches) patches.item(json_of(patch));
   json.raw("patches", patches.end());
   JsonWriter probes('[');
   for (const Indenter& indenter : run.model.indenters) probes.item(json_of(indenter));

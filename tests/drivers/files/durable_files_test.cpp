@@ -27,7 +27,7 @@ SinkSetup setup() {
       .neurons = 20,
       .overwrite = false,
       .allow_remote = false,
-      .run = {.scene = "test", .facts = {{"tick_ns", "1000000"}}, .model = {}, .receptors = {}}};
+      .run = {.scene = "test", .facts = {{"tick_ns", "1000000"}}, .model = {}}};
 }
 
 SpikeEvent spike(int number) {

@@ -109,8 +109,7 @@ std::string record(const TemporaryFolder& folder, bool closed) {
                                   .allow_remote = false,
                                   .run = {.scene = "a <b> & \"c\"",
                                           .facts = {{"scene_text", "[skin]\n# ]]> \t <é>\n"}},
-                                          .model = {},
-                                          .receptors = {}}});
+                                          .model = {}}});
   EXPECT_TRUE(sink) << sink.error().sentence;
   EXPECT_TRUE((*sink)->write(kSpikes));
   EXPECT_TRUE((*sink)->write_ticks(kTicks));

@@ -21,7 +21,7 @@ TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
                 SinkSetup{.neurons = 27,
                           .overwrite = false,
                           .allow_remote = true,
-                          .run = {.scene = "finger", .facts = {}, .model = {}, .receptors = {}}});
+                          .run = {.scene = "finger", .facts = {}, .model = {}}});
   ASSERT_TRUE(sink) << sink.error().sentence;
   auto found = lsl::resolve_stream("name", name, 1, 20.0);
   ASSERT_EQ(found.size(), 1U);

@@ -38,15 +38,13 @@ function palmPath({ u, v, length, width }) {
 function place(patch, index, first, u0, v0, angle = 0) {
   const { cos, sin } = unit(angle);
   const fields = patch.field_radius_mm > 0;
-  const count = fields ? patch.centres.length : patch.columns * patch.rows;
+  const count = patch.centres.length;
   return {
     patch, index, first, count, fields, u0, v0, angle, cos, sin,
     to: (x, y) => ({ u: u0 + x * cos - y * sin, v: v0 + x * sin + y * cos }),
     from: (u, v) => ({ x: (u - u0) * cos + (v - v0) * sin, y: -(u - u0) * sin + (v - v0) * cos }),
     /// Centre of an afferent's receptive field; n counts from 0 in the patch.
-    centre: (n) => (fields ? patch.centres[n] : [
-      (n % patch.columns + 0.5) * patch.length_mm / patch.columns,
-      (Math.floor(n / patch.columns) + 0.5) * patch.width_mm / patch.rows]),
+    centre: (n) => patch.centres[n],
   };
 }
 
@@ -83,7 +81,7 @@ export function layOut(patches) {
   let next = 0;
   for (const patch of patches) {
     firsts.push(next);
-    next += patch.field_radius_mm > 0 ? patch.centres.length : patch.columns * patch.rows;
+    next += patch.centres.length;
   }
   const isHand = patches.length > 1 && patches.every((p) => p.name in kHand || p.name === 'palm');
   return isHand ? layHand(patches, firsts) : laySideBySide(patches, firsts);

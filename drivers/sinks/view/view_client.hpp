@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "drivers/sinks/view/view_room.hpp"
+
+namespace merkel {
+
+/// One browser's web socket: gets the scene, then frames. A browser that is behind gets the newest
+/// frame and the number of frames it missed. Thread: server.
+class ViewClient : public std::enable_shared_from_this<ViewClient> {
+ public:
+  /// \param room  outlives the client.  \param steers  whether the browser has shown the token
+  ViewClient(boost::asio::ip::tcp::socket socket, ViewRoom& room, bool steers);
+
+  /// Answers the request to upgrade, sends the scene and the room's history, and joins the room.
+  void accept(const boost::beast::http::request<boost::beast::http::empty_body>& request);
+  /// Queues a frame; where the queue is full, the frame replaces the newest that waits.
+  void send(const ViewFrame& frame);
+  /// Closes the connection if the browser has taken nothing for 20 s.
+  void leave_if_stalled(std::chrono::steady_clock::time_point now);
+  /// Closes the connection after the frames that wait.
+  void finish();
+
+ private:
+  void read();
+  void take_message();
+  void begin_writing();
+  void write_hello();
+  void write();
+  void written(boost::beast::error_code error);
+  void say_goodbye();
+  void leave() { room_.clients.erase(shared_from_this()); }
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  ViewRoom& room_;
+  boost::beast::flat_buffer input_;
+  std::deque<ViewFrame> waiting_;
+  std::size_t most_waiting_;
+  ViewFrame current_;
+  ViewFrame hello_;
+  std::array<char, sizeof(std::uint32_t)> prefix_{};
+  std::uint32_t dropped_ = 0;
+  std::chrono::steady_clock::time_point writing_since_{};
+  bool steers_;
+  bool writing_ = false;
+  bool finishing_ = false;
+};
+
+}  // namespace merkel
