@@ -294,11 +294,14 @@ double LayerField::displacement_mm(const ContactState& contact, double r_mm) con
 double LayerField::radius_of_displacement_mm(const ContactState& contact,
                                              double displacement_mm) const noexcept {
   const Rows rows = rows_of(contact);
+  const auto displaced = [&](std::size_t k) {
+    return at(rows, kDisplacement, spacing_mm_ * static_cast<double>(k)) >= displacement_mm;
+  };
+  // The displacement falls smoothly: in long strides, then point by point.
+  constexpr std::size_t kStride = 8;
   std::size_t point = 0;
-  while (point + 4 < points_ &&
-         at(rows, kDisplacement, spacing_mm_ * static_cast<double>(point)) >= displacement_mm) {
-    ++point;
-  }
+  while (point + kStride + 4 < points_ && displaced(point + kStride)) point += kStride;
+  while (point + 4 < points_ && displaced(point)) ++point;
   if (point == 0) return 0.0;
   double low = spacing_mm_ * static_cast<double>(point - 1);
   double high = spacing_mm_ * static_cast<double>(point);

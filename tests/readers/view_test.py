@@ -507,9 +507,13 @@ class InBrowser(Page):
         self.wait("document.getElementById('state').textContent === 'Unplugged: probe'")
         self.assertEqual(self.page.ask("document.getElementById('banner').dataset.level"), "bad")
         self.assertIn("Plug the cable in", self.page.text("advice"))
+        self.wait("merkel.history.spans.some((s) => s.kind === 'released' && merkel.frame.t - s.from > 1)")
+        # A probe that measures nothing does not read 0 N.
+        self.assertEqual((self.page.text("force"), self.page.text("depth"), self.page.text("depth-of")),
+                         ("–", "–", "no data"))
+        self.screenshot("live_page_outage.png")
         self.wait("!document.getElementById('state').textContent.startsWith('Unplugged')")
         self.wait("merkel.history.spans.some((s) => s.kind === 'released' && s.to - s.from > 2)")
-        self.screenshot("live_page_outage.png")
         program.terminate()
 
     def test_the_banner_says_the_worst_that_is_true(self):
@@ -657,6 +661,33 @@ class InBrowser(Page):
         self.page.press("t")
         self.assertEqual(self.page.ask("document.documentElement.dataset.theme"), "dark")
         self.page.press("t")
+        program.terminate()
+
+    def test_reduced_motion_draws_twice_a_second_and_answers_keys_at_once(self):
+        program = self.open(probe=SLIDE)
+        self.page.set_media("prefers-reduced-motion", "reduce")
+        self.addCleanup(self.page.set_media, "prefers-reduced-motion", "no-preference")
+        draws = "Number(document.body.dataset.draws)"
+        before, frame = self.page.ask(draws), self.page.ask("merkel.frame.number")
+        self.wait(f"merkel.frame.number >= {frame} + 50")  # two seconds of frames
+        passed = (self.page.ask("merkel.frame.number") - frame) / 25
+        self.assertLessEqual(self.page.ask(draws) - before, 2 * passed + 2)
+        self.page.press("h")
+        self.wait("merkel.dirty === false && document.getElementById('hide-silent').checked")
+        self.page.press("h")
+        program.terminate()
+
+    def test_names_of_short_outages_stand_beside_them(self):
+        program = self.open(probe=PRESS)
+        named = self.page.ask("""import('/raster.js').then(({drawSpans}) => {
+          const c = document.createElement('canvas').getContext('2d'), named = [];
+          c.fillText = (text) => named.push(text);
+          const span = (kind, from, to, label) => ({kind, from, to, label});
+          drawSpans(c, [span('released', 3, 4, 'thumb released'), span('gap', 1, 1.01, 'ticks skipped'),
+                        span('gap', 2.99, 3, 'hidden by the next')],
+                    {from: 0, to: 5, seconds: 5}, {left: 0, w: 1000, h: 10}, true);
+          return named; })""")
+        self.assertEqual(named, ["ticks skipped", "thumb released"])
         program.terminate()
 
     def test_the_page_is_legible_and_asks_nobody_else(self):

@@ -3,10 +3,28 @@
 export const byId = (id) => document.getElementById(id);
 export const pixelRatio = () => Math.min(window.devicePixelRatio || 1, 3);
 
+/// Sets a text where it differs: an unchanged text costs no layout.
+export function setText(element, text) { if (element.textContent !== text) element.textContent = text; }
+
+const sizes = new WeakMap();
+const observer = new ResizeObserver((entries) => {
+  for (const { target } of entries) sizes.set(target, { width: target.clientWidth, height: target.clientHeight });
+  document.dispatchEvent(new Event('canvas-resized'));
+});
+/// {width, height} of a canvas on the page. Kept, because asking for it in the middle of a picture makes the
+/// browser lay the page out again.
+export function sizeOf(canvas) {
+  if (!sizes.has(canvas)) {
+    sizes.set(canvas, { width: canvas.clientWidth, height: canvas.clientHeight });
+    observer.observe(canvas);
+  }
+  return sizes.get(canvas);
+}
+
 /// Sizes a canvas to its place on the page and clears it.
 export function context(canvas) {
   const ratio = pixelRatio();
-  const width = canvas.clientWidth, height = canvas.clientHeight;
+  const { width, height } = sizeOf(canvas);
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);

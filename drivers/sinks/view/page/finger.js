@@ -1,10 +1,11 @@
 // The finger or hand, to scale: receptive fields coloured by rate, the contact, the chosen afferents.
-import { byId, context } from './canvas.js';
-import { colourOf, css, kPins } from './colours.js';
+import { byId, context, setText, sizeOf } from './canvas.js';
+import { colourOf, css, kPins, theme } from './colours.js';
 import { afferentAt, layOut, placeOf } from './skin_layout.js';
 
 const kReceptorsFrom = 14;   // pixels per mm
 const kMostZoom = 40;
+const kFound_px = 14;        // radius of the ring around a contact that is too small to be seen from afar
 
 export class Finger {
   constructor(canvas) {
@@ -36,11 +37,12 @@ export class Finger {
 
   resetZoom() { this.view = { zoom: 1, u: 0, v: 0 }; this.changed(); }
 
-  zoomBy(factor, x = this.canvas.clientWidth / 2, y = this.canvas.clientHeight / 2) {
+  zoomBy(factor, x = sizeOf(this.canvas).width / 2, y = sizeOf(this.canvas).height / 2) {
     const before = this.at(x, y);
     this.view.zoom = Math.min(kMostZoom, Math.max(1, this.view.zoom * factor));
     if (this.view.zoom === 1) { this.resetZoom(); return; }
-    this.#measure(this.canvas.clientWidth, this.canvas.clientHeight);
+    const { width, height } = sizeOf(this.canvas);
+    this.#measure(width, height);
     const after = this.at(x, y);
     this.view.u += before.u - after.u;
     this.view.v += before.v - after.v;
@@ -121,8 +123,7 @@ export class Finger {
     else if (!placed.fields) c.strokeRect(0, 0, patch.length_mm, patch.width_mm);
     else {
       c.fillStyle = css('--field');
-      const dot = Math.max(0.12, 1.1 / this.scale);
-      for (let n = 0; n < count; ++n) { const [x, y] = patch.centres[n]; c.beginPath(); c.arc(x, y, dot, 0, 7); c.fill(); }
+      c.fill(this.#dots(placed, Math.max(0.12, 1.1 / this.scale)));
     }
     active.sort((a, b) => rates[first + a] - rates[first + b]);
     for (const n of active) {
@@ -133,6 +134,16 @@ export class Finger {
       c.fill();
     }
     c.globalAlpha = 1;
+  }
+
+  /// A dot of a radius at the middle of each field, as one path; kept for the next picture.
+  #dots(placed, radius) {
+    if (placed.dots?.radius !== radius) {
+      const path = new Path2D();
+      for (const [x, y] of placed.patch.centres) { path.moveTo(x + radius, y); path.arc(x, y, radius, 0, 7); }
+      placed.dots = { radius, path };
+    }
+    return placed.dots.path;
   }
 
   #drawReceptors(c, placed, shown, colour, radius_px) {
@@ -177,16 +188,20 @@ export class Finger {
     c.globalAlpha = 0.15; c.fill(); c.globalAlpha = 1;
     c.lineWidth = 5 / this.scale; c.strokeStyle = css('--card'); c.stroke();
     c.lineWidth = 3 / this.scale; c.strokeStyle = css('--press'); c.stroke();
+    if ((tip.radius_mm ?? probe.radius) * this.scale < kFound_px - 4) {
+      c.beginPath(); c.arc(probe.x, probe.y, kFound_px / this.scale, 0, 7); c.stroke();
+    }
     c.restore();
   }
 
   #label(c, probes, pins) {
     c.textAlign = 'center'; c.textBaseline = 'middle'; c.fillStyle = css('--soft');
+    c.font = '600 14px system-ui, sans-serif';
     if (this.layout.placed.length > 1) {
       for (const placed of this.layout.placed) {
         const { length_mm, width_mm } = placed.patch;
         const beyond = this.layout.kind === 'hand' && placed.patch.name !== 'palm';
-        const { u, v } = beyond ? placed.to(length_mm + 14, width_mm / 2) : placed.to(length_mm / 2, placed.patch.name === 'palm' ? 6 : -4);
+        const { u, v } = beyond ? placed.to(length_mm + 14, width_mm / 2) : placed.to(length_mm / 2, placed.patch.name === 'palm' ? width_mm - 6 : -4);
         const { x, y } = this.px(u, v);
         c.fillText(placed.patch.name || `patch ${placed.index + 1}`, x, y);
       }
@@ -220,7 +235,10 @@ export class Finger {
 
 /// The legend of the rates' colours.
 export function drawLegend(most) {
-  const { c, width, height } = context(byId('legend'));
+  setText(byId('legend-most'), `${most.toFixed(0)} /s`);
+  const canvas = byId('legend'), look = `${theme()} ${sizeOf(canvas).width}`;
+  if (canvas.dataset.look === look) return;
+  canvas.dataset.look = look;
+  const { c, width, height } = context(canvas);
   for (let x = 0; x < width; ++x) { c.fillStyle = colourOf(0.15 + 0.85 * x / width); c.fillRect(x, 0, 1, height); }
-  byId('legend-most').textContent = `${most.toFixed(0)} /s`;
 }

@@ -2,6 +2,9 @@
 
 const kFollowing = 0, kHeld = 1, kReleased = 2, kEnded = 3;
 const kUnplugged = 2;
+
+/// Whether a probe measures nothing: its force of 0 would look like a probe in the air.
+export const isBlind = (probe) => probe.state === kReleased || probe.link === kUnplugged;
 const kSpan_s = 5;
 
 /// Remembers the counters of the last seconds, to tell what lasts from what happened once.

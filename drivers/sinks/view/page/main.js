@@ -1,5 +1,5 @@
 // The page: takes frames, remembers them, and draws at most once a screen refresh.
-import { byId, follow } from './canvas.js';
+import { byId, follow, setText } from './canvas.js';
 import { Connection } from './connection.js';
 import { Controls } from './controls.js';
 import { Details } from './details.js';
@@ -17,13 +17,17 @@ import { Sound } from './sound.js';
 import { Trace } from './trace.js';
 
 const kRateWindow_s = 0.5, kLeastScale = 50, kCounters_ms = 500;
+const kCalm_ms = 500;    // between pictures, for people who prefer reduced motion
 
 class Page {
   constructor() {
     this.socket = 'connecting';
     this.frame = this.scene = this.paused = null;    // paused: {t, frame}
     this.trend = new Trend();
-    this.dirty = true;
+    this.dirty = true;       // what is shown was changed at the page
+    this.newer = false;      // data came
+    this.calm = matchMedia('(prefers-reduced-motion: reduce)');
+    this.drawn_ms = 0;
     this.finger = new Finger(byId('skin'));
     this.finger.changed = () => { this.dirty = true; };
     this.raster = new Raster(byId('raster'));
@@ -82,7 +86,7 @@ class Page {
     if (!this.paused) this.sound.play(frame, this.details.afferents);
     if (this.paused && frame.t > this.paused.t + kKept_s) this.togglePause();
     this.controls.show(frame);
-    this.dirty = true;
+    this.newer = true;
   }
 
   time() {
@@ -96,9 +100,11 @@ class Page {
 
   draw() {
     requestAnimationFrame(() => this.draw());
-    if (!this.dirty) return;
     const started = performance.now();
-    this.dirty = false;
+    const due = started - this.drawn_ms >= (this.calm.matches ? kCalm_ms : 0);
+    if (!this.dirty && !(this.newer && due)) return;
+    this.dirty = this.newer = false;
+    this.drawn_ms = started;
     this.#drawBanner();
     if (!this.scene || !this.frame) return;
     const frame = this.shown(), time = this.time();
@@ -146,8 +152,8 @@ class Page {
     this.health = healthOf({ socket: this.socket, scene: this.scene, frame: this.frame, trend: this.trend, heldFor_s });
     const banner = byId('banner');
     banner.dataset.level = this.health.level;
-    if (byId('state').textContent !== this.health.title) byId('state').textContent = this.health.title;
-    byId('advice').textContent = this.health.advice;
+    setText(byId('state'), this.health.title);
+    setText(byId('advice'), this.health.advice);
   }
 
   #describe(afferent) {
@@ -187,5 +193,6 @@ setUpTheme(() => { page.trace.make(); page.dirty = true; });
 setUpKeys(page);
 setUpSaving(page);
 new ResizeObserver(() => { page.trace.resize(); page.dirty = true; }).observe(document.querySelector('main'));
+document.addEventListener('canvas-resized', () => { page.dirty = true; });
 globalThis.merkel = page;    // for the console and for tests
 page.draw();

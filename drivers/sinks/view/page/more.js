@@ -1,5 +1,5 @@
 // Below the first screen: latencies, counters, the scene and the machine.
-import { byId, context, follow } from './canvas.js';
+import { byId, context, follow, setText } from './canvas.js';
 import { css } from './colours.js';
 import { kStateNames } from './health.js';
 
@@ -15,13 +15,16 @@ export function quantile_us(bins, q) {
 }
 
 export function fill(list, rows) {
-  list.replaceChildren(...rows.flatMap(([name, value, bad, meaning = '']) => {
-    const dt = document.createElement('dt'), dd = document.createElement('dd');
-    dt.textContent = name; dd.textContent = value;
+  if (list.children.length !== 2 * rows.length) {
+    list.replaceChildren(...rows.flatMap(() => [document.createElement('dt'), document.createElement('dd')]));
+  }
+  rows.forEach(([name, value, bad, meaning = ''], i) => {
+    const dt = list.children[2 * i], dd = list.children[2 * i + 1];
+    setText(dt, name);
+    setText(dd, value);
     dd.classList.toggle('bad', Boolean(bad));
-    dt.title = meaning;
-    return [dt, dd];
-  }));
+    if (dt.title !== meaning) dt.title = meaning;
+  });
 }
 
 export function showCounters(frame, trend, scene) {

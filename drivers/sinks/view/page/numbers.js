@@ -1,6 +1,6 @@
 // The big numbers, and a line for each probe where there are several.
-import { byId } from './canvas.js';
-import { kStateNames } from './health.js';
+import { byId, setText } from './canvas.js';
+import { isBlind, kStateNames } from './health.js';
 
 const milliseconds = (us) => (us < 1e4 ? (us / 1e3).toFixed(2) : (us / 1e3).toFixed(0));
 
@@ -28,17 +28,18 @@ export class Numbers {
   show(frame, { total, active, latency_us }) {
     const at = this.#shown(frame.probes), probe = frame.probes[at];
     const many = frame.probes.length > 1;
-    byId('force').textContent = probe.force.toFixed(2);
-    byId('depth').textContent = probe.depth.toFixed(2);
-    byId('rate').textContent = total.toFixed(0);
-    byId('latency-now').textContent = Number.isFinite(latency_us) ? milliseconds(latency_us) : '–';
-    byId('force-of').textContent = many ? `${this.scene.probes[at].name}${this.selected === null ? ', hardest' : ''}` : '';
-    byId('depth-of').textContent = probe.depth > 0 ? `at (${probe.x.toFixed(1)}, ${probe.y.toFixed(1)}) mm` : 'no contact';
-    byId('rate-of').textContent = `${active} of ${this.scene.neurons} afferents fire`;
+    const blind = isBlind(probe);
+    setText(byId('force'), blind ? '–' : probe.force.toFixed(2));
+    setText(byId('depth'), blind ? '–' : probe.depth.toFixed(2));
+    setText(byId('rate'), total.toFixed(0));
+    setText(byId('latency-now'), Number.isFinite(latency_us) ? milliseconds(latency_us) : '–');
+    setText(byId('force-of'), many ? `${this.scene.probes[at].name}${this.selected === null ? ', hardest' : ''}` : '');
+    setText(byId('depth-of'), blind ? 'no data' : probe.depth > 0 ? `at (${probe.x.toFixed(1)}, ${probe.y.toFixed(1)}) mm` : 'no contact');
+    setText(byId('rate-of'), `${active} of ${this.scene.neurons} afferents fire`);
     this.rows.forEach((row, i) => {
       const p = frame.probes[i];
       row.setAttribute('aria-pressed', this.selected === i);
-      row.textContent = `${this.scene.probes[i].name} ${p.force.toFixed(2)} N${p.state ? ` ${kStateNames[p.state]}` : ''}`;
+      setText(row, `${this.scene.probes[i].name} ${isBlind(p) ? '–' : p.force.toFixed(2)} N${p.state ? ` ${kStateNames[p.state]}` : ''}`);
       row.classList.toggle('touching', p.depth > 0);
     });
   }

@@ -1,5 +1,5 @@
 // The spikes of all afferents, a row each; where rows are thinner than the screen can show, their density.
-import { context } from './canvas.js';
+import { context, sizeOf } from './canvas.js';
 import { css, kPins, packed, packedHex, scale } from './colours.js';
 
 const kFoot = 18;
@@ -10,7 +10,7 @@ export class Raster {
   constructor(canvas) { this.canvas = canvas; }
 
   frame(margins) {
-    const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
+    const { width, height } = sizeOf(this.canvas);
     return { left: margins.left, w: Math.max(10, Math.min(margins.width, width - margins.left)), h: height - kFoot };
   }
 
@@ -33,7 +33,7 @@ export class Raster {
     if (rows > 0) {
       // A density is counted in cells and enlarged.
       const cell = mode === 'ticks' ? 1 : kCell;
-      const image = new ImageData(Math.ceil(columns / cell), Math.ceil(lines / cell));
+      const image = this.#blank(Math.ceil(columns / cell), Math.ceil(lines / cell));
       const pixels = new Uint32Array(image.data.buffer);
       const colours = pins.map((unused, i) => packedHex(kPins[i % kPins.length]));
       const to = { spikes, time, order, columns: image.width, lines: image.height, pins, colours, edges };
@@ -48,6 +48,13 @@ export class Raster {
     this.#labels(c, { left, w, h, order, pins, edges });
     timeAxis(c, time, { left, w }, height);
     return mode;
+  }
+
+  /// An empty image; the last one, if it has the size.
+  #blank(width, height) {
+    if (this.image?.width !== width || this.image?.height !== height) this.image = new ImageData(width, height);
+    else this.image.data.fill(0);
+    return this.image;
   }
 
   #ticks(pixels, { spikes, time, order, columns, lines, pins, colours }, ratio) {
@@ -117,17 +124,17 @@ export class Raster {
   }
 }
 
-/// Shades outages and missed frames, and names them where there is room.
+/// Shades outages and missed frames, and names each where its name ends before the next one begins.
 export function drawSpans(c, spans, time, { left, w, h }, named) {
   const x = (t) => left + Math.max(0, Math.min(1, (t - time.from) / time.seconds)) * w;
   let free = left;
-  for (const span of spans) {
-    if (span.to < time.from || span.from > time.to) continue;
+  const seen = spans.filter((span) => span.to >= time.from && span.from <= time.to).sort((a, b) => a.from - b.from);
+  for (const [i, span] of seen.entries()) {
     const from = x(span.from), wide = Math.max(1.5, x(span.to) - from);
     c.fillStyle = css(`--span-${span.kind}`);
     c.fillRect(from, 0, wide, h);
-    const text = c.measureText(span.label).width;
-    if (!named || from < free || (wide < text + 8 && span.kind !== 'mark')) continue;
+    const text = c.measureText(span.label).width, next = i + 1 < seen.length ? x(seen[i + 1].from) : left + w;
+    if (!named || from < free || (Math.max(from + wide, next) < from + text + 8 && span.kind !== 'mark')) continue;
     c.fillStyle = css('--ink'); c.textAlign = 'left'; c.textBaseline = 'top';
     c.fillText(span.label, from + 4, 3);
     free = from + text + 10;
