@@ -255,6 +255,16 @@ TEST(Doctor, MeasuresTheWayToAZeroMqSubscriber) {
   EXPECT_EQ(one["zmq"]["spikes"], one["spikes"]);
 }
 
+TEST(Doctor, BrowsersThatHangLoseNoSpikes) {
+  const auto run = run_program({"doctor", "--page", "--seconds", "0.5", "--json"});
+  if (run.exit_code != 0 && run.err.find("without") != std::string::npos) GTEST_SKIP();
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto one = nlohmann::json::parse(run.out)["runs"][0];
+  EXPECT_GT(one["spikes"].get<int>(), 10);
+  EXPECT_EQ(one["in_process"]["missing"], 0);
+  EXPECT_EQ(one["udp"]["missing"], 0);
+}
+
 TEST(Doctor, ATickThatTheStepDoesNotDivideIsRefused) {
   const auto run = run_program({"doctor", "--tick-us", "110"});
   EXPECT_EQ(run.exit_code, 2);

@@ -34,6 +34,7 @@ struct DoctorOptions {
   bool normal = false;
   bool stress = false;
   bool zeromq = false;
+  bool page = false;
   bool json = false;
 };
 
@@ -112,6 +113,7 @@ int doctor(const DoctorOptions& options) {
   PathSettings settings{.duration = units::nanoseconds_from_s(options.seconds),
                         .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
                         .zeromq = options.zeromq,
+                        .page = options.page,
                         .wait = options.sleep ? LoopWait::kSleep : LoopWait::kHybrid};
   settings.realtime.fifo = !options.normal;
   auto machine = machine_verdicts(MachineFacts::read(), settings.realtime.priority);
@@ -162,9 +164,10 @@ int doctor(const DoctorOptions& options) {
   }
   Json all = Json::array();
   for (const DoctorRun& run : runs) all.push_back(json_of(run));
-  const Json result = {{"tick_us", options.tick_us}, {"seconds", options.seconds},
-                       {"stress", options.stress},   {"machine", json_of(machine)},
-                       {"runs", std::move(all)},     {"verdicts", json_of(verdicts)}};
+  const Json result = {{"tick_us", options.tick_us},   {"seconds", options.seconds},
+                       {"stress", options.stress},     {"page", options.page},
+                       {"machine", json_of(machine)},  {"runs", std::move(all)},
+                       {"verdicts", json_of(verdicts)}};
   std::printf("%s\n", result.dump(2).c_str());
   return kDone;
 }
@@ -189,6 +192,7 @@ void add_doctor_command(CommandLine& program) {
       .flag("--normal", options->normal, "The normal scheduling class, even where FIFO is granted")
       .flag("--stress", options->stress, "Under the load of stress-ng --cpu 2")
       .flag("--zeromq", options->zeromq, "A ZeroMQ subscriber in place of the UDP consumer")
+      .flag("--page", options->page, "The live page too, with eight browsers that read nothing")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return doctor(*options); });
 }

@@ -28,7 +28,8 @@ int figures(const FiguresCommand& command) {
        [&](const ReportFolder& folder) {
          return make_position_scan(folder, static_cast<int>(command.scan_seeds));
        }},
-      {"contact laws", make_contact_laws}};
+      {"contact laws", make_contact_laws},
+      {"bars on a curved finger", make_curved_bars}};
   return make_report({.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
                      "# The paper's figures, from this model\n\nMade by `merkel figures`.\n\n",
                      parts, "figures");

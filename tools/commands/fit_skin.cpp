@@ -42,8 +42,10 @@ std::string report_of(const SkinFit& fit) {
   } else {
     text += "                     no stiffening: the force grows as the contact's shape says\n";
   }
-  text += format("residuals: %.3g mN rms, %.3g mN at most; R² = %.4f\n", fit.rms_mN, fit.largest_mN,
-                 fit.r2);
+  text += format(
+      "residuals: %.3g %% rms as weighed (relative, absolute near the noise); %.3g mN rms, %.3g mN "
+      "at most; R² = %.4f\n",
+      100.0 * fit.rms_weighted, fit.rms_mN, fit.largest_mN, fit.r2);
   text += fit.unloaded
               ? format(
                     "hysteresis: %.0f %% of the work of loading is lost by unloading; the model "

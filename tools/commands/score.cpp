@@ -115,8 +115,18 @@ class Scorecard {
     for (const Recordings::FieldArea& area : recordings_.field_areas) {
       const auto found = field_area_mm2(scene_, area, trials_);
       if (!found) return bad_input(named.sentence(found.error()));
-      text += format("- receptive field at %g mm: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
+      text += format("- receptive field at %g mm%s: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
+                     area.background_mm > 0.0
+                         ? format(" beyond an array lowered by %g mm", area.background_mm).c_str()
+                         : "",
                      *found, area.area_mm2);
+    }
+    for (const Recordings::Surround& surround : recordings_.surrounds) {
+      const auto found = surround_ratio(scene_, surround, trials_);
+      if (!found) return bad_input(named.sentence(found.error()));
+      text +=
+          format("- seven pins %g mm apart, %g mm deep: %s of the rate of one (recorded %.2f)\n",
+                 surround.spacing_mm, surround.depth_mm, cell(*found).c_str(), surround.rate_ratio);
     }
     if (!recordings_.time_constants_ms.empty() && scene_.energy_driven()) {
       text += format("- time constants of adaptation: %g and %g ms (recorded",

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
+#include "tools/doctor/hung_page.hpp"
 #include "tools/doctor/spike_matcher.hpp"
 #include "tools/doctor/udp_loopback.hpp"
 #include "tools/doctor/zmq_loopback.hpp"
@@ -132,6 +134,13 @@ Expected<PathMeasurement, SetupError> measure_path(
                              }});
   pipeline.add_probe(std::move(*probe), {});
   pipeline.add_sink(zmq ? zmq->sink() : udp->sink());
+  std::optional<HungPage> page;
+  if (settings.page) {
+    auto opened = HungPage::open(*model);
+    if (!opened) return Unexpected<SetupError>(opened.error());
+    page.emplace(std::move(*opened));
+    pipeline.add_sink(page->sink());
+  }
   SpikeChannel& channel = pipeline.add_consumer(kQueue);
   std::jthread consumer([&in_process, &channel](const std::stop_token& stop) {
     set_up_helper_thread("merkel-poll");

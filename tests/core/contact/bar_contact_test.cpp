@@ -197,9 +197,9 @@ TEST(FlatTipField, OnACurvedFingerItIsNearTheBoundaryElements) {
   struct Case {
     double width_mm, depth_mm, force, middle, edge;  ///< errors allowed
   };
-  for (const Case& c : {Case{1.0, 0.3, 0.03, 0.05, 0.05}, Case{1.0, 1.5, 0.03, 0.05, 0.05},
-                        Case{3.0, 0.3, 0.06, 0.18, 0.10}, Case{3.0, 0.7, 0.05, 0.05, 0.05},
-                        Case{3.0, 1.5, 0.04, 0.16, 0.03}}) {
+  for (const Case& c : {Case{1.0, 0.3, 0.01, 0.01, 0.02}, Case{1.0, 1.5, 0.02, 0.05, 0.04},
+                        Case{3.0, 0.3, 0.05, 0.12, 0.08}, Case{3.0, 0.7, 0.04, 0.03, 0.03},
+                        Case{3.0, 1.5, 0.03, 0.15, 0.02}}) {
     const SkinParameters skin{.radius_mm = 7.0};
     const SkinMaterial material(skin);
     const BarTip tip{.widths_mm = {c.width_mm}, .gaps_mm = {}, .length_mm = 20.0};

@@ -18,5 +18,7 @@ namespace merkel {
                                                                    int seeds);
 /// Not of the paper: force against depth by all contact laws.
 [[nodiscard]] Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options);
+/// Not of the paper: bars on a curved finger against boundary elements.
+[[nodiscard]] Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options);
 
 }  // namespace merkel

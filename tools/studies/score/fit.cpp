@@ -189,7 +189,7 @@ double* FitParameter::in(TactileModel::Parameters& model) const {
 }
 
 Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
-                                    const std::vector<DataSet>& sets,
+                                    const std::vector<DataSet>& given,
                                     const std::vector<std::string>& names, std::size_t trials,
                                     int most_evaluations,
                                     const std::function<void(double)>& progress) {
@@ -197,6 +197,8 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     return bad_input(
         "only neurons that energy density drives can be fitted: start from goodwin or goodwin-cs");
   }
+  std::vector<DataSet> sets = given;
+  std::erase_if(sets, [](const DataSet& set) { return !set.fit; });
   if (sets.empty()) return bad_input("the data file holds no rates or declines to fit to");
   const auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());

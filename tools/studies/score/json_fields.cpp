@@ -38,6 +38,13 @@ std::string JsonFields::text(const std::string& key) {
   return found->get<std::string>();
 }
 
+bool JsonFields::truth(const std::string& key, bool otherwise) {
+  const Json* const found = find(key);
+  if (found == nullptr) return otherwise;
+  if (!found->is_boolean()) refuse_field(full(key), "must be true or false");
+  return found->get<bool>();
+}
+
 double JsonFields::number(const std::string& key, double otherwise, bool may_be_zero) {
   const Json* const found = find(key);
   return found == nullptr ? otherwise : number_of(*found, full(key), may_be_zero);

@@ -29,6 +29,7 @@ class JsonFields {
   const Json* find(const std::string& key);
   const Json& need(const std::string& key);
   std::string text(const std::string& key);
+  bool truth(const std::string& key, bool otherwise);
   double number(const std::string& key, double otherwise, bool may_be_zero = false);
   std::vector<double> numbers(const std::string& key, bool may_be_negative = false);
   static double number_of(const Json& value, const std::string& field, bool may_be_zero = true,

@@ -7,6 +7,7 @@
 
 #include "core/contact/indenter.hpp"
 #include "core/expected.hpp"
+#include "core/parameters/position.hpp"
 
 namespace merkel {
 
@@ -19,6 +20,7 @@ struct Stimulus {
   double ramp_s = 0.05;        ///< from touch to the hold
   double offset_mm = 0.0;      ///< of the tip's axis from the receptive field's centre
   bool offset_across = false;  ///< the finger, and not along it
+  std::vector<Position> neighbours = {};  ///< more tips, pressed alike, by their places from it
   double background_mm =
       0.0;  ///< depth to which a plate around the tip is lowered before `settle_s`
   double amplitude_mm = 0.0;  ///< of a sine on top of the hold, from zero to its peak
@@ -52,6 +54,7 @@ struct DataSet {
   std::string y_name;   ///< "rate_hz" or "decline"
   std::string cite;
   std::vector<Point> points;
+  bool fit = true;  ///< false: kept for an independent check, and left out by `merkel fit`
 };
 
 /// Presses of one afferent that were recorded with their spikes.
@@ -67,6 +70,7 @@ struct RecordedTrials {
   double cost_per_s = 100.0;                  ///< of moving a spike, Victor & Purpura
   double tau_s = 0.01;                        ///< van Rossum
   double bin_s = 0.02;                        ///< of the PSTH
+  bool fit = true;                            ///< as DataSet::fit
 };
 
 /// What a data file holds.
@@ -79,6 +83,14 @@ struct Recordings {
     double background_mm = 0.0;  ///< to which the array around the pin is lowered first
   };
   std::vector<FieldArea> field_areas;
+  /// The rate under a pin with six more around it, as a fraction of the rate under the pin alone.
+  struct Surround {
+    double depth_mm = 0.0;
+    double diameter_mm = 0.5;
+    double spacing_mm = 1.0;  ///< from the middle pin to each of the six
+    double rate_ratio = 0.0;
+  };
+  std::vector<Surround> surrounds;
   std::optional<double> most_trial_sd;  ///< impulses
   std::vector<double> time_constants_ms;
   /// Regularity of firing: intervals at a steady rate.

@@ -220,16 +220,38 @@ Expected<double, ParameterError> field_area_mm2(const TactileModel::Parameters& 
   return std::numbers::pi * inside * inside;
 }
 
+Expected<double, ParameterError> surround_ratio(const TactileModel::Parameters& scene,
+                                                const Recordings::Surround& surround,
+                                                std::size_t trials) {
+  Stimulus stimulus;
+  stimulus.indenter.tip = Indenter::Tip::kPin;
+  stimulus.indenter.pin.diameter_mm = surround.diameter_mm;
+  stimulus.level = surround.depth_mm;
+  std::vector<double> rates;
+  for (const bool surrounded : {false, true}) {
+    for (int k = 0; surrounded && k < 6; ++k) {
+      const double angle = std::numbers::pi / 3.0 * k;
+      stimulus.neighbours.push_back({.x_mm = surround.spacing_mm * std::cos(angle),
+                                     .y_mm = surround.spacing_mm * std::sin(angle)});
+    }
+    auto model = Trials::create(scene, stimulus, trials);
+    if (!model) return Unexpected<ParameterError>(model.error());
+    rates.push_back(answer_of(stimulus, model->run(stimulus)).value);
+  }
+  return rates[0] > 0.0 ? rates[1] / rates[0] : kNone;
+}
+
 bool fitted_to(const DataSet& set) {
   static const Recordings published = published_recordings();
-  return std::any_of(published.sets.begin(), published.sets.end(), [&](const DataSet& known) {
-    return known.section == set.section && known.name == set.name &&
-           known.points.size() == set.points.size() &&
-           std::equal(known.points.begin(), known.points.end(), set.points.begin(),
-                      [](const DataSet::Point& a, const DataSet::Point& b) {
-                        return a.x == b.x && a.measured == b.measured;
-                      });
-  });
+  return set.fit &&
+         std::any_of(published.sets.begin(), published.sets.end(), [&](const DataSet& known) {
+           return known.section == set.section && known.name == set.name &&
+                  known.points.size() == set.points.size() &&
+                  std::equal(known.points.begin(), known.points.end(), set.points.begin(),
+                             [](const DataSet::Point& a, const DataSet::Point& b) {
+                               return a.x == b.x && a.measured == b.measured;
+                             });
+         });
 }
 
 PeerScores peers_of(const std::string& set_name) {

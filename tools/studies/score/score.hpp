@@ -55,6 +55,12 @@ struct DriveRate {
                                                               const Recordings::FieldArea& area,
                                                               std::size_t trials);
 
+/// The rate under a pin with six more around it over the rate under the pin alone, in the second
+/// from the touch. NaN where the pin alone evokes nothing.
+[[nodiscard]] Expected<double, ParameterError> surround_ratio(const TactileModel::Parameters& scene,
+                                                              const Recordings::Surround& surround,
+                                                              std::size_t trials);
+
 /// Whether a data set is one of those that the presets were fitted to (`merkel fit`).
 [[nodiscard]] bool fitted_to(const DataSet& set);
 

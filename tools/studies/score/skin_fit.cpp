@@ -31,8 +31,40 @@ struct Solution {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
+/// Residuals of forces whose error is `kRelativeError` of the force and, at small ones, that of a
+/// load cell at rest: g(F) = asinh(F/F0) has a constant error where the force has √(F0² + F²). It
+/// is the logarithm far above F0, linear below, and defined for the negative readings of noise.
+class Residuals {
+ public:
+  /// \param floor_mN  F0
+  explicit Residuals(double floor_mN) : floor_mN_(floor_mN) {}
+
+  [[nodiscard]] Eigen::VectorXd of(const Eigen::VectorXd& force,
+                                   const Eigen::VectorXd& model) const {
+    return (force.array() / floor_mN_).asinh() - (model.array() / floor_mN_).asinh();
+  }
+  /// dg/d(ln F).
+  [[nodiscard]] Eigen::VectorXd slope(const Eigen::VectorXd& model) const {
+    return model.array() / (model.array().square() + floor_mN_ * floor_mN_).sqrt();
+  }
+
+ private:
+  double floor_mN_;
+};
+
+/// How many times fewer samples there are than it seems, because neighbours err alike: by the
+/// correlation of neighbouring residuals.
+double repetition(const Eigen::VectorXd& residuals) {
+  const Eigen::Index n = residuals.size();
+  const double squares = residuals.squaredNorm();
+  if (n < 8 || !(squares > 0.0)) return 1.0;
+  const double correlation =
+      std::clamp(residuals.head(n - 1).dot(residuals.tail(n - 1)) / squares, 0.0, 0.999);
+  return std::min((1.0 + correlation) / (1.0 - correlation), static_cast<double>(n) / 4.0);
+}
+
 Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
-               const Eigen::VectorXd& shape, bool stiffens) {
+               const Eigen::VectorXd& shape, const Residuals& residuals, bool stiffens) {
   Solution at;
   at.p = std::log(force.dot(shape) / shape.squaredNorm());
   const auto predicted = [&](double p, double b) {
@@ -41,29 +73,46 @@ Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
   Eigen::Matrix2d curvature = Eigen::Matrix2d::Identity();
   for (int round = 0; round < 60; ++round) {
     const Eigen::VectorXd now = predicted(at.p, at.b);
-    const Eigen::VectorXd missing = force - now;
+    const Eigen::VectorXd missing = residuals.of(force, now);
     Eigen::MatrixXd slopes(force.size(), 2);
-    slopes.col(0) = now;
-    slopes.col(1) = stiffens ? Eigen::VectorXd(now.array() * depth.array())
-                             : Eigen::VectorXd(Eigen::VectorXd::Zero(force.size()));
+    slopes.col(0) = residuals.slope(now);
+    slopes.col(1) = (stiffens ? 1.0 : 0.0) * slopes.col(0).cwiseProduct(depth);
     curvature = slopes.transpose() * slopes;
     if (!stiffens) curvature(1, 1) = 1.0;
     const Eigen::Vector2d step = curvature.ldlt().solve(slopes.transpose() * missing);
     // Half steps until the squares fall.
     double share = 1.0;
     while (share > 1e-6 &&
-           (force - predicted(at.p + share * step(0), at.b + share * step(1))).squaredNorm() >
-               missing.squaredNorm()) {
+           residuals.of(force, predicted(at.p + share * step(0), at.b + share * step(1)))
+                   .squaredNorm() > missing.squaredNorm()) {
       share *= 0.5;
     }
     at.p += share * step(0);
     at.b += share * step(1);
     if (share * step.norm() < 1e-10) break;
   }
+  const Eigen::VectorXd missing = residuals.of(force, predicted(at.p, at.b));
   const double freedom = static_cast<double>(force.size()) - (stiffens ? 2.0 : 1.0);
-  const double variance = (force - predicted(at.p, at.b)).squaredNorm() / std::max(1.0, freedom);
+  const double variance = missing.squaredNorm() / std::max(1.0, freedom) * repetition(missing);
   at.covariance = curvature.inverse() * variance;
   return at;
+}
+
+/// F0: the scatter of the force out of contact over the relative error, at least a thousandth of
+/// the largest force, as finely as a load cell resolves.
+double floor_of(const std::vector<ForceAtDepth>& press, double largest_mN) {
+  double sum = 0.0;
+  double squares = 0.0;
+  double count = 0.0;
+  for (const ForceAtDepth& sample : press) {
+    if (sample.depth_mm > 0.0) continue;
+    sum += sample.force_mN;
+    squares += sample.force_mN * sample.force_mN;
+    count += 1.0;
+  }
+  const double scatter_mN =
+      count > 1.0 ? std::sqrt(std::max(0.0, (squares - sum * sum / count) / (count - 1.0))) : 0.0;
+  return std::max(scatter_mN / SkinFit::kRelativeError, 1e-3 * largest_mN);
 }
 
 }  // namespace
@@ -105,9 +154,10 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   if (!(force.dot(shape) > 0.0)) {
     return bad_input("the force does not grow with the depth: is its sign right, and is it tared?");
   }
-  Solution found = solve(depth, force, shape, true);
+  const Residuals residuals(floor_of(press, force.maxCoeff()));
+  Solution found = solve(depth, force, shape, residuals, true);
   const bool stiffens = found.b > 0.0;
-  if (!stiffens) found = solve(depth, force, shape, false);
+  if (!stiffens) found = solve(depth, force, shape, residuals, false);
   fit.modulus_kPa = std::exp(found.p);
   fit.modulus_error = std::sqrt(found.covariance(0, 0));
   if (stiffens) {
@@ -124,6 +174,9 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
     fit.largest_mN = std::max(fit.largest_mN, std::fabs(residual));
   }
   fit.rms_mN = std::sqrt(squares / static_cast<double>(count));
+  const Eigen::Map<const Eigen::VectorXd> model(fit.predicted_mN.data(), count);
+  fit.rms_weighted =
+      std::sqrt(residuals.of(force, model).squaredNorm() / static_cast<double>(count));
   fit.r2 = 1.0 - squares / (force.array() - force.mean()).square().sum();
 
   const std::vector<ForceAtDepth> back(deepest, press.end());

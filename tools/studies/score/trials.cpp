@@ -1,7 +1,6 @@
 #include "tools/studies/score/trials.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -53,7 +52,7 @@ Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& 
   patch.layout = ReceptorLayout::kFields;
   patch.centres.assign(trials, {.x_mm = kCentreX_mm, .y_mm = kCentreY_mm});
   parameters.patches = {patch};
-  parameters.indenters = {stimulus.indenter};
+  parameters.indenters.assign(1 + stimulus.neighbours.size(), stimulus.indenter);
   if (stimulus.background_mm > 0.0) {
     // The pin presses beyond a plate; by force, so that neither takes the other's depth.
     parameters.indenters.front().control = Indenter::Control::kForce;
@@ -99,6 +98,7 @@ bool Trials::fits(const Stimulus& stimulus) const {
          a.control == b.control && a.radius_mm == b.radius_mm &&
          a.pin.diameter_mm == b.pin.diameter_mm && a.bars.widths_mm == b.bars.widths_mm &&
          a.bars.gaps_mm == b.bars.gaps_mm && a.bars.length_mm == b.bars.length_mm &&
+         stimulus_.neighbours.size() == stimulus.neighbours.size() &&
          tick_for(stimulus_) == tick_for(stimulus);
 }
 
@@ -107,11 +107,11 @@ void Trials::press(const Stimulus& stimulus, AfterTick after_tick) {
   model_.reset();
   const nanoseconds tick = model_.parameters().tick;
   const auto end = units::nanoseconds_from_s(stimulus.end_s());
+  std::vector<ContactInput> contacts(model_.parameters().indenters.size());
   const bool by_force = stimulus.indenter.control == Indenter::Control::kForce;
   for (nanoseconds time{0}; time < end; time += tick) {
     const double now_s = units::s_from(time + tick);
     const double level = level_at(stimulus, now_s);
-    std::array<ContactInput, 2> contacts;
     contacts[0] = {.depth_mm = by_force ? 0.0 : level,
                    .force_mN = by_force ? level : 0.0,
                    .x_mm = kCentreX_mm + (stimulus.offset_across ? 0.0 : stimulus.offset_mm),
@@ -128,7 +128,12 @@ void Trials::press(const Stimulus& stimulus, AfterTick after_tick) {
                      .x_mm = kCentreX_mm,
                      .y_mm = kCentreY_mm};
     }
-    after_tick(model_.step({contacts.data(), plate_ ? 2U : 1U}, time));
+    for (std::size_t k = 0; k < stimulus.neighbours.size(); ++k) {
+      contacts[k + 1] = contacts[0];
+      contacts[k + 1].x_mm += stimulus.neighbours[k].x_mm;
+      contacts[k + 1].y_mm += stimulus.neighbours[k].y_mm;
+    }
+    after_tick(model_.step(contacts, time));
   }
 }
 

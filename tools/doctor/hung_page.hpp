@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "drivers/files/owned_descriptor.hpp"
+#include "drivers/spike_sink.hpp"
+
+namespace merkel {
+
+/// The live page on a free port of this host, with browsers that connect and then read nothing.
+class HungPage {
+ public:
+  static constexpr int kBrowsers = 8;
+
+  /// Fails where no port can be opened, or where merkel was built without the page.
+  [[nodiscard]] static Expected<HungPage, SetupError> open(const TactileModel& model);
+  HungPage(HungPage&& other) noexcept = default;
+
+  /// The page's sink, once.
+  [[nodiscard]] std::unique_ptr<SpikeSink> sink() { return std::move(sink_); }
+
+ private:
+  HungPage(std::unique_ptr<SpikeSink> sink, std::vector<OwnedDescriptor> browsers)
+      : sink_(std::move(sink)), browsers_(std::move(browsers)) {}
+  std::unique_ptr<SpikeSink> sink_;
+  std::vector<OwnedDescriptor> browsers_;
+};
+
+}  // namespace merkel

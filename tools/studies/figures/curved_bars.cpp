@@ -1,0 +1,57 @@
+// Bars on a curved finger: the model's contact against boundary elements.
+#include "core/contact/flat_tip_field.hpp"
+#include "core/skin/strain_energy_density.hpp"
+#include "core/units.hpp"
+#include "tools/studies/figures/figure.hpp"
+#include "tools/studies/reference/bar_boundary_elements.hpp"
+#include "tools/studies/report/csv_table.hpp"
+
+namespace merkel {
+
+Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) {
+  auto table = CsvTable::create(options.path("curved_bars.csv"),
+                                "width_mm,depth_mm,force_N,elements_force_N,middle_kPa,"
+                                "elements_middle_kPa,edge_kPa,elements_edge_kPa",
+                                options.overwrite);
+  if (!table) return Unexpected<SetupError>(table.error());
+  const SkinParameters skin{.radius_mm = 7.0};
+  const SkinMaterial material(skin);
+  std::string report =
+      "## Bars on a curved finger\n\nA bar of 20 mm length on a finger of 7 mm radius, against "
+      "boundary elements that solve the pressure over the width and the length "
+      "(`curved_bars.csv`): how far the force, and the energy density under the middle and under "
+      "an edge, are off.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
+      "|\n|---|---|---|---|---|\n";
+  for (const double width : {1.0, 3.0}) {
+    const BarTip tip{.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0};
+    const FlatTipField field(tip, skin);
+    for (const double depth : {0.3, 0.7, 1.5}) {
+      const reference::BarBoundaryElements elements(
+          {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
+           .poisson_ratio = skin.poisson_ratio,
+           .width_mm = width,
+           .length_mm = tip.length_mm,
+           .skin_radius_mm = skin.radius_mm,
+           .depth_mm = depth});
+      const auto energy = [&](const CartesianStress& stress) {
+        return energy_density_kPa(stress, material, EnergyDensity::kDistortional);
+      };
+      const auto ours = [&](double x) { return energy(field.at(x, 0.0, depth).stress); };
+      const auto theirs = [&](double x) {
+        return energy(elements.stress(x, 0.0, skin.receptor_depth_mm));
+      };
+      const double edge = 0.5 * width;
+      table->row({width, depth, units::N_from_mN(field.force_mN(depth)),
+                  units::N_from_mN(elements.force_mN()), ours(0.0), theirs(0.0), ours(edge),
+                  theirs(edge)});
+      report += format("| %g | %g | %+.1f %% | %+.1f %% | %+.1f %% |\n", width, depth,
+                       100.0 * (field.force_mN(depth) / elements.force_mN() - 1.0),
+                       100.0 * (ours(0.0) / theirs(0.0) - 1.0),
+                       100.0 * (ours(edge) / theirs(edge) - 1.0));
+    }
+  }
+  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  return report + "\n";
+}
+
+}  // namespace merkel

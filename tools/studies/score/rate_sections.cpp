@@ -1,0 +1,272 @@
+// Sections with rates or declines: what the model's afferents are compared with, point by point.
+#include <limits>
+#include <utility>
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "tools/studies/score/recording_sections.hpp"
+
+namespace merkel {
+namespace {
+
+using Json = JsonFields::Json;
+
+/// What all sections may say of how the tip was pressed.
+void read_timing(JsonFields& fields, Stimulus& stimulus) {
+  stimulus.ramp_s = 1e-3 * fields.number("ramp_ms", 1e3 * stimulus.ramp_s);
+  stimulus.count_s = fields.number("count_s", stimulus.count_s);
+}
+
+/// The level of a hold from the name of a series, in N or mm.
+void set_level(Stimulus& stimulus, const std::string& key, const std::string& field) {
+  if (ends_in(key, "mm")) {
+    stimulus.indenter.control = Indenter::Control::kDepth;
+    stimulus.level = quantity(key, "mm", field, "0.65mm");
+  } else {
+    stimulus.indenter.control = Indenter::Control::kForce;
+    stimulus.level = units::mN_from_N(quantity(key, "N", field, "20gwt_0.196N"));
+  }
+}
+
+std::string level_name(const Stimulus& stimulus) {
+  return stimulus.indenter.control == Indenter::Control::kForce
+             ? shortest_decimal(units::N_from_mN(stimulus.level)) + " N"
+             : shortest_decimal(stimulus.level) + " mm";
+}
+
+double radius_of_curvature_mm(double curvature_per_m) {
+  return curvature_per_m > 0.0 ? 1e3 / curvature_per_m : std::numeric_limits<double>::infinity();
+}
+
+const Json& series_of(JsonFields& fields, const std::string& key) {
+  const Json& rates = fields.need(key);
+  if (!rates.is_object() || rates.empty()) {
+    refuse_field(fields.full(key), "must be an object with a list of numbers for each series");
+  }
+  return rates;
+}
+
+}  // namespace
+
+/// A number for each x; for the name of a series ("10gwt_0.098N").
+std::vector<double> series(const Json& values, const std::string& field, std::size_t count,
+                           const std::string& x_name) {
+  std::vector<double> numbers = JsonFields::numbers_of(values, field);
+  if (numbers.size() != count) {
+    refuse_field(field, "must have as many numbers as " + x_name + ": " + std::to_string(count) +
+                            ", but has " + std::to_string(numbers.size()));
+  }
+  return numbers;
+}
+
+void read_curvature_force(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  const std::vector<double> curvature = fields.numbers("curvature_per_m");
+  Stimulus base;
+  read_timing(fields, base);
+  for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
+    const std::string field = fields.full("rate_hz." + key);
+    Stimulus stimulus = base;
+    set_level(stimulus, key, field);
+    DataSet set{.name = "curvature × force, " + level_name(stimulus),
+                .section = "curvature_force",
+                .x_name = "curvature_per_m",
+                .y_name = "rate_hz",
+                .cite = cite,
+                .points = {}};
+    const auto rates = series(values, field, curvature.size(), "curvature_per_m");
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      stimulus.indenter.radius_mm = radius_of_curvature_mm(curvature[i]);
+      set.points.push_back({.x = curvature[i], .measured = rates[i], .stimulus = stimulus});
+    }
+    recordings.sets.push_back(std::move(set));
+  }
+  fields.finish();
+}
+
+void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  const std::vector<double> offset = fields.numbers("offset_mm", true);
+  const double curvature =
+      JsonFields::number_of(fields.need("curvature_per_m"), fields.full("curvature_per_m"));
+  Stimulus base;
+  base.indenter.radius_mm = radius_of_curvature_mm(curvature);
+  read_timing(fields, base);
+  if (const std::string direction = fields.text("direction"); !direction.empty()) {
+    if (direction != "along" && direction != "across") {
+      refuse_field(fields.full("direction"), "must be \"along\" the finger or \"across\" it");
+    }
+    base.offset_across = direction == "across";
+  }
+  for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
+    const std::string field = fields.full("rate_hz." + key);
+    Stimulus stimulus = base;
+    set_level(stimulus, key, field);
+    DataSet set{
+        .name = "lateral offset, " + shortest_decimal(curvature) + " /m, " + level_name(stimulus),
+        .section = "lateral_offset",
+        .x_name = "offset_mm",
+        .y_name = "rate_hz",
+        .cite = cite,
+        .points = {}};
+    const auto rates = series(values, field, offset.size(), "offset_mm");
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      stimulus.offset_mm = offset[i];
+      set.points.push_back({.x = offset[i], .measured = rates[i], .stimulus = stimulus});
+    }
+    recordings.sets.push_back(std::move(set));
+  }
+  fields.finish();
+}
+
+double read_bars(JsonFields& fields, Indenter& indenter) {
+  indenter.tip = Indenter::Tip::kBars;
+  BarTip& bars = indenter.bars;
+  bars.gaps_mm.clear();
+  double middle_mm = 0.0;
+  std::string given = "bar_widths_mm";
+  if (const Json* const edges = fields.find("bar_edges_mm"); edges != nullptr) {
+    given = "bar_edges_mm";
+    const std::string field = fields.full(given);
+    if (fields.find("bar_widths_mm") != nullptr || fields.find("bar_gaps_mm") != nullptr) {
+      refuse_field(field, "says where the bars are: leave out bar_widths_mm and bar_gaps_mm");
+    }
+    if (!edges->is_array() || edges->empty()) {
+      refuse_field(field, "must be a list of [left, right], one a bar, in order");
+    }
+    bars.widths_mm.clear();
+    double first = 0.0;
+    double last = 0.0;
+    for (const Json& pair : *edges) {
+      const auto edge = JsonFields::numbers_of(pair, field, true);
+      if (edge.size() != 2 || !(edge[0] < edge[1]) ||
+          (!bars.widths_mm.empty() && edge[0] <= last)) {
+        refuse_field(field, "must be a list of [left, right], one a bar, in order and apart");
+      }
+      if (bars.widths_mm.empty()) {
+        first = edge[0];
+      } else {
+        bars.gaps_mm.push_back(edge[0] - last);
+      }
+      bars.widths_mm.push_back(edge[1] - edge[0]);
+      last = edge[1];
+    }
+    middle_mm = 0.5 * (first + last);
+  } else {
+    bars.widths_mm = fields.numbers("bar_widths_mm");
+    if (const Json* const gaps = fields.find("bar_gaps_mm"); gaps != nullptr && !gaps->empty()) {
+      bars.gaps_mm = JsonFields::numbers_of(*gaps, fields.full("bar_gaps_mm"));
+    }
+  }
+  bars.length_mm = fields.number("bar_length_mm", 20.0);
+  if (const auto checked = bars.check(); !checked) {
+    const std::string key = checked.error().key.substr(checked.error().key.find('.') + 1);
+    refuse_field(fields.full(key == "bar_length_mm" || given == "bar_widths_mm" ? key : given),
+                 checked.error().reason);
+  }
+  return middle_mm;
+}
+
+void read_bar_profile(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  const std::vector<double> position = fields.numbers("position_mm", true);
+  Stimulus base;
+  const double middle_mm = read_bars(fields, base.indenter);
+  read_timing(fields, base);
+  for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
+    const std::string field = fields.full("rate_hz." + key);
+    Stimulus stimulus = base;
+    set_level(stimulus, key, field);
+    DataSet set{.name = "bar profile, " + level_name(stimulus),
+                .section = "bar_profile",
+                .x_name = "position_mm",
+                .y_name = "rate_hz",
+                .cite = cite,
+                .points = {}};
+    const auto rates = series(values, field, position.size(), "position_mm");
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      // The afferent at a position under the bars sees them shifted the other way.
+      stimulus.offset_mm = middle_mm - position[i];
+      set.points.push_back({.x = position[i], .measured = rates[i], .stimulus = stimulus});
+    }
+    recordings.sets.push_back(std::move(set));
+  }
+  fields.finish();
+}
+
+void read_vibration(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  Stimulus base;
+  base.indenter.tip = Indenter::Tip::kPin;
+  base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+  base.level = fields.number("pre_indentation_mm", 0.0, true);
+  read_timing(fields, base);
+  base.settle_s = base.level > 0.0 ? base.ramp_s + fields.number("settle_s", 0.3, true)
+                                   : fields.number("settle_s", 0.0, true);
+  bool any = false;
+  for (const auto& [key, values] : fields.object().items()) {
+    if (!ends_in(key, "Hz")) continue;
+    any = true;
+    fields.find(key);
+    const std::string field = fields.full(key);
+    Stimulus stimulus = base;
+    stimulus.frequency_hz = quantity(key, "Hz", field, "20Hz");
+    JsonFields own(values, field);
+    const std::vector<double> amplitude = own.numbers("um");
+    const auto rates = series(own.need("hz"), field + ".hz", amplitude.size(), "um");
+    own.finish();
+    DataSet set{.name = "vibration, " + shortest_decimal(stimulus.frequency_hz) + " Hz",
+                .section = "vibration",
+                .x_name = "amplitude_um",
+                .y_name = "rate_hz",
+                .cite = cite,
+                .points = {}};
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      stimulus.amplitude_mm = units::mm_from_um(amplitude[i]);
+      set.points.push_back({.x = amplitude[i], .measured = rates[i], .stimulus = stimulus});
+    }
+    recordings.sets.push_back(std::move(set));
+  }
+  fields.finish();
+  if (!any) refuse_field(fields.full(""), "needs a series named by its frequency, as in \"20Hz\"");
+}
+
+void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  Stimulus base;
+  base.indenter.tip = Indenter::Tip::kPin;
+  base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+  base.count_s = fields.number("count_s", 1.0);
+  const double speed_mm_per_s = fields.number("ramp_mm_per_s", 0.4);
+  const std::string prefix = "decline_over_first_";
+  bool any = false;
+  for (const auto& [key, values] : fields.object().items()) {
+    if (key.compare(0, prefix.size(), prefix) != 0) continue;
+    any = true;
+    fields.find(key);
+    const std::string field = fields.full(key);
+    const double over_s = quantity(key, "s", field, "decline_over_first_12s");
+    if (over_s < base.count_s) refuse_field(field, "must be at least count_s long");
+    if (!values.is_object() || values.empty()) {
+      refuse_field(field,
+                   "must be an object with a decline for each depth, as in \"0.65mm\": 0.38");
+    }
+    DataSet set{.name = "fall of rate over " + shortest_decimal(over_s) + " s of hold",
+                .section = "hold_adaptation",
+                .x_name = "depth_mm",
+                .y_name = "decline",
+                .cite = cite,
+                .points = {}};
+    for (const auto& [depth, decline] : values.items()) {
+      Stimulus stimulus = base;
+      stimulus.level = quantity(depth, "mm", field + "." + depth, "0.65mm");
+      stimulus.ramp_s = stimulus.level / speed_mm_per_s;
+      stimulus.decline_over_s = over_s;
+      const double fraction = JsonFields::number_of(decline, field + "." + depth, true, true);
+      if (!(fraction > -1.0 && fraction <= 1.0)) {
+        refuse_field(field + "." + depth, "must be a fraction of the rate, from -1 to 1");
+      }
+      set.points.push_back({.x = stimulus.level, .measured = fraction, .stimulus = stimulus});
+    }
+    recordings.sets.push_back(std::move(set));
+  }
+  fields.finish();
+  if (!any) refuse_field(fields.full(prefix + "12s"), "is missing");
+}
+
+}  // namespace merkel
