@@ -23,11 +23,10 @@ constexpr int kPortions = 4;
 constexpr int kPerPortion = 50;
 
 SinkSetup setup() {
-  return {
-      .neurons = 20,
-      .overwrite = false,
-      .allow_remote = false,
-      .run = {.scene = "test", .facts = {{"tick_ns", "1000000"}}, .model = {}}};
+  return {.neurons = 20,
+          .overwrite = false,
+          .allow_remote = false,
+          .run = {.scene = "test", .facts = {{"tick_ns", "1000000"}}, .model = {}}};
 }
 
 SpikeEvent spike(int number) {
