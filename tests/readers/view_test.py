@@ -355,6 +355,7 @@ class InBrowser(Page):
         """For the documents, where MERKEL_SCREENSHOTS names a folder."""
         folder = os.environ.get("MERKEL_SCREENSHOTS")
         if folder:
+            self.wait("merkel.frame.t > 4.5")  # a window full of spikes
             self.page.screenshot(os.path.join(folder, name))
 
     def test_the_page_draws_a_known_replay_and_finds_the_next_run(self):
@@ -442,6 +443,7 @@ class InBrowser(Page):
             "p.x >= b.patch.length_mm || p.y >= b.patch.width_mm; }); }))"))
         self.wait("merkel.frame.probes.every((p) => p.depth > 1)")
         self.assertIn("palm 0.45 N", self.page.text("probes"))
+        self.assertEqual(self.page.ask("document.body.dataset.raster"), "density")
         self.screenshot("live_page_hand.png")
         self.page.ask("document.querySelectorAll('#probes button')[4].click()")
         self.wait("document.getElementById('force-of').textContent === 'little'")
@@ -633,6 +635,18 @@ class InBrowser(Page):
                               "merkel.frame.origin_s))").splitlines()
         self.assertEqual(press[0], "time_s,depth_mm,force_N")
         self.assertGreater(len(press), 500)
+        # The menu hands all three to the browser as downloads.
+        names = self.page.ask("""(async () => {
+          const names = [], of = HTMLAnchorElement.prototype, click = of.click, menu = document.getElementById('save');
+          of.click = function () { names.push(`${this.download} ${this.href.split(':')[0]}`); };
+          for (const which of ['png', 'spikes', 'press']) { menu.value = which; menu.dispatchEvent(new Event('change')); }
+          while (names.length < 3) await new Promise((done) => setTimeout(done, 20));
+          of.click = click;
+          return names.sort(); })()""")
+        self.assertEqual(len(names), 3)
+        for name, end in zip(names, ("-press.csv blob", "-spikes.csv blob", "s.png blob")):
+            self.assertRegex(name, r"^merkel-paper-\d+\.\d-\d+\.\d")
+            self.assertTrue(name.endswith(end), name)
         size = self.page.ask("import('/save.js').then((m) => { const c = m.drawPicture(merkel.scene, "
                              "merkel.time(), merkel.health, merkel.values()); "
                              "return new Promise((done) => c.toBlob((b) => done(b.size))); })")
@@ -651,9 +665,15 @@ class InBrowser(Page):
         self.assertEqual(self.page.text("depth-of"), frozen)
         self.page.press(" ")
         self.assertEqual(self.page.text("pause"), "Pause")
+        # Receptors are drawn on zoom only.
+        circles = ("(() => { let n = 0; const of = CanvasRenderingContext2D.prototype, arc = of.arc; "
+                   "of.arc = function (...a) { ++n; return arc.apply(this, a); }; merkel.finger.draw({rates: merkel.rates, "
+                   "most: merkel.most, probes: merkel.frame.probes, pins: []}); of.arc = arc; return n; })()")
+        self.assertLess(self.page.ask(circles), 20)
         for _ in range(7):
             self.page.press("z")
         self.assertGreater(self.page.ask("merkel.finger.view.zoom"), 10)
+        self.assertGreaterEqual(self.page.ask(circles), 450)
         for _ in range(7):
             self.page.press("x")
         self.assertEqual(self.page.ask("merkel.finger.view.zoom"), 1)
