@@ -648,7 +648,7 @@ class InBrowser(Page):
             self.assertRegex(name, r"^merkel-paper-\d+\.\d-\d+\.\d")
             self.assertTrue(name.endswith(end), name)
         size = self.page.ask("import('/save.js').then((m) => { const c = m.drawPicture(merkel.scene, "
-                             "merkel.time(), merkel.health, merkel.values()); "
+                             "merkel.time(), merkel.health); "
                              "return new Promise((done) => c.toBlob((b) => done(b.size))); })")
         self.assertGreater(size, 10000)
         self.assert_no_errors()

@@ -96,7 +96,6 @@ class Page {
   }
 
   shown() { return this.paused?.frame ?? this.frame; }
-  values() { return [...document.querySelectorAll('#numbers div')].map((each) => [...each.children].map((part) => part.textContent).join(' ')).join('   '); }
 
   draw() {
     requestAnimationFrame(() => this.draw());

@@ -12,9 +12,21 @@ function download(blob, name) {
 
 const stem = (scene, time) => `merkel-${scene.scene.replace(/[^A-Za-z0-9_-]+/g, '_')}-${time.from.toFixed(1)}-${time.to.toFixed(1)}s`;
 
-/// The canvases as they lie on the page, under a line that says what they show.
-export function drawPicture(scene, time, health, values) {
-  const ratio = pixelRatio(), main = document.querySelector('main').getBoundingClientRect(), head = 46;
+/// The numbers, legends and names of axes, where they stand and as they look.
+function drawTexts(c, main, head) {
+  c.textAlign = 'left';
+  for (const each of document.querySelectorAll('#numbers span, #numbers b, #numbers small, .legend span, main .caption > span, .card h3, .card header span')) {
+    const box = each.getBoundingClientRect(), style = getComputedStyle(each);
+    if (!box.width) continue;
+    c.font = `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`;
+    c.fillStyle = style.color;
+    c.fillText(each.textContent, box.x - main.x, box.y - main.y + head + box.height / 2);
+  }
+}
+
+/// The canvases and numbers as they lie on the page, under a line that says what they show.
+export function drawPicture(scene, time, health) {
+  const ratio = pixelRatio(), main = document.querySelector('main').getBoundingClientRect(), head = 30;
   const canvas = document.createElement('canvas');
   canvas.width = main.width * ratio;
   canvas.height = (main.height + head) * ratio;
@@ -23,16 +35,16 @@ export function drawPicture(scene, time, health, values) {
   c.fillStyle = css('--paper'); c.fillRect(0, 0, main.width, main.height + head);
   c.fillStyle = css('--ink'); c.textBaseline = 'middle';
   c.font = '600 16px system-ui, sans-serif'; c.fillText(`merkel ${scene.scene}, ${time.from.toFixed(2)} to ${time.to.toFixed(2)} s. ${health.title}`, 12, 15);
-  c.font = '14px system-ui, sans-serif'; c.fillText(values, 12, 36);
   for (const each of document.querySelectorAll('main canvas')) {
     const box = each.getBoundingClientRect();
     if (box.width && each.width) c.drawImage(each, box.x - main.x, box.y - main.y + head, box.width, box.height);
   }
+  drawTexts(c, main, head);
   return canvas;
 }
 
-export function savePicture(scene, time, health, values) {
-  drawPicture(scene, time, health, values).toBlob((blob) => download(blob, `${stem(scene, time)}.png`));
+export function savePicture(scene, time, health) {
+  drawPicture(scene, time, health).toBlob((blob) => download(blob, `${stem(scene, time)}.png`));
 }
 
 /// time_s,neuron as merkel's own spike files have it: times are probe time.
@@ -65,7 +77,7 @@ export function setUpSaving(page) {
     const which = event.target.value;
     event.target.value = '';
     if (!page.scene || !page.frame) return;
-    if (which === 'png') savePicture(page.scene, page.time(), page.health, page.values());
+    if (which === 'png') savePicture(page.scene, page.time(), page.health);
     else if (which) saveTable(which, page.history, page.time(), page.frame.origin_s);
   });
 }
