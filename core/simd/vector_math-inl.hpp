@@ -20,6 +20,10 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// For the lambda expressions of the innermost loops: compiled for the target, and always inline.
+#undef MERKEL_INLINE_LAMBDA
+#define MERKEL_INLINE_LAMBDA HWY_ATTR __attribute__((always_inline))
+
 /// kCount vectors that go through the same arithmetic side by side. The operations of one vector
 /// depend on each other; those of its neighbours fill the pipeline. Each lane's result is the same
 /// as alone.

@@ -84,6 +84,28 @@ struct RateFractions {
   Fraction<X> h;
 };
 
+/// The potential relative to the centre of its range, and e^{−w/720}.
+template <class X>
+struct Exponential {
+  X w;
+  X b;
+};
+
+/// The three gates.
+template <class X>
+struct GateValues {
+  X n;
+  X m;
+  X h;
+};
+
+/// The Crank–Nicolson step of the gates, as fractions: x += change/denominator.
+template <class X>
+struct GateSteps {
+  GateValues<X> change;
+  GateValues<X> denominator;
+};
+
 /// Σ g and Σ g·E of all channels.
 template <class X>
 struct Channels {
@@ -125,11 +147,20 @@ struct RightHandSide {
     gate.D = Math::select(near, Math::polynomial(x, kSeries), gate.D);
   }
 
-  /// All rates from one exponential and its powers.
-  static HWY_INLINE RateFractions<X> shared_rates(const X& potential, const VectorConstants<D>& c) {
-    const X w = Math::max(Math::min(Math::sub(potential, c.offset), c.highest), c.lowest);
-    X b = Math::fused(w, c.b_series[Constants::kTerms - 1], c.b_series[Constants::kTerms - 2]);
-    for (int k = Constants::kTerms - 3; k >= 0; --k) b = Math::fused(b, w, c.b_series[k]);
+  /// w and b of NeuronConstants: the exponential that all rates share.
+  static HWY_INLINE Exponential<X> shared_exponential(const X& potential,
+                                                      const VectorConstants<D>& c) {
+    Exponential<X> e;  // filled in place: compilers keep what is copied into it on the stack
+    e.w = Math::max(Math::min(Math::sub(potential, c.offset), c.highest), c.lowest);
+    e.b = Math::fused(e.w, c.b_series[Constants::kTerms - 1], c.b_series[Constants::kTerms - 2]);
+    for (int k = Constants::kTerms - 3; k >= 0; --k) e.b = Math::fused(e.b, e.w, c.b_series[k]);
+    return e;
+  }
+
+  /// All rates from the powers of the shared exponential.
+  static HWY_INLINE RateFractions<X> shared_rates(const Exponential<X>& exponential,
+                                                  const VectorConstants<D>& c) {
+    const auto& [w, b] = exponential;
     const X b2 = Math::mul(b, b);
     const X b4 = Math::mul(b2, b2);
     const X b9 = Math::mul(Math::mul(b4, b4), b);
@@ -188,8 +219,8 @@ struct RightHandSide {
     return r;
   }
 
-  static HWY_INLINE Channels<X> channels(const X& n, const X& m, const X& h,
-                                         const VectorConstants<D>& c) {
+  static HWY_INLINE Channels<X> channels(const GateValues<X>& gates, const VectorConstants<D>& c) {
+    const auto& [n, m, h] = gates;
     const X m2 = Math::mul(m, m);
     const X mh = Math::mul(m, h);
     const X n2 = Math::mul(n, n);
@@ -198,15 +229,27 @@ struct RightHandSide {
             Math::fused(mh, Math::fused(m2, c.gE_Na, c.gE_Ca), Math::fused(n4, c.gE_K, c.gE_L))};
   }
 
-  /// 1/a, 1/b and 1/c by a single division.
-  static HWY_INLINE void three_inverses(const X& a, const X& b, const X& c, V one, X& inverse_a,
-                                        X& inverse_b, X& inverse_c) {
-    const X ab = Math::mul(a, b);
-    const X inverse = Math::div(one, Math::mul(ab, c));
-    inverse_c = Math::mul(inverse, ab);
-    const X inverse_ab = Math::mul(inverse, c);
-    inverse_a = Math::mul(inverse_ab, b);
-    inverse_b = Math::mul(inverse_ab, a);
+  /// (p − s·x)/(D + s/2) of each gate.
+  static HWY_INLINE GateSteps<X> crank_nicolson(const RateFractions<X>& r, const GateValues<X>& x,
+                                                const VectorConstants<D>& c) {
+    return {.change = {.n = Math::fused_negative(r.n.s, x.n, r.n.p),
+                       .m = Math::fused_negative(r.m.s, x.m, r.m.p),
+                       .h = Math::fused_negative(r.h.s, x.h, r.h.p)},
+            .denominator = {.n = Math::fused(r.n.s, c.half, r.n.D),
+                            .m = Math::fused(r.m.s, c.half, r.m.D),
+                            .h = Math::fused(r.h.s, c.half, r.h.D)}};
+  }
+
+  /// The gates after the step. One division serves all three.
+  static HWY_INLINE GateValues<X> take(const GateSteps<X>& steps, const GateValues<X>& x,
+                                       const VectorConstants<D>& c) {
+    const auto& [n, m, h] = steps.denominator;
+    const X nm = Math::mul(n, m);
+    const X inverse = Math::div(c.one, Math::mul(nm, h));
+    const X inverse_nm = Math::mul(inverse, h);
+    return {.n = Math::fused(steps.change.n, Math::mul(inverse_nm, m), x.n),
+            .m = Math::fused(steps.change.m, Math::mul(inverse_nm, n), x.m),
+            .h = Math::fused(steps.change.h, Math::mul(inverse, nm), x.h)};
   }
 };
 

@@ -55,12 +55,12 @@ class RungeKutta {
   HWY_INLINE Slopes slopes(std::size_t i, const X& V, const X& n, const X& m, const X& h, int step,
                            double time) const {
     const RateFractions<X> r = a_.constants->shared_exponential
-                                   ? Neurons::shared_rates(V, c_)
+                                   ? Neurons::shared_rates(Neurons::shared_exponential(V, c_), c_)
                                    : Neurons::general_rates(V, *a_.constants);
     const auto change = [](const Fraction<X>& rate, const X& x) HWY_ATTR {
       return Math::div(Math::fused_negative(rate.s, x, rate.p), rate.D);
     };
-    const Channels<X> open = Neurons::channels(n, m, h, c_);
+    const Channels<X> open = Neurons::channels({n, m, h}, c_);
     const Real phase =
         (static_cast<Real>(step) + static_cast<Real>(time)) / static_cast<Real>(a_.call.steps);
     X driven =
