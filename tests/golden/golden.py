@@ -17,7 +17,8 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 TRACES = HERE.parent / "traces"
 NAMES = ["ramp_and_hold", "taps", "slide", "faulty"]
-METHODS = ["forward_euler", "exponential_euler", "backward_euler", "rush_larsen", "crank_nicolson", "heun", "rk4"]
+METHODS = ["forward_euler", "exponential_euler", "backward_euler", "rush_larsen", "crank_nicolson", "heun", "rk4",
+           "staggered_multistep"]
 LATTICE = '[receptors]\nplacement = "lattice"\n'
 FIELDS = '[skin]\nradius_mm = 7\n[receptors]\nlayout = "fields"\ndensity_per_mm2 = 0.2\ndensity_min_per_mm2 = 0.1\n'
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ namespace {
 struct BenchOptions {
   bool json = false;
   std::string target;
+  std::optional<double> neurons;  ///< none: the list of populations, and the ticks
+  std::string method = std::string(name_of(IntegrationMethod::kCrankNicolson));
+  double step_us = 25.0;
 };
 
 struct Row {
@@ -31,6 +35,10 @@ struct Row {
     return which.step_us * 1e3 / (ns * static_cast<double>(which.neurons));
   }
   [[nodiscard]] double gflops() const { return operations_of_neuron_step(which.precision) / ns; }
+  /// Whether operations_of_neuron_step() and port_bound_s() hold.
+  [[nodiscard]] bool counted() const {
+    return which.method == IntegrationMethod::kCrankNicolson && which.step_us < 40.0;
+  }
 };
 
 Row row_of(const PopulationCase& which) {
@@ -45,11 +53,24 @@ ContactInput centre_press(const TactileModel::Parameters& model, std::size_t pro
   return {.depth_mm = 1.5, .x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm};
 }
 
-/// The cost of a tick of the default scene.
-double default_tick_us() {
-  const Scene scene = *preset_scene("paper");
-  const ContactInput press = centre_press(scene.model, 0);
-  return 1e6 * tick_cost(scene.model, {&press, 1})->median_s;
+/// The cost of a tick of the default scene, µs, at its own tick and at 50 µs.
+struct DefaultCost {
+  double tick_ms = 0.0;
+  double tick = 0.0;
+  StageCosts stages;
+  double short_tick = 0.0;
+};
+constexpr std::chrono::microseconds kShortTick{50};
+
+DefaultCost default_cost() {
+  TactileModel::Parameters model = preset_scene("paper")->model;
+  const ContactInput press = centre_press(model, 0);
+  DefaultCost cost{.tick_ms = units::ms_from(model.tick),
+                   .tick = 1e6 * tick_cost(model, {&press, 1})->median_s,
+                   .stages = *stage_costs(model, press)};
+  model.tick = kShortTick;
+  cost.short_tick = 1e6 * tick_cost(model, {&press, 1})->median_s;
+  return cost;
 }
 
 /// The cost of a tick of the whole hand, µs.
@@ -75,19 +96,37 @@ HandCost hand_cost(WorkerTeam* team) {
   return cost;
 }
 
-int bench(const BenchOptions& options) {
-  if (auto forced = force_simd_target(options.target); !forced) return refuse(forced.error());
-  const std::string target = options.target.empty() ? simd_target() : options.target;
-  const double peak[] = {fma_peak_gflops(Precision::kDouble), fma_peak_gflops(Precision::kFloat)};
-  const auto peak_of = [&](Precision p) { return peak[p == Precision::kDouble ? 0 : 1]; };
-  const auto team = SpinningTeam::create(std::min(2, SpinningTeam::available_cores()));
-  WorkerTeam* const two = team && (*team)->size() > 1 ? team->get() : nullptr;
+/// What is measured: the populations, and unless one size was asked for, the ticks.
+struct BenchResult {
+  std::string target;
+  double peak[2] = {0.0, 0.0};  ///< GFLOP/s of a core: double, float
+  std::vector<Row> rows;
+  std::optional<DefaultCost> scene;
+  HandCost hand;
 
+  [[nodiscard]] double peak_of(Precision p) const { return peak[p == Precision::kDouble ? 0 : 1]; }
+  [[nodiscard]] double of_peak(const Row& row) const {
+    return row.gflops() / (row.threads * peak_of(row.which.precision));
+  }
+  [[nodiscard]] double of_bound(const Row& row) const {
+    const Precision precision = row.which.precision;
+    return 1e9 * port_bound_s(precision, peak_of(precision)) / (row.threads * row.ns);
+  }
+};
+
+std::vector<Row> measured_rows(const BenchOptions& options, IntegrationMethod method,
+                               WorkerTeam* two) {
+  std::vector<std::size_t> sizes = {20, 450, 2000, 17'000};
+  if (options.neurons) sizes = {static_cast<std::size_t>(*options.neurons)};
   std::vector<Row> rows;
   for (const bool coupled : {false, true}) {
-    for (const std::size_t neurons : {20U, 450U, 2000U, 17'000U}) {
+    for (const std::size_t neurons : sizes) {
       for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
-        const PopulationCase which{.neurons = neurons, .precision = precision, .coupled = coupled};
+        const PopulationCase which{.neurons = neurons,
+                                   .method = method,
+                                   .precision = precision,
+                                   .step_us = options.step_us,
+                                   .coupled = coupled};
         rows.push_back(row_of(which));
         if (neurons < 17'000 || two == nullptr) continue;
         PopulationCase shared = which;
@@ -96,58 +135,106 @@ int bench(const BenchOptions& options) {
       }
     }
   }
-  const double tick_us = default_tick_us();
-  const HandCost hand = hand_cost(two);
-  const double tick_ms = units::ms_from(preset_scene("paper")->model.tick);
+  return rows;
+}
 
-  if (options.json) {
-    using Json = nlohmann::ordered_json;
-    Json populations = Json::array();
-    for (const Row& row : rows) {
-      populations.push_back(
-          {{"neurons", row.which.neurons},
-           {"coupled", row.which.coupled},
-           {"precision", name_of(row.which.precision)},
-           {"threads", row.threads},
-           {"ns_per_neuron_step", row.ns},
-           {"ns_per_step", row.ns * static_cast<double>(row.which.neurons)},
-           {"times_real_time", row.times_real_time()},
-           {"gflops", row.gflops()},
-           {"fraction_of_peak", row.gflops() / (row.threads * peak_of(row.which.precision))}});
+void print_json(const BenchOptions& options, const BenchResult& result) {
+  using Json = nlohmann::ordered_json;
+  Json populations = Json::array();
+  for (const Row& row : result.rows) {
+    Json entry = {{"neurons", row.which.neurons},
+                  {"coupled", row.which.coupled},
+                  {"precision", name_of(row.which.precision)},
+                  {"threads", row.threads},
+                  {"ns_per_neuron_step", row.ns},
+                  {"ns_per_step", row.ns * static_cast<double>(row.which.neurons)},
+                  {"times_real_time", row.times_real_time()}};
+    if (row.counted()) {
+      entry["gflops"] = row.gflops();
+      entry["fraction_of_peak"] = result.of_peak(row);
+      entry["fraction_of_port_bound"] = result.of_bound(row);
     }
-    const Json result = {{"simd_target", target},
-                         {"fma_peak_gflops", {{"double", peak[0]}, {"float", peak[1]}}},
-                         {"step_us", 25.0},
-                         {"populations", std::move(populations)},
-                         {"default_scene_tick_us", tick_us},
-                         {"default_scene_times_real_time", 1e3 * tick_ms / tick_us},
-                         {"hand_tick_us",
-                          {{"fingertip_alone", hand.fingertip_alone},
+    populations.push_back(std::move(entry));
+  }
+  Json all = {{"simd_target", result.target},
+              {"fma_peak_gflops", {{"double", result.peak[0]}, {"float", result.peak[1]}}},
+              {"method", options.method},
+              {"step_us", options.step_us},
+              {"populations", std::move(populations)}};
+  if (result.scene) {
+    const DefaultCost& scene = *result.scene;
+    const HandCost& hand = result.hand;
+    all["default_scene_tick_us"] = scene.tick;
+    all["default_scene_times_real_time"] = 1e3 * scene.tick_ms / scene.tick;
+    all["default_scene_stages_us"] = {{"contact", scene.stages.contact},
+                                      {"drive", scene.stages.drive},
+                                      {"neurons", scene.stages.neurons},
+                                      {"publish", scene.stages.publish}};
+    all["default_scene_50us_tick_us"] = scene.short_tick;
+    all["hand_tick_us"] = {{"fingertip_alone", hand.fingertip_alone},
                            {"one_fingertip_pressed", hand.thumb},
                            {"all_pressed", hand.all},
-                           {"all_pressed_two_threads", hand.shared}}}};
-    std::printf("%s\n", result.dump(2).c_str());
-    return kDone;
+                           {"all_pressed_two_threads", hand.shared}};
   }
+  std::printf("%s\n", all.dump(2).c_str());
+}
+
+void print_text(const BenchOptions& options, const BenchResult& result) {
   std::printf("instruction set: %s; peak of a core: %.0f GFLOP/s double, %.0f float\n",
-              target.c_str(), peak[0], peak[1]);
-  std::printf("crank_nicolson, steps of 25 µs, medians\n");
-  std::printf("%8s %8s %9s %7s %14s %12s %11s %8s %8s\n", "neurons", "network", "precision",
-              "threads", "ns/neuron-step", "ns/step", "× real time", "GFLOP/s", "of peak");
-  for (const Row& row : rows) {
-    std::printf("%8zu %8s %9s %7d %14.2f %12.0f %11.1f %8.1f %7.0f%%\n", row.which.neurons,
+              result.target.c_str(), result.peak[0], result.peak[1]);
+  std::printf("%s, steps of %g µs, medians\n", options.method.c_str(), options.step_us);
+  std::printf("%8s %8s %9s %7s %14s %12s %11s %8s %8s %13s\n", "neurons", "network", "precision",
+              "threads", "ns/neuron-step", "ns/step", "× real time", "GFLOP/s", "of peak",
+              "of port bound");
+  for (const Row& row : result.rows) {
+    std::printf("%8zu %8s %9s %7d %14.2f %12.0f %11.1f", row.which.neurons,
                 row.which.coupled ? "yes" : "no", std::string(name_of(row.which.precision)).c_str(),
                 row.threads, row.ns, row.ns * static_cast<double>(row.which.neurons),
-                row.times_real_time(), row.gflops(),
-                100.0 * row.gflops() / (row.threads * peak_of(row.which.precision)));
+                row.times_real_time());
+    if (row.counted()) {
+      std::printf(" %8.1f %7.0f%% %12.0f%%", row.gflops(), 100.0 * result.of_peak(row),
+                  100.0 * result.of_bound(row));
+    }
+    std::printf("\n");
   }
-  std::printf("a tick of %g ms of the default scene: %.2f µs (%.0f × real time)\n", tick_ms,
-              tick_us, 1e3 * tick_ms / tick_us);
+  if (!result.scene) return;
+  const DefaultCost& scene = *result.scene;
+  const StageCosts& stages = scene.stages;
+  const HandCost& hand = result.hand;
+  std::printf("a tick of %g ms of the default scene: %.2f µs (%.0f × real time)\n", scene.tick_ms,
+              scene.tick, 1e3 * scene.tick_ms / scene.tick);
+  std::printf("its stages, each alone: contact %.2f, drive %.2f, neurons %.2f, publish %.2f µs\n",
+              stages.contact, stages.drive, stages.neurons, stages.publish);
+  std::printf("a tick of 50 µs of the default scene: %.2f µs (%.0f × real time)\n",
+              scene.short_tick, units::ms_from(kShortTick) * 1e3 / scene.short_tick);
   std::printf(
       "of the whole hand: %.1f µs with one fingertip pressed (%.2f of that fingertip alone), %.0f "
-      "µs "
-      "with all pressed, %.0f µs on two threads\n",
+      "µs with all pressed, %.0f µs on two threads\n",
       hand.thumb, hand.thumb / hand.fingertip_alone, hand.all, hand.shared);
+}
+
+int bench(const BenchOptions& options) {
+  if (auto forced = force_simd_target(options.target); !forced) return refuse(forced.error());
+  const auto method = integration_method_named(options.method);
+  if (!method) {
+    return refuse("--method must be one of " + joined(integration_method_names()) + ", but is \"" +
+                  options.method + "\"");
+  }
+  const auto team = SpinningTeam::create(std::min(2, SpinningTeam::available_cores()));
+  WorkerTeam* const two = team && (*team)->size() > 1 ? team->get() : nullptr;
+  BenchResult result{
+      .target = options.target.empty() ? simd_target() : options.target,
+      .peak = {fma_peak_gflops(Precision::kDouble), fma_peak_gflops(Precision::kFloat)},
+      .rows = measured_rows(options, *method, two)};
+  if (!options.neurons) {
+    result.scene = default_cost();
+    result.hand = hand_cost(two);
+  }
+  if (options.json) {
+    print_json(options, result);
+  } else {
+    print_text(options, result);
+  }
   return kDone;
 }
 
@@ -162,6 +249,11 @@ void add_bench_command(CommandLine& program) {
                   "bench --json")
       .option("--target", options->target,
               "Instruction set to use instead of the best: avx512, avx2, sse4, neon, scalar")
+      .option("--neurons", options->neurons,
+              "Measure populations of so many neurons only; default: 20 to 17000, and ticks",
+              {1.0, 1e6})
+      .option("--method", options->method, "Integration method of the populations")
+      .option("--step-us", options->step_us, "Step of the populations, µs", {0.1, 1000.0})
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return bench(*options); });
 }

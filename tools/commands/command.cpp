@@ -23,6 +23,12 @@ Expected<Scene, SetupError> given_scene(const std::string& name_or_file) {
   return scene;
 }
 
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
+  return text;
+}
+
 int refuse(const std::string& sentence) { return complain(sentence, kWrongInput); }
 
 int refuse(const SetupError& error) {

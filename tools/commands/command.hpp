@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "tools/command_line.hpp"
@@ -37,6 +38,9 @@ void add_plan_command(CommandLine& program);
 
 /// scene_named() for a command: prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);
+
+/// "a, b, c".
+[[nodiscard]] std::string joined(const std::vector<std::string>& words);
 
 /// Prints "merkel: sentence" to stderr. Returns the exit code of wrong input: 2.
 int refuse(const std::string& sentence);

@@ -34,12 +34,6 @@ Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxl
                    " is not understood: write NAME=NUMBER, as in gCaL=0, with " + known);
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
-  return text;
-}
-
 /// The injected current at a time: constant, or 0 to t0, up to I at t1, held to t2, 0 from t3.
 double injected(const InspectOptions& options, double time_ms) {
   if (options.current) return *options.current;

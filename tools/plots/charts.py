@@ -16,6 +16,7 @@ COLORS = {
     "crank_nicolson": "tab:blue",
     "heun": "tab:pink",
     "rk4": "tab:purple",
+    "staggered_multistep": "tab:red",
 }
 
 
@@ -59,10 +60,12 @@ def integrators():
             axes.plot([p[0] for p in wrong], [p[1] for p in wrong],
                       "o" if precision == "double" else "x", color=COLORS[method], markersize=8,
                       fillstyle="none", alpha=0.6)
-    if (FOLDER / "brian2.csv").exists():
-        point = read_table(FOLDER / "brian2.csv")
-        axes.plot(point["cost_us_per_neuron_second"], point["rms_error_ms"], "*", color="red",
-                  markersize=14, label="Brian2 C++, 25 µs")
+    if (FOLDER / "peers.csv").exists():
+        peers = read_table(FOLDER / "peers.csv")
+        for peer, cost, error, marker in zip(peers["peer"], peers["cost_us_per_neuron_second"],
+                                             peers["rms_error_ms"], "*PX"):
+            axes.plot([cost], [error], marker, color="black", markersize=11, linestyle="none",
+                      label=f"{peer}, 25 µs")
     axes.plot([], [], "kx:", label="in single precision")
     axes.plot([], [], "ko", fillstyle="none", markersize=8, label="wrong spike counts")
     log_axes(axes, "cost of a neuron for a simulated second (µs of one core)",
@@ -135,10 +138,16 @@ def stability():
             grid = [[math.nan] * len(steps) for _ in values]
             for step, value, outcome in zip(rows["step_us"], rows[name], rows["outcome"]):
                 grid[values.index(value)][steps.index(step)] = outcome
-            axes.imshow(grid, origin="lower", aspect="auto", cmap=colors, vmin=0, vmax=2)
+            # A cell reaches half-way, on the logarithmic axis, to its neighbours.
+            middles = [math.sqrt(a * b) for a, b in zip(steps, steps[1:])]
+            edges = [steps[0] ** 2 / middles[0], *middles, steps[-1] ** 2 / middles[-1]]
+            heights = [i - 0.5 for i in range(len(values) + 1)]
+            axes.pcolormesh(edges, heights, grid, cmap=colors, vmin=0, vmax=2)
             axes.grid(False)
-            ticks = range(0, len(steps), 3)
-            axes.set_xticks(ticks, [f"{steps[i]:g}" for i in ticks], rotation=90, fontsize=8)
+            axes.set_xscale("log")
+            axes.minorticks_off()
+            shown = [5, 10, 20, 50, 100, 200, 500]
+            axes.set_xticks(shown, [f"{step:g}" for step in shown], rotation=90, fontsize=8)
             rows_shown = range(0, len(values), 2)
             axes.set_yticks(rows_shown, [f"{values[i]:g}" for i in rows_shown], fontsize=8)
         all_axes[0][column].set_title(method, fontsize=10)

@@ -1,6 +1,7 @@
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_arrays.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace merkel {
 namespace {
@@ -106,6 +107,12 @@ void HodgkinHuxleyArrays<Real>::set_up_method(IntegrationMethod method, double s
     case IntegrationMethod::kRk4:
       coupling.lookahead = Real(0);
       break;
+    case IntegrationMethod::kStaggeredMultistep:
+      for (std::size_t k = 0; k < std::size(history_memory_); ++k) {
+        history_memory_[k] = AlignedArray<Real>(V_.size());
+        history_.arrays[k] = history_memory_[k].data();
+      }
+      break;
   }
   if (!runge_kutta_) return;
   for (AlignedArray<Real>& memory : scratch_memory_) memory = AlignedArray<Real>(V_.size());
@@ -139,8 +146,11 @@ void HodgkinHuxleyArrays<Real>::step(const StepCall& call, const std::uint8_t* f
   } else {
     a.call.peers = nullptr;
   }
+  a.history = history_.arrays[0] == nullptr ? nullptr : &history_;
   if (runge_kutta_) {
     step_hodgkin_huxley(a, *runge_kutta_, scratch_);
+  } else if (a.history != nullptr) {
+    step_multistep(a);
   } else {
     step_hodgkin_huxley(a);
   }
@@ -164,6 +174,9 @@ RestingStates::State HodgkinHuxleyArrays<Real>::state(std::size_t i) const noexc
 template <class Real>
 void HodgkinHuxleyArrays<Real>::set_state(std::size_t i,
                                           const RestingStates::State& state) noexcept {
+  for (AlignedArray<Real>& past : history_memory_) {
+    if (past.size() > 0) past[i] = Real(0);
+  }
   V_[i] = static_cast<Real>(state.V);
   n_[i] = static_cast<Real>(state.gates.n);
   m_[i] = static_cast<Real>(state.gates.m);

@@ -55,6 +55,8 @@ class HodgkinHuxleyArrays {
   std::optional<RungeKuttaScheme> runge_kutta_;
   AlignedArray<Real> scratch_memory_[9];
   RungeKuttaScratch<Real> scratch_;
+  AlignedArray<Real> history_memory_[MultistepHistory<Real>::kArrays];
+  MultistepHistory<Real> history_;  ///< of the multistep method; null where there is another
   HodgkinHuxleyArguments<Real> arguments_;
 };
 

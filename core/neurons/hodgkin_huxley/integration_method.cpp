@@ -34,12 +34,16 @@ double largest_step_ms(IntegrationMethod method, double exchange_per_ms) noexcep
     return exchange_per_ms > 0.0 ? std::min(alone_ms, kLargestExchange / exchange_per_ms)
                                  : alone_ms;
   };
+  // Neighbours are extrapolated, their flow back is implicit: measured on the lattice.
+  constexpr double kStaggeredInterval = 0.5;
   switch (method) {
     case IntegrationMethod::kForwardEuler:
     case IntegrationMethod::kHeun:
       return of_explicit(0.055, 2.0);
     case IntegrationMethod::kRk4:
       return of_explicit(0.08, 2.785);
+    case IntegrationMethod::kStaggeredMultistep:
+      return of_explicit(0.0625, kStaggeredInterval);
     case IntegrationMethod::kExponentialEuler:
       return of_implicit(0.055);
     case IntegrationMethod::kBackwardEuler:

@@ -39,4 +39,18 @@ Measurement neuron_step_cost(const PopulationCase& which, int runs, double run_s
   return measured;
 }
 
+double port_bound_s(Precision precision, double fma_peak_gflops) {
+  struct Count {
+    Precision precision;
+    double multiplications;  ///< in a step of a vector
+  };
+  constexpr Count kCounts[] = {
+#include "tools/studies/bench/port_bound.inc"
+  };
+  for (const Count& count : kCounts) {
+    if (count.precision == precision) return 2e-9 * count.multiplications / fma_peak_gflops;
+  }
+  return 0.0;
+}
+
 }  // namespace merkel

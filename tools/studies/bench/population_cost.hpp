@@ -22,6 +22,11 @@ struct PopulationCase {
 [[nodiscard]] Measurement neuron_step_cost(const PopulationCase& which, int runs = 7,
                                            double run_s = 0.02);
 
+/// What a step of a neuron of the default method without a network takes at the best, s: the
+/// multiplications and multiply-adds of the compiled kernel (port_bound.py counts them) at the rate
+/// at which this core does multiply-adds.
+[[nodiscard]] double port_bound_s(Precision precision, double fma_peak_gflops);
+
 /// Arithmetic operations of one neuron in one step of the default method without a network, a fused
 /// multiply-add counted as two, a division as one; comparisons and choices not counted.
 [[nodiscard]] constexpr double operations_of_neuron_step(Precision precision) noexcept {

@@ -16,4 +16,14 @@ namespace merkel {
                                                               WorkerTeam* team = nullptr,
                                                               int runs = 7);
 
+/// What the stages of a tick of a scene with one patch and one probe cost, each run alone, µs.
+struct StageCosts {
+  double contact = 0.0;  ///< probe sample → contact and its reach
+  double drive = 0.0;    ///< contact → input of the afferents
+  double neurons = 0.0;  ///< input → spikes
+  double publish = 0.0;  ///< the tick's spikes and record → the queue of one consumer
+};
+[[nodiscard]] Expected<StageCosts, ParameterError> stage_costs(
+    const TactileModel::Parameters& scene, const ContactInput& press);
+
 }  // namespace merkel

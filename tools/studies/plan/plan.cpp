@@ -87,8 +87,9 @@ PlanOption option_of(const TactileModel::Parameters& model) {
 struct KnownMethod {
   IntegrationMethod method;
   Precision precision;
-  double step_cost_ns;  ///< of one neuron
-  double error_us[6];   ///< at kKnownSteps_us
+  double step_cost_ns;       ///< of one neuron, below 40 µs
+  double long_step_cost_ns;  ///< from there on
+  double error_us[6];        ///< at kKnownSteps_us
 };
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kKnownSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
@@ -114,7 +115,8 @@ std::vector<PlanOption> options_by_cost(std::chrono::nanoseconds tick, double bu
       if (tick % step != std::chrono::nanoseconds{0}) continue;
       if (units::ms_from(step) > largest_step_ms(known.method, 0.0)) continue;
       found.push_back(
-          {known.step_cost_ns / kKnownSteps_us[k],
+          {(kKnownSteps_us[k] < 40.0 ? known.step_cost_ns : known.long_step_cost_ns) /
+               kKnownSteps_us[k],
            {.method = known.method, .precision = known.precision, .step = step, .tick = tick}});
     }
   }

@@ -21,7 +21,8 @@ enum class VoltageRule : std::uint8_t {
   kExponential,    ///< V → D/G + (V − D/G)·e^{−dt·G/C}
 };
 
-/// Exchange with the up to four neighbours of a grid: conductances κ·w to each, 0 at the borders.
+/// Exchange with the up to four neighbours of a grid: conductances κ·w to each,
+/// 0 at the borders.
 template <class Real>
 struct CouplingArguments {
   const Real* from_previous_column = nullptr;
@@ -30,15 +31,30 @@ struct CouplingArguments {
   const Real* from_next_row = nullptr;
   const Real* outflow = nullptr;  ///< their sum; null where there is no network
   std::ptrdiff_t columns = 0;
-  /// V as neighbours see it, at the beginning and the end of a step in turn; with a halo of
-  /// `columns` + kNeuronBlock zeros on either side.
+  /// V as neighbours see it, at the beginning and the end of a step in turn;
+  /// with a halo of `columns` + kNeuronBlock zeros on either side.
   Real* seen[2] = {nullptr, nullptr};
   Real lookahead = 0;             ///< seen = V + lookahead·(V − V a step ago)
   Real outflow_implicitness = 1;  ///< how much of the outflow is taken at the step's end
 };
 
-/// Hodgkin-Huxley neurons as structure of arrays, and what to do with them. All arrays are padded
-/// to whole blocks.
+/// What the multistep method keeps of the last three steps: ẋ·dt in the middle
+/// of each, of V, n, m and h. Arrays as long as the neurons'.
+template <class Real>
+struct MultistepHistory {
+  static constexpr int kSteps = 3;
+  static constexpr int kArrays = 4 * kSteps;
+
+  /// The array that step `number` since reset fills; before, it holds step
+  /// number − 3.
+  [[nodiscard]] Real* of(int variable, std::uint64_t number) const noexcept {
+    return arrays[kSteps * variable + static_cast<int>(number % kSteps)];
+  }
+  Real* arrays[kArrays] = {};
+};
+
+/// Hodgkin-Huxley neurons as structure of arrays, and what to do with them. All
+/// arrays are padded to whole blocks.
 template <class Real>
 struct HodgkinHuxleyArguments {
   Real* V = nullptr;
@@ -56,10 +72,11 @@ struct HodgkinHuxleyArguments {
   const std::uint8_t* frozen = nullptr;  ///< by block, 1 = skip; null where none is
   CouplingArguments<Real> coupling;
   int seen_at_begin = 0;  ///< which of `seen` holds the first step's beginning
+  const MultistepHistory<Real>* history = nullptr;  ///< of the multistep method; else null
 };
 
-/// An explicit Runge-Kutta method whose stages each start from the one before: forward Euler, Heun
-/// and the classical fourth-order method.
+/// An explicit Runge-Kutta method whose stages each start from the one before:
+/// forward Euler, Heun and the classical fourth-order method.
 struct RungeKuttaScheme {
   static constexpr int kMostStages = 4;
   int stages = 1;
@@ -75,8 +92,8 @@ struct RungeKuttaScratch {
   Real* slope = nullptr;  ///< of V at the step's beginning, mV a step
 };
 
-/// Takes all steps with a method that goes from V and gates to V and gates in one go.
-/// Bit-identical on every instruction set. Real-time: yes.
+/// Takes all steps with a method that goes from V and gates to V and gates in
+/// one go. Bit-identical on every instruction set. Real-time: yes.
 void step_hodgkin_huxley(const HodgkinHuxleyArguments<double>& arguments) noexcept;
 void step_hodgkin_huxley(const HodgkinHuxleyArguments<float>& arguments) noexcept;
 
@@ -87,5 +104,9 @@ void step_hodgkin_huxley(const HodgkinHuxleyArguments<double>& arguments,
 void step_hodgkin_huxley(const HodgkinHuxleyArguments<float>& arguments,
                          const RungeKuttaScheme& scheme,
                          const RungeKuttaScratch<float>& scratch) noexcept;
+
+/// The same with the staggered multistep method.
+void step_multistep(const HodgkinHuxleyArguments<double>& arguments) noexcept;
+void step_multistep(const HodgkinHuxleyArguments<float>& arguments) noexcept;
 
 }  // namespace merkel

@@ -1,4 +1,5 @@
-// The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, fixed) as vectors.
+// The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, fixed)
+// as vectors.
 #if defined(CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
 #undef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
@@ -13,7 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// The constants, each filling a vector: made once a call, so that the loops find them ready.
+/// The constants, each filling a vector: made once a call, so that the loops
+/// find them ready.
 template <class D>
 struct VectorConstants {
   using Real = hn::TFromD<D>;
@@ -68,8 +70,8 @@ struct VectorConstants {
   static HWY_INLINE V set(Real value) { return hn::Set(D(), value); }
 };
 
-/// One gate's rates per step over a common denominator: α·dt = p/D, (α+β)·dt = s/D, so that
-/// ẋ·dt = (p − s·x)/D.
+/// One gate's rates per step over a common denominator: α·dt = p/D, (α+β)·dt =
+/// s/D, so that ẋ·dt = (p − s·x)/D.
 template <class X>
 struct Fraction {
   X p;
@@ -124,7 +126,8 @@ struct RightHandSide {
 
   static constexpr bool kDouble = sizeof(Real) == 8;
 
-  /// Adds to `driven` what the four neighbours' potentials drive into the neurons from i on.
+  /// Adds to `driven` what the four neighbours' potentials drive into the
+  /// neurons from i on.
   static HWY_INLINE X add_inflow(const CouplingArguments<Real>& net, int seen, std::size_t i,
                                  X driven) {
     const Real* const seen_V = net.seen[seen] + i;
@@ -138,8 +141,8 @@ struct RightHandSide {
     return driven;
   }
 
-  /// Replaces numerator and denominator of rate·x/(eˣ−1) near x = 0, where both vanish, by those of
-  /// rate/(1 + x/2 + x²/6 + x³/24).
+  /// Replaces numerator and denominator of rate·x/(eˣ−1) near x = 0, where both
+  /// vanish, by those of rate/(1 + x/2 + x²/6 + x³/24).
   static HWY_INLINE void extend_linoid(const X& x, V rate, Fraction<X>& gate) {
     constexpr double kSeries[] = {1.0, 1.0 / 2, 1.0 / 6, 1.0 / 24};
     const auto near = Math::less(Math::abs(x), Math::constant(kLinoidBorder<Real>));
@@ -150,7 +153,8 @@ struct RightHandSide {
   /// w and b of NeuronConstants: the exponential that all rates share.
   static HWY_INLINE Exponential<X> shared_exponential(const X& potential,
                                                       const VectorConstants<D>& c) {
-    Exponential<X> e;  // filled in place: compilers keep what is copied into it on the stack
+    Exponential<X> e;  // filled in place: compilers keep what is copied into it
+                       // on the stack
     e.w = Math::max(Math::min(Math::sub(potential, c.offset), c.highest), c.lowest);
     e.b = Math::fused(e.w, c.b_series[Constants::kTerms - 1], c.b_series[Constants::kTerms - 2]);
     for (int k = Constants::kTerms - 3; k >= 0; --k) e.b = Math::fused(e.b, e.w, c.b_series[k]);
@@ -175,7 +179,8 @@ struct RightHandSide {
     r.m.p = Math::fused(w, c.p_m_slope, c.p_m_at_centre);
     r.n.D = Math::fused(b72, c.e_n, minus_one);
     r.m.D = Math::fused(b72, c.e_m, minus_one);
-    // In double precision few potentials are near a singular one; in single, many are.
+    // In double precision few potentials are near a singular one; in single,
+    // many are.
     if (!kDouble ||
         HWY_UNLIKELY(Math::any(Math::either(Math::less(Math::abs(r.n.p), c.p_n_border),
                                             Math::less(Math::abs(r.m.p), c.p_m_border))))) {
@@ -190,7 +195,8 @@ struct RightHandSide {
     return r;
   }
 
-  /// The same with an exponential for each of the six rates: any slopes, any potential.
+  /// The same with an exponential for each of the six rates: any slopes, any
+  /// potential.
   static HWY_INLINE RateFractions<X> general_rates(const X& potential,
                                                    const NeuronConstants<Real>& c) {
     const auto set = [](Real value) HWY_ATTR { return hn::Set(D(), value); };
@@ -229,27 +235,48 @@ struct RightHandSide {
             Math::fused(mh, Math::fused(m2, c.gE_Na, c.gE_Ca), Math::fused(n4, c.gE_K, c.gE_L))};
   }
 
-  /// (p − s·x)/(D + s/2) of each gate.
-  static HWY_INLINE GateSteps<X> crank_nicolson(const RateFractions<X>& r, const GateValues<X>& x,
-                                                const VectorConstants<D>& c) {
+  static HWY_INLINE GateValues<X> load_gates(const HodgkinHuxleyArguments<Real>& a, std::size_t i) {
+    return {.n = Math::load(a.n + i), .m = Math::load(a.m + i), .h = Math::load(a.h + i)};
+  }
+  static HWY_INLINE void store_gates(const GateValues<X>& gates,
+                                     const HodgkinHuxleyArguments<Real>& a, std::size_t i) {
+    Math::store(gates.n, a.n + i);
+    Math::store(gates.m, a.m + i);
+    Math::store(gates.h, a.h + i);
+  }
+
+  /// (p − s·x)/(D + s·implicit) of each gate.
+  static HWY_INLINE GateSteps<X> gate_steps(const RateFractions<X>& r, const GateValues<X>& x,
+                                            V implicit) {
     return {.change = {.n = Math::fused_negative(r.n.s, x.n, r.n.p),
                        .m = Math::fused_negative(r.m.s, x.m, r.m.p),
                        .h = Math::fused_negative(r.h.s, x.h, r.h.p)},
-            .denominator = {.n = Math::fused(r.n.s, c.half, r.n.D),
-                            .m = Math::fused(r.m.s, c.half, r.m.D),
-                            .h = Math::fused(r.h.s, c.half, r.h.D)}};
+            .denominator = {.n = Math::fused(r.n.s, implicit, r.n.D),
+                            .m = Math::fused(r.m.s, implicit, r.m.D),
+                            .h = Math::fused(r.h.s, implicit, r.h.D)}};
   }
 
-  /// The gates after the step. One division serves all three.
-  static HWY_INLINE GateValues<X> take(const GateSteps<X>& steps, const GateValues<X>& x,
-                                       const VectorConstants<D>& c) {
-    const auto& [n, m, h] = steps.denominator;
+  /// 1/x of three by a single division.
+  static HWY_INLINE GateValues<X> inverses(const GateValues<X>& x, V one) {
+    const auto& [n, m, h] = x;
     const X nm = Math::mul(n, m);
-    const X inverse = Math::div(c.one, Math::mul(nm, h));
+    const X inverse = Math::div(one, Math::mul(nm, h));
     const X inverse_nm = Math::mul(inverse, h);
-    return {.n = Math::fused(steps.change.n, Math::mul(inverse_nm, m), x.n),
-            .m = Math::fused(steps.change.m, Math::mul(inverse_nm, n), x.m),
-            .h = Math::fused(steps.change.h, Math::mul(inverse, nm), x.h)};
+    return {
+        .n = Math::mul(inverse_nm, m), .m = Math::mul(inverse_nm, n), .h = Math::mul(inverse, nm)};
+  }
+
+  /// Σ g and Σ g·E + I of the neurons from i on, with what their neighbours
+  /// drive into them.
+  template <bool kCoupled>
+  static HWY_INLINE Channels<X> driven_channels(const HodgkinHuxleyArguments<Real>& a,
+                                                const VectorConstants<D>& c, std::size_t i, V phase,
+                                                int seen, const GateValues<X>& gates) {
+    Channels<X> open = channels(gates, c);
+    open.driven = Math::add(open.driven, Math::fused(Math::load(a.input_change + i), phase,
+                                                     Math::load(a.input_begin + i)));
+    if constexpr (kCoupled) open.driven = add_inflow(a.coupling, seen, i, open.driven);
+    return open;
   }
 };
 

@@ -237,6 +237,8 @@ TEST(MembraneKernel, ExplicitMethodsDivergeWhereTheyMust) {
   EXPECT_NE(half_a_second({}, IntegrationMethod::kForwardEuler, 75, 10.0).spikes, kSpikesAt10);
   EXPECT_GT(half_a_second({}, IntegrationMethod::kHeun, 85, 10.0).resets, 0U);
   EXPECT_GT(half_a_second({}, IntegrationMethod::kRk4, 125, 10.0).resets, 0U);
+  EXPECT_NE(half_a_second({}, IntegrationMethod::kStaggeredMultistep, 80, 10.0).spikes,
+            kSpikesAt10);
 }
 
 TEST(MembraneKernel, AtTheirLargestStepAllMethodsCountSpikesRight) {

@@ -1,0 +1,242 @@
+"""Runs the same neurons in merkel and in other simulators, and prints speed and error side by side.
+
+usage: compare_peers.py MERKEL [--csv FILE]
+
+MERKEL is the program. Peers are run where they are installed: Brian2 (Debian: python3-brian) in its C++
+standalone mode and NEURON (python3-neuron). 450 uncoupled neurons under 8 to 14 uA/cm2 for half a second at
+steps of 25 us: in Brian2 the neurons of the model by exponential Euler, its default for these equations; in
+NEURON its own `hh`, the same neuron without the calcium channel, by its two fixed-step methods. All are timed on
+one core, in turn with `merkel bench`, several times; ratios are medians of pairs. Errors are of spike times as
+each reports them, against merkel's RK4 at 0.5 us, which the tests hold against CVODE. With --csv, the peers'
+points are written as a table.
+"""
+
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+
+import numpy as np
+
+NEURONS = 450
+DURATION_MS = 500.0
+STEP_US = 25.0
+RUNS = 5
+CHECKED = [0, 150, 300, 449]  # neurons whose spike times are compared
+CURRENTS = 8.0 + 6.0 * np.arange(NEURONS) / NEURONS  # uA/cm2
+STEPS = DURATION_MS * 1e3 / STEP_US
+
+EQUATIONS = """
+dV/dt = (gl*(El-V) + gNa*m**3*h*(ENa-V) + gK*n**4*(EK-V) + gCa*m*h*(ECa-V) + I)/C : volt
+dm/dt = alpha_m*(1-m) - beta_m*m : 1
+dn/dt = alpha_n*(1-n) - beta_n*n : 1
+dh/dt = alpha_h*(1-h) - beta_h*h : 1
+v = (V - Vr)/mV : 1
+alpha_m = 0.1*(25-v)/(exp((25-v)/10)-1)/ms : Hz
+beta_m = 4*exp(-v/18)/ms : Hz
+alpha_n = 0.01*(10-v)/(exp((10-v)/10)-1)/ms : Hz
+beta_n = 0.125*exp(-v/80)/ms : Hz
+alpha_h = 0.07*exp(-v/20)/ms : Hz
+beta_h = 1/(exp((30-v)/10)+1)/ms : Hz
+I : amp/meter**2
+"""
+
+
+def resting():
+    """Gates m, n, h at rest."""
+    a_m, b_m = 2.5 / np.expm1(2.5), 4.0
+    a_n, b_n = 0.1 / np.expm1(1.0), 0.125
+    a_h, b_h = 0.07, 1 / (np.exp(3.0) + 1)
+    return a_m / (a_m + b_m), a_n / (a_n + b_n), a_h / (a_h + b_h)
+
+
+class Brian2:
+    method = "exponential Euler"
+    options = []  # of merkel: the same neuron
+
+    def __init__(self, folder):
+        warnings.filterwarnings("ignore")
+        import brian2 as b2
+
+        self.name = f"Brian2 {b2.__version__}, C++ standalone"
+        self.folder, self.device = str(folder / "brian"), b2.device
+        b2.set_device("cpp_standalone", build_on_run=False, directory=self.folder)
+        b2.prefs.devices.cpp_standalone.openmp_threads = 0
+        b2.defaultclock.dt = STEP_US * b2.us
+        m0, n0, h0 = resting()
+        mS, uF, cm2, mV = b2.msiemens, b2.ufarad, b2.cm**2, b2.mV
+        names = dict(
+            C=1 * uF / cm2, gl=0.3 * mS / cm2, gNa=120 * mS / cm2, gK=36 * mS / cm2,
+            gCa=0.1 * mS / cm2, ENa=50 * mV, EK=-77 * mV, ECa=120 * mV, Vr=-65 * mV,
+        )  # fmt: skip
+        ionic = 120 * m0**3 * h0 * (50 + 65) + 36 * n0**4 * (-77 + 65) + 0.1 * m0 * h0 * (120 + 65)
+        names["El"] = (-65 - ionic / 0.3) * mV
+        group = b2.NeuronGroup(
+            NEURONS, EQUATIONS, threshold="V > -20*mV", refractory="V > -20*mV",
+            method="exponential_euler", namespace=names,
+        )  # fmt: skip
+        group.V, group.m, group.n, group.h = -65 * mV, m0, n0, h0
+        group.I = CURRENTS * b2.uA / cm2
+        self.monitor = b2.SpikeMonitor(group)
+        b2.run(DURATION_MS * b2.ms)
+        self.keep = group
+        b2.device.build(directory=self.folder, compile=True, run=False)
+        self.device = b2.device
+
+    def run(self):
+        """Seconds of the simulation proper."""
+        self.device.run(self.folder, with_output=False, run_args=[])
+        return self.device._last_run_time
+
+    def trains(self):
+        times, who = 1e3 * np.array(self.monitor.t), np.array(self.monitor.i)
+        return {i: times[who == i] for i in CHECKED}
+
+
+class Neuron:
+    options = ["--set", "gCaL=0"]
+
+    def __init__(self, second_order):
+        from neuron import __version__, h
+
+        h.load_file("stdrun.hoc")
+        self.name, self.h, self.second_order = f"NEURON {__version__}, hh", h, second_order
+        self.method = "Crank-Nicolson (secondorder=2)" if second_order else "backward Euler, its default"
+        h.cvode_active(0)
+        h.celsius = 6.3
+        self.parts, self.times = [], {}
+        for i, current in enumerate(CURRENTS):
+            soma = h.Section(name=f"neuron{i}")
+            soma.L = soma.diam = 20.0
+            soma.cm = 1.0
+            soma.insert("hh")
+            segment = soma(0.5)
+            segment.hh.gnabar, segment.hh.gkbar, segment.hh.gl = 0.12, 0.036, 0.0003
+            soma.ena, soma.ek = 50.0, -77.0
+            # The leak that puts the rest at exactly -65 mV.
+            m0, n0, h0 = resting()
+            segment.hh.el = -65 - (120 * m0**3 * h0 * (50 + 65) + 36 * n0**4 * (-77 + 65)) / 0.3
+            clamp = h.IClamp(segment)
+            clamp.delay, clamp.dur = 0.0, 1e9
+            clamp.amp = current * segment.area() * 1e-8 * 1e3  # uA/cm2 * cm2 -> nA
+            detector = h.NetCon(segment._ref_v, None, sec=soma)
+            detector.threshold = -20.0
+            if i in CHECKED:
+                self.times[i] = h.Vector()
+                detector.record(self.times[i])
+            self.parts.append((soma, clamp, detector))
+
+    def run(self):
+        self.h.secondorder = 2 if self.second_order else 0
+        self.h.dt = self.h.steps_per_ms = 1.0
+        self.h.steps_per_ms, self.h.dt = 1e3 / STEP_US, 1e-3 * STEP_US
+        self.h.finitialize(-65.0)
+        begin = time.process_time()
+        while self.h.t < DURATION_MS - 1e-6:
+            self.h.fadvance()
+        return time.process_time() - begin
+
+    def trains(self):
+        return {i: np.array(times) for i, times in self.times.items()}
+
+
+def installed(folder):
+    """The peers that can be imported; what is missing is said."""
+    peers = []
+    for make, package in [
+        (lambda: Brian2(folder), "python3-brian"),
+        (lambda: Neuron(False), "python3-neuron"),
+        (lambda: Neuron(True), "python3-neuron"),
+    ]:
+        try:
+            peers.append(make())
+        except ImportError as error:
+            print(f"left out: {error} (Debian: {package})", file=sys.stderr)
+    return peers
+
+
+def spikes_of(merkel, current, *options):
+    text = subprocess.run(
+        [merkel, "inspect", "neuron", "--current", repr(float(current)), "--duration-ms", str(DURATION_MS), *options],
+        check=True, capture_output=True, text=True,
+    ).stdout  # fmt: skip
+    return np.array([float(line.split(",")[1]) for line in text.splitlines()[1:]])
+
+
+def error_ms(trains, reference):
+    """Root mean square over all spikes, and in how many neurons the numbers of spikes differ."""
+    differ, squares = 0, []
+    for i in CHECKED:
+        count = min(len(trains[i]), len(reference[i]))
+        differ += len(trains[i]) != len(reference[i])
+        squares += list((np.asarray(trains[i][:count]) - reference[i][:count]) ** 2)
+    return float(np.sqrt(np.mean(squares))), differ
+
+
+def merkel_ns(merkel, *options):
+    """ns a neuron-step, by precision."""
+    bench = json.loads(
+        subprocess.run([merkel, "bench", "--neurons", str(NEURONS), "--json", *options],
+                       check=True, capture_output=True, text=True).stdout
+    )  # fmt: skip
+    return {p["precision"]: p["ns_per_neuron_step"] for p in bench["populations"] if not p["coupled"]}
+
+
+def main():
+    merkel = os.path.abspath(sys.argv[1])
+    csv = sys.argv[3] if len(sys.argv) > 3 and sys.argv[2] == "--csv" else None
+    rows, csv_rows = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        peers = installed(pathlib.Path(folder))
+        ours = {"double": [], "float": []}
+        for peer in peers:
+            peer.run()  # warm
+        seconds = {peer: [] for peer in peers}
+        for _ in range(RUNS):
+            for peer in peers:
+                seconds[peer].append(peer.run())
+            for precision, ns in merkel_ns(merkel).items():
+                ours[precision].append(ns)
+        reference = {
+            tuple(options): {i: spikes_of(merkel, CURRENTS[i], "--method", "rk4", "--step-us", "0.5", *options) for i in CHECKED}
+            for options in [[], Neuron.options]
+        }
+        for peer in peers:
+            ns = [1e9 * s / (STEPS * NEURONS) for s in seconds[peer]]
+            error, differ = error_ms(peer.trains(), reference[tuple(peer.options)])
+            ratios = {p: statistics.median(a / b for a, b in zip(ns, ours[p])) for p in ours}
+            ours_error, _ = error_ms({i: spikes_of(merkel, CURRENTS[i], *peer.options) for i in CHECKED},
+                                     reference[tuple(peer.options)])  # fmt: skip
+            counts = f"; {differ} of {len(CHECKED)} neurons fire another number of spikes" if differ else ""
+            rows.append(
+                f"| {peer.name}: {peer.method} | {statistics.median(ns):.1f} | {error:.3g}{counts} "
+                f"| {ratios['double']:.1f} | {ratios['float']:.1f} | {ours_error / error:.2g} |"
+            )
+            cost_us = statistics.median(seconds[peer]) * 1e6 / NEURONS / (1e-3 * DURATION_MS)
+            csv_rows.append(f"{peer.name.split()[0]} {peer.method.split(',')[0].split(' (')[0]},{STEP_US},{cost_us},{error}")
+        if csv:
+            header = "peer,step_us,cost_us_per_neuron_second,rms_error_ms\n"
+            pathlib.Path(csv).write_text(header + "".join(f"{row}\n" for row in csv_rows))
+            return
+        target = json.loads(
+            subprocess.run([merkel, "bench", "--neurons", "1", "--json"], check=True, capture_output=True, text=True).stdout
+        )["simd_target"]
+        print(f"{NEURONS} neurons, {DURATION_MS:g} ms, one core, {target}; medians of {RUNS} interleaved runs\n")
+        print("| simulator and method | ns a neuron-step of 25 us | rms spike-time error, ms | times slower than merkel, double | float | merkel's error : its |")
+        print("|---|---|---|---|---|---|")
+        print("\n".join(rows))
+        for method, step_us in [("crank_nicolson", 25.0), ("staggered_multistep", 25.0), ("staggered_multistep", 50.0)]:
+            options = ["--method", method, "--step-us", str(step_us)]
+            ns = merkel_ns(merkel, *options)
+            error, _ = error_ms({i: spikes_of(merkel, CURRENTS[i], *options) for i in CHECKED}, reference[()])
+            per_25 = 25.0 / step_us
+            print(f"| merkel: {method}, steps of {step_us:g} us | {ns['double'] * per_25:.2f} (float {ns['float'] * per_25:.2f}) | {error:.2g} | | | |")
+
+
+if __name__ == "__main__":
+    main()
