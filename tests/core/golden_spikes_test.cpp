@@ -1,0 +1,106 @@
+// The spikes of a press that slides, for every neuron, method and precision, against a table that
+// is the same for all processors: tests/golden/core_spikes.csv. Unlike golden.py it needs no
+// program, so it runs wherever core does. MERKEL_WRITE_GOLDEN=1 writes the table anew.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/scene/tactile_model.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr const char* kTable = "tests/golden/core_spikes.csv";
+
+struct Case {
+  std::string name;
+  TactileModel::Parameters parameters;
+};
+
+std::vector<Case> all_cases() {
+  std::vector<Case> cases;
+  TactileModel::Parameters lattice;
+  lattice.patches[0].receptors.placement = ReceptorParameters::Placement::kLattice;
+  for (const std::string& method : integration_method_names()) {
+    for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
+      TactileModel::Parameters p = lattice;
+      p.afferent = HodgkinHuxleyAfferent{.method = *integration_method_named(method),
+                                         .precision = precision};
+      cases.push_back({method + "-" + std::string(name_of(precision)), p});
+      p.network.gain = 0.0;
+      cases.push_back({method + "-" + std::string(name_of(precision)) + "-alone", p});
+    }
+  }
+  TactileModel::Parameters general = lattice;
+  std::get<HodgkinHuxleyAfferent>(general.afferent).neuron.beta_n.slope_mV *= 1.001;
+  cases.push_back({"general-slopes", general});
+  cases.push_back({"random-placement", {}});
+  for (const auto& [name, kind] : {std::pair{"integrate_and_fire", NeuronKind::kIntegrateAndFire},
+                                   {"connor_stevens", NeuronKind::kConnorStevens}}) {
+    TactileModel::Parameters p = lattice;
+    set_kind(p, kind);
+    p.network.gain = 0.0;
+    p.noise()->sigma = 0.5;
+    cases.push_back({name, p});
+  }
+  TactileModel::Parameters pin = lattice;
+  pin.indenters[0].tip = Indenter::Tip::kPin;
+  cases.push_back({"pin", pin});
+  return cases;
+}
+
+/// Number of spikes, and all their times and neurons as one number (FNV-1a).
+std::string digest_of(const TactileModel::Parameters& parameters) {
+  auto model = TactileModel::create(parameters);
+  if (!model) return model.error().key + " " + model.error().reason;
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  const auto add = [&](std::uint64_t word) {
+    for (int byte = 0; byte < 8; ++byte) {
+      hash = (hash ^ ((word >> (8 * byte)) & 0xffU)) * 0x100000001b3U;
+    }
+  };
+  std::size_t count = 0;
+  for (int tick = 0; tick < 200; ++tick) {
+    // Down, along the finger, up: sums and products alone, which are the same everywhere.
+    const double down = std::min({tick / 40.0, 1.0, (200 - tick) / 40.0});
+    const ContactInput input{.depth_mm = 1.5 * down, .x_mm = 5.0 + 0.1 * tick, .y_mm = 9.0};
+    for (const SpikeEvent& spike : model->step({&input, 1}, tick * parameters.tick)) {
+      add(static_cast<std::uint64_t>(spike.time.count()));
+      add(spike.neuron);
+      ++count;
+    }
+  }
+  std::ostringstream text;
+  text << count << "," << std::hex << hash;
+  return text.str();
+}
+
+TEST(GoldenSpikes, AreTheSameOnEveryProcessor) {
+  const bool write = std::getenv("MERKEL_WRITE_GOLDEN") != nullptr;
+  std::map<std::string, std::string> expected;
+  std::ifstream table(kTable);
+  ASSERT_TRUE(write || table) << kTable << " is missing: run the test in the project's folder";
+  for (std::string line; std::getline(table, line);) {
+    const std::size_t comma = line.find(',');
+    if (comma != std::string::npos) expected[line.substr(0, comma)] = line.substr(comma + 1);
+  }
+  std::ostringstream written;
+  written << "case,spikes,fnv1a_of_times_and_neurons\n";
+  for (const Case& each : all_cases()) {
+    const std::string digest = digest_of(each.parameters);
+    written << each.name << "," << digest << "\n";
+    EXPECT_TRUE(write || digest == expected[each.name]) << each.name << " gives " << digest;
+  }
+  if (write) std::ofstream(kTable) << written.str();
+}
+
+}  // namespace
+}  // namespace merkel
