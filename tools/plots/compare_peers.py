@@ -6,7 +6,7 @@ MERKEL is the program. Peers are run where they are installed: Brian2 (Debian: p
 standalone mode and NEURON (python3-neuron). 450 uncoupled neurons under 8 to 14 uA/cm2 for half a second at
 steps of 25 us: in Brian2 the neurons of the model by exponential Euler, its default for these equations; in
 NEURON its own `hh`, the same neuron without the calcium channel, by its two fixed-step methods. All are timed on
-one core, in turn with `merkel bench`, several times; ratios are medians of pairs. Errors are of spike times as
+one core by their processor time, in turn with `merkel bench`, several times; ratios are medians of pairs. Errors are of spike times as
 each reports them, against merkel's RK4 at 0.5 us, which the tests hold against CVODE. With --csv, the peers'
 points are written as a table.
 """
@@ -83,15 +83,16 @@ class Brian2:
         group.V, group.m, group.n, group.h = -65 * mV, m0, n0, h0
         group.I = CURRENTS * b2.uA / cm2
         self.monitor = b2.SpikeMonitor(group)
-        b2.run(DURATION_MS * b2.ms)
-        self.keep = group
+        self.network = b2.Network(group, self.monitor)
+        self.network.run(DURATION_MS * b2.ms)
         b2.device.build(directory=self.folder, compile=True, run=False)
         self.device = b2.device
 
     def run(self):
-        """Seconds of the simulation proper."""
+        """Processor time of the simulating program, s."""
+        before = sum(os.times()[2:4])
         self.device.run(self.folder, with_output=False, run_args=[])
-        return self.device._last_run_time
+        return sum(os.times()[2:4]) - before
 
     def trains(self):
         times, who = 1e3 * np.array(self.monitor.t), np.array(self.monitor.i)
@@ -100,49 +101,58 @@ class Brian2:
 
 class Neuron:
     options = ["--set", "gCaL=0"]
+    cells = None  # made once: NEURON simulates every cell that exists
 
     def __init__(self, second_order):
         from neuron import __version__, h
 
-        h.load_file("stdrun.hoc")
         self.name, self.h, self.second_order = f"NEURON {__version__}, hh", h, second_order
         self.method = "Crank-Nicolson (secondorder=2)" if second_order else "backward Euler, its default"
-        h.cvode_active(0)
-        h.celsius = 6.3
-        self.parts, self.times = [], {}
-        for i, current in enumerate(CURRENTS):
-            soma = h.Section(name=f"neuron{i}")
-            soma.L = soma.diam = 20.0
-            soma.cm = 1.0
-            soma.insert("hh")
-            segment = soma(0.5)
-            segment.hh.gnabar, segment.hh.gkbar, segment.hh.gl = 0.12, 0.036, 0.0003
-            soma.ena, soma.ek = 50.0, -77.0
-            # The leak that puts the rest at exactly -65 mV.
-            m0, n0, h0 = resting()
-            segment.hh.el = -65 - (120 * m0**3 * h0 * (50 + 65) + 36 * n0**4 * (-77 + 65)) / 0.3
-            clamp = h.IClamp(segment)
-            clamp.delay, clamp.dur = 0.0, 1e9
-            clamp.amp = current * segment.area() * 1e-8 * 1e3  # uA/cm2 * cm2 -> nA
-            detector = h.NetCon(segment._ref_v, None, sec=soma)
-            detector.threshold = -20.0
-            if i in CHECKED:
-                self.times[i] = h.Vector()
-                detector.record(self.times[i])
-            self.parts.append((soma, clamp, detector))
+        if Neuron.cells is None:
+            Neuron.cells, Neuron.times = make_neuron_cells(h)
 
     def run(self):
+        """Processor time of the steps, s."""
         self.h.secondorder = 2 if self.second_order else 0
-        self.h.dt = self.h.steps_per_ms = 1.0
-        self.h.steps_per_ms, self.h.dt = 1e3 / STEP_US, 1e-3 * STEP_US
+        self.h.dt = 1e-3 * STEP_US
         self.h.finitialize(-65.0)
         begin = time.process_time()
-        while self.h.t < DURATION_MS - 1e-6:
+        for _ in range(int(STEPS)):
             self.h.fadvance()
-        return time.process_time() - begin
+        seconds = time.process_time() - begin
+        self.found = {i: np.array(times) for i, times in Neuron.times.items()}
+        return seconds
 
     def trains(self):
-        return {i: np.array(times) for i, times in self.times.items()}
+        return self.found
+
+
+def make_neuron_cells(h):
+    """Sections with NEURON's hh under constant currents, and the spike times of some as vectors."""
+    h.load_file("stdrun.hoc")
+    h.cvode_active(0)
+    h.celsius = 6.3
+    m0, n0, h0 = resting()
+    cells, times = [], {}
+    for i, current in enumerate(CURRENTS):
+        soma = h.Section(name=f"neuron{i}")
+        soma.L = soma.diam = 20.0
+        soma.cm = 1.0
+        soma.insert("hh")
+        soma.ena, soma.ek = 50.0, -77.0
+        segment = soma(0.5)
+        # The leak that puts the rest at exactly -65 mV.
+        segment.hh.el = -65 - (120 * m0**3 * h0 * (50 + 65) + 36 * n0**4 * (-77 + 65)) / 0.3
+        clamp = h.IClamp(segment)
+        clamp.delay, clamp.dur = 0.0, 1e9
+        clamp.amp = current * segment.area() * 1e-8 * 1e3  # uA/cm2 * cm2 -> nA
+        detector = h.NetCon(segment._ref_v, None, sec=soma)
+        detector.threshold = -20.0
+        if i in CHECKED:
+            times[i] = h.Vector()
+            detector.record(times[i])
+        cells.append((soma, clamp, detector))
+    return cells, times
 
 
 def installed(folder):

@@ -1,17 +1,25 @@
 #include "tools/studies/bench/measure.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <vector>
+
+#include <time.h>
 
 namespace merkel {
 namespace {
 
+/// Processor time of this thread, s.
+double thread_time_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 double seconds_of(const std::function<void()>& work, int repeats) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_time_s();
   for (int i = 0; i < repeats; ++i) work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() / repeats;
+  return (thread_time_s() - begin) / repeats;
 }
 
 }  // namespace
