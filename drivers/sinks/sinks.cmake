@@ -46,7 +46,7 @@ if(MERKEL_BEAST_INCLUDE)
   set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)
   set(page_files)
   foreach(name page.html page.css canvas.js colours.js connection.js controls.js details.js finger.js
-      frames.js health.js history.js main.js more.js numbers.js order.js raster.js save.js settings.js
+      density.js frames.js health.js history.js main.js more.js numbers.js order.js raster.js save.js settings.js
       skin_layout.js sound.js trace.js)
     list(APPEND page_files ${page_folder}/page/${name})
   endforeach()

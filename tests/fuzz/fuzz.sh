@@ -77,6 +77,7 @@ flags+=(-DHWY_COMPILE_ONLY_STATIC)
 limits=(-timeout=10 -rss_limit_mb=2048 -max_total_time=60)
 fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" drivers/files/csv_text.cpp "${scenes[@]}"
 limits=()
-fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/recordings.cpp \
-  core/contact/bar_contact.cpp
+fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
+  tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
+  core/contact/bar_contact.cpp core/math/gauss_legendre.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

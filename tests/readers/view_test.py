@@ -428,6 +428,35 @@ class InBrowser(Page):
         self.page.press("h")
         program.terminate()
 
+    def test_a_density_that_is_kept_equals_one_that_is_counted_anew(self):
+        program = self.open(probe=PRESS)
+        wrong = self.page.ask("""Promise.all([import('/density.js'), import('/history.js')]).then(([{Density}, {Columns}]) => {
+          const spikes = new Columns({t: Float64Array, n: Uint32Array}), kept = new Density(), wrong = [];
+          let orders = 0, seed = 1, t = 0;
+          const random = () => (seed = (seed * 48271) % 2147483647) / 2147483647;
+          const reorder = () => { const rows = Uint32Array.from({length: 300}, (x, i) => i + 1).sort(() => random() - 0.5);
+            const rowOf = new Int32Array(301).fill(-1); rows.forEach((n, row) => { rowOf[n] = row; });
+            return {rows, rowOf, edges: Float32Array.from({length: 301}, (x, i) => Math.sqrt(i / 300))}; };
+          let order = reorder();
+          for (let step = 0; step < 400; ++step) {
+            const now = t + 0.04;
+            while ((t += random() * 0.002) < now) spikes.push({t, n: 1 + Math.floor(300 * random())});
+            t = now;
+            if (step % 90 === 89) order = reorder();
+            if (step === 200) spikes.clear();
+            if (step % 7 === 3) continue;    // a picture that was left out
+            const seconds = step < 300 ? 2 : 5, to = Math.max(seconds, now);
+            const window = {spikes, time: {from: to - seconds, to, now, seconds}, order, edges: order.edges, columns: 231, lines: 87};
+            kept.update(window);
+            const anew = new Density();
+            anew.update(window);
+            // The first cell may have begun before the window.
+            if (kept.start !== anew.start || kept.counts.some((n, i) => n !== anew.counts[i] && i % kept.width > 0)) wrong.push(step);
+          }
+          return wrong.join(); })""")
+        self.assertEqual(wrong, "")
+        program.terminate()
+
     def test_a_hand_is_drawn_as_a_hand_with_its_probes_named(self):
         program = self.open("hand", probe=6 * ["sim:ramp?hold_s=20"])
         self.wait("merkel.order?.rows.length === 4250")

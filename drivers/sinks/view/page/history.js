@@ -11,9 +11,10 @@ export class Columns {
     for (const name of this.names) this[name] = new types[name](1024);
     this.begin = 0;
     this.end = 0;
+    this.generation = 0;    // rises when all is forgotten
   }
   get length() { return this.end - this.begin; }
-  clear() { this.begin = this.end = 0; }
+  clear() { this.begin = this.end = 0; ++this.generation; }
   push(row) {
     if (this.end === this.t.length) this.#makeRoom();
     for (const name of this.names) this[name][this.end] = row[name];

@@ -1,13 +1,14 @@
 // The spikes of all afferents, a row each; where rows are thinner than the screen can show, their density.
 import { context, sizeOf } from './canvas.js';
 import { css, kPins, packed, packedHex, scale } from './colours.js';
+import { Density } from './density.js';
 
 const kFoot = 18;
 const kThinnest = 2;     // device pixels a row, below which it is a density
 const kCell = 2;         // device pixels a side, of a density
 
 export class Raster {
-  constructor(canvas) { this.canvas = canvas; }
+  constructor(canvas) { this.canvas = canvas; this.density = new Density(); }
 
   frame(margins) {
     const { width, height } = sizeOf(this.canvas);
@@ -33,17 +34,24 @@ export class Raster {
     if (rows > 0) {
       // A density is counted in cells and enlarged.
       const cell = mode === 'ticks' ? 1 : kCell;
-      const image = this.#blank(Math.ceil(columns / cell), Math.ceil(lines / cell));
+      const size = { columns: Math.ceil(columns / cell), lines: Math.ceil(lines / cell) };
+      if (mode === 'density') this.density.update({ spikes, time, order, edges, ...size });
+      const image = this.#blank(mode === 'ticks' ? size.columns : this.density.width, size.lines);
       const pixels = new Uint32Array(image.data.buffer);
       const colours = pins.map((unused, i) => packedHex(kPins[i % kPins.length]));
-      const to = { spikes, time, order, columns: image.width, lines: image.height, pins, colours, edges };
-      if (mode === 'ticks') this.#ticks(pixels, to, ratio); else this.#density(pixels, to);
+      if (mode === 'ticks') this.#ticks(pixels, { spikes, time, order, pins, colours, ...size }, ratio);
+      else this.#density(pixels, { order, pins, colours, edges });
       this.scratch ??= document.createElement('canvas');
       if (this.scratch.width !== image.width) this.scratch.width = image.width;
       if (this.scratch.height !== image.height) this.scratch.height = image.height;
       this.scratch.getContext('2d').putImageData(image, 0, 0);
       c.imageSmoothingEnabled = false;
-      c.drawImage(this.scratch, left, 0, w, h);
+      c.save();
+      c.beginPath(); c.rect(left, 0, w, h); c.clip();
+      // Cells begin at multiples of their length, so that they move without being counted anew.
+      const step = w / size.columns, shift = mode === 'ticks' ? 0 : time.from / this.density.cell_s - this.density.start;
+      c.drawImage(this.scratch, left - Math.round(shift * step * ratio) / ratio, 0, image.width * step, h);
+      c.restore();
     }
     this.#labels(c, { left, w, h, order, pins, edges });
     timeAxis(c, time, { left, w }, height);
@@ -73,27 +81,19 @@ export class Raster {
     }
   }
 
-  #density(pixels, { spikes, time, order, columns, lines, pins, colours, edges }) {
-    const counts = new Uint16Array(pixels.length);
+  #density(pixels, { order, pins, colours, edges }) {
+    const { counts, width, lines } = this.density, { rowOf } = order;
     let most = 1;
-    const last = spikes.firstAfter(time.to + 1e-9), { t, n } = spikes, { rowOf } = order;
-    const perSecond = columns / time.seconds;
-    const top = Uint32Array.from(edges, (edge) => Math.min(lines - 1, edge * lines));
-    for (let i = spikes.firstAfter(time.from); i < last; ++i) {
-      const row = rowOf[n[i]];
-      if (row < 0) continue;
-      const column = Math.min(columns - 1, ((t[i] - time.from) * perSecond) | 0);
-      for (let line = top[row], end = Math.max(line + 1, top[row + 1]); line < end; ++line) {
-        if (++counts[line * columns + column] > most) most = counts[line * columns + column];
-      }
-    }
+    for (let i = 0; i < counts.length; ++i) if (counts[i] > most) most = counts[i];
     const log = 255 / Math.log2(1 + most), shades = scale().map(packed);
     const shadeOf = Uint32Array.from({ length: Math.min(most, 4096) + 1 }, (unused, k) => (k ? shades[Math.max(60, Math.round(log * Math.log2(1 + k)))] : 0));
     for (let i = 0; i < counts.length; ++i) if (counts[i]) pixels[i] = shadeOf[Math.min(counts[i], 4096)];
+    const top = (row) => Math.min(lines - 1, Math.floor(edges[row] * lines));
     pins.forEach((afferent, k) => {
-      if (rowOf[afferent] < 0) return;
-      const row = rowOf[afferent], end = Math.max(top[row] + 1, top[row + 1]) * columns;
-      for (let i = top[row] * columns; i < end; ++i) if (counts[i]) pixels[i] = colours[k];
+      const row = rowOf[afferent];
+      if (row < 0) return;
+      const end = Math.max(top(row) + 1, top(row + 1)) * width;
+      for (let i = top(row) * width; i < end; ++i) if (counts[i]) pixels[i] = colours[k];
     });
   }
 
