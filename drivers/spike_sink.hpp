@@ -11,6 +11,7 @@
 #include "core/records/probe_sample.hpp"
 #include "core/records/run_status.hpp"
 #include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/raw_frame.hpp"
 #include "drivers/run_control.hpp"
@@ -43,6 +44,7 @@ class SpikeSink {
     kFrames = 1U << 4U,   ///< the bytes that go over the devices' ports
     kMarks = 1U << 5U,    ///< moments that a person marked
     kNeurons = 1U << 6U,  ///< drive and potential of the neurons it watches
+    kStimulation = 1U << 7U,  ///< stimulation commands; the run stops them if the sink fails
   };
 
   SpikeSink() = default;
@@ -87,6 +89,15 @@ class SpikeSink {
   [[nodiscard]] virtual Expected<void, SinkError> write_status(const RunStatus& /*status*/) {
     return {};
   }
+
+  /// Commands in order of time, before the records of their tick. The last update of a run has
+  /// every electrode off.
+  [[nodiscard]] virtual Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> /*commands*/) {
+    return {};
+  }
+  /// False of a sink that has no use for spikes: it gets none. Thread: any.
+  [[nodiscard]] virtual bool takes_spikes() const noexcept { return true; }
 
   [[nodiscard]] virtual Expected<void, SinkError> write_marks(std::span<const Mark> /*marks*/) {
     return {};

@@ -133,6 +133,10 @@ void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) {
   if ((subscriptions & SpikeSink::kEvents) != 0U) {
     channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
   }
+  if ((subscriptions & SpikeSink::kStimulation) != 0U && parameters_.encoder != nullptr) {
+    channel.commands = std::make_unique<CountedQueue<StimulationCommand>>(kSpikeQueue);
+  }
+  channel.takes_spikes = sink->takes_spikes();
   if ((subscriptions & SpikeSink::kNeurons) != 0U)
     channel.watched = std::make_unique<WatchedNeurons>();
   auto line =
@@ -175,6 +179,7 @@ void Pipeline::add_frame_taps() {
 RunCounters Pipeline::counters() const {
   RunCounters counters = statistics_.snapshot();
   counters.spikes_dropped = fanout_.dropped();
+  counters.commands_dropped = fanout_.commands_dropped();
   const bool host_time = rights_known_.load(std::memory_order_acquire);
   counters.demotions = host_time && simulation_was_demoted() ? 1 : 0;
   counters.probe_count = probes_.size();
@@ -366,6 +371,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
                            .duration = parameters_.duration,
                            .max_catch_up_ticks = parameters_.max_catch_up_ticks.value_or(
                                all_replayed ? INT64_MAX : kLiveCatchUp),
+                           .encoder = parameters_.encoder,
                            .timings = parameters_.timings},
                           clock, model_, inputs_, fanout_, statistics_, events_);
     const ThreadUsage before = ThreadUsage::of_this_thread();
@@ -498,9 +504,10 @@ void Pipeline::finish_sinks(RunReport& report) {
   for (const auto& line : sinks_) {
     const SinkWriter::Outcome outcome = line->writer->finish();
     report.sinks.push_back({.uri = line->sink->uri(),
-                            .spikes_in = report.spikes,
+                            .spikes_in = line->channel.takes_spikes ? report.spikes : 0,
                             .dropped = line->channel.dropped.value(),
                             .delivered = outcome.delivered,
+                            .commands_in = line->channel.commands ? report.commands : 0,
                             .error_message = outcome.error_message});
   }
 }

@@ -28,6 +28,7 @@ namespace merkel {
 
 struct SampleTap;
 class SpinningTeam;
+class StimulationEncoder;
 
 /// How the simulation met the host's time.
 struct HostTimeReport {
@@ -59,10 +60,11 @@ struct RunReport : RunCounters {
   };
   struct OfSink {
     std::string uri;
-    std::uint64_t spikes_in = 0;  ///< made by the loop
-    std::uint64_t dropped = 0;    ///< of those: found the sink's queue full
-    std::uint64_t delivered = 0;  ///< of those: known to have arrived
-    std::string error_message;    ///< empty, or why the sink failed
+    std::uint64_t spikes_in = 0;    ///< made by the loop
+    std::uint64_t dropped = 0;      ///< of those: found the sink's queue full
+    std::uint64_t delivered = 0;    ///< of those: known to have arrived
+    std::uint64_t commands_in = 0;  ///< stimulation commands, if the sink takes them
+    std::string error_message;      ///< empty, or why the sink failed
 
     /// Taken from the queue, but not known to have arrived.
     [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }
@@ -117,6 +119,7 @@ class Pipeline {
     std::optional<std::int64_t> max_catch_up_ticks;
     LoopWait wait = LoopWait::kHybrid;
     RealtimeSettings realtime;
+    StimulationEncoder* encoder = nullptr;  ///< of a scene with electrodes; borrowed
     SpinningTeam* team = nullptr;  ///< that the model works with, to rest between ticks; borrowed
     BoundedQueue<TickTiming>* timings = nullptr;     ///< gets one for every tick with spikes
     std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs

@@ -2,24 +2,19 @@
 
 #include <chrono>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "core/receptors/patch.hpp"
+#include "core/scene/patch_layout.hpp"
 #include "core/scene/tactile_model.hpp"
 
 namespace merkel {
 
 /// What an encoder must know of the model whose touch it encodes.
 struct EncodedModel {
-  struct Point {
-    double x_mm = 0.0;
-    double y_mm = 0.0;
-  };
   struct OfPatch {
     Patch area;
-    /// Where each afferent's receptive field is; nothing of an afferent without receptors.
-    std::vector<std::optional<Point>> afferents;
+    std::vector<AfferentSite> afferents;
   };
 
   std::chrono::nanoseconds tick{1'000'000};
@@ -28,7 +23,7 @@ struct EncodedModel {
   std::vector<std::size_t> patch_of_probe;
 };
 
-/// The place of an afferent is the mean of its receptors. Real-time: no.
+/// The encoder's view of a model. Real-time: no.
 [[nodiscard]] EncodedModel encoded_model(const TactileModel& model);
 
 }  // namespace merkel

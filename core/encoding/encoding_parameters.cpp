@@ -9,67 +9,35 @@
 namespace merkel {
 namespace {
 
-bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
-
-bool name_is_plain(std::string_view name) {
-  const auto plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '.';
-  };
-  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), plain);
-}
-
-bool is_range(const std::vector<double>& values, double most) {
-  return values.size() == 2 && values[0] >= 0.0 && values[0] <= values[1] && values[1] > 0.0 &&
-         values[1] <= most;
-}
-
-/// "of E12 …"
-std::string of(const Electrode& electrode, std::string_view rest) {
-  return "of " + electrode.name + " " + std::string(rest);
+bool is_range(const std::vector<double>& values) {
+  return values.size() == 2 && values[0] <= values[1] && values[1] > 0.0;
 }
 
 void check_limits(const StimulationParameters& p, ParameterCheck& check) {
   constexpr std::string_view kNoDefault =
-      " must be set to a positive number: a scene with electrodes needs this limit, and merkel has "
+      "must be set to a positive number: a scene with electrodes needs this limit, and merkel has "
       "no default for it";
-  check
-      .require(p.update.count() > 0 && p.update <= std::chrono::seconds{1}, "stimulation.update_ms",
-               "must be above 0 and at most 1000 ms")
-      .require(p.phase >= std::chrono::microseconds{1} && p.phase <= std::chrono::milliseconds{10},
-               "stimulation.phase_us", "must be from 1 to 10000 µs")
-      .require(is_positive(p.max_charge_nC), "stimulation.max_charge_nC", kNoDefault.substr(1))
-      .require(is_positive(p.max_total_uA), "stimulation.max_total_uA", kNoDefault.substr(1))
-      .require(!p.max_slope_uA_per_s || is_positive(*p.max_slope_uA_per_s),
-               "stimulation.max_slope_uA_per_s", "must be a positive number; leave it out for none")
-      .require(!p.max_electrodes || *p.max_electrodes >= 1, "stimulation.max_electrodes",
-               "must be a whole number from 1; leave it out for all");
+  check.fields(p)
+      .require(p.max_charge_nC > 0.0, "stimulation.max_charge_nC", kNoDefault)
+      .require(p.max_total_uA > 0.0, "stimulation.max_total_uA", kNoDefault);
 }
 
 void check_electrode(const Electrode& e, ParameterCheck& check) {
+  check.require(is_electrode_name(e.name), "electrode.name",
+                "must have 1 to 32 letters, digits, '_', '-' or '.'");
+  Electrode copy = e;
+  for (const BoundField& field : bind_fields(copy)) {
+    const std::string fault = fault_of(field);
+    check.require(fault.empty(), e.key(field.field->key), fault);
+  }
+  constexpr std::string_view kRange =
+      "must be set to [weakest, strongest]: two numbers, the second above 0 and no less than the "
+      "first";
   check
-      .require(name_is_plain(e.name), "electrode.name",
-               "must have 1 to 32 letters, digits, '_', '-' or '.'")
-      .require(e.field_mm.size() == 3 && std::isfinite(e.field_mm[0]) &&
-                   std::isfinite(e.field_mm[1]) && is_positive(e.field_mm[2]),
-               "electrode.field_mm",
-               of(e, "must be [x, y, radius] on the patch, with a positive radius"))
-      .require(e.window >= std::chrono::milliseconds{1} && e.window <= std::chrono::seconds{10},
-               "electrode.window_ms", of(e, "must be from 1 to 10000 ms"))
-      .require(is_range(e.amplitude_uA, 1e5), "electrode.amplitude_uA",
-               of(e,
-                  "must be set to [weakest, strongest]: two numbers from 0 to 100000, the second "
-                  "above 0 and no less than the first"))
-      .require(is_range(e.frequency_Hz, 1e4), "electrode.frequency_Hz",
-               of(e,
-                  "must be set to [weakest, strongest]: two numbers from 0 to 10000, the second "
-                  "above 0 and no less than the first"))
-      .require(is_positive(e.full_rate_Hz), "electrode.full_rate_Hz", of(e, "must be positive"))
-      .require(is_positive(e.full_force_N), "electrode.full_force_N", of(e, "must be positive"))
-      .require(is_positive(e.full_population_Hz), "electrode.full_population_Hz",
-               of(e, "must be positive"))
-      .require(is_positive(e.full_population), "electrode.full_population",
-               of(e, "must be positive"));
+      .require(e.field_mm.size() == 3 && e.field_mm.back() > 0.0, e.key("field_mm"),
+               "must be [x, y, radius] on the patch, with a positive radius")
+      .require(is_range(e.amplitude_uA), e.key("amplitude_uA"), kRange)
+      .require(is_range(e.frequency_Hz), e.key("frequency_Hz"), kRange);
 }
 
 /// The ranges of a valid electrode against valid limits.
@@ -77,24 +45,85 @@ void check_ranges(const Electrode& e, const StimulationParameters& p, ParameterC
   const double strongest_uA = e.amplitude_uA[1];
   const double phase_us = units::us_from(p.phase);
   check
-      .require(charge_nC(strongest_uA, p.phase) <= p.max_charge_nC, "electrode.amplitude_uA",
-               of(e, "reaches " + shortest_decimal(strongest_uA) + " µA, which is " +
-                         shortest_decimal(charge_nC(strongest_uA, p.phase)) + " nC in a phase of " +
-                         shortest_decimal(phase_us) + " µs, above stimulation.max_charge_nC = " +
-                         shortest_decimal(p.max_charge_nC) +
-                         ": lower the amplitude or shorten stimulation.phase_us"))
-      .require(strongest_uA <= p.max_total_uA, "electrode.amplitude_uA",
-               of(e, "reaches " + shortest_decimal(strongest_uA) +
-                         " µA, above stimulation.max_total_uA = " +
-                         shortest_decimal(p.max_total_uA) + " by itself: lower the amplitude"))
-      .require(e.frequency_Hz[1] * 2.0 * units::s_from(p.phase) <= 1.0, "electrode.frequency_Hz",
-               of(e, "reaches " + shortest_decimal(e.frequency_Hz[1]) +
-                         " Hz, whose period is shorter than a pulse of two phases of " +
-                         shortest_decimal(phase_us) +
-                         " µs: lower the frequency or shorten stimulation.phase_us"));
+      .require(charge_nC(strongest_uA, p.phase) <= p.max_charge_nC, e.key("amplitude_uA"),
+               ("reaches " + shortest_decimal(strongest_uA) + " µA, which is " +
+                shortest_decimal(charge_nC(strongest_uA, p.phase)) + " nC in a phase of " +
+                shortest_decimal(phase_us) +
+                " µs, above stimulation.max_charge_nC = " + shortest_decimal(p.max_charge_nC) +
+                ": lower the amplitude or shorten stimulation.phase_us"))
+      .require(strongest_uA <= p.max_total_uA, e.key("amplitude_uA"),
+               ("reaches " + shortest_decimal(strongest_uA) +
+                " µA, above stimulation.max_total_uA = " + shortest_decimal(p.max_total_uA) +
+                " by itself: lower the amplitude"))
+      .require(e.frequency_Hz[1] * 2.0 * units::s_from(p.phase) <= 1.0, e.key("frequency_Hz"),
+               ("reaches " + shortest_decimal(e.frequency_Hz[1]) +
+                " Hz, whose period is shorter than a pulse of two phases of " +
+                shortest_decimal(phase_us) +
+                " µs: lower the frequency or shorten stimulation.phase_us"));
 }
 
 }  // namespace
+
+std::string Electrode::key(std::string_view field) const {
+  return "electrode[" + name + "]." + std::string(field);
+}
+
+FieldTable Electrode::fields() {
+  using E = Electrode;
+  static constexpr std::string_view kEncoders[] = {"rate", "recruited", "pulse_per_spike", "linear",
+                                                   "okorokova"};
+  static constexpr Field kFields[] = {
+      {"name", "", any_value(), "name of the electrode: letters, digits, '_', '-' or '.'",
+       at<&E::name>},
+      {"field_mm", "mm", from_to(-1e4, 1e4),
+       "[x, y, radius] on the patch: whose afferents the electrode stands for", at<&E::field_mm>},
+      {"encoder", "", one_of(kEncoders), "how commands follow from the touch", at<&E::encoder>},
+      {"window_ms", "ms", from_to(1.0, 1e4),
+       "time constant of the causal exponential window of rate and recruited", at<&E::window>},
+      {"amplitude_uA", "µA", not_negative(1e5),
+       "[weakest, strongest] amplitude of a phase; must be set", at<&E::amplitude_uA>},
+      {"frequency_Hz", "Hz", not_negative(1e4),
+       "[weakest, strongest] frequency; the second also limits pulses; must be set",
+       at<&E::frequency_Hz>},
+      {"full_rate_Hz", "Hz", positive(1e4), "mean rate of an afferent at which rate is strongest",
+       at<&E::full_rate_Hz>},
+      {"full_force_N", "N", positive(1e4), "force at which linear is strongest",
+       at<&E::full_force_N>},
+      {"full_population_Hz", "Hz", positive(1e7),
+       "population rate at which the frequency of okorokova is strongest",
+       at<&E::full_population_Hz>},
+      {"full_population", "", positive(1e7),
+       "recruited afferents at which the amplitude of okorokova is strongest",
+       at<&E::full_population>}};
+  return {"electrode", kFields};
+}
+
+FieldTable StimulationParameters::fields() {
+  using P = StimulationParameters;
+  static constexpr Field kFields[] = {
+      {"update_ms", "ms", positive(1e3), "time between updates: a whole number of ticks",
+       at<&P::update>},
+      {"phase_us", "us", from_to(1.0, 1e4), "length of each phase of a biphasic pulse",
+       at<&P::phase>},
+      {"max_charge_nC", "nC", not_negative(1e6),
+       "largest charge of a phase, each electrode; must be set", at<&P::max_charge_nC>},
+      {"max_total_uA", "µA", not_negative(1e7), "largest sum of all amplitudes; must be set",
+       at<&P::max_total_uA>},
+      {"max_slope_uA_per_s", "µA/s", positive(1e9),
+       "how fast an amplitude may rise; falls are not limited", at<&P::max_slope_uA_per_s>,
+       "no limit"},
+      {"max_electrodes", "", from_to(1, kMostElectrodes),
+       "electrodes that stimulate at once, the strongest first", at<&P::max_electrodes>, "all"}};
+  return {"stimulation", kFields};
+}
+
+bool is_electrode_name(std::string_view name) noexcept {
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '.';
+  };
+  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), plain);
+}
 
 double charge_nC(double amplitude_uA, std::chrono::nanoseconds phase) noexcept {
   return amplitude_uA * units::us_from(phase) * 1e-3;
@@ -112,7 +141,7 @@ Expected<void, ParameterError> EncodingParameters::check() const {
     check_ranges(electrodes[i], stimulation, check);
     for (std::size_t j = 0; j < i; ++j) {
       check.require(electrodes[i].name != electrodes[j].name, "electrode.name",
-                    of(electrodes[i], "names two electrodes: give each its own"));
+                    "\"" + electrodes[i].name + "\" names two electrodes: give each its own");
     }
   }
   return check.result();

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/parameters/field.hpp"
 #include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
@@ -36,7 +38,14 @@ struct Electrode {
   double full_force_N = 1.0;           ///< strongest command of `linear`
   double full_population_Hz = 2500.0;  ///< strongest frequency of `okorokova`
   double full_population = 700.0;      ///< strongest amplitude of `okorokova`: afferents recruited
+
+  [[nodiscard]] static FieldTable fields();
+  /// For messages about this electrode: "electrode[E12].field_mm".
+  [[nodiscard]] std::string key(std::string_view field) const;
 };
+
+/// Whether an electrode may have this name: 1 to 32 letters, digits, '_', '-' or '.'.
+[[nodiscard]] bool is_electrode_name(std::string_view name) noexcept;
 
 /// What no command may exceed, whatever the encoders return. The limits have no defaults: they
 /// depend on the electrode and the tissue, and are the user's to set.
@@ -49,6 +58,8 @@ struct StimulationParameters {
   /// limited, so that a fault is answered at once.
   std::optional<double> max_slope_uA_per_s;
   std::optional<std::int64_t> max_electrodes;  ///< that stimulate at once; absent: all
+
+  [[nodiscard]] static FieldTable fields();
 };
 
 /// Most electrodes of a scene.

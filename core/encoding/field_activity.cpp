@@ -14,10 +14,11 @@ constexpr nanoseconds kNever = nanoseconds::min();
 /// Sums below are 0: they would end as subnormal numbers, which are slow.
 constexpr double kLeastSum = 1e-12;
 
-bool in_field(const std::optional<EncodedModel::Point>& afferent, const Electrode& electrode) {
-  if (!afferent) return false;
-  const double dx_mm = afferent->x_mm - electrode.field_mm[0];
-  const double dy_mm = afferent->y_mm - electrode.field_mm[1];
+/// Whether the middle of an afferent lies in a field. An afferent without receptors never fires.
+bool in_field(const AfferentSite& afferent, const Electrode& electrode) {
+  if (afferent.receptors == 0) return false;
+  const double dx_mm = afferent.x_mm - electrode.field_mm[0];
+  const double dy_mm = afferent.y_mm - electrode.field_mm[1];
   return dx_mm * dx_mm + dy_mm * dy_mm <= electrode.field_mm[2] * electrode.field_mm[2];
 }
 

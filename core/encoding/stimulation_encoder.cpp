@@ -59,10 +59,10 @@ Expected<void, ParameterError> check_with_model(const EncodingParameters& parame
                     shortest_decimal(units::ms_from(model.tick)) + " ms (loop.tick_us)");
   for (const Electrode& each : parameters.electrodes) {
     const bool known = each.patch < model.patches.size();
-    check.require(known, "electrode.patch", "of " + each.name + " is not a patch of the scene");
+    check.require(known, each.key("patch"), "is not a patch of the scene");
     check.require(
         known && model.patches[each.patch].area.contains(each.field_mm[0], each.field_mm[1]),
-        "electrode.field_mm", "of " + each.name + " has its centre outside the patch");
+        each.key("field_mm"), "has its centre outside the patch");
   }
   return check.result();
 }
@@ -72,10 +72,9 @@ Expected<void, ParameterError> check_fields(const EncodingParameters& parameters
   ParameterCheck check;
   for (std::size_t e = 0; e < parameters.electrodes.size(); ++e) {
     const Electrode& each = parameters.electrodes[e];
-    check.require(!counts_spikes(each.encoder) || activity.afferents(e) > 0, "electrode.field_mm",
-                  "of " + each.name +
-                      " holds no afferent: move it, or make its radius larger (merkel inspect "
-                      "receptors prints where they are)");
+    check.require(!counts_spikes(each.encoder) || activity.afferents(e) > 0, each.key("field_mm"),
+                  "holds no afferent: move it, or make its radius larger (merkel inspect "
+                  "afferents prints where they are)");
   }
   return check.result();
 }
@@ -126,6 +125,7 @@ std::span<const StimulationCommand> StimulationEncoder::step(const Tick& tick) n
     next_update_ = end;
   }
   const bool stopped = find_stops(tick);
+  if (stopped) ++stops_;
   last_end_ = end;
   activity_.advance(tick.spikes, end);
   advance_histories(tick);

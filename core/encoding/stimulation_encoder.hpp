@@ -62,6 +62,8 @@ class StimulationEncoder {
   [[nodiscard]] const StimulationLimiter::Clippings& clippings() const noexcept {
     return limiter_.clippings();
   }
+  /// Times that a fault has switched a patch or all of them off, since construction.
+  [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
   /// Afferents in an electrode's field.
   [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
     return activity_.afferents(electrode);
@@ -102,6 +104,7 @@ class StimulationEncoder {
   std::optional<std::chrono::nanoseconds> last_end_;  ///< of the last tick
   std::chrono::nanoseconds next_update_{0};
   std::uint32_t heartbeat_ = 0;
+  std::uint64_t stops_ = 0;
   Stop latched_ = Stop::kNone;
 };
 

@@ -43,6 +43,9 @@ class StimulationLimiter {
     std::uint64_t electrodes = 0;  ///< commands switched off, pulses left out
     std::uint64_t total = 0;       ///< updates, and ticks with pulses, that were scaled
 
+    [[nodiscard]] std::uint64_t all() const noexcept {
+      return invalid + amplitude + charge + frequency + slope + electrodes + total;
+    }
     friend bool operator==(const Clippings&, const Clippings&) = default;
   };
 

@@ -33,6 +33,10 @@ struct RunCountersOf {
   Cell events_dropped{};
   Cell timings_dropped{};
   Cell demotions{};
+  Cell commands{};
+  Cell commands_limited{};
+  Cell commands_dropped{};
+  Cell stimulation_stops{};
   Cell probe_count{};
   Cell probes_ended{};
 
@@ -94,6 +98,13 @@ inline constexpr auto kRunCounterFields = [] {
           &Counters::timings_dropped},
       Row{"demotions", "", "1 if the loop was demoted to SCHED_OTHER: it used too much processor",
           &Counters::demotions, true},
+      Row{"commands", "", "stimulation commands", &Counters::commands},
+      Row{"commands_limited", "", "times that a stimulation limit took effect",
+          &Counters::commands_limited},
+      Row{"commands_dropped", "", "stimulation commands dropped: the queue of a sink was full",
+          &Counters::commands_dropped, true},
+      Row{"stimulation_stops", "", "times that a fault switched stimulation off",
+          &Counters::stimulation_stops, true},
       Row{"probe_count", "", "probes of the scene", &Counters::probe_count},
       Row{"probes_ended", "", "probes whose stream has ended", &Counters::probes_ended},
   };

@@ -16,6 +16,7 @@ struct RunStatus {
     std::uint64_t events = 0;
     std::uint64_t samples = 0;
     std::uint64_t frames = 0;
+    std::uint64_t commands = 0;
 
     friend bool operator==(const Losses&, const Losses&) = default;
   };
@@ -47,6 +48,7 @@ inline constexpr auto kLossFields = [] {
       Row{"lost_events", "", "events not in this file", &Losses::events, true},
       Row{"lost_samples", "", "samples not in this file", &Losses::samples, true},
       Row{"lost_frames", "", "portions of devices' bytes not in this file", &Losses::frames, true},
+      Row{"lost_commands", "", "stimulation commands not in this file", &Losses::commands, true},
   };
 }();
 

@@ -119,6 +119,7 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
 
 void TactileModel::reset() noexcept {
   for (TactilePatch& patch : patches_) patch.reset();
+  std::fill(presses_.begin(), presses_.end(), Press{});
   std::fill(deepest_.begin(), deepest_.end(), Press{});
   closest_rims_ = std::numeric_limits<double>::infinity();
 }

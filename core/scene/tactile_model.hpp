@@ -65,6 +65,8 @@ class TactileModel {
   [[nodiscard]] std::size_t receptors() const noexcept;
   /// Whether an indenter touched a patch in the last step. Real-time: yes.
   [[nodiscard]] bool touched(std::size_t patch) const noexcept { return !touching_[patch].empty(); }
+  /// The contact of each indenter at the end of the last step.
+  [[nodiscard]] std::span<const Press> presses() const noexcept { return presses_; }
   /// The deepest press of each indenter since reset.
   [[nodiscard]] std::span<const Press> deepest() const noexcept { return deepest_; }
   /// The least distance so far between the rims of two spheres' contacts that touch one patch at

@@ -7,6 +7,7 @@
 #include "core/records/probe_sample.hpp"
 #include "core/records/run_status.hpp"
 #include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/raw_frame.hpp"
 #include "drivers/run_control.hpp"
@@ -33,10 +34,11 @@ struct SessionChunk {
   std::vector<RunStatus> status;
   std::vector<Frame> frames;
   std::vector<Mark> marks;
+  std::vector<StimulationCommand> commands;
 
   [[nodiscard]] bool empty() const noexcept {
     return spikes.empty() && ticks.empty() && samples.empty() && events.empty() && status.empty() &&
-           frames.empty() && marks.empty();
+           frames.empty() && marks.empty() && commands.empty();
   }
   void clear() noexcept {
     spikes.clear();
@@ -46,6 +48,7 @@ struct SessionChunk {
     status.clear();
     frames.clear();
     marks.clear();
+    commands.clear();
   }
 };
 

@@ -68,13 +68,24 @@ constexpr Channel kFrameChannels[] = {{"probe", "from 0"},
                                       {"bytes_6", "bytes 48 to 55"},
                                       {"bytes_7", "bytes 56 to 63"}};
 
-constexpr std::array<SessionStream, 6> kStreams = {{
+constexpr Channel kStimulationChannels[] = {
+    {"time_s", "whole seconds"},
+    {"time_ns", "ns beyond time_s"},
+    {"electrode", "from 0, in the order of the scene"},
+    {"kind", "0 update, 1 pulse"},
+    {"amplitude_uA", "uA"},
+    {"frequency_Hz", "Hz"},
+    {"heartbeat", "number of the update, from 1"},
+    {"stop", "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end"}};
+
+constexpr std::array<SessionStream, 7> kStreams = {{
     {Id::kSpikes, "merkel.spikes", "Spikes", true, kSpikeChannels},
     {Id::kTicks, "merkel.ticks", "TickInputs", false, kTickChannels},
     {Id::kSamples, "merkel.samples", "ProbeSamples", false, kSampleChannels},
     {Id::kEvents, "merkel.events", "LoopEvents", true, kEventChannels},
     {Id::kStatus, "merkel.status", "Status", true, kStatusChannels, true},
     {Id::kFrames, "merkel.frames", "RawFrames", true, kFrameChannels},
+    {Id::kStimulation, "merkel.stimulation", "StimulationCommands", false, kStimulationChannels},
 }};
 
 }  // namespace

@@ -17,7 +17,8 @@ struct SessionStream {
     kSamples = 3,
     kEvents = 4,
     kStatus = 5,
-    kFrames = 6
+    kFrames = 6,
+    kStimulation = 7
   };
   struct Channel {
     std::string_view label;
@@ -40,9 +41,9 @@ inline constexpr std::size_t kMostSessionChannels = 64;
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;
 
-/// The stream of marks, of strings as other XDF readers expect them: "Markers". Sessions recorded
-/// by older versions do not have it.
-inline constexpr std::uint32_t kMarkStreamId = 7;
+/// The stream of marks, of strings as other XDF readers expect them: "Markers". Readers know it by
+/// its name: older sessions have another number for it, or no such stream.
+inline constexpr std::uint32_t kMarkStreamId = 8;
 inline constexpr std::string_view kMarkStreamName = "merkel.marks";
 
 /// The kinds of XDF chunk.

@@ -223,6 +223,27 @@ bool to_item(const Integers& values, SessionChunk::Frame& item) {
          to_whole(values[7], UINT32_MAX, frame.lost);
 }
 
+void values_of(const StimulationCommand& command, Doubles& values) {
+  const SplitTime time = split(command.time);
+  set(values, std::array<double, 8>{
+                  time.whole_s, time.rest_ns, static_cast<double>(command.electrode),
+                  static_cast<double>(command.kind), command.amplitude_uA, command.frequency_Hz,
+                  static_cast<double>(command.heartbeat), static_cast<double>(command.stop)});
+}
+
+bool to_item(const Doubles& values, StimulationCommand& command) {
+  constexpr double kLargestValue = 1e6;  // far above what a scene may ask for
+  command.amplitude_uA = values[4];
+  command.frequency_Hz = values[5];
+  return to_time(values[0], values[1], command.time) &&
+         to_whole(values[2], UINT16_MAX, command.electrode) &&
+         to_whole(values[3], static_cast<double>(StimulationCommand::Kind::kPulse), command.kind) &&
+         command.amplitude_uA >= 0.0 && command.amplitude_uA <= kLargestValue &&
+         command.frequency_Hz >= 0.0 && command.frequency_Hz <= kLargestValue &&
+         to_whole(values[6], UINT32_MAX, command.heartbeat) &&
+         to_whole(values[7], static_cast<double>(StimulationCommand::Stop::kEnd), command.stop);
+}
+
 bool decode_items(const StreamLayout& layout, std::string_view content, SessionChunk& chunk) {
   ByteSpan bytes(content);
   std::uint64_t count = 0;
@@ -241,6 +262,8 @@ bool decode_items(const StreamLayout& layout, std::string_view content, SessionC
         return take_items<std::int64_t>(bytes, count, layout, chunk.status);
       case Id::kFrames:
         return take_items<std::int64_t>(bytes, count, layout, chunk.frames);
+      case Id::kStimulation:
+        return take_items<double>(bytes, count, layout, chunk.commands);
     }
     return false;
   };

@@ -34,6 +34,7 @@ void values_of(const SessionChunk::Sample& item, ItemValues<double>& values);
 void values_of(const LoopEvent& event, ItemValues<std::int64_t>& values);
 void values_of(const RunStatus& status, ItemValues<std::int64_t>& values);
 void values_of(const SessionChunk::Frame& item, ItemValues<std::int64_t>& values);
+void values_of(const StimulationCommand& command, ItemValues<double>& values);
 
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, SpikeEvent& spike);
 [[nodiscard]] bool to_item(const ItemValues<double>& values, TickRecord& tick);
@@ -41,6 +42,7 @@ void values_of(const SessionChunk::Frame& item, ItemValues<std::int64_t>& values
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, LoopEvent& event);
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, RunStatus& status);
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, SessionChunk::Frame& item);
+[[nodiscard]] bool to_item(const ItemValues<double>& values, StimulationCommand& command);
 
 /// Decodes the samples of one XDF chunk, stream number excluded, into `chunk`. False where the
 /// bytes are no samples of that stream, or a value cannot be.

@@ -1,5 +1,6 @@
 #include "drivers/sessions/session_reader.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -159,13 +160,19 @@ Expected<void, SetupError> SessionReader::read_headers() {
         return damaged("a stream's header is not XML");
       }
       if (auto added = add_stream(id, document.child("info")); !added) return added;
-      has_marks_ = has_marks_ || (id == kMarkStreamId &&
-                                  document.child("info").child_value("name") == kMarkStreamName);
+      if (document.child("info").child_value("name") == kMarkStreamName) mark_stream_ = id;
     } else {
       raw_pending_ = true;
     }
   }
-  if (facts_.empty() || layouts_.size() < session_streams().size()) {
+  // Sessions of older versions have no stimulation commands.
+  const auto complete = [this](const SessionStream& stream) {
+    return stream.id == SessionStream::Id::kStimulation ||
+           std::any_of(layouts_.begin(), layouts_.end(),
+                       [&](const auto& layout) { return layout.second.stream == &stream; });
+  };
+  if (facts_.empty() ||
+      !std::all_of(session_streams().begin(), session_streams().end(), complete)) {
     return bad_input(path_ + (truncated_ || raw_pending_ == false
                                   ? " broke off before its metadata: nothing can be read from it"
                                   : " is an XDF file, but was not recorded by merkel"));
@@ -177,7 +184,7 @@ Expected<void, SetupError> SessionReader::decode(std::string_view content,
                                                  SessionChunk& chunk) const {
   std::uint32_t id = 0;
   if (!ByteSpan(content).take(id)) return damaged("a chunk of samples is too short");
-  if (id == kMarkStreamId && has_marks_) {
+  if (id == mark_stream_) {
     if (decode_marks(content.substr(sizeof id), chunk)) return {};
     return damaged("a mark cannot be read");
   }

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -73,7 +74,7 @@ class SessionReader {
   Raw raw_;
   bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
   bool truncated_ = false;
-  bool has_marks_ = false;
+  std::optional<std::uint32_t> mark_stream_;
   int footers_ = 0;
 };
 

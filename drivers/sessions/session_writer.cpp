@@ -72,7 +72,7 @@ class SessionWriter final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
+    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks | kStimulation;
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
@@ -133,6 +133,15 @@ class SessionWriter final : public SpikeSink {
       mark_tally_.last_s = stamp_s;
     }
     return settle(write_chunk(XdfTag::kSamples, chunk_));
+  }
+
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    if (auto begun = begin_items(Id::kStimulation, commands.size()); !begun) return begun;
+    for (const StimulationCommand& command : commands) {
+      put<double>(Id::kStimulation, command.time, command);
+    }
+    return write_items();
   }
 
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
@@ -331,7 +340,7 @@ class SessionWriter final : public SpikeSink {
   std::string afferents_;
   bool begun_ = false;
   std::string chunk_;
-  std::array<Tally, 6> tallies_{};
+  std::array<Tally, 7> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
   nanoseconds newest_{0};             ///< of all items
   Tally mark_tally_;

@@ -48,6 +48,21 @@ constexpr Scheme kSchemes[] = {
      nullptr,
 #endif
      "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
+    {"stim-csv", "stim-csv:FILE", open_stim_csv_sink, "", true},
+    {"stim-zmq", "stim-zmq:tcp://127.0.0.1:5558",
+#ifdef MERKEL_WITH_ZMQ
+     open_stim_zmq_sink,
+#else
+     nullptr,
+#endif
+     "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
+    {"redis", "redis:127.0.0.1:6379",
+#ifdef MERKEL_WITH_HIREDIS
+     open_redis_sink,
+#else
+     nullptr,
+#endif
+     "hiredis: install libhiredis-dev"},
     {"osc", "osc:HOST:PORT",
 #ifdef MERKEL_WITH_LIBLO
      open_osc_sink,

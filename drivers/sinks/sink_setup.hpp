@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/encoding/encoding_parameters.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/spike_sink.hpp"
@@ -24,6 +25,7 @@ struct RunDescription {
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
   std::vector<ProbeInfo> probes = {};  ///< one an indenter
+  EncodingParameters encoding = {};    ///< without electrodes: nothing is encoded
 };
 
 /// What the times in a file are counted from.

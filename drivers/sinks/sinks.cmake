@@ -14,7 +14,13 @@ endfunction()
 
 find_path(MERKEL_ZMQ_INCLUDE zmq.hpp)
 find_library(MERKEL_ZMQ_LIBRARY zmq)
-merkel_optional_sink(ZMQ "${MERKEL_ZMQ_LIBRARY}" "${MERKEL_ZMQ_INCLUDE}" sinks/zmq_spike_sink.cpp)
+merkel_optional_sink(ZMQ "${MERKEL_ZMQ_LIBRARY}" "${MERKEL_ZMQ_INCLUDE}"
+  sinks/stim_zmq_sink.cpp sinks/zmq_publisher.cpp sinks/zmq_spike_sink.cpp)
+
+find_path(MERKEL_HIREDIS_INCLUDE hiredis/hiredis.h)
+find_library(MERKEL_HIREDIS_LIBRARY hiredis)
+merkel_optional_sink(HIREDIS "${MERKEL_HIREDIS_LIBRARY}" "${MERKEL_HIREDIS_INCLUDE}"
+  sinks/redis_sink.cpp)
 
 find_path(MERKEL_LIBLO_INCLUDE lo/lo.h)
 find_library(MERKEL_LIBLO_LIBRARY lo)
@@ -45,7 +51,7 @@ find_path(MERKEL_BEAST_INCLUDE boost/beast.hpp)
 if(MERKEL_BEAST_INCLUDE)
   set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)
   set(page_files)
-  foreach(name page.html page.css canvas.js colours.js connection.js controls.js details.js finger.js
+  foreach(name page.html page.css canvas.js colours.js connection.js controls.js details.js electrodes.js finger.js
       density.js frames.js health.js history.js main.js more.js numbers.js order.js raster.js save.js settings.js
       skin_layout.js sound.js trace.js)
     list(APPEND page_files ${page_folder}/page/${name})

@@ -16,6 +16,7 @@
 #include "realtime/clocks/clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/loop_statistics.hpp"
+#include "realtime/loop/stimulation_output.hpp"
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/spike_fanout.hpp"
 #include "realtime/queues/bounded_queue.hpp"
@@ -46,6 +47,7 @@ class FixedStepLoop {
     bool starts_behind = false;
     std::optional<std::chrono::nanoseconds> duration;  ///< how much to simulate; all, if not set
     std::int64_t max_catch_up_ticks = 20;
+    StimulationEncoder* encoder = nullptr;        ///< null: no electrodes; borrowed
     BoundedQueue<TickTiming>* timings = nullptr;  ///< gets one for every tick with spikes
   };
 
@@ -60,6 +62,7 @@ class FixedStepLoop {
         fanout_(fanout),
         statistics_(statistics),
         events_(events),
+        stimulation_(parameters.encoder, fanout, statistics),
         contacts_(inputs.size()),
         deepest_inputs_(inputs.size()),
         deepest_mm_(inputs.size()),
@@ -94,6 +97,7 @@ class FixedStepLoop {
       simulate(k, due, started, tick);
       if (on_time_) classify_overrun(due, started, tick);
     }
+    stimulation_.finish(clock_);
     fanout_.end();
   }
 
@@ -216,6 +220,7 @@ class FixedStepLoop {
     }
     const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
+    stimulation_.step(records_, spikes, model_, clock_);
     fanout_.publish_watched(model_, end, clock_);
     const auto published = now_ = clock_.now();
     for (TickRecord& record : records_) record.latency = published - due;
@@ -284,6 +289,7 @@ class FixedStepLoop {
   SpikeFanout& fanout_;
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
+  StimulationOutput stimulation_;
   std::vector<ContactInput> contacts_;
   std::vector<ContactInput> deepest_inputs_;
   std::vector<double> deepest_mm_;

@@ -29,26 +29,40 @@ SinkWriter::SinkWriter(SpikeSink& sink, Sources sources)
 void SinkWriter::keep(const Expected<void, SinkError>& result) {
   if (result || !healthy()) return;
   outcome_.error_message = result.error().sentence;
+  sources_.channel.commands_failed.store(true, std::memory_order_relaxed);
   failed_.store(true, std::memory_order_release);
 }
 
-std::size_t SinkWriter::write_ticks_and_spikes() {
-  // Ticks are taken first and written last: the loop publishes a tick's spikes before its record,
-  // so all spikes of the ticks in hand are in the queue by now, and no more than those that are in
-  // it now need be taken.
+/// Writes at least what waits in a queue now.
+template <class T>
+std::size_t SinkWriter::write_waiting(
+    BoundedQueue<T>& queue, std::vector<T>& batch,
+    Expected<void, SinkError> (SpikeSink::*write)(std::span<const T>)) {
+  const std::size_t waiting = queue.size_approx();
+  std::size_t taken = 0;
+  do {
+    take(queue, batch);
+    taken += batch.size();
+    if (!batch.empty() && healthy()) keep((sink_.*write)(batch));
+  } while (!batch.empty() && taken < waiting);
+  return taken;
+}
+
+std::size_t SinkWriter::write_ticks_and_output() {
+  // Ticks are taken first and written last: the loop publishes a tick's spikes and commands before
+  // its record, so all of them are in the queues by now, and no more than those that are in them
+  // now need be taken.
   SpikeChannel& channel = sources_.channel;
   ticks_.clear();
   if (channel.ticks) take(channel.ticks->items, ticks_);
-  const std::size_t waiting = channel.spikes.size_approx();
-  std::size_t taken = 0;
-  do {
-    take(channel.spikes, spikes_);
-    taken += spikes_.size();
-    outcome_.taken += spikes_.size();
-    if (!spikes_.empty() && healthy()) keep(sink_.write(spikes_));
-  } while (!spikes_.empty() && taken < waiting);
+  const std::size_t spikes = write_waiting(channel.spikes, spikes_, &SpikeSink::write);
+  outcome_.taken += spikes;
+  std::size_t commands = 0;
+  if (channel.commands) {
+    commands = write_waiting(channel.commands->items, commands_, &SpikeSink::write_commands);
+  }
   if (!ticks_.empty() && healthy()) keep(sink_.write_ticks(ticks_));
-  return taken + ticks_.size();
+  return spikes + commands + ticks_.size();
 }
 
 std::size_t SinkWriter::write_samples() {
@@ -100,6 +114,7 @@ void SinkWriter::write_status() {
   status.losses.spikes = channel.dropped.value();
   if (channel.ticks) status.losses.ticks = channel.ticks->dropped.value();
   if (channel.events) status.losses.events = channel.events->dropped.value();
+  if (channel.commands) status.losses.commands = channel.commands->dropped.value();
   for (const auto& tap : sources_.taps) status.losses.samples += tap->queue.dropped.value();
   for (const auto& tap : sources_.frames) status.losses.frames += tap->queue.dropped.value();
   keep(sink_.write_status(status));
@@ -130,7 +145,7 @@ void SinkWriter::write_until_ended() {
     }
     std::size_t taken = write_frames();
     taken += write_samples();
-    taken += write_ticks_and_spikes();
+    taken += write_ticks_and_output();
     taken += write_events();
     taken += write_neurons();
     write_marks();

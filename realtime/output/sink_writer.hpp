@@ -83,7 +83,10 @@ class SinkWriter {
   enum class Ending : std::uint8_t { kNotYet, kClose, kAbandon };
   void write_all();
   void write_until_ended();
-  std::size_t write_ticks_and_spikes();
+  template <class T>
+  std::size_t write_waiting(BoundedQueue<T>& queue, std::vector<T>& batch,
+                            Expected<void, SinkError> (SpikeSink::*write)(std::span<const T>));
+  std::size_t write_ticks_and_output();
   std::size_t write_samples();
   std::size_t write_frames();
   std::size_t write_events();
@@ -97,6 +100,7 @@ class SinkWriter {
   SpikeSink& sink_;
   Sources sources_;
   std::vector<SpikeEvent> spikes_;
+  std::vector<StimulationCommand> commands_;
   std::vector<TickRecord> ticks_;
   std::vector<LoopEvent> events_;
   std::vector<ProbeSample> samples_;

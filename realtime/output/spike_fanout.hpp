@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -11,6 +12,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/spike_sink.hpp"
@@ -41,7 +43,10 @@ struct SpikeChannel {
   std::unique_ptr<CountedQueue<TickRecord>> ticks;
   std::unique_ptr<CountedQueue<LoopEvent>> events;
   std::unique_ptr<WatchedNeurons> watched;
-  const PublishBeat& beat;  ///< for waiting until there may be more
+  std::unique_ptr<CountedQueue<StimulationCommand>> commands;
+  std::atomic<bool> commands_failed{false};  ///< set by the consumer when it can take no more
+  bool takes_spikes = true;                  ///< set before the loop starts
+  const PublishBeat& beat;                   ///< for waiting until there may be more
 };
 
 /// Gives every spike to every consumer.
@@ -56,13 +61,32 @@ class SpikeFanout {
   template <Clock C>
   void publish(std::span<const SpikeEvent> spikes, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
+      if (!channel->takes_spikes) continue;
       for (const SpikeEvent& spike : spikes) {
         push(channel->spikes, channel->dropped, spike, clock);
       }
     }
   }
 
-  /// The records of a tick, after its spikes. Real-time: yes. Thread: simulation.
+  /// The commands of a tick, after its spikes. Real-time: yes. Thread: simulation.
+  template <Clock C>
+  void publish(std::span<const StimulationCommand> commands, C& clock) noexcept MERKEL_REALTIME {
+    for (const auto& channel : channels_) {
+      if (!channel->commands) continue;
+      for (const StimulationCommand& command : commands) {
+        push(channel->commands->items, channel->commands->dropped, command, clock);
+      }
+    }
+  }
+  /// Whether a consumer of commands has failed or lost one. Real-time: yes. Thread: any.
+  [[nodiscard]] bool commands_failed() const noexcept MERKEL_REALTIME {
+    return std::any_of(channels_.begin(), channels_.end(), [](const auto& channel) {
+      return channel->commands && (channel->commands_failed.load(std::memory_order_relaxed) ||
+                                   channel->commands->dropped.value() > 0);
+    });
+  }
+
+  /// The records of a tick, after its spikes and commands. Real-time: yes. Thread: simulation.
   template <Clock C>
   void publish(std::span<const TickRecord> ticks, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
@@ -101,6 +125,14 @@ class SpikeFanout {
   [[nodiscard]] std::uint64_t dropped() const noexcept {
     std::uint64_t sum = 0;
     for (const auto& channel : channels_) sum += channel->dropped.value();
+    return sum;
+  }
+  /// Commands that found any consumer's queue full. Thread: any, once the loop runs.
+  [[nodiscard]] std::uint64_t commands_dropped() const noexcept {
+    std::uint64_t sum = 0;
+    for (const auto& channel : channels_) {
+      if (channel->commands) sum += channel->commands->dropped.value();
+    }
     return sum;
   }
   /// Tells every consumer, without waking it, that a tick's spikes are there: so long after the

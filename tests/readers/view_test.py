@@ -19,6 +19,25 @@ SLIDE = "sim:slide?depth_mm=1.8&x_mm=3&y_mm=10&to_x_mm=27&to_y_mm=10&speed_mm_pe
 PRESS = "sim:taps?interval_s=0.25&tap_s=0.2&count=12"
 
 
+ELECTRODES = """[[electrode]]
+name = "train"
+encoder = "linear"
+field_mm = [15, 10, 5]
+full_force_N = 0.1
+amplitude_uA = [20, 80]
+frequency_Hz = [0, 200]
+[[electrode]]
+name = "pulses"
+encoder = "pulse_per_spike"
+field_mm = [15, 10, 8]
+amplitude_uA = [60, 60]
+frequency_Hz = [0, 300]
+[stimulation]
+max_charge_nC = 16
+max_total_uA = 200
+"""
+
+
 class Page(merkel_program.TestCase):
     def serve(self, *more, probe=PRESS):
         self.port = free_port()
@@ -404,6 +423,20 @@ class InBrowser(Page):
                                 + ("_dark" if theme == "dark" else "") + ".png")
             program.terminate()
         self.page.set_media("prefers-color-scheme", "light")
+        self.assert_no_errors()
+
+    def test_electrodes_show_their_commands(self):
+        with open(self.path("electrodes.toml"), "w") as scene:
+            scene.write(ELECTRODES)
+        program = self.open(self.path("electrodes.toml"), probe="sim:ramp?wait_s=0&hold_s=600&live=1")
+        self.wait("document.querySelectorAll('.electrode.on').length === 2")
+        train, pulses = self.page.ask("[...document.querySelectorAll('.electrode')].map((e) => e.textContent)")
+        self.assertRegex(train, r"^train[0-9.]+ µA, [0-9]+ Hz$")
+        self.assertRegex(pulses, r"^pulses60\.0 µA, [1-9][0-9]* pulses/s$")
+        program.terminate()
+        program.communicate()
+        self.wait("document.querySelectorAll('.electrode.stopped').length === 2")
+        self.assertEqual(self.page.ask("document.querySelector('.electrode span').textContent"), "off: end")
         self.assert_no_errors()
 
     def test_the_raster_is_sorted_by_distance_and_hides_the_silent(self):

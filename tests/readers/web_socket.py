@@ -110,6 +110,10 @@ class Frame:
             self.watched[neuron] = [struct.unpack_from("<3f", payload, place + 8 + 12 * i)
                                     for i in range(samples)]
             place += 8 + 12 * samples
+        (electrodes,) = struct.unpack_from("<I", payload, place)
+        # amplitude in uA, frequency in Hz, why it is off, pulses since the last frame
+        self.electrodes = [struct.unpack_from("<2f2I", payload, place + 4 + 16 * i) for i in range(electrodes)]
+        place += 4 + 16 * electrodes
         (length,) = struct.unpack_from("<I", payload, place)
         text = payload[place + 4:].decode()
         self.news = json.loads(text) if text else []

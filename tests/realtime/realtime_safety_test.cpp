@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -24,6 +25,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "core/encoding/stimulation_encoder.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
@@ -314,6 +316,24 @@ class WatchingSink final : public SpikeSink {
   RunControl* control_ = nullptr;
 };
 
+/// An electrode of every kind, in the middle of the patch.
+StimulationEncoder encoder_of(const TactileModel& model) {
+  EncodingParameters parameters;
+  for (int kind = 0; kind < 5; ++kind) {
+    Electrode electrode{.name = "E" + std::to_string(kind)};
+    electrode.field_mm = {15.0, 10.0, 8.0};
+    electrode.encoder = static_cast<EncoderKind>(kind);
+    electrode.amplitude_uA = {20.0, 80.0};
+    electrode.frequency_Hz = {0.0, 200.0};
+    parameters.electrodes.push_back(electrode);
+  }
+  parameters.stimulation.max_charge_nC = 16.0;
+  parameters.stimulation.max_total_uA = 150.0;
+  parameters.stimulation.max_electrodes = 3;
+  parameters.stimulation.max_slope_uA_per_s = 2000.0;
+  return *StimulationEncoder::create(parameters, encoded_model(model));
+}
+
 TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrites) {
   // Two probes with dropouts, so that holding, releasing and resuming happen too.
   TactileModel::Parameters scene;
@@ -322,8 +342,10 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   ASSERT_TRUE(model);
   const auto team = SpinningTeam::create(2, {}, 2);
   BoundedQueue<TickTiming> timings(10'000);
+  StimulationEncoder encoder = encoder_of(*model);
   Pipeline pipeline(*model, {.fast = false,
                              .delay = std::chrono::milliseconds{2},
+                             .encoder = &encoder,
                              .team = team->get(),
                              .timings = &timings});
   const std::string uri = "sim:taps?tap_s=0.1&interval_s=0.15&depth_mm=2&dropouts_per_s=5&live=1";
@@ -343,6 +365,9 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   EXPECT_EQ(seen.samples, 3 * report->ticks);
   EXPECT_GT(seen.marks, 10U);
   EXPECT_GT(report->probes[0].releases, 0U);
+  EXPECT_GT(report->commands, 0U);
+  EXPECT_GT(report->stimulation_stops, 0U);
+  EXPECT_GT(encoder.clippings().all(), 0U);
   EXPECT_GT(report->host_time->queue.count, 0U);
   EXPECT_GT(g_sleeps, 500);
   EXPECT_EQ(g_calls, 0) << g_last.load();

@@ -5,11 +5,14 @@ set(merkel_public_headers
   core/expected.hpp
   core/units.hpp
   core/worker_team.hpp
+  core/encoding/encoding_parameters.hpp
+  core/encoding/stimulation_encoder.hpp
   core/parameters/parameter_error.hpp
   core/records/contact_input.hpp
   core/records/loop_event.hpp
   core/records/probe_sample.hpp
   core/records/spike_event.hpp
+  core/records/stimulation_command.hpp
   core/records/tick_record.hpp
   core/scene/model_parameters.hpp
   core/scene/patch_layout.hpp

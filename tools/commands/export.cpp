@@ -22,7 +22,10 @@ struct ExportOptions {
 
 /// Hands everything that a chunk holds to a sink that wants it.
 Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk) {
-  if (!chunk.spikes.empty()) return sink.write(chunk.spikes);
+  if (!chunk.spikes.empty()) {
+    return sink.takes_spikes() ? sink.write(chunk.spikes) : Expected<void, SinkError>();
+  }
+  if (!chunk.commands.empty()) return sink.write_commands(chunk.commands);
   if (!chunk.ticks.empty()) return sink.write_ticks(chunk.ticks);
   if (!chunk.events.empty()) return sink.write_events(chunk.events);
   for (const SessionChunk::Frame& each : chunk.frames) {
@@ -93,6 +96,12 @@ int export_session(const ExportOptions& options) {
       return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
                     ", which its scene does not have: it is damaged");
     }
+    for (const StimulationCommand& command : chunk.commands) {
+      if (command.electrode < scene->encoding.electrodes.size()) continue;
+      return refuse(options.session + " has a command for electrode " +
+                    std::to_string(command.electrode + 1) +
+                    ", which its scene does not have: it is damaged");
+    }
     spikes += chunk.spikes.size();
     for (const auto& sink : sinks) {
       if (auto written = write_chunk(*sink, chunk); !written) {
@@ -102,7 +111,7 @@ int export_session(const ExportOptions& options) {
   }
   for (const auto& sink : sinks) {
     if (auto closed = sink->close(); !closed) return fail(closed.error().sentence);
-    if (sink->delivered() < spikes) {
+    if (sink->takes_spikes() && sink->delivered() < spikes) {
       std::fprintf(stderr, "merkel: %s: %llu of %llu spikes did not arrive\n", sink->uri().c_str(),
                    static_cast<unsigned long long>(spikes - sink->delivered()),
                    static_cast<unsigned long long>(spikes));

@@ -135,6 +135,16 @@ void add_inspect_command(CommandLine& program) {
           "inspect afferents goodwin")
       .option("scene", options->scene, "Scene file or preset")
       .runs([options] { return inspect_afferents(*options); });
+  command
+      .subcommand("encoding",
+                  "The stimulation commands that a scene's electrodes get for its recorded or "
+                  "simulated probes. Research software: no claim of safety or percept.",
+                  "inspect encoding scene.toml --probe replay:tests/traces/taps.csv")
+      .option("scene", options->scene, "Scene file with [[electrode]] and [stimulation]")
+      .list("--probe", options->probes, "Probe URI in the place of the scene's: replay:, sim:")
+      .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
+              {1e-6, 1e9})
+      .runs([options] { return inspect_encoding(*options); });
   add_inspect_session_command(command);
 }
 

@@ -23,6 +23,8 @@ struct InspectOptions {
   std::string method = "crank_nicolson";
   double step_us = 25.0;
   std::vector<std::string> settings;
+  std::vector<std::string> probes;
+  std::optional<double> duration_s;
 };
 
 /// The scene that is asked for, with the given sphere as its first probe's.
@@ -31,6 +33,7 @@ struct InspectOptions {
 // Each prints a part of the model and returns the program's exit code.
 int inspect_contact(const InspectOptions& options);
 int inspect_field(const InspectOptions& options);
+int inspect_encoding(const InspectOptions& options);
 int inspect_neuron(const InspectOptions& options);
 
 }  // namespace merkel

@@ -17,6 +17,7 @@
 #include "tools/run/session_replay.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/machine_facts.hpp"
+#include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -57,7 +58,11 @@ std::string text_of(const SessionReader& session, const SessionReplay::Verdict& 
                      std::to_string(verdict.held_ticks) + " held, " +
                      std::to_string(verdict.late_samples) + " late samples, " +
                      std::to_string(verdict.gaps) + " gaps, " + std::to_string(verdict.releases) +
-                     " outages), " + std::to_string(verdict.spikes) + " spikes: ";
+                     " outages), " + std::to_string(verdict.spikes) + " spikes";
+  if (verdict.commands > 0) {
+    text += ", " + std::to_string(verdict.commands) + " stimulation commands";
+  }
+  text += ": ";
   text += verdict.identical() ? "bit-identical to the recording\n"
                               : "NOT the recording's: " + verdict.difference + "\n";
   return text + reservations(session, verdict);
@@ -69,6 +74,7 @@ std::string json_of(const SessionReader& session, const SessionReplay::Verdict& 
                                        {"ended_well", session.ended_well()},
                                        {"ticks", verdict.ticks},
                                        {"spikes", verdict.spikes},
+                                       {"commands", verdict.commands},
                                        {"held_ticks", verdict.held_ticks},
                                        {"late_samples", verdict.late_samples},
                                        {"gaps", verdict.gaps},
@@ -145,6 +151,8 @@ int replay(const ReplayOptions& options) {
   if (!model) return refuse(scene->sentence(model.error()));
 
   const SessionNumbering numbering(*session, *model);
+  auto encoder = encoder_of(*scene, *model);
+  if (!encoder) return refuse(encoder.error());
   RunDescription run = describe_run(*scene, *model);
   for (const auto& fact : session->facts()) {
     if (fact.first.starts_with("probe")) run.facts.push_back(fact);
@@ -167,22 +175,31 @@ int replay(const ReplayOptions& options) {
     if (!result && error_message.empty()) error_message = result.error().sentence;
   };
   for (const auto& sink : sinks) keep(sink->begin(*origin));
-  SessionReplay replay(*model);
+  const SessionReplay::Made made{.spikes =
+                                     [&](std::span<const SpikeEvent> spikes) {
+                                       for (const auto& sink : sinks) {
+                                         if (sink->takes_spikes()) keep(sink->write(spikes));
+                                       }
+                                     },
+                                 .commands =
+                                     [&](std::span<const StimulationCommand> commands) {
+                                       for (const auto& sink : sinks)
+                                         keep(sink->write_commands(commands));
+                                     }};
+  SessionReplay replay(*model, encoder->get());
   SessionChunk chunk;
   for (;;) {
     const auto more = session->next(chunk);
     if (!more) return refuse(more.error());
     if (!*more) break;
     numbering.apply(chunk);
-    replay.take(chunk, [&](std::span<const SpikeEvent> spikes) {
-      for (const auto& sink : sinks) keep(sink->write(spikes));
-    });
+    replay.take(chunk, made);
     if (!error_message.empty()) return fail(error_message);
   }
+  const SessionReplay::Verdict verdict = replay.finish(made);
   for (const auto& sink : sinks) keep(sink->close());
   if (!error_message.empty()) return fail(error_message);
 
-  const SessionReplay::Verdict verdict = replay.finish();
   if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
                   " holds no tick inputs: it was recorded without a simulation, or broke off");

@@ -56,10 +56,12 @@ Handover counts_of(const RunReport::OfProbe& probe) {
 }
 
 Handover counts_of(const RunReport::OfSink& sink) {
-  return {{"spikes_in", sink.spikes_in},
-          {"delivered", sink.delivered},
-          {"dropped", sink.dropped},
-          {"lost", sink.lost()}};
+  Handover counts = {{"spikes_in", sink.spikes_in},
+                     {"delivered", sink.delivered},
+                     {"dropped", sink.dropped},
+                     {"lost", sink.lost()}};
+  if (sink.commands_in > 0) counts.emplace_back("commands_in", sink.commands_in);
+  return counts;
 }
 
 /// " 600 samples in, 600 used, 0 late": separated by commas.
@@ -181,7 +183,10 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
            model.closest_rims());
   }
   for (const RunReport::OfSink& sink : report.sinks) {
-    text += "sink " + sink.uri + ":" + handover_text(counts_of(sink)) + "\n";
+    const Handover counts = sink.spikes_in == 0 && sink.commands_in > 0
+                                ? Handover{{"commands_in", sink.commands_in}}
+                                : counts_of(sink);
+    text += "sink " + sink.uri + ":" + handover_text(counts) + "\n";
     if (!sink.error_message.empty()) append(text, "  failed: %s\n", sink.error_message.c_str());
   }
   text += silence_text(report, model);

@@ -61,6 +61,8 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   ticks_.clear();
   events_.clear();
   marks_.clear();
+  commands_.clear();
+  switch_off(StimulationCommand::Stop::kGap);
   position_.jumps.fetch_add(1);
   // What lies before is read over.
   while (!ended_ && (ticks_.empty() || ticks_.back().time < place)) {
@@ -79,6 +81,7 @@ void SessionPlayback::keep_from(nanoseconds time) {
   std::erase_if(ticks_, early);
   std::erase_if(events_, early);
   std::erase_if(marks_, early);
+  std::erase_if(commands_, early);
 }
 
 /// Reads chunks until one ends after a time, or to the end.
@@ -95,6 +98,7 @@ Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
     ticks_.insert(ticks_.end(), chunk_.ticks.begin(), chunk_.ticks.end());
     events_.insert(events_.end(), chunk_.events.begin(), chunk_.events.end());
     marks_.insert(marks_.end(), chunk_.marks.begin(), chunk_.marks.end());
+    commands_.insert(commands_.end(), chunk_.commands.begin(), chunk_.commands.end());
     for (const RunStatus& status : chunk_.status) {
       for (const auto& sink : sinks_) keep(sink->write_status(status));
     }
@@ -114,9 +118,39 @@ void SessionPlayback::send(std::deque<Item>& waiting, nanoseconds time, const Wr
   for (const auto& sink : sinks_) keep(write(*sink, std::span<const Item>(due)));
 }
 
-/// In the order of a run: a tick's spikes before its records.
+/// Whenever the recording does not go on from one command to the next, a receiver must not go on
+/// with the last one.
+void SessionPlayback::switch_off(StimulationCommand::Stop stop) {
+  std::vector<StimulationCommand> off;
+  for (StimulationCommand command : last_commands_) {
+    command.kind = StimulationCommand::Kind::kUpdate;
+    command.amplitude_uA = command.frequency_Hz = 0.0;
+    command.stop = stop;
+    off.push_back(command);
+  }
+  last_commands_.clear();
+  if (off.empty()) return;
+  for (const auto& sink : sinks_) keep(sink->write_commands(off));
+}
+
+void SessionPlayback::send_commands_until(nanoseconds time) {
+  for (const StimulationCommand& command : commands_) {
+    if (command.time > time) break;
+    while (last_commands_.size() <= command.electrode) {
+      last_commands_.push_back(command);
+      last_commands_.back().electrode = static_cast<std::uint16_t>(last_commands_.size() - 1);
+    }
+    last_commands_[command.electrode] = command;
+  }
+  send(commands_, time, [](SpikeSink& sink, auto items) { return sink.write_commands(items); });
+}
+
+/// In the order of a run: a tick's spikes and commands before its records.
 void SessionPlayback::send_until(nanoseconds time) {
-  send(spikes_, time, [](SpikeSink& sink, auto items) { return sink.write(items); });
+  send(spikes_, time, [](SpikeSink& sink, auto items) {
+    return sink.takes_spikes() ? sink.write(items) : Expected<void, SinkError>();
+  });
+  send_commands_until(time);
   send(ticks_, time, [](SpikeSink& sink, auto items) { return sink.write_ticks(items); });
   send(events_, time, [](SpikeSink& sink, auto items) { return sink.write_events(items); });
   send(marks_, time, [](SpikeSink& sink, auto items) { return sink.write_marks(items); });
@@ -142,6 +176,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       send_until(place + kStep);
       continue;
     }
+    if (position_.hold) switch_off(StimulationCommand::Stop::kGap);
     if (!position_.hold && place < extent_.end) place += now - last;
     last = now;
     if (place >= extent_.end) {
@@ -161,7 +196,15 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
     if (!failure_.empty()) return unavailable(failure_);
     std::this_thread::sleep_until(now + kStep);
   }
-  if (place >= extent_.end) send_until(nanoseconds::max());
+  if (place >= extent_.end) {
+    // The last update of a run comes after its last tick.
+    while (!ended_) {
+      if (auto read = read_until(nanoseconds::max()); !read) return read;
+    }
+    send_until(nanoseconds::max());
+  } else {
+    switch_off(StimulationCommand::Stop::kEnd);
+  }
   return {};
 }
 

@@ -48,6 +48,8 @@ class SessionPlayback {
   Expected<void, SetupError> read_until(std::chrono::nanoseconds time);
   void keep_from(std::chrono::nanoseconds time);
   void send_until(std::chrono::nanoseconds time);
+  void send_commands_until(std::chrono::nanoseconds time);
+  void switch_off(StimulationCommand::Stop stop);
   void keep(const Expected<void, SinkError>& result);
   template <class Item, class Write>
   void send(std::deque<Item>& waiting, std::chrono::nanoseconds time, const Write& write);
@@ -64,6 +66,8 @@ class SessionPlayback {
   std::deque<TickRecord> ticks_;
   std::deque<LoopEvent> events_;
   std::deque<Mark> marks_;
+  std::deque<StimulationCommand> commands_;
+  std::vector<StimulationCommand> last_commands_;  ///< by electrode, since the last switch-off
   std::string failure_;
 };
 

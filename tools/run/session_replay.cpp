@@ -18,7 +18,11 @@ std::string sentence_of(const SpikeEvent& spike) {
 
 }  // namespace
 
-SessionReplay::SessionReplay(TactileModel& model) : model_(model), contacts_(model.indenters()) {}
+SessionReplay::SessionReplay(TactileModel& model, StimulationEncoder* encoder)
+    : model_(model),
+      stimulation_(encoder),
+      contacts_(model.indenters()),
+      records_(model.indenters()) {}
 
 void SessionReplay::differ(std::string sentence) {
   if (verdict_.difference.empty()) verdict_.difference = std::move(sentence);
@@ -44,6 +48,7 @@ bool SessionReplay::take_tick(const TickRecord& record) {
   }
   last_ = record;
   contacts_[probe_] = record.contact;
+  records_[probe_] = record;
   held_ = held_ || record.state == TickRecord::State::kHeld;
   verdict_.late_samples += record.late;
   probe_ = (probe_ + 1) % contacts_.size();
@@ -65,8 +70,8 @@ void SessionReplay::compare(std::span<const SpikeEvent> spikes) {
   }
 }
 
-void SessionReplay::take(const SessionChunk& chunk,
-                         const std::function<void(std::span<const SpikeEvent>)>& made) {
+void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
+  stimulation_.take(chunk.commands);
   if (verdict_.identical()) {
     recorded_.insert(recorded_.end(), chunk.spikes.begin(), chunk.spikes.end());
   }
@@ -88,11 +93,15 @@ void SessionReplay::take(const SessionChunk& chunk,
     }
     held_ = false;
     compare(spikes);
-    if (made) made(spikes);
+    if (made.spikes) made.spikes(spikes);
+    stimulation_.step(records_, spikes, model_, made.commands);
   }
 }
 
-SessionReplay::Verdict SessionReplay::finish() {
+SessionReplay::Verdict SessionReplay::finish(const Made& made) {
+  if (!broken_) stimulation_.finish(made.commands);
+  verdict_.commands = stimulation_.commands();
+  if (!stimulation_.difference().empty()) differ(stimulation_.difference());
   // Spikes are recorded before the ticks they belong to: what lies beyond the last whole tick has
   // nothing to be compared with.
   if (!verdict_.identical()) return verdict_;

@@ -10,6 +10,7 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "drivers/sessions/session_reader.hpp"
+#include "tools/run/stimulation_replay.hpp"
 
 namespace merkel {
 
@@ -20,24 +21,31 @@ class SessionReplay {
   struct Verdict {
     std::uint64_t ticks = 0;
     std::uint64_t spikes = 0;      ///< made by the replay
+    std::uint64_t commands = 0;    ///< stimulation commands made by the replay
     std::uint64_t held_ticks = 0;  ///< ticks with a probe held
     std::uint64_t late_samples = 0;
     std::uint64_t gaps = 0;
     std::uint64_t releases = 0;
     std::uint64_t uncompared = 0;  ///< recorded beyond the last whole tick of a broken-off session
     RunStatus::Losses losses;      ///< what the recorder has lost
-    /// Empty where every spike is the recorded one; else the first difference, as a sentence.
+    /// Empty where every spike and command is the recorded one; else the first difference, as a sentence.
     std::string difference;
 
     [[nodiscard]] bool identical() const { return difference.empty(); }
   };
 
-  explicit SessionReplay(TactileModel& model);
+  /// What a caller gets of every tick; either may be empty.
+  struct Made {
+    std::function<void(std::span<const SpikeEvent>)> spikes;
+    StimulationReplay::Made commands;
+  };
 
-  /// Takes the session's chunks in order. \param made  gets the spikes of every tick
-  void take(const SessionChunk& chunk,
-            const std::function<void(std::span<const SpikeEvent>)>& made = {});
-  [[nodiscard]] Verdict finish();
+  /// \param encoder  fresh; null where the scene has no electrodes
+  explicit SessionReplay(TactileModel& model, StimulationEncoder* encoder = nullptr);
+
+  /// Takes the session's chunks in order.
+  void take(const SessionChunk& chunk, const Made& made = {});
+  [[nodiscard]] Verdict finish(const Made& made = {});
 
  private:
   bool take_tick(const TickRecord& record);
@@ -45,7 +53,9 @@ class SessionReplay {
   void differ(std::string sentence);
 
   TactileModel& model_;
+  StimulationReplay stimulation_;
   std::vector<ContactInput> contacts_;
+  std::vector<TickRecord> records_;  ///< of the tick
   std::size_t probe_ = 0;  ///< of which the next record must be
   bool held_ = false;
   bool broken_ = false;  ///< a record was lost

@@ -6,6 +6,7 @@
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/threads/thread_setup.hpp"
+#include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -88,6 +89,9 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
   auto model = TactileModel::create(scene.model);
   if (!model) return bad_input(scene.sentence(model.error()));
   run.model = std::make_unique<TactileModel>(std::move(*model));
+  auto encoder = encoder_of(scene, *run.model);
+  if (!encoder) return Unexpected<SetupError>(encoder.error());
+  run.encoder = std::move(*encoder);
 
   auto team = SpinningTeam::create(
       scene.loop.threads, [settings = scene.loop.realtime, fast = preparation.fast](int worker) {
@@ -102,6 +106,7 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
                     .max_catch_up_ticks = scene.loop.max_catch_up_ticks,
                     .wait = scene.loop.wait,
                     .realtime = scene.loop.realtime,
+                    .encoder = run.encoder.get(),
                     .team = run.team.get()};
   run.description = describe_run(scene, *run.model);
   for (const ProbeInfo& info : infos) add_probe_facts(info, run.description);

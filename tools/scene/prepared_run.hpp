@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/encoding/stimulation_encoder.hpp"
 #include "core/expected.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
@@ -28,6 +29,7 @@ namespace merkel {
 struct PreparedRun {
   Scene scene;  ///< with the controls that were chosen
   std::unique_ptr<TactileModel> model;
+  std::unique_ptr<StimulationEncoder> encoder;  ///< null: the scene has no electrodes
   std::unique_ptr<SpinningTeam> team;
   std::vector<std::unique_ptr<Probe>> probes;  ///< one an indenter
   Pipeline::Parameters parameters;             ///< callbacks are the caller's to add

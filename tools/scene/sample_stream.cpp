@@ -9,6 +9,7 @@
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/threads/thread_setup.hpp"
 #include "tools/scene/prepared_run.hpp"
+#include "tools/scene/scene_encoder.hpp"
 
 namespace merkel {
 namespace {
@@ -28,11 +29,14 @@ struct SampleStream::Line {
 };
 
 SampleStream::SampleStream(Scene scene, std::unique_ptr<TactileModel> model,
+                           std::unique_ptr<StimulationEncoder> encoder,
                            std::unique_ptr<SpinningTeam> team)
     : scene_(std::move(scene)),
       model_(std::move(model)),
+      encoder_(std::move(encoder)),
       team_(std::move(team)),
-      contacts_(scene_.probes.size()) {
+      contacts_(scene_.probes.size()),
+      records_(scene_.probes.size()) {
   for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
     lines_.push_back(
         std::make_unique<Line>("the probe " + std::to_string(i), scene_.probes[i].input));
@@ -64,8 +68,10 @@ Expected<SampleStream, SetupError> SampleStream::create(
     set_up_worker_thread(RealtimeSettings{.fifo = false}, worker);
   });
   if (!team) return Unexpected<SetupError>(team.error());
+  auto encoder = encoder_of(scene, *model);
+  if (!encoder) return Unexpected<SetupError>(encoder.error());
   SampleStream stream(std::move(scene), std::make_unique<TactileModel>(std::move(*model)),
-                      std::move(*team));
+                      std::move(*encoder), std::move(*team));
   if (stream.scene_.loop.threads > 1) stream.model_->share_work(stream.team_.get());
   return stream;
 }
@@ -99,6 +105,7 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
     return bad_input(std::move(fault));
   }
   spikes_.clear();
+  commands_.clear();
   if (line.channel.samples.size_approx() >= kMostWaiting ||
       !line.channel.samples.try_push(sample)) {
     return bad_input(line.name + " is " + std::to_string(kMostWaiting) +
@@ -111,8 +118,13 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
 
 std::span<const SpikeEvent> SampleStream::finish() {
   spikes_.clear();
+  commands_.clear();
   for (const auto& line : lines_) line->channel.ended.store(true, std::memory_order_release);
   while (!exhausted() && ready()) simulate();
+  if (encoder_) {
+    const auto last = encoder_->finish();
+    commands_.insert(commands_.end(), last.begin(), last.end());
+  }
   return spikes_;
 }
 
@@ -120,9 +132,12 @@ std::optional<std::chrono::nanoseconds> SampleStream::time() const noexcept {
   return ticks_ > 0 ? next_ : std::nullopt;
 }
 
+/// Whether no sample lies in the next tick or beyond it. A sample at the end of a tick, which waits
+/// for the one after it, is consumed by then: the queues do not know.
 bool SampleStream::exhausted() const {
-  return std::all_of(lines_.begin(), lines_.end(),
-                     [](const auto& line) { return line->input.exhausted(); });
+  return ticks_ > 0 && std::all_of(lines_.begin(), lines_.end(), [this](const auto& line) {
+           return !line->last || *line->last <= *next_;
+         });
 }
 
 bool SampleStream::ready() {
@@ -144,11 +159,27 @@ bool SampleStream::ready() {
 void SampleStream::simulate() {
   const auto begin = *next_;
   next_ = begin + model_->parameters().tick;
-  for (std::size_t i = 0; i < lines_.size(); ++i)
-    contacts_[i] = lines_[i]->input.at(*next_).contact;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const ProbeInput::Reading reading = lines_[i]->input.at(*next_);
+    contacts_[i] = reading.contact;
+    records_[i] = {.time = *next_,
+                   .contact = reading.contact,
+                   .number = ticks_ + 1,
+                   .probe = static_cast<std::uint32_t>(i),
+                   .state = reading.state};
+  }
   const std::span<SpikeEvent> spikes = model_->step(contacts_, begin);
   spikes_.insert(spikes_.end(), spikes.begin(), spikes.end());
+  if (encoder_) encode(spikes);
   ++ticks_;
+}
+
+void SampleStream::encode(std::span<const SpikeEvent> spikes) {
+  const auto commands = encoder_->step({.records = records_,
+                                        .presses = model_->presses(),
+                                        .spikes = spikes,
+                                        .resets = model_->resets()});
+  commands_.insert(commands_.end(), commands.begin(), commands.end());
 }
 
 }  // namespace merkel

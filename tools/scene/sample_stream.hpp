@@ -8,9 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "core/encoding/stimulation_encoder.hpp"
 #include "core/expected.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
+#include "core/records/tick_record.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/threads/spinning_team.hpp"
@@ -36,6 +39,11 @@ class SampleStream {
   /// call. Real-time: no; it allocates where there are many spikes.
   [[nodiscard]] Expected<std::span<const SpikeEvent>, SetupError> push(std::size_t probe,
                                                                        const ProbeSample& sample);
+  /// The stimulation commands of the last call of push() or finish(), in order of time, valid until
+  /// the next; none where the scene has no electrodes. The last update of finish() is off.
+  [[nodiscard]] std::span<const StimulationCommand> commands() const noexcept { return commands_; }
+  /// Null where the scene has no electrodes.
+  [[nodiscard]] const StimulationEncoder* encoder() const noexcept { return encoder_.get(); }
   /// Ends the probes' samples and simulates up to the last of them. No sample may follow.
   [[nodiscard]] std::span<const SpikeEvent> finish();
 
@@ -48,20 +56,24 @@ class SampleStream {
  private:
   struct Line;
   SampleStream(Scene scene, std::unique_ptr<TactileModel> model,
-               std::unique_ptr<SpinningTeam> team);
+               std::unique_ptr<StimulationEncoder> encoder, std::unique_ptr<SpinningTeam> team);
   [[nodiscard]] std::string fault_of(const Line& line, const ProbeSample& sample) const;
   [[nodiscard]] bool ready();
   [[nodiscard]] bool exhausted() const;
   void simulate();
+  void encode(std::span<const SpikeEvent> spikes);
 
   Scene scene_;
   std::unique_ptr<TactileModel> model_;
+  std::unique_ptr<StimulationEncoder> encoder_;
   std::unique_ptr<SpinningTeam> team_;
   std::vector<std::unique_ptr<Line>> lines_;  ///< one an indenter
   std::vector<ContactInput> contacts_;
+  std::vector<TickRecord> records_;
   std::optional<std::chrono::nanoseconds> next_;  ///< where the next tick begins
   std::uint64_t ticks_ = 0;
   std::vector<SpikeEvent> spikes_;
+  std::vector<StimulationCommand> commands_;
 
  public:
   SampleStream(SampleStream&&) noexcept;

@@ -127,6 +127,20 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   for (std::size_t i = 0; i < scene.probes.size(); ++i) to_centre(i);
 }
 
+void read_electrodes(SceneTable& root, Findings& findings, Scene& scene) {
+  for_each_table(root, "electrode", findings, [&](const toml::table& table) {
+    const std::size_t number = scene.encoding.electrodes.size();
+    Electrode& electrode = scene.encoding.electrodes.emplace_back();
+    electrode.name = "E" + std::to_string(number + 1);
+    // Messages name the electrode.
+    const auto own = table["name"].value<std::string>();
+    const std::string label = own && is_electrode_name(*own) ? *own : electrode.name;
+    SceneTable(table, "electrode[" + label + "]", findings)
+        .read(electrode_keys(scene, number))
+        .finish();
+  });
+}
+
 Scene scene_of(const toml::table& root, Findings& findings) {
   SceneTable top(root, "", findings);
   std::size_t preset = 0;
@@ -153,6 +167,8 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   if (scene.model.energy_driven() && !top.has("network")) scene.model.network.gain = 0.0;
   read("loop", loop_keys(scene));
   read_probes(top, findings, scene);
+  read_electrodes(top, findings, scene);
+  read("stimulation", bind_fields(scene.encoding.stimulation));
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();
@@ -180,6 +196,7 @@ Expected<void, ParameterError> check(const Scene& scene) {
   // Where probes press follows from the patches.
   for (PatchParameters& patch : copy.model.patches) all.fields(receptor_fields(patch));
   for (const Scene::OfProbe& probe : scene.probes) all.fields(probe);
+  all.also(scene.encoding.check());
   return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();
 }
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/encoding/encoding_parameters.hpp"
 #include "core/expected.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
@@ -29,6 +30,7 @@ struct Scene {
     [[nodiscard]] static FieldTable fields();
   };
   TactileModel::Parameters model;
+  EncodingParameters encoding;  ///< without electrodes: no stimulation commands
   std::vector<OfProbe> probes;
   std::vector<std::string> sinks;
   LoopSettings loop;

@@ -11,15 +11,25 @@ constexpr Field kSpikeTime[] = {
      "largest rms error of spike times; method, precision and step are then planned",
      at<&Scene::spike_time_us>, "method, precision and step_us of [neuron] hold"}};
 
-constexpr Field kPatch[] = {
-    {"patch", "", any_value(), "name of the [[receptors]] on which the probe presses",
-     [](void* indenter) -> FieldPointer {
-       return Choice{
-           &static_cast<Indenter*>(indenter)->patch,
-           [](const void* patch) -> std::optional<std::size_t> {
-             return *static_cast<const std::size_t*>(patch);
-           },
-           [](void* patch, std::size_t index) { *static_cast<std::size_t*>(patch) = index; }};
+/// A patch of the scene, by name.
+Choice patch_choice(std::size_t& patch) {
+  return {&patch,
+          [](const void* at) -> std::optional<std::size_t> {
+            return *static_cast<const std::size_t*>(at);
+          },
+          [](void* at, std::size_t index) { *static_cast<std::size_t*>(at) = index; }};
+}
+
+constexpr Field kPatch[] = {{"patch", "", any_value(),
+                             "name of the [[receptors]] on which the probe presses",
+                             [](void* indenter) -> FieldPointer {
+                               return patch_choice(static_cast<Indenter*>(indenter)->patch);
+                             },
+                             "the first"}};
+constexpr Field kElectrodePatch[] = {
+    {"patch", "", any_value(), "name of the [[receptors]] that the field lies on",
+     [](void* electrode) -> FieldPointer {
+       return patch_choice(static_cast<Electrode*>(electrode)->patch);
      },
      "the first"}};
 
@@ -68,6 +78,14 @@ BoundFields probe_keys(Scene& scene, std::size_t probe) {
   return keys;
 }
 
+BoundFields electrode_keys(Scene& scene, std::size_t electrode) {
+  BoundFields keys;
+  bind_fields({"electrode", kElectrodePatch}, &scene.encoding.electrodes[electrode], keys);
+  for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
+  bind_fields(scene.encoding.electrodes[electrode], keys);
+  return keys;
+}
+
 std::vector<SceneSection> sections_of(Scene& scene) {
   TactileModel::Parameters& model = scene.model;
   std::vector<SceneSection> sections;
@@ -89,6 +107,14 @@ std::vector<SceneSection> sections_of(Scene& scene) {
       {"[network]", "coupling of hodgkin_huxley neurons", bind_fields(model.network)});
   sections.push_back({"[loop]", "ticks, and the thread that computes them", loop_keys(scene)});
   sections.push_back({"[accuracy]", "what may be skipped", accuracy_keys(scene)});
+  for (std::size_t i = 0; i < scene.encoding.electrodes.size(); ++i) {
+    sections.push_back({"[[electrode]]", "an electrode, the skin it stands for and its encoder",
+                        electrode_keys(scene, i)});
+  }
+  if (!scene.encoding.electrodes.empty()) {
+    sections.push_back({"[stimulation]", "limits that no stimulation command exceeds",
+                        bind_fields(scene.encoding.stimulation)});
+  }
   return sections;
 }
 

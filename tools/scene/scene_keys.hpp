@@ -16,6 +16,9 @@ namespace merkel {
 /// names of the scene's patches.
 [[nodiscard]] BoundFields probe_keys(Scene& scene, std::size_t probe);
 
+/// The keys of the [[electrode]] number `electrode`, from 0, borrowed from a scene.
+[[nodiscard]] BoundFields electrode_keys(Scene& scene, std::size_t electrode);
+
 /// A table of a scene file with its keys.
 struct SceneSection {
   std::string heading;  ///< "[skin]" or "[[probe]]"

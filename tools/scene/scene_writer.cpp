@@ -137,8 +137,10 @@ std::string scene_keys_text() {
       "`paper`; the top-level\nkey `preset` takes another one's: " +
       presets +
       ".\n`merkel scene NAME` prints a preset as a complete scene file. `[[probe]]`, "
-      "`[[receptors]]` and `[[sink]]` may be\nrepeated; `[[sink]]` has one key, `uri`.\n";
+      "`[[receptors]]`, `[[electrode]]` and `[[sink]]` may be\nrepeated; `[[sink]]` has one key, "
+      "`uri`.\n";
   Scene scene = *preset_scene("paper");
+  scene.encoding.electrodes.push_back({.name = "E1"});
   for (const SceneSection& section : sections_of(scene)) {
     if (section.heading != "[neuron]") {
       text.append("\n## `").append(section.heading).append("`: ").append(section.meaning);

@@ -44,7 +44,8 @@ std::size_t latency_bin(nanoseconds latency) {
 
 }  // namespace
 
-ViewFrames::ViewFrames(const SinkSetup& setup) : tick_(setup.run.model.tick) {
+ViewFrames::ViewFrames(const SinkSetup& setup)
+    : tick_(setup.run.model.tick), electrodes_(setup.run.encoding.electrodes.size()) {
   if (setup.session) start_ = setup.session->start;
   for (const Indenter& indenter : setup.run.model.indenters) {
     probes_.push_back({.tip = TipContact(indenter, setup.run.model.skin), .press = {}});
@@ -131,6 +132,23 @@ void ViewFrames::add(std::span<const NeuronSample> samples) {
   }
 }
 
+void ViewFrames::add(std::span<const StimulationCommand> commands) {
+  for (const StimulationCommand& command : commands) {
+    if (command.electrode >= electrodes_.size()) continue;
+    Stimulation& electrode = electrodes_[command.electrode];
+    if (command.kind == StimulationCommand::Kind::kPulse) {
+      ++electrode.pulses;
+      electrode.amplitude_uA = command.amplitude_uA;
+    } else {
+      // An electrode that gives pulses gets updates with amplitude 0 between them.
+      const bool stopped = command.stop != StimulationCommand::Stop::kNone;
+      if (stopped || electrode.pulses == 0) electrode.amplitude_uA = command.amplitude_uA;
+      electrode.frequency_Hz = command.frequency_Hz;
+      electrode.stop = command.stop;
+    }
+  }
+}
+
 void ViewFrames::set_links(const RunControl& control) {
   for (std::size_t i = 0; i < probes_.size(); ++i) probes_[i].link = control.link(i);
 }
@@ -171,6 +189,7 @@ std::string ViewFrames::take(std::uint32_t flags) {
   append_count(bytes, latency_.size());
   for (const std::uint32_t ticks : latency_) append(bytes, ticks);
   append_watched(bytes);
+  append_electrodes(bytes);
   const std::string news = news_.empty() ? "" : "[" + news_ + "]";
   append_count(bytes, news.size());
   bytes += news;
@@ -179,6 +198,7 @@ std::string ViewFrames::take(std::uint32_t flags) {
   spikes_.clear();
   watched_.clear();
   news_.clear();
+  for (Stimulation& electrode : electrodes_) electrode.pulses = 0;
   sent_ = newest_;
   return bytes;
 }
@@ -242,6 +262,16 @@ void ViewFrames::append_watched(std::string& bytes) const {
       append(bytes, sample.drive);
       append(bytes, sample.potential);
     }
+  }
+}
+
+void ViewFrames::append_electrodes(std::string& bytes) const {
+  append_count(bytes, electrodes_.size());
+  for (const Stimulation& electrode : electrodes_) {
+    append_float(bytes, electrode.amplitude_uA);
+    append_float(bytes, electrode.frequency_Hz);
+    append(bytes, static_cast<std::uint32_t>(electrode.stop));
+    append(bytes, electrode.pulses);
   }
 }
 

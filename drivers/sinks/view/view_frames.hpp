@@ -14,6 +14,7 @@
 #include "core/records/loop_event.hpp"
 #include "core/records/run_status.hpp"
 #include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 
@@ -33,6 +34,8 @@ namespace merkel {
 ///   u32 n · u32×n ticks of a latency from 1 µs up, 8 bins a decade ·
 ///   u32 watched · per neuron u32 number, u32 samples, per sample f32 seconds before to_s, drive,
 ///     potential ·
+///   u32 electrodes · per electrode f32 amplitude_uA, f32 frequency_Hz, u32 stop
+///     (StimulationCommand::Stop), u32 pulses since the last frame ·
 ///   u32 length · JSON: [{"kind", "t", …}], what happened once; empty for nothing
 /// Used by one thread.
 class ViewFrames {
@@ -52,6 +55,7 @@ class ViewFrames {
   void add(std::span<const LoopEvent> events);
   void add(std::span<const Mark> marks);
   void add(std::span<const NeuronSample> samples);
+  void add(std::span<const StimulationCommand> commands);
   /// A sentence for the person at the page.
   void add_notice(std::string_view sentence);
   void set(const RunStatus& status) { status_ = status; }
@@ -80,6 +84,14 @@ class ViewFrames {
     std::uint32_t states;
   };
 
+  /// The last command, and pulses since the last frame.
+  struct Stimulation {
+    double amplitude_uA = 0.0;
+    double frequency_Hz = 0.0;
+    StimulationCommand::Stop stop = StimulationCommand::Stop::kNone;
+    std::uint32_t pulses = 0;
+  };
+
   void add_point(std::chrono::nanoseconds time);
   void add_news(const std::string& json);
   [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;
@@ -88,6 +100,7 @@ class ViewFrames {
   void append_points(std::string& bytes) const;
   void append_spikes(std::string& bytes) const;
   void append_watched(std::string& bytes) const;
+  void append_electrodes(std::string& bytes) const;
 
   std::chrono::nanoseconds tick_;
   std::vector<Probe> probes_;
@@ -100,6 +113,7 @@ class ViewFrames {
   std::vector<float> point_values_;  ///< per point and probe: depth, force
   std::vector<Spike> spikes_;
   std::vector<NeuronSample> watched_;
+  std::vector<Stimulation> electrodes_;
   std::string news_;
   std::array<std::uint32_t, kLatencyBins> latency_{};
   std::uint64_t left_out_ = 0;  ///< spikes and points beyond what a frame takes

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/records/stimulation_command.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "drivers/sinks/session_position.hpp"
@@ -111,6 +112,21 @@ std::string view_scene_json(const SinkSetup& setup, bool control) {
   JsonWriter probes('[');
   for (const Indenter& indenter : run.model.indenters) probes.item(json_of(indenter));
   json.raw("probes", probes.end());
+  JsonWriter electrodes('[');
+  for (const Electrode& electrode : run.encoding.electrodes) {
+    electrodes.item(JsonWriter()
+                        .text("name", electrode.name)
+                        .raw("amplitude_uA", list_of(electrode.amplitude_uA))
+                        .raw("frequency_Hz", list_of(electrode.frequency_Hz))
+                        .end());
+  }
+  json.raw("electrodes", electrodes.end());
+  JsonWriter stops('[');
+  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kEnd;
+       stop = static_cast<StimulationCommand::Stop>(static_cast<int>(stop) + 1)) {
+    stops.item(json_string(name_of(stop)));
+  }
+  json.raw("stops", stops.end());
   JsonWriter facts('[');
   for (const auto& [name, value] : run.facts) {
     facts.item(JsonWriter('[').item(json_string(name)).item(json_string(value)).end());

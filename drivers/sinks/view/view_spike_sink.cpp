@@ -33,7 +33,7 @@ class ViewSpikeSink final : public SpikeSink {
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kStatus | kEvents | kMarks | kNeurons;
+    return kTicks | kStatus | kEvents | kMarks | kNeurons | kStimulation;
   }
   void attach(RunControl& control) override { desk_->attach(control); }
 
@@ -62,6 +62,11 @@ class ViewSpikeSink final : public SpikeSink {
   [[nodiscard]] Expected<void, SinkError> write_neurons(
       std::span<const NeuronSample> samples) override {
     frames_.add(samples);
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    frames_.add(commands);
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {

@@ -44,15 +44,14 @@ TEST(EncodingParameters, LimitsHaveNoDefault) {
 }
 
 TEST(EncodingParameters, RefusesARangeThatBreaksALimit) {
-  EXPECT_EQ(
-      fault([](auto& p) { p.electrodes[0].amplitude_uA[1] = 90.0; }),
-      "electrode.amplitude_uA of E1 reaches 90 µA, which is 18 nC in a phase of 200 µs, above "
-      "stimulation.max_charge_nC = 16: lower the amplitude or shorten stimulation.phase_us");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].amplitude_uA[1] = 90.0; }),
+            "electrode[E1].amplitude_uA reaches 90 µA, which is 18 nC in a phase of 200 µs, above "
+            "stimulation.max_charge_nC = 16: lower the amplitude or shorten stimulation.phase_us");
   EXPECT_EQ(fault([](auto& p) { p.stimulation.max_total_uA = 70.0; }),
-            "electrode.amplitude_uA of E1 reaches 80 µA, above stimulation.max_total_uA = 70 by "
+            "electrode[E1].amplitude_uA reaches 80 µA, above stimulation.max_total_uA = 70 by "
             "itself: lower the amplitude");
   EXPECT_EQ(fault([](auto& p) { p.electrodes[0].frequency_Hz[1] = 2600.0; }),
-            "electrode.frequency_Hz of E1 reaches 2600 Hz, whose period is shorter than a pulse of "
+            "electrode[E1].frequency_Hz reaches 2600 Hz, whose period is shorter than a pulse of "
             "two phases of 200 µs: lower the frequency or shorten stimulation.phase_us");
 }
 
@@ -70,12 +69,14 @@ TEST(EncodingParameters, RefusesWhatCannotBe) {
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");
   EXPECT_EQ(fault([](auto& p) { p.electrodes.push_back(p.electrodes[0]); }),
-            "electrode.name of E1 names two electrodes: give each its own");
+            "electrode.name \"E1\" names two electrodes: give each its own");
 }
 
 TEST(EncodingParameters, RefusesWhatTheModelLacks) {
-  const EncodedModel model{.patches = {{.area = {}, .afferents = {EncodedModel::Point{5.0, 5.0}}}},
-                           .patch_of_probe = {0}};
+  const EncodedModel model{
+      .patches = {{.area = {},
+                   .afferents = {AfferentSite{.x_mm = 5.0, .y_mm = 5.0, .receptors = 1}}}},
+      .patch_of_probe = {0}};
   const auto fault_with_model = [&](const std::function<void(EncodingParameters&)>& change) {
     EncodingParameters parameters = valid();
     parameters.electrodes[0].field_mm = {5.0, 5.0, 1.0};
@@ -84,18 +85,17 @@ TEST(EncodingParameters, RefusesWhatTheModelLacks) {
     return encoder ? "" : encoder.error().key + " " + encoder.error().reason;
   };
   EXPECT_EQ(fault_with_model([](auto&) {}), "");
-  EXPECT_EQ(
-      fault_with_model([](auto& p) {
-        p.electrodes[0].field_mm = {15.0, 10.0, 3.0};
-      }),
-      "electrode.field_mm of E1 holds no afferent: move it, or make its radius larger (merkel "
-      "inspect receptors prints where they are)");
+  EXPECT_EQ(fault_with_model([](auto& p) {
+              p.electrodes[0].field_mm = {15.0, 10.0, 3.0};
+            }),
+            "electrode[E1].field_mm holds no afferent: move it, or make its radius larger (merkel "
+            "inspect afferents prints where they are)");
   EXPECT_EQ(fault_with_model([](auto& p) {
               p.electrodes[0].field_mm = {31.0, 10.0, 30.0};
             }),
-            "electrode.field_mm of E1 has its centre outside the patch");
+            "electrode[E1].field_mm has its centre outside the patch");
   EXPECT_EQ(fault_with_model([](auto& p) { p.electrodes[0].patch = 1; }),
-            "electrode.patch of E1 is not a patch of the scene");
+            "electrode[E1].patch is not a patch of the scene");
   EXPECT_EQ(
       fault_with_model([](auto& p) { p.stimulation.update = std::chrono::microseconds{2500}; }),
       "stimulation.update_ms must be a whole number of ticks, which are 1 ms (loop.tick_us)");

@@ -11,6 +11,7 @@
 
 #include "core/math/random.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
+#include "tests/core/encoding/random_encoding.hpp"
 #include "tests/core/encoding/tick_feed.hpp"
 
 namespace merkel {
@@ -182,7 +183,7 @@ TEST(StimulationEncoder, ForgetsWhatItSawBeforeAFault) {
     }
     feed.skip(5);
     feed.press = {};
-    for (int k = 0; k < 20; ++k) {
+    for (int k = 0; k < 120; ++k) {
       for (const auto& command : feed.step()) after_uA = std::max(after_uA, command.amplitude_uA);
     }
     EXPECT_GT(before_uA, 20.0);
@@ -190,29 +191,42 @@ TEST(StimulationEncoder, ForgetsWhatItSawBeforeAFault) {
   }
 }
 
+TEST(StimulationEncoder, CountsTheSpikesOfItsOwnPatch) {
+  TactileModel::Parameters parameters;
+  parameters.patches.push_back(parameters.patches.front());
+  parameters.indenters.push_back({.patch = 1});
+  parameters.network.gain = 0.0;
+  auto model = *TactileModel::create(parameters);
+  auto first = electrode_at("E1", EncoderKind::kRate, 15.0, 10.0, 8.0);
+  auto second = first;
+  second.name = "E2";
+  second.patch = 1;
+  auto encoder = *StimulationEncoder::create(encoding_of({first, second}), encoded_model(model));
+  std::vector<ContactInput> contacts(2, {.x_mm = 15.0, .y_mm = 10.0});
+  contacts[1].depth_mm = 1.5;
+  double first_uA = 0.0;
+  double second_uA = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    const auto spikes = model.step(contacts, k * kTick);
+    const std::vector<TickRecord> records = {{.time = (k + 1) * kTick, .probe = 0},
+                                             {.time = (k + 1) * kTick, .probe = 1}};
+    for (const auto& command : encoder.step({.records = records,
+                               .presses = model.presses(),
+                               .spikes = spikes,
+                               .resets = model.resets()})) {
+      double& strongest = command.electrode == 0 ? first_uA : second_uA;
+      strongest = std::max(strongest, command.amplitude_uA);
+    }
+  }
+  EXPECT_EQ(first_uA, 0.0);
+  EXPECT_GT(second_uA, 20.0);
+}
+
 /// A random scene under random ticks with everything that can go wrong, watched by the auditor.
 class RandomScene {
  public:
-  explicit RandomScene(std::uint64_t seed) : random_(seed), parameters_(encoding_of({})) {
-    StimulationParameters& limits = parameters_.stimulation;
-    limits.update = (1 + random_.next() % 30) * kTick;
-    limits.phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 4e5))};
-    limits.max_total_uA = random_.uniform(90.0, 400.0);
-    if (random_.uniform() < 0.5) limits.max_slope_uA_per_s = random_.uniform(500.0, 1e5);
-    const auto electrodes = 1 + random_.next() % 12;
-    if (random_.uniform() < 0.3) limits.max_electrodes = 1 + random_.next() % electrodes;
-    for (std::size_t e = 0; e < electrodes; ++e) {
-      auto electrode = electrode_at(
-          "E" + std::to_string(e), static_cast<EncoderKind>(random_.next() % 5),
-          random_.uniform(2.0, 28.0), random_.uniform(2.0, 18.0), random_.uniform(1.0, 8.0));
-      electrode.amplitude_uA = {random_.uniform(0.0, 40.0), random_.uniform(40.0, 90.0)};
-      electrode.frequency_Hz = {random_.uniform(0.0, 50.0), random_.uniform(50.0, 1000.0)};
-      electrode.window = nanoseconds{static_cast<std::int64_t>(random_.uniform(1e6, 2e8))};
-      electrode.full_rate_Hz = random_.uniform(1.0, 100.0);
-      parameters_.electrodes.push_back(electrode);
-    }
-    limits.max_charge_nC = charge_nC(90.0, limits.phase);
-  }
+  explicit RandomScene(std::uint64_t seed)
+      : random_(seed), parameters_(random_encoding(random_, 1.0)) {}
 
   /// \return what went wrong, or nothing
   std::string run() {
@@ -220,20 +234,7 @@ class RandomScene {
     if (!created) return created.error().key + " " + created.error().reason;
     StimulationEncoder& encoder = *created;
     TickFeed feed(encoder, kTick);
-    StimulationLimiter::Limits limits{.phase = parameters_.stimulation.phase,
-                                      .max_charge_nC = parameters_.stimulation.max_charge_nC,
-                                      .max_total_uA = parameters_.stimulation.max_total_uA};
-    if (const auto slope = parameters_.stimulation.max_slope_uA_per_s) {
-      limits.max_slope_uA_per_s = *slope;
-    }
-    if (const auto most = parameters_.stimulation.max_electrodes) {
-      limits.max_electrodes = static_cast<std::size_t>(*most);
-    }
-    std::vector<StimulationLimiter::OfElectrode> ranges;
-    for (const auto& each : parameters_.electrodes) {
-      ranges.push_back({.max_uA = each.amplitude_uA[1], .max_Hz = each.frequency_Hz[1]});
-    }
-    CommandAuditor auditor(limits, ranges, nanoseconds{0});
+    CommandAuditor auditor = auditor_of(parameters_);
     nanoseconds last_update{0};
     bool latched = false;
     for (int tick = 0; tick < 250; ++tick) {
@@ -313,12 +314,12 @@ class RandomScene {
 
 TEST(StimulationEncoder, KeepsEveryLimitAndStopsAtEveryFault) {
   int on = 0;
-  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     RandomScene scene(seed);
     ASSERT_EQ(scene.run(), "") << "seed " << seed;
     on += scene.on() ? 1 : 0;
   }
-  EXPECT_GT(on, 380);
+  EXPECT_GT(on, 190);
 }
 
 TEST(StimulationEncoder, GivesTheSameBitsAgain) {

@@ -55,7 +55,7 @@ inline EncodedModel grid_model(std::chrono::nanoseconds tick = std::chrono::mill
       .tick = tick, .patches = {{.area = {}, .afferents = {}}}, .patch_of_probe = {0}};
   for (int y = 0; y < 20; ++y) {
     for (int x = 0; x < 30; ++x) {
-      model.patches[0].afferents.emplace_back(EncodedModel::Point{x + 0.5, y + 0.5});
+      model.patches[0].afferents.push_back({.x_mm = x + 0.5, .y_mm = y + 0.5, .receptors = 1});
     }
   }
   return model;

@@ -24,6 +24,7 @@ struct Everything {
   std::vector<RunStatus> status;
   std::vector<SessionChunk::Frame> frames;
   std::vector<Mark> marks;
+  std::vector<StimulationCommand> commands;
   bool ended_well = false;
   std::string error;
 };
@@ -55,6 +56,7 @@ Everything read_all(const std::string& path) {
     append(all.status, chunk.status);
     append(all.frames, chunk.frames);
     append(all.marks, chunk.marks);
+    append(all.commands, chunk.commands);
   }
   all.ended_well = session->ended_well();
   return all;
@@ -100,6 +102,21 @@ constexpr RunStatus::Rights kRights = {.scheduling_class = 1,
                                        .timer_slack_ns = 0,
                                        .cpu_awake = 0};
 
+const std::array<StimulationCommand, 3> kCommands = {
+    StimulationCommand{.time = nanoseconds{1'000'250'001},
+                       .amplitude_uA = 60.0,
+                       .heartbeat = 4,
+                       .electrode = 1,
+                       .kind = StimulationCommand::Kind::kPulse},
+    StimulationCommand{.time = nanoseconds{1'001'000'000},
+                       .amplitude_uA = 1.0 / 3.0,
+                       .frequency_Hz = 55.5,
+                       .heartbeat = 5},
+    StimulationCommand{.time = nanoseconds{1'001'000'000},
+                       .heartbeat = 5,
+                       .electrode = 1,
+                       .stop = StimulationCommand::Stop::kGap}};
+
 /// A session with one chunk of each kind. \param closed  whether it was ended properly
 std::string record(const TemporaryFolder& folder, bool closed) {
   const std::string path = folder.path(closed ? "closed.xdf" : "open.xdf");
@@ -112,6 +129,7 @@ std::string record(const TemporaryFolder& folder, bool closed) {
                                           .model = {}}});
   EXPECT_TRUE(sink) << sink.error().sentence;
   EXPECT_TRUE((*sink)->write(kSpikes));
+  EXPECT_TRUE((*sink)->write_commands(kCommands));
   EXPECT_TRUE((*sink)->write_ticks(kTicks));
   EXPECT_TRUE((*sink)->write_events(kEvents));
   EXPECT_TRUE((*sink)->write_samples(1, kSamples));
@@ -161,6 +179,8 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   expect_same(all.ticks[1], kTicks[1]);
   ASSERT_EQ(all.events.size(), 1U);
   EXPECT_EQ(all.events[0], kEvents[0]);
+  ASSERT_EQ(all.commands.size(), kCommands.size());
+  for (std::size_t i = 0; i < kCommands.size(); ++i) EXPECT_EQ(all.commands[i], kCommands[i]);
   ASSERT_EQ(all.marks.size(), 2U);
   EXPECT_EQ(all.marks[0].time, nanoseconds{1'500'000'000});
   EXPECT_EQ(all.marks[0].label, "trial 1, Müller");
@@ -181,6 +201,20 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   EXPECT_EQ(all.frames[0].port, 2U);
   EXPECT_EQ(all.frames[0].frame, kFrames[0]);
   EXPECT_EQ(all.frames[1].frame, kFrames[1]);
+}
+
+TEST(SessionReader, ReadsSessionsOfVersionsWithoutStimulationCommands) {
+  const TemporaryFolder folder;
+  std::string bytes = read_file(record(folder, true));
+  const std::string name = "merkel.stimulation";
+  for (auto at = bytes.find(name); at != std::string::npos; at = bytes.find(name)) {
+    bytes.replace(at, name.size(), "unknown.stimulatio");
+  }
+  const Everything all = read_all(folder.file("old.xdf", bytes));
+  EXPECT_EQ(all.error, "");
+  EXPECT_TRUE(all.commands.empty());
+  EXPECT_EQ(all.ticks.size(), 2U);
+  EXPECT_EQ(all.marks.size(), 2U);
 }
 
 TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {

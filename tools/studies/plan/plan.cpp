@@ -11,6 +11,7 @@
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "tools/scene/contact_sentence.hpp"
+#include "tools/studies/plan/encoding_cost.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 #include "tools/studies/plan/rehearsal.hpp"
 #include "tools/studies/report/report.hpp"
@@ -309,6 +310,10 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   if (auto noted = note_shares(scene, rehearsal, plan); !noted) {
     return Unexpected<SetupError>(noted.error());
   }
+  plan.electrodes = scene.encoding.electrodes.size();
+  const auto encoding_us = encoding_cost_us(scene, rehearsal);
+  if (!encoding_us) return Unexpected<SetupError>(encoding_us.error());
+  plan.encoding_us = *encoding_us;
   plan.left_out = left_out(scene, plan);
   return plan;
 }

@@ -44,6 +44,8 @@ struct Plan {
   double active_share = 0.0;          ///< of neurons: others are at rest
   std::vector<std::string> left_out;  ///< sentences: what is left out, and why
   std::vector<std::string> validity;  ///< of each probe's contact law at its deepest press
+  std::size_t electrodes = 0;
+  double encoding_us = 0.0;  ///< a tick, of the stimulation commands
 };
 
 /// Rehearses the scene's first press (at most a second). Without [accuracy] spike_time_us, with the

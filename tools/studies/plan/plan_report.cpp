@@ -66,6 +66,10 @@ std::string plan_text(const Plan& plan) {
                                                100.0 * plan.chosen.error.share_unmatched())
                                             .c_str()
                                       : "");
+  if (plan.electrodes > 0) {
+    text += format("stimulation commands for %zu electrode%s: %.2f µs a tick more\n",
+                   plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
+  }
   text += "left out:\n";
   for (const std::string& sentence : plan.left_out) text += "  " + sentence + "\n";
   for (std::size_t i = 0; i < plan.validity.size(); ++i) {
@@ -98,6 +102,8 @@ std::string plan_json(const Plan& plan) {
                      {"reached_share", plan.reached_share},
                      {"active_share", plan.active_share},
                      {"untouched_share", plan.untouched_share},
+                     {"electrodes", plan.electrodes},
+                     {"encoding_us", plan.encoding_us},
                      {"left_out", plan.left_out},
                      {"contact_law", plan.validity}};
   return json.dump(2) + "\n";

@@ -38,9 +38,10 @@ export function readFrame(buffer, scene) {
   const watched = r.list(() => ({
     n: r.u32(), samples: r.list(() => ({ t: t - r.f32(), drive: r.f32(), potential: r.f32() })),
   }));
+  const electrodes = r.list(() => ({ amplitude: r.f32(), frequency: r.f32(), stop: r.u32(), pulses: r.u32() }));
   const text = r.text();
   return {
-    missed, number, origin_s, from, t, probes, points, spikes, latency, watched,
+    missed, number, origin_s, from, t, probes, points, spikes, latency, watched, electrodes,
     over: (flags & kOver) !== 0, forget: (flags & kForget) !== 0,
     recording: (flags & kRecording) !== 0, still: (flags & kStill) !== 0,
     counters: Object.fromEntries(scene.counters.map(({ name }, i) => [name, counters[i]])),

@@ -3,6 +3,7 @@ import { byId, follow, setText } from './canvas.js';
 import { Connection } from './connection.js';
 import { Controls } from './controls.js';
 import { Details } from './details.js';
+import { Electrodes } from './electrodes.js';
 import { drawLegend, Finger } from './finger.js';
 import { readFrame } from './frames.js';
 import { healthOf, Trend } from './health.js';
@@ -34,6 +35,7 @@ class Page {
     this.trace = new Trace(byId('trace'));
     this.latency = new Latency(byId('latency'));
     this.numbers = new Numbers();
+    this.electrodes = new Electrodes(byId('electrodes'));
     this.sound = new Sound();
     this.details = new Details(byId('details'), (afferents) => {
       this.connection?.send('watch', ...afferents);
@@ -62,6 +64,7 @@ class Page {
     this.details.setScene(scene, this.finger.layout);
     this.controls.setScene(scene);
     this.numbers.setScene(scene);
+    this.electrodes.setScene(scene);
     this.heldSince = scene.probes.map(() => null);
     byId('scene').textContent = scene.scene;
     document.title = `merkel: ${scene.scene}`;
@@ -82,6 +85,7 @@ class Page {
     if (frame.forget && this.paused) this.togglePause();
     this.history.add(frame, this.paused ? this.paused.t : frame.t);
     this.trend.add(frame);
+    this.electrodes.take(frame);
     frame.probes.forEach((probe, i) => { this.heldSince[i] = probe.state === 1 ? this.heldSince[i] ?? frame.t : null; });
     if (!this.paused) this.sound.play(frame, this.details.afferents);
     if (this.paused && frame.t > this.paused.t + kKept_s) this.togglePause();
@@ -114,6 +118,7 @@ class Page {
     const total = counts.reduce((a, b) => a + b, 0) / seconds, active = counts.reduce((sum, n) => sum + (n > 0), 0);
     const latency = this.trend.latency(2);
     this.numbers.show(frame, { total, active, latency_us: quantile_us(latency, 0.99) });
+    this.electrodes.show(frame);
     const hideSilent = byId('hide-silent').checked;
     const inWindow = hideSilent ? this.history.counts(time.from, time.to) : counts;
     this.order.update({ by: byId('order').value, hideSilent, counts: inWindow, probes: frame.probes, now: time.now });

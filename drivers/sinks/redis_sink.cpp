@@ -1,0 +1,224 @@
+#include <array>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <hiredis/hiredis.h>
+#include <sys/time.h>
+
+#include "core/parameters/parameter_error.hpp"
+#include "drivers/clock/clock_pair.hpp"
+#include "drivers/sinks/host_name.hpp"
+#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/stimulation_text.hpp"
+
+namespace merkel {
+namespace {
+
+struct FreeContext {
+  void operator()(redisContext* context) const { redisFree(context); }
+};
+struct FreeReply {
+  void operator()(redisReply* reply) const { freeReplyObject(reply); }
+};
+using Connection = std::unique_ptr<redisContext, FreeContext>;
+using Reply = std::unique_ptr<redisReply, FreeReply>;
+
+constexpr timeval kPatience{.tv_sec = 1, .tv_usec = 0};
+
+/// Adds entries to Redis streams, many at a time.
+class StreamWriter {
+ public:
+  using Fields = std::initializer_list<std::pair<std::string_view, std::string>>;
+
+  StreamWriter(Connection connection, std::int64_t longest)
+      : connection_(std::move(connection)), longest_(std::to_string(longest)) {}
+
+  /// Queues an entry; false without a connection.
+  bool add(const std::string& stream, Fields fields) {
+    arguments_ = {"XADD", stream, "MAXLEN", "~", longest_, "*"};
+    for (const auto& [name, value] : fields) {
+      arguments_.emplace_back(name);
+      arguments_.push_back(value);
+    }
+    std::vector<const char*> texts;
+    std::vector<std::size_t> sizes;
+    for (const std::string& argument : arguments_) {
+      texts.push_back(argument.data());
+      sizes.push_back(argument.size());
+    }
+    ++waiting_;
+    return redisAppendCommandArgv(connection_.get(), static_cast<int>(texts.size()), texts.data(),
+                                  sizes.data()) == REDIS_OK;
+  }
+
+  /// Sends what is queued and takes all answers. \return what went wrong, or nothing
+  std::string settle() {
+    for (; waiting_ > 0; --waiting_) {
+      void* raw = nullptr;
+      if (redisGetReply(connection_.get(), &raw) != REDIS_OK) return connection_->errstr;
+      const Reply reply(static_cast<redisReply*>(raw));
+      if (reply->type == REDIS_REPLY_ERROR) return {reply->str, reply->len};
+    }
+    return "";
+  }
+
+ private:
+  Connection connection_;
+  std::string longest_;
+  std::vector<std::string> arguments_;
+  int waiting_ = 0;
+};
+
+/// Stimulation commands as entries of Redis streams, as a node of a BRAND graph writes them
+/// (github.com/brandbci/brand). NODE gets one entry an update, with the amplitudes and frequencies
+/// of all electrodes; NODE_pulses one a pulse; NODE_state one at the begin and one at the end.
+class RedisSink final : public SpikeSink {
+ public:
+  RedisSink(std::string uri, std::string node, StreamWriter streams,
+            const EncodingParameters& encoding)
+      : uri_(std::move(uri)),
+        node_(std::move(node)),
+        streams_(std::move(streams)),
+        text_(encoding),
+        encoding_("{" + encoding_members(encoding) + "}") {}
+
+  /// \return what went wrong, or nothing
+  std::string announce() {
+    streams_.add(node_ + "_state",
+                 {{"code", "0"}, {"status", "initialized"}, {"parameters", encoding_}});
+    return streams_.settle();
+  }
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override {
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    for (const StimulationCommand& command : commands) {
+      if (command.kind == StimulationCommand::Kind::kPulse) {
+        add_pulse(command);
+      } else {
+        take_update(command);
+      }
+    }
+    return settled();
+  }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    streams_.add(node_ + "_state", {{"code", "0"}, {"status", "done"}});
+    return settled();
+  }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  Expected<void, SinkError> settled() {
+    const std::string error = streams_.settle();
+    if (error.empty()) return {};
+    return Unexpected<SinkError>(
+        {.sentence = uri_ + " failed: " + error + "; check the Redis server and run again"});
+  }
+
+  void add_pulse(const StimulationCommand& command) {
+    streams_.add(node_ + "_pulses", {{"ts", monotonic_ns()},
+                                     {"time_ns", std::to_string(command.time.count())},
+                                     {"heartbeat", std::to_string(command.heartbeat)},
+                                     {"electrode", text_.name(command)},
+                                     {"amplitude_uA", shortest_decimal(command.amplitude_uA)}});
+  }
+
+  /// An update's commands come in the order of the electrodes; the last completes the entry.
+  void take_update(const StimulationCommand& command) {
+    const char* const before = command.electrode == 0 ? "[" : ",";
+    if (command.electrode == 0) {
+      for (std::string* list : {&amplitudes_, &frequencies_, &stops_}) list->clear();
+    }
+    amplitudes_.append(before).append(shortest_decimal(command.amplitude_uA));
+    frequencies_.append(before).append(shortest_decimal(command.frequency_Hz));
+    stops_.append(before).append("\"").append(name_of(command.stop)).append("\"");
+    if (command.electrode + 1U != text_.electrodes()) return;
+    streams_.add(node_, {{"ts", monotonic_ns()},
+                         {"time_ns", std::to_string(command.time.count())},
+                         {"heartbeat", std::to_string(command.heartbeat)},
+                         {"amplitude_uA", amplitudes_ + "]"},
+                         {"frequency_Hz", frequencies_ + "]"},
+                         {"stop", stops_ + "]"}});
+  }
+
+  static std::string monotonic_ns() { return std::to_string(read_clock_pair().monotonic.count()); }
+
+  std::string uri_;
+  std::string node_;
+  StreamWriter streams_;
+  StimulationText text_;
+  std::string encoding_;    ///< as JSON
+  std::string amplitudes_;  ///< of the update under way, as JSON arrays
+  std::string frequencies_;
+  std::string stops_;
+};
+
+/// A node's name becomes the name of streams.
+bool is_node_name(std::string_view name) {
+  return !name.empty() && name.size() <= 64 &&
+         name.find_first_not_of(
+             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-."
+             ":") == std::string_view::npos;
+}
+
+/// Connects to HOST:PORT, or to the socket at an absolute path.
+Expected<Connection, SetupError> connect(const Uri& uri, const SinkSetup& setup) {
+  Connection connection;
+  std::string start = "redis-server --unixsocket " + uri.path;
+  if (uri.path.starts_with('/')) {
+    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kPatience));
+  } else {
+    const auto address = HostAndPort::parse(uri.path);
+    if (!address) {
+      return bad_input("\"" + uri.text +
+                       "\": the address must be HOST:PORT or the path of a socket, for example "
+                       "redis:127.0.0.1:6379");
+    }
+    if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
+    start = "redis-server --port " + std::to_string(address->port);
+    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kPatience));
+  }
+  if (!connection || connection->err != 0) {
+    return unavailable("\"" + uri.text + "\": no Redis server answers there (" +
+                       (connection ? connection->errstr : "out of memory") + "): start it with " +
+                       start);
+  }
+  redisSetTimeout(connection.get(), kPatience);
+  return connection;
+}
+
+}  // namespace
+
+OpenedSink open_redis_sink(const Uri& uri, const SinkSetup& setup) {
+  UriOptions options(uri);
+  const std::string node = options.text("node", "merkel");
+  const std::int64_t longest = options.whole("maxlen", 100'000, 1, 100'000'000);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (auto some = require_electrodes(uri, setup.run.encoding); !some) {
+    return Unexpected<SetupError>(some.error());
+  }
+  if (!is_node_name(node)) {
+    return bad_input("\"" + uri.text +
+                     "\": the option node must have 1 to 64 letters, digits, '_', '-', '.' or "
+                     "':', because streams are named after it");
+  }
+  auto connection = connect(uri, setup);
+  if (!connection) return Unexpected<SetupError>(connection.error());
+  auto sink = std::make_unique<RedisSink>(
+      uri.text, node, StreamWriter(std::move(*connection), longest), setup.run.encoding);
+  if (const std::string error = sink->announce(); !error.empty()) {
+    return unavailable("\"" + uri.text + "\": the Redis server refused: " + error);
+  }
+  return sink;
+}
+
+}  // namespace merkel

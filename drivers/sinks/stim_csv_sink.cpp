@@ -1,0 +1,82 @@
+#include <string>
+#include <utility>
+
+#include "drivers/files/output_file.hpp"
+#include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/stimulation_text.hpp"
+#include "drivers/sinks/time_base.hpp"
+
+namespace merkel {
+namespace {
+
+/// Writes stimulation commands as rows of CSV.
+class StimCsvSink final : public SpikeSink {
+ public:
+  StimCsvSink(std::string uri, OutputFile file, const EncodingParameters& encoding, TimeBase time)
+      : uri_(std::move(uri)), file_(std::move(file)), text_(encoding), time_(time) {}
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    if (std::exchange(header_written_, true)) return {};
+    time_.set(origin);
+    std::string header;
+    if (!time_.plain()) {
+      for (const auto& [name, value] : time_.facts()) header += "# " + name + "=" + value + "\n";
+    }
+    const bool written = file_.write(header.append(StimulationText::kCsvHeader));
+    file_.end_header();
+    return settle(written);
+  }
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override {
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    if (auto begun = begin({}); !begun) return begun;
+    rows_.clear();
+    for (StimulationCommand command : commands) {
+      command.time = time_(command.time);
+      text_.append_row(rows_, command);
+    }
+    return settle(file_.write(rows_));
+  }
+  [[nodiscard]] Expected<void, SinkError> flush() override { return settle(file_.flush()); }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    if (auto begun = begin({}); !begun) return begun;
+    return settle(file_.close());
+  }
+  void give_up() noexcept override { file_.give_up(); }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  Expected<void, SinkError> settle(bool succeeded) {
+    if (!succeeded) return Unexpected<SinkError>({.sentence = file_.error()});
+    return {};
+  }
+
+  std::string uri_;
+  OutputFile file_;
+  StimulationText text_;
+  TimeBase time_;
+  bool header_written_ = false;
+  std::string rows_;
+};
+
+}  // namespace
+
+OpenedSink open_stim_csv_sink(const Uri& uri, const SinkSetup& setup) {
+  UriOptions options(uri);
+  const TimeBase time = TimeBase::read(options, setup);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (auto some = require_electrodes(uri, setup.run.encoding); !some) {
+    return Unexpected<SetupError>(some.error());
+  }
+  auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
+  if (!file) return Unexpected<SetupError>(file.error());
+  return std::make_unique<StimCsvSink>(uri.text, std::move(*file), setup.run.encoding, time);
+}
+
+}  // namespace merkel

@@ -1,0 +1,98 @@
+#include <utility>
+
+#include "drivers/clock/clock_pair.hpp"
+#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/stimulation_text.hpp"
+#include "drivers/sinks/zmq_publisher.hpp"
+
+namespace merkel {
+namespace {
+
+// Open Ephys' Event Broadcaster has neither type.
+constexpr std::uint16_t kCommandMessage = 100;
+constexpr std::uint16_t kStartMessage = 0x4D02;  ///< "\x02M"
+constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5558";
+
+/// A message a stimulation command, in the form of the spike sink's: a type, then JSON.
+class StimZmqSink final : public SpikeSink {
+ public:
+  StimZmqSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
+              const EncodingParameters& encoding)
+      : publisher_(uri, options, kStartMessage),
+        text_(encoding),
+        encoding_(encoding_members(encoding)),
+        head_(publisher_.head(kCommandMessage)),
+        stream_(json_string(stream)) {}
+
+  [[nodiscard]] ZmqPublisher& publisher() { return publisher_; }
+  [[nodiscard]] const std::string& uri() const noexcept override { return publisher_.uri(); }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+
+  /// The electrodes and their limits, for whoever subscribes to the start message.
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    return publisher_.announce(R"({"event_type":"stimulation_start","stream":)" + stream_ +
+                               R"(,"start_device_ns":)" + std::to_string(origin.start.count()) +
+                               R"(,"start_utc_ns":)" + std::to_string(origin.utc.count()) + "," +
+                               encoding_ + "}");
+  }
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override {
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    bool complete = true;
+    auto published = publisher_.publish([&](const auto& send) {
+      const ClockPair now = read_clock_pair();
+      for (const StimulationCommand& command : commands) {
+        json_ = R"({"event_type":"stimulation","stream":)" + stream_ + ",";
+        text_.append_members(json_, command);
+        json_ += R"(,"seq":)" + std::to_string(sequence_++);
+        json_ += R"(,"sent_monotonic_ns":)" + std::to_string(now.monotonic.count());
+        json_ += R"(,"sent_utc_ns":)" + std::to_string(now.utc.count()) + "}";
+        complete = send(head_, json_) && complete;
+      }
+    });
+    if (!published || complete) return published;
+    return Unexpected<SinkError>(
+        {.sentence = uri() + " failed: the queue of a subscriber is full, so stimulation was "
+                             "stopped; make the subscriber read faster, and run again"});
+  }
+  [[nodiscard]] Expected<void, SinkError> flush() override { return publisher_.flush(); }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    publisher_.close();
+    return {};
+  }
+  void give_up() noexcept override { publisher_.give_up(); }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  ZmqPublisher publisher_;
+  StimulationText text_;
+  std::string encoding_;  ///< members of JSON
+  std::string head_;
+  std::string stream_;
+  std::string json_;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace
+
+OpenedSink open_stim_zmq_sink(const Uri& uri, const SinkSetup& setup) {
+  UriOptions options(uri);
+  const auto publisher = ZmqPublisher::Options::read(options);
+  const std::string stream =
+      options.text("stream", setup.run.scene.empty() ? "merkel" : setup.run.scene);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (auto some = require_electrodes(uri, setup.run.encoding); !some) {
+    return Unexpected<SetupError>(some.error());
+  }
+  auto sink = std::make_unique<StimZmqSink>(uri, publisher, stream, setup.run.encoding);
+  if (auto opened = sink->publisher().open(setup, kDefaultEndpoint); !opened) {
+    return Unexpected<SetupError>(opened.error());
+  }
+  return sink;
+}
+
+}  // namespace merkel

@@ -1,0 +1,73 @@
+#include "drivers/sinks/stimulation_text.hpp"
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/sinks/json_text.hpp"
+
+namespace merkel {
+namespace {
+
+std::string json_list(const std::vector<double>& values) {
+  std::string text = "[";
+  for (const double value : values) {
+    text.append(text.size() > 1 ? "," : "").append(shortest_decimal(value));
+  }
+  return text + "]";
+}
+
+}  // namespace
+
+StimulationText::StimulationText(const EncodingParameters& encoding)
+    : phase_us_(shortest_decimal(units::us_from(encoding.stimulation.phase))) {
+  for (const Electrode& each : encoding.electrodes) names_.push_back(each.name);
+  names_.emplace_back("unknown");
+}
+
+void StimulationText::append_row(std::string& text, const StimulationCommand& command) const {
+  append_seconds(text, command.time);
+  text.append(",").append(name(command)).append(",").append(name_of(command.kind)).append(",");
+  text.append(shortest_decimal(command.amplitude_uA)).append(",");
+  text.append(shortest_decimal(command.frequency_Hz)).append(",");
+  text.append(std::to_string(command.heartbeat)).append(",").append(name_of(command.stop));
+  text += '\n';
+}
+
+void StimulationText::append_members(std::string& text, const StimulationCommand& command) const {
+  text.append(R"("kind":")").append(name_of(command.kind));
+  text.append(R"(","electrode":)").append(json_string(name(command)));
+  text.append(R"(,"amplitude_uA":)").append(shortest_decimal(command.amplitude_uA));
+  text.append(R"(,"frequency_Hz":)").append(shortest_decimal(command.frequency_Hz));
+  text.append(R"(,"phase_us":)").append(phase_us_);
+  text.append(R"(,"heartbeat":)").append(std::to_string(command.heartbeat));
+  text.append(R"(,"stop":")").append(name_of(command.stop)).append(R"(","timestamp":)");
+  append_seconds(text, command.time);
+  text.append(R"(,"time_ns":)").append(std::to_string(command.time.count()));
+}
+
+std::string encoding_members(const EncodingParameters& encoding) {
+  std::string text = R"("electrodes":[)";
+  for (const Electrode& each : encoding.electrodes) {
+    text.append(text.ends_with('[') ? "" : ",");
+    text.append(R"({"name":)").append(json_string(each.name));
+    text.append(R"(,"patch":)").append(std::to_string(each.patch));
+    text.append(R"(,"field_mm":)").append(json_list(each.field_mm));
+    text.append(R"(,"amplitude_uA":)").append(json_list(each.amplitude_uA));
+    text.append(R"(,"frequency_Hz":)").append(json_list(each.frequency_Hz)).append("}");
+  }
+  const StimulationParameters& limits = encoding.stimulation;
+  text.append(R"(],"update_ms":)").append(shortest_decimal(units::ms_from(limits.update)));
+  text.append(R"(,"phase_us":)").append(shortest_decimal(units::us_from(limits.phase)));
+  text.append(R"(,"max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
+  text.append(R"(,"max_total_uA":)").append(shortest_decimal(limits.max_total_uA));
+  return text;
+}
+
+Expected<void, SetupError> require_electrodes(const Uri& uri, const EncodingParameters& encoding) {
+  if (!encoding.electrodes.empty()) return {};
+  return bad_input("\"" + uri.text +
+                   "\": the scene has no electrodes, so there are no stimulation commands: add "
+                   "[[electrode]] and [stimulation] to it (merkel scene --keys explains them)");
+}
+
+}  // namespace merkel

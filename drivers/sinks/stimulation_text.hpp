@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/encoding/encoding_parameters.hpp"
+#include "core/expected.hpp"
+#include "core/records/stimulation_command.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+/// Stimulation commands as text. Numbers are the shortest decimals that read back as the same
+/// doubles. Real-time: no.
+class StimulationText {
+ public:
+  /// Of the rows that append_row() writes, with the line's end.
+  static constexpr std::string_view kCsvHeader =
+      "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n";
+
+  explicit StimulationText(const EncodingParameters& encoding);
+
+  /// `0.120000000,E12,update,35.5,80,12,`; the last field says why everything is off, if it is.
+  void append_row(std::string& text, const StimulationCommand& command) const;
+  /// `"kind":"update","electrode":"E12",…`: the members of a JSON object, without its braces.
+  void append_members(std::string& text, const StimulationCommand& command) const;
+  /// Of its electrode; "unknown" where a damaged session names one that its scene lacks.
+  [[nodiscard]] const std::string& name(const StimulationCommand& command) const {
+    return names_[std::min<std::size_t>(command.electrode, electrodes())];
+  }
+  [[nodiscard]] std::size_t electrodes() const noexcept { return names_.size() - 1; }
+
+ private:
+  std::vector<std::string> names_;  ///< by electrode, and the unknown one's
+  std::string phase_us_;
+};
+
+/// `"electrodes":[{"name":"E12",…}],"update_ms":10,…`: the electrodes and limits of a scene as the
+/// members of a JSON object, without its braces. Real-time: no.
+[[nodiscard]] std::string encoding_members(const EncodingParameters& encoding);
+
+/// The error where a sink of commands is opened for a run without electrodes.
+[[nodiscard]] Expected<void, SetupError> require_electrodes(const Uri& uri,
+                                                            const EncodingParameters& encoding);
+
+}  // namespace merkel

@@ -1,0 +1,47 @@
+// The stimulation command of each electrode: amplitude, frequency or pulses, and why it is off.
+
+const kPulses_s = 0.5;   // pulses are counted over so long
+
+export class Electrodes {
+  constructor(place) { this.place = place; }
+
+  setScene(scene) {
+    this.scene = scene;
+    this.recent = scene.electrodes.map(() => []);
+    this.place.hidden = scene.electrodes.length === 0;
+    this.rows = scene.electrodes.map(({ name, amplitude_uA }) => {
+      const row = document.createElement('div');
+      row.className = 'electrode';
+      const title = document.createElement('b'), meter = document.createElement('meter'), value = document.createElement('span');
+      title.textContent = title.title = name;
+      meter.max = amplitude_uA[1];
+      row.append(title, meter, value);
+      return { row, meter, value };
+    });
+    this.place.replaceChildren(...this.rows.map(({ row }) => row));
+  }
+
+  /// Pulses per second; frames arrive while the page is paused too.
+  take(frame) {
+    frame.electrodes.forEach(({ amplitude, pulses, stop }, i) => {
+      const recent = this.recent[i];
+      if (stop || frame.forget || (recent.length && frame.t < recent.at(-1).t)) recent.length = 0;
+      if (pulses && !stop) recent.push({ t: frame.t, pulses, amplitude });
+      while (recent.length && recent[0].t <= frame.t - kPulses_s) recent.shift();
+    });
+  }
+
+  show(frame) {
+    frame.electrodes.forEach(({ amplitude: train, frequency, stop }, i) => {
+      const { row, meter, value } = this.rows[i], recent = this.recent[i];
+      const pulses = recent.reduce((sum, each) => sum + each.pulses, 0);
+      const amplitude = pulses ? recent.at(-1).amplitude : train;
+      const on = amplitude > 0;
+      meter.value = on ? amplitude : 0;
+      row.classList.toggle('on', on);
+      row.classList.toggle('stopped', stop !== 0);
+      const rate = pulses ? `${(pulses / kPulses_s).toFixed(0)} pulses/s` : `${frequency.toFixed(0)} Hz`;
+      value.textContent = stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${amplitude.toFixed(1)} µA, ${rate}` : 'off';
+    });
+  }
+}

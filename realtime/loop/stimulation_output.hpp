@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/encoding/stimulation_encoder.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "realtime/clocks/clock.hpp"
+#include "realtime/loop/loop_statistics.hpp"
+#include "realtime/output/spike_fanout.hpp"
+
+namespace merkel {
+
+/// The loop's last stage: from a tick of the model to stimulation commands in the queues of the
+/// sinks. When a sink that takes commands fails, or its queue is full, all electrodes go off at the
+/// next tick and stay off. Real-time: yes. Thread: simulation.
+class StimulationOutput {
+ public:
+  /// \param encoder  null where the scene has no electrodes; borrowed
+  StimulationOutput(StimulationEncoder* encoder, SpikeFanout& fanout, LoopStatistics& statistics)
+      : encoder_(encoder), fanout_(fanout), statistics_(statistics) {}
+
+  /// After the model's step. \param records  of the tick, one a probe
+  template <Clock C>
+  void step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
+            const TactileModel& model, C& clock) noexcept MERKEL_REALTIME {
+    if (encoder_ == nullptr) return;
+    if (fanout_.commands_failed()) encoder_->fail_safe(StimulationCommand::Stop::kSinkFailure);
+    publish(encoder_->step({.records = records,
+                            .presses = model.presses(),
+                            .spikes = spikes,
+                            .resets = model.resets()}),
+            clock);
+  }
+
+  /// The last update of the run: everything off.
+  template <Clock C>
+  void finish(C& clock) noexcept MERKEL_REALTIME {
+    if (encoder_ != nullptr) publish(encoder_->finish(), clock);
+  }
+
+ private:
+  template <Clock C>
+  void publish(std::span<const StimulationCommand> commands, C& clock) noexcept {
+    fanout_.publish(commands, clock);
+    statistics_.commands.add(commands.size());
+    count(statistics_.commands_limited, encoder_->clippings().all());
+    count(statistics_.stimulation_stops, encoder_->stops());
+  }
+  static void count(Counter& counter, std::uint64_t all) noexcept {
+    if (all > counter.value()) counter.add(all - counter.value());
+  }
+
+  StimulationEncoder* encoder_;
+  SpikeFanout& fanout_;
+  LoopStatistics& statistics_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,196 @@
+// The sinks of stimulation commands. The Redis sink is tested against a real server.
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "drivers/sinks/open_sink.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using Kind = StimulationCommand::Kind;
+using Stop = StimulationCommand::Stop;
+
+SinkSetup setup() {
+  SinkSetup setup{.neurons = 20, .run = {}};
+  for (const char* const name : {"E1", "E2"}) {
+    Electrode electrode{.name = name};
+    electrode.amplitude_uA = {20.0, 80.0};
+    electrode.frequency_Hz = {0.0, 200.0};
+    setup.run.encoding.electrodes.push_back(electrode);
+  }
+  return setup;
+}
+
+std::vector<StimulationCommand> commands() {
+  return {
+      {.time = std::chrono::nanoseconds{3'200'001},
+       .amplitude_uA = 80.0,
+       .electrode = 1,
+       .kind = Kind::kPulse},
+      {.time = milliseconds{10}, .amplitude_uA = 1.0 / 3.0, .frequency_Hz = 55.5, .heartbeat = 1},
+      {.time = milliseconds{10}, .heartbeat = 1, .electrode = 1, .stop = Stop::kGap}};
+}
+
+TEST(StimCsvSink, WritesOneRowACommand) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("commands.csv");
+  {
+    const auto sink = open_sink("stim-csv:" + path, setup());
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    EXPECT_FALSE((*sink)->takes_spikes());
+    ASSERT_TRUE((*sink)->write_commands(commands()));
+    ASSERT_TRUE((*sink)->close());
+  }
+  std::ifstream file(path);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}),
+            "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n"
+            "0.003200001,E2,pulse,80,0,0,\n"
+            "0.010000000,E1,update,0.3333333333333333,55.5,1,\n"
+            "0.010000000,E2,update,0,0,1,gap\n");
+}
+
+TEST(StimSinks, NeedElectrodes) {
+  SinkSetup none = setup();
+  none.run.encoding.electrodes.clear();
+  for (const char* const uri :
+       {"stim-csv:commands.csv", "stim-zmq:tcp://127.0.0.1:45571", "redis:127.0.0.1:45572"}) {
+    const auto sink = open_sink(uri, none);
+    ASSERT_FALSE(sink);
+    EXPECT_NE(sink.error().sentence.find("the scene has no electrodes"), std::string::npos) << uri;
+  }
+}
+
+/// A Redis server of this test's own.
+class RedisServer {
+ public:
+  RedisServer() {
+    process_ = ::fork();
+    if (process_ == 0) {
+      const std::string port = std::to_string(kPort);
+      const std::string folder = folder_.path("");
+      ::execlp("redis-server", "redis-server", "--port", port.c_str(), "--bind", "127.0.0.1",
+               "--save", "", "--appendonly", "no", "--dir", folder.c_str(), "--logfile", "/dev/null",
+               static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    for (int k = 0; k < 200 && cli("ping") != "PONG\n"; ++k) {
+      std::this_thread::sleep_for(milliseconds{50});
+    }
+  }
+  RedisServer(const RedisServer&) = delete;
+  RedisServer& operator=(const RedisServer&) = delete;
+  ~RedisServer() { stop(); }
+  void stop() {
+    if (process_ <= 0) return;
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+    process_ = 0;
+  }
+  /// What redis-cli prints.
+  [[nodiscard]] static std::string cli(const std::string& command) {
+    const std::string line =
+        "redis-cli -p " + std::to_string(kPort) + " --raw " + command + " 2>/dev/null";
+    std::FILE* const pipe = ::popen(line.c_str(), "r");
+    std::string text;
+    for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+    ::pclose(pipe);
+    return text;
+  }
+  [[nodiscard]] static std::string uri() {
+    return "redis:127.0.0.1:" + std::to_string(kPort) + "?node=stimulator";
+  }
+  static constexpr int kPort = 45573;
+
+ private:
+  TemporaryFolder folder_;
+  pid_t process_ = 0;
+};
+
+class RedisSinkTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v redis-server redis-cli >/dev/null") != 0) {
+      GTEST_SKIP() << "redis-server is not installed: tools/install_packages test";
+    }
+    const auto sink = open_sink("redis:127.0.0.1:1", setup());
+    if (!sink && sink.error().sentence.find("built without") != std::string::npos) {
+      GTEST_SKIP() << sink.error().sentence;
+    }
+    server_ = std::make_unique<RedisServer>();
+  }
+  std::unique_ptr<RedisServer> server_;
+};
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
+  {
+    const auto sink = open_sink(RedisServer::uri(), setup());
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    ASSERT_TRUE((*sink)->write_commands(commands()));
+    ASSERT_TRUE((*sink)->close());
+  }
+  EXPECT_EQ(RedisServer::cli("xlen stimulator"), "1\n");
+  const std::string update = RedisServer::cli("xrange stimulator - +");
+  EXPECT_TRUE(has(update, "time_ns\n10000000\n")) << update;
+  EXPECT_TRUE(has(update, "heartbeat\n1\n")) << update;
+  EXPECT_TRUE(has(update, "amplitude_uA\n[0.3333333333333333,0]\n")) << update;
+  EXPECT_TRUE(has(update, "frequency_Hz\n[55.5,0]\n")) << update;
+  EXPECT_TRUE(has(update, "stop\n[\"\",\"gap\"]\n")) << update;
+  const std::string pulse = RedisServer::cli("xrange stimulator_pulses - +");
+  EXPECT_TRUE(has(pulse, "electrode\nE2\n")) << pulse;
+  EXPECT_TRUE(has(pulse, "time_ns\n3200001\n")) << pulse;
+  const std::string state = RedisServer::cli("xrange stimulator_state - +");
+  EXPECT_TRUE(has(state, "status\ninitialized\n")) << state;
+  EXPECT_TRUE(has(state, "parameters\n{\"electrodes\":[{\"name\":\"E1\",")) << state;
+  EXPECT_TRUE(has(state, "\"phase_us\":200")) << state;
+  EXPECT_TRUE(has(state, "status\ndone\n")) << state;
+}
+
+TEST_F(RedisSinkTest, KeepsItsStreamsShort) {
+  const auto sink = open_sink(RedisServer::uri() + "&maxlen=100", setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  for (int k = 0; k < 2000; ++k) ASSERT_TRUE((*sink)->write_commands(commands()));
+  EXPECT_LT(std::stoi(RedisServer::cli("xlen stimulator")), 400);
+}
+
+TEST_F(RedisSinkTest, FailsWhenTheServerGoesAway) {
+  const auto sink = open_sink(RedisServer::uri(), setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->write_commands(commands()));
+  server_->stop();
+  const auto written = (*sink)->write_commands(commands());
+  ASSERT_FALSE(written);
+  EXPECT_TRUE(has(written.error().sentence, "check the Redis server")) << written.error().sentence;
+}
+
+TEST(RedisSink, RefusesWithHowToWriteIt) {
+  const auto refusal = [](const std::string& uri) {
+    const auto sink = open_sink(uri, setup());
+    return sink ? "" : sink.error().sentence;
+  };
+  if (has(refusal("redis:"), "built without")) GTEST_SKIP() << refusal("redis:");
+  EXPECT_TRUE(has(refusal("redis:"), "redis:127.0.0.1:6379"));
+  EXPECT_TRUE(has(refusal("redis:127.0.0.1:1"), "start it with redis-server --port 1"));
+  EXPECT_TRUE(has(refusal("redis:192.0.2.1:6379"), "--allow-remote"));
+  EXPECT_TRUE(has(refusal("redis:127.0.0.1:6379?node=a%20b"), "the option node must have"));
+}
+
+}  // namespace
+}  // namespace merkel

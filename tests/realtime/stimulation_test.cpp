@@ -1,0 +1,286 @@
+// Stimulation commands through the whole pipeline: probe, loop, model, encoder, limiter, sinks.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/encoding/encoded_model.hpp"
+#include "core/encoding/stimulation_encoder.hpp"
+#include "core/math/random.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "realtime/pipeline.hpp"
+#include "tests/core/encoding/command_auditor.hpp"
+#include "tests/core/encoding/random_encoding.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using Kind = StimulationCommand::Kind;
+using State = TickRecord::State;
+using Stop = StimulationCommand::Stop;
+
+constexpr milliseconds kTick{1};
+
+/// A recording held in memory, handed over in chunks.
+class MemoryProbe final : public Probe {
+ public:
+  MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk)
+      : samples_(std::move(samples)), chunk_(chunk) {
+    info_.uri = "memory:";
+    info_.channels = ProbeSample::kDepth;
+    info_.replayed = true;
+  }
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+    const std::size_t count = std::min({chunk_, out.size(), samples_.size() - next_});
+    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
+    next_ += count;
+    if (count > 0) return count;
+    return Unexpected<ProbeError>(ProbeError::kEndOfStream);
+  }
+
+ private:
+  std::vector<ProbeSample> samples_;
+  std::size_t chunk_;
+  std::size_t next_ = 0;
+  ProbeInfo info_;
+};
+
+/// What a receiver of commands gets.
+struct Received {
+  std::vector<StimulationCommand> commands;
+  std::vector<TickRecord> ticks;
+  bool spikes = false;
+};
+
+/// Keeps commands; fails when it has so many.
+class CommandSink final : public SpikeSink {
+ public:
+  explicit CommandSink(Received& received, std::size_t limit = SIZE_MAX)
+      : received_(received), limit_(limit) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kStimulation | kTicks;
+  }
+  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    received_.spikes = received_.spikes || !spikes.empty();
+    return {};
+  }
+  Expected<void, SinkError> write_commands(std::span<const StimulationCommand> commands) override {
+    received_.commands.insert(received_.commands.end(), commands.begin(), commands.end());
+    if (received_.commands.size() < limit_) return {};
+    return Unexpected<SinkError>({"the receiver is gone"});
+  }
+  Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    received_.ticks.insert(received_.ticks.end(), ticks.begin(), ticks.end());
+    return {};
+  }
+  Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  Received& received_;
+  std::size_t limit_;
+  std::string uri_ = "memory:";
+};
+
+/// A second of random taps, with outages, values that are no numbers, and presses far too deep.
+std::vector<ProbeSample> random_touch(Random& random) {
+  std::vector<ProbeSample> samples;
+  double depth_mm = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    if (random.uniform() < 0.01) k += static_cast<int>(random.next() % 120);
+    if (random.uniform() < 0.02)
+      depth_mm = random.uniform() < 0.4 ? -0.1 : random.uniform(0.0, 2.0);
+    double value = depth_mm;
+    if (random.uniform() < 0.002) value = std::numeric_limits<double>::quiet_NaN();
+    if (random.uniform() < 0.002) value = std::numeric_limits<double>::infinity();
+    if (random.uniform() < 0.002) value = 1e300;
+    samples.push_back({.time = k * kTick, .depth_mm = value, .channels = ProbeSample::kDepth});
+  }
+  return samples;
+}
+
+struct Outcome {
+  RunReport report;
+  Received received;
+};
+
+/// \param failing_after  commands after which a second sink fails
+Outcome run(const EncodingParameters& parameters, std::vector<ProbeSample> samples,
+            std::size_t chunk = 64, std::size_t failing_after = SIZE_MAX) {
+  TactileModel model = *TactileModel::create({});
+  auto encoder = StimulationEncoder::create(parameters, encoded_model(model));
+  EXPECT_TRUE(encoder) << encoder.error().key << " " << encoder.error().reason;
+  Pipeline pipeline(model, {.fast = true, .encoder = &*encoder});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(std::move(samples), chunk),
+                     {.stale_after = milliseconds{50}, .x_mm = 15.0, .y_mm = 10.0});
+  Outcome outcome;
+  Received of_failing;
+  pipeline.add_sink(std::make_unique<CommandSink>(outcome.received));
+  if (failing_after != SIZE_MAX) {
+    pipeline.add_sink(std::make_unique<CommandSink>(of_failing, failing_after));
+  }
+  auto report = pipeline.run();
+  EXPECT_TRUE(report) << report.error().sentence;
+  outcome.report = *report;
+  return outcome;
+}
+
+/// Holds every command of a run against the limits, and every fault against the fail-safe.
+/// \return what went wrong, or nothing
+std::string judge(const EncodingParameters& limits, const Outcome& outcome) {
+  CommandAuditor auditor = auditor_of(limits);
+  const std::size_t electrodes = limits.electrodes.size();
+  const auto& commands = outcome.received.commands;
+  if (outcome.received.spikes) return "a sink that takes no spikes got some";
+  if (commands.size() < electrodes) return "the last update is missing";
+  const auto last_update = commands.end() - static_cast<std::ptrdiff_t>(electrodes);
+  auto next = commands.begin();
+  std::uint32_t heartbeat = 0;
+  bool failed = false;
+  std::vector<StimulationCommand> of_tick;
+  const auto take = [&](bool fault) -> std::string {
+    auditor.take(of_tick);
+    if (!auditor.fault().empty()) return auditor.fault();
+    for (const auto& command : of_tick) {
+      if (command.kind == Kind::kUpdate && command.electrode == 0) ++heartbeat;
+      if (command.heartbeat != heartbeat && command.kind == Kind::kUpdate) {
+        return "a heartbeat is missing";
+      }
+      failed = failed || command.stop == Stop::kSinkFailure;
+      if (failed && command.amplitude_uA != 0.0) return "stimulation goes on after a sink failed";
+    }
+    for (std::size_t e = 0; fault && e < electrodes; ++e) {
+      if (auditor.train_uA(e) != 0.0) return "a train goes on after a fault";
+    }
+    return "";
+  };
+  for (const TickRecord& tick : outcome.received.ticks) {
+    of_tick.clear();
+    for (; next != last_update && next->time <= tick.time; ++next) of_tick.push_back(*next);
+    const bool fault = tick.state == State::kReleased || tick.state == State::kEnded;
+    if (auto wrong = take(fault); !wrong.empty()) return wrong;
+  }
+  if (next != last_update) return "there are commands beyond the last tick";
+  of_tick.assign(last_update, commands.end());
+  for (const auto& command : of_tick) {
+    if (command.stop != Stop::kEnd || command.amplitude_uA != 0.0) return "the end is not off";
+  }
+  return take(true);
+}
+
+/// A scene without one of its limits.
+EncodingParameters without(EncodingParameters parameters, const std::string& limit) {
+  StimulationParameters& stimulation = parameters.stimulation;
+  if (limit == "charge") stimulation.max_charge_nC = 1e6;
+  if (limit == "total") stimulation.max_total_uA = 1e6;
+  if (limit == "slope") stimulation.max_slope_uA_per_s.reset();
+  if (limit == "electrodes") stimulation.max_electrodes.reset();
+  for (Electrode& electrode : parameters.electrodes) {
+    if (limit == "amplitude") electrode.amplitude_uA[1] += 50.0;
+    if (limit == "frequency") electrode.frequency_Hz[1] += 1000.0;
+  }
+  if (limit == "amplitude") stimulation.max_charge_nC *= 2.0;
+  return parameters;
+}
+
+TEST(Stimulation, NothingAboveALimitLeavesThePipelineAndEveryFaultSwitchesOff) {
+  std::uint64_t on = 0;
+  std::uint64_t stops = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Random random(seed);
+    const EncodingParameters parameters = random_encoding(random, 4.0);
+    const std::size_t failing_after = seed % 4 == 0 ? random.next() % 500 : SIZE_MAX;
+    const Outcome outcome =
+        run(parameters, random_touch(random), 1 + random.next() % 300, failing_after);
+    ASSERT_EQ(judge(parameters, outcome), "") << "seed " << seed;
+    ASSERT_EQ(outcome.report.commands, outcome.received.commands.size());
+    on += std::any_of(outcome.received.commands.begin(), outcome.received.commands.end(),
+                      [](const auto& command) { return command.amplitude_uA > 0.0; })
+              ? 1
+              : 0;
+    stops += outcome.report.stimulation_stops;
+  }
+  EXPECT_GT(on, 15U);
+  EXPECT_GT(stops, 30U);
+}
+
+TEST(Stimulation, EveryLimitIsNeeded) {
+  // Weak limits that a hard press breaks, each by itself.
+  EncodingParameters parameters = encoding_of({});
+  for (int e = 0; e < 4; ++e) {
+    auto electrode = electrode_at("E" + std::to_string(e), EncoderKind::kLinear, 15.0, 10.0, 5.0);
+    electrode.full_force_N = 0.05;
+    electrode.amplitude_uA = {20.0, 60.0 + e};
+    parameters.electrodes.push_back(electrode);
+  }
+  StimulationParameters& limits = parameters.stimulation;
+  limits.max_total_uA = 100.0;
+  limits.max_slope_uA_per_s = 400.0;
+  limits.max_electrodes = 3;
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k < 600; ++k) {
+    samples.push_back({.time = k * kTick,
+                       .depth_mm = (k / 150) % 2 == 1 ? 1.5 : -0.1,
+                       .channels = ProbeSample::kDepth});
+  }
+  ASSERT_EQ(judge(parameters, run(parameters, samples)), "");
+  for (const std::string limit : {"total", "slope", "electrodes"}) {
+    EXPECT_NE(judge(parameters, run(without(parameters, limit), samples)), "") << limit;
+  }
+  // These hide behind the total, and behind a slope.
+  limits.max_total_uA = 1e4;
+  limits.max_slope_uA_per_s.reset();
+  limits.max_electrodes.reset();
+  ASSERT_EQ(judge(parameters, run(parameters, samples)), "");
+  for (const std::string limit : {"amplitude", "frequency"}) {
+    EXPECT_NE(judge(parameters, run(without(parameters, limit), samples)), "") << limit;
+  }
+  EncodingParameters half = parameters;
+  half.stimulation.max_charge_nC /= 2.0;  // a scene that would be refused
+  EXPECT_NE(judge(half, run(without(parameters, "charge"), samples)), "");
+}
+
+TEST(Stimulation, ChunksOfAnySizeGiveTheSameCommands) {
+  Random random(11);
+  const EncodingParameters parameters = random_encoding(random, 5.0);
+  const auto samples = random_touch(random);
+  const auto one = run(parameters, samples, 1).received.commands;
+  EXPECT_GT(one.size(), 100U);
+  EXPECT_EQ(run(parameters, samples, 7).received.commands, one);
+  EXPECT_EQ(run(parameters, samples, 1000).received.commands, one);
+}
+
+TEST(Stimulation, AFailedSinkSwitchesEverythingOffForGood) {
+  auto electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0);
+  electrode.full_force_N = 0.05;
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k < 20'000; ++k) {
+    samples.push_back({.time = k * kTick, .depth_mm = 1.5, .channels = ProbeSample::kDepth});
+  }
+  const auto outcome = run(encoding_of({electrode}), samples, 64, 20);
+  const auto& commands = outcome.received.commands;
+  const auto stop = std::find_if(commands.begin(), commands.end(), [](const auto& command) {
+    return command.stop == Stop::kSinkFailure;
+  });
+  ASSERT_NE(stop, commands.end());
+  EXPECT_GT(stop - commands.begin(), 19);
+  EXPECT_TRUE(std::all_of(stop, commands.end(),
+                          [](const auto& command) { return command.amplitude_uA == 0.0; }));
+  EXPECT_EQ(outcome.report.stimulation_stops, 1U);
+  EXPECT_NE(outcome.report.sinks[1].error_message, "");
+}
+
+}  // namespace
+}  // namespace merkel

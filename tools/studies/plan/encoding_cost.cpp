@@ -1,0 +1,36 @@
+#include "tools/studies/plan/encoding_cost.hpp"
+
+#include <chrono>
+#include <vector>
+
+#include "core/units.hpp"
+#include "tools/scene/scene_encoder.hpp"
+
+namespace merkel {
+
+Expected<double, SetupError> encoding_cost_us(const Scene& scene, const Rehearsal& rehearsal) {
+  auto model = TactileModel::create(scene.model);
+  if (!model) return bad_input(scene.sentence(model.error()));
+  auto encoder = encoder_of(scene, *model);
+  if (!encoder) return Unexpected<SetupError>(encoder.error());
+  if (!*encoder) return 0.0;
+  std::vector<TickRecord> records(model->indenters());
+  std::chrono::nanoseconds time{0};
+  std::chrono::nanoseconds spent{0};
+  for (const auto& contacts : rehearsal.ticks) {
+    const auto spikes = model->step(contacts, time);
+    time += scene.model.tick;
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      records[i] = {.time = time, .contact = contacts[i], .probe = static_cast<std::uint32_t>(i)};
+    }
+    const auto started = std::chrono::steady_clock::now();
+    static_cast<void>((*encoder)->step({.records = records,
+                                        .presses = model->presses(),
+                                        .spikes = spikes,
+                                        .resets = model->resets()}));
+    spent += std::chrono::steady_clock::now() - started;
+  }
+  return units::us_from(spent) / static_cast<double>(rehearsal.ticks.size());
+}
+
+}  // namespace merkel

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "tools/scene/scene_file.hpp"
+#include "tools/studies/plan/rehearsal.hpp"
+
+namespace merkel {
+
+/// What the stimulation commands of a scene's electrodes cost a tick, µs: the mean over a
+/// rehearsal. Fails where the scene cannot be encoded.
+[[nodiscard]] Expected<double, SetupError> encoding_cost_us(const Scene& scene,
+                                                            const Rehearsal& rehearsal);
+
+}  // namespace merkel
