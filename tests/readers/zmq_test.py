@@ -82,7 +82,7 @@ class Zmq(merkel_program.TestCase):
                 fields = dict(line.split(":", 1) for line in status)
             return int(fields["VmRSS"].split()[0]) / 1024
         self.assertTrue(merkel_program.wait_for(lambda: self.connects(port)))
-        time.sleep(1)
+        time.sleep(2)  # memory is locked once the samples' rate is measured
         return program, memory_MiB
 
     def connects(self, port):

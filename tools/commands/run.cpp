@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,6 +52,53 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   return scene;
 }
 
+/// Prints what happens while the pipeline runs, and reports progress to the service manager.
+void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Parameters& parameters) {
+  parameters.on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
+    terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + error_message);
+  };
+  parameters.on_notice = [&](const std::string& sentence) { terminal.say("merkel: " + sentence); };
+  parameters.on_missing_right = [&](const std::string& sentence) {
+    terminal.say("merkel: note: " + sentence);
+  };
+  parameters.on_progress = [&, line = StatusLine()](const RunProgress& progress) mutable {
+    service.progress(progress.counters);
+    if (terminal.on_terminal()) terminal.show(line.fields(progress));
+  };
+}
+
+Expected<void, SetupError> add_sinks(const std::vector<std::string>& uris, const SinkSetup& setup,
+                                     Pipeline& pipeline) {
+  for (const std::string& uri : uris) {
+    auto sink = open_sink(uri, setup);
+    if (!sink) return Unexpected<SetupError>(sink.error());
+    const std::string address = (*sink)->address();
+    if (!address.empty()) std::fprintf(stderr, "live page: %s\n", address.c_str());
+    pipeline.add_sink(std::move(*sink));
+  }
+  if (setup.recording->offered()) pipeline.add_sink(session_on_request(setup.recording, setup));
+  return {};
+}
+
+/// Prints the summary. \return the exit code
+int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan* plan,
+             const RunReport& report) {
+  const TactileModel& model = *prepared.model;
+  const std::string summary = options.json ? summary_json(report, model, plan)
+                                           : summary_text(report, model, plan, options.all);
+  const auto& sinks = prepared.scene.sinks;
+  const bool data_on_stdout = std::any_of(sinks.begin(), sinks.end(), [](const std::string& uri) {
+    return uri == "csv:-" || uri == "csv:/dev/stdout" || uri == "stim-csv:-" ||
+           uri == "stim-csv:/dev/stdout";
+  });
+  std::fputs(summary.c_str(), data_on_stdout ? stderr : stdout);
+  if (!report.error_message.empty()) return refuse(report.error_message);
+  for (const RunReport::OfSink& sink : report.sinks) {
+    if (!sink.error_message.empty()) return fail(sink.error_message);
+  }
+  return failed(verdict_of(report, model), options.strict) ? kFailed : kDone;
+}
+
 int run(const RunOptions& options) {
   auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
@@ -62,7 +108,6 @@ int run(const RunOptions& options) {
     if (!made) return refuse(made.error());
     plan = std::move(*made);
   }
-
   auto prepared = prepare_run(std::move(*scene), {.fast = options.fast});
   if (!prepared) return refuse(prepared.error());
   if (!prepared->notice.empty()) {
@@ -70,20 +115,10 @@ int run(const RunOptions& options) {
   }
   const TactileModel& model = *prepared->model;
   Pipeline::Parameters& parameters = prepared->parameters;
-  TerminalLine terminal;
-  parameters.on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
-    terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + error_message);
-  };
-  parameters.on_notice = [&](const std::string& sentence) { terminal.say("merkel: " + sentence); };
-  parameters.on_missing_right = [&](const std::string& sentence) {
-    terminal.say("merkel: note: " + sentence);
-  };
-  ServiceNotice service;
-  parameters.on_progress = [&, line = StatusLine()](const RunProgress& progress) mutable {
-    service.progress(progress.counters);
-    if (terminal.on_terminal()) terminal.show(line.fields(progress));
-  };
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);
+  TerminalLine terminal;
+  ServiceNotice service;
+  report_on(terminal, service, parameters);
   Pipeline pipeline(*prepared->model, parameters);
   RunDescription& description = prepared->description;
   if (!options.record.empty()) {
@@ -91,41 +126,22 @@ int run(const RunOptions& options) {
                                                   "' --record " + options.record);
   }
   prepared->add_probes_to(pipeline);
-  const auto recording = std::make_shared<RecordingSwitch>();
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(description),
                         .notice = parameters.on_notice,
-                        .recording = recording};
-  bool summary_to_stderr = false;
-  for (const std::string& uri : prepared->scene.sinks) {
-    auto sink = open_sink(uri, setup);
-    if (!sink) return refuse(sink.error());
-    summary_to_stderr = summary_to_stderr || uri == "csv:-" || uri == "csv:/dev/stdout";
-    const std::string address = (*sink)->address();
-    if (!address.empty()) std::fprintf(stderr, "live page: %s\n", address.c_str());
-    pipeline.add_sink(std::move(*sink));
+                        .recording = std::make_shared<RecordingSwitch>()};
+  if (auto added = add_sinks(prepared->scene.sinks, setup, pipeline); !added) {
+    return refuse(added.error());
   }
-  if (recording->offered()) pipeline.add_sink(session_on_request(recording, setup));
 
   const StopSignal stop(pipeline);
   const CrashWatch watch(pipeline.statistics(), model.parameters().tick);
   const auto report = pipeline.run();
   terminal.clear();
   if (!report) return refuse(report.error());
-
-  const std::string summary =
-      options.json ? summary_json(*report, model, plan ? &*plan : nullptr)
-                   : summary_text(*report, model, plan ? &*plan : nullptr, options.all);
-  std::fputs(summary.c_str(), summary_to_stderr ? stderr : stdout);
-  if (!report->error_message.empty()) {
-    return refuse(report->error_message);
-  }
-  for (const RunReport::OfSink& sink : report->sinks) {
-    if (!sink.error_message.empty()) return fail(sink.error_message);
-  }
-  return failed(verdict_of(*report, model), options.strict) ? kFailed : kDone;
+  return conclude(options, *prepared, plan ? &*plan : nullptr, *report);
 }
 
 }  // namespace
@@ -158,10 +174,9 @@ void add_run_command(CommandLine& program) {
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--all", options->all,
             "Print every afferent at the end, not only the ten with the highest rates")
-      .flag(
-          "--strict", options->strict,
-          "Exit 1 where samples, ticks or spikes were lost, more than 1 % of ticks held, or ticks "
-          "ended late")
+      .flag("--strict", options->strict,
+            "Exit 1 also where samples or single ticks were lost, more than 1 % of ticks held, or "
+            "ticks ended late")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,
             "Let sinks send to, or be reached from, other machines")

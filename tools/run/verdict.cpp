@@ -51,6 +51,7 @@ class Judge {
     }
     judge_loop();
     for (const RunReport::OfSink& sink : report_.sinks) judge_sink(sink);
+    judge_stimulation();
     std::stable_sort(findings_.begin(), findings_.end(), [](const Finding& a, const Finding& b) {
       return a.severity != b.severity ? a.severity > b.severity : a.weight > b.weight;
     });
@@ -180,7 +181,7 @@ class Judge {
           "simulate less (merkel plan), or see what merkel doctor says of this machine");
     }
     if (report_.demotions > 0) {
-      add(Severity::kLoss, 0.0,
+      add(Severity::kFailure, 0.0,
           "the simulation was demoted to SCHED_OTHER: it had left no time to other programs",
           "simulate less, or with fewer threads");
     }
@@ -203,11 +204,19 @@ class Judge {
     }
     const std::uint64_t missing = sink.dropped + sink.lost();
     if (missing > 0) {
-      add(Severity::kLoss, share(missing, sink.spikes_in),
+      add(Severity::kFailure, share(missing, sink.spikes_in),
           sentence("%llu of %llu spikes did not reach %s", number(missing), number(sink.spikes_in),
                    sink.uri.c_str()),
           "read them faster, or record a session (xdf:FILE) beside it");
     }
+  }
+
+  void judge_stimulation() {
+    if (report_.commands_dropped == 0) return;
+    add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
+        sentence("%llu of %llu stimulation commands were lost, so stimulation was stopped",
+                 number(report_.commands_dropped), number(report_.commands)),
+        "a sink of commands did not keep up: make its receiver faster");
   }
 
   const RunReport& report_;

@@ -16,7 +16,8 @@ struct Finding {
   enum class Severity {
     kNote,    ///< nothing
     kLoss,    ///< --strict: 1
-    kFailure  ///< 1
+    kFailure  ///< 1: touch, a spike or a command was lost, more than 1 % of the ticks were
+              ///< skipped, or the loop was demoted
   };
   Severity severity = Severity::kNote;
   double weight = 0.0;  ///< share of the run that it spoiled; among equals the worst comes first
