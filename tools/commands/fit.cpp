@@ -117,8 +117,8 @@ void add_fit_command(CommandLine& program) {
   CommandLine fit = program.subcommand(
       "fit",
       "Fits the gain and the two weights of adaptation (or other parameters) to "
-      "recordings, tells the cost before and after and how well the data fix each "
-      "parameter, and writes a scene.",
+      "recordings, reports the cost before and after and how well the data determine "
+      "each parameter, and writes a scene.",
       "fit goodwin --out fitted.toml");
   fit.option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-cs")
       .option("--data", command->data,

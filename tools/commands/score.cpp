@@ -258,9 +258,9 @@ void add_score_command(CommandLine& program) {
   auto command = std::make_shared<ScoreCommand>();
   program
       .subcommand("score",
-                  "Presses the model's afferents as recorded ones were pressed and tells how far "
-                  "its rates are from theirs: RMSE and r² for each data set beside the published "
-                  "scores of other models, tables (CSV) and pictures (PNG).",
+                  "Presses the model's afferents as recorded afferents were pressed, and reports how "
+                  "far the model's rates are off: RMSE, r² and R² for each data set beside the "
+                  "published scores of other models, tables (CSV) and pictures (PNG).",
                   "score goodwin --out score")
       .option("scene", command->scene, "Scene file (TOML), or a preset; default goodwin")
       .option("--data", command->data,

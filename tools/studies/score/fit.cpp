@@ -11,116 +11,13 @@
 #include <nlopt.h>
 
 #include "core/parameters/nearest_name.hpp"
-#include "core/scene/afferents.hpp"
 #include "core/scene/model_fields.hpp"
-#include "core/units.hpp"
-#include "tools/studies/score/trials.hpp"
+#include "tools/studies/score/fit_answers.hpp"
 
 namespace merkel {
 namespace {
 
 constexpr double kWidest = 20.0;
-constexpr double kHzPerFraction = 100.0;
-
-/// A stimulus as the neurons get it.
-struct Trace {
-  const DataSet::Point* point = nullptr;
-  bool decline = false;
-  double weight = 0.0;  ///< of its squared error in the cost
-  std::vector<double> energy_kPa;
-  std::chrono::nanoseconds tick{0};
-  std::chrono::nanoseconds step{0};
-};
-
-Expected<std::vector<Trace>, ParameterError> traces_of(const TactileModel::Parameters& scene,
-                                                       const std::vector<DataSet>& sets) {
-  std::vector<Trace> traces;
-  std::optional<Trials> model;
-  for (const DataSet& set : sets) {
-    const double weight =
-        1.0 / static_cast<double>(set.points.size()) / static_cast<double>(sets.size());
-    for (const DataSet::Point& point : set.points) {
-      if (!model || !model->fits(point.stimulus)) {
-        auto made = Trials::create(scene, point.stimulus, 1);
-        if (!made) return Unexpected<ParameterError>(made.error());
-        model.emplace(std::move(*made));
-      }
-      traces.push_back({.point = &point,
-                        .decline = set.y_name == "decline",
-                        .weight = weight,
-                        .energy_kPa = model->energies_kPa(point.stimulus),
-                        .tick = model->tick(),
-                        .step = model->step()});
-    }
-  }
-  return traces;
-}
-
-/// The model's answers, in Hz; a decline in percent.
-class Answers {
- public:
-  Answers(const std::vector<Trace>& traces, std::size_t trials)
-      : traces_(traces), trials_(trials) {}
-
-  Eigen::VectorXd of(const TactileModel::Parameters& parameters) {
-    Eigen::VectorXd answers(static_cast<Eigen::Index>(traces_.size()));
-    for (std::size_t i = 0; i < traces_.size(); ++i) {
-      answers[static_cast<Eigen::Index>(i)] = answer(parameters, traces_[i]);
-    }
-    ++evaluations_;
-    return answers;
-  }
-  [[nodiscard]] Eigen::VectorXd measured() const {
-    Eigen::VectorXd values(static_cast<Eigen::Index>(traces_.size()));
-    for (std::size_t i = 0; i < traces_.size(); ++i) {
-      values[static_cast<Eigen::Index>(i)] =
-          traces_[i].point->measured * (traces_[i].decline ? kHzPerFraction : 1.0);
-    }
-    return values;
-  }
-  [[nodiscard]] Eigen::VectorXd weights() const {
-    Eigen::VectorXd values(static_cast<Eigen::Index>(traces_.size()));
-    for (std::size_t i = 0; i < traces_.size(); ++i) {
-      values[static_cast<Eigen::Index>(i)] = traces_[i].weight;
-    }
-    return values;
-  }
-  [[nodiscard]] int evaluations() const { return evaluations_; }
-
- private:
-  double answer(const TactileModel::Parameters& parameters, const Trace& trace) {
-    TactileModel::Parameters own = parameters;
-    own.step = trace.step;
-    if (table_step_ != own.step) {
-      table_ = *rate_current_table_of(own);
-      table_step_ = own.step;
-    }
-    Afferents neurons = *Afferents::create(own, 0, trials_, table_);
-    std::vector<std::vector<double>> times(trials_);
-    SpikeBuffer spikes(trials_ * 4);
-    std::vector<double> before(trials_, 0.0);
-    std::vector<double> after(trials_, 0.0);
-    const int steps = static_cast<int>(trace.tick / trace.step);
-    std::chrono::nanoseconds time{0};
-    for (const double energy : trace.energy_kPa) {
-      before.swap(after);
-      std::fill(after.begin(), after.end(), energy);
-      spikes.clear();
-      neurons.advance(before, after, steps, time, spikes, nullptr);
-      for (const SpikeEvent& spike : spikes.events()) {
-        times[spike.neuron - 1].push_back(units::s_from(spike.time));
-      }
-      time += trace.tick;
-    }
-    return answer_of(trace.point->stimulus, times).value * (trace.decline ? kHzPerFraction : 1.0);
-  }
-
-  const std::vector<Trace>& traces_;
-  std::size_t trials_;
-  std::shared_ptr<const RateCurrentTable> table_;
-  std::chrono::nanoseconds table_step_{0};
-  int evaluations_ = 0;
-};
 
 /// What `merkel fit` may change in a model.
 BoundFields fitted_keys(TactileModel::Parameters& model) {
@@ -159,6 +56,60 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
   }
   if (found.empty()) return bad_input("name at least one parameter to fit");
   return found;
+}
+
+using Cost = std::function<double(const std::vector<double>&)>;
+
+/// Minimises a cost of logarithms, starting from `at` and within a factor of kWidest of it. Returns
+/// the least cost, or nothing where the optimiser gave up.
+std::optional<double> minimise(const Cost& cost, std::vector<double>& at, int most_evaluations) {
+  const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt_s*)> optimiser(
+      nlopt_create(NLOPT_LN_SBPLX, static_cast<unsigned>(at.size())), nlopt_destroy);
+  std::vector<double> low = at;
+  std::vector<double> high = at;
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    low[k] -= std::log(kWidest);
+    high[k] += std::log(kWidest);
+  }
+  Cost objective = cost;
+  nlopt_set_lower_bounds(optimiser.get(), low.data());
+  nlopt_set_upper_bounds(optimiser.get(), high.data());
+  nlopt_set_initial_step1(optimiser.get(), 0.1);
+  nlopt_set_xtol_abs1(optimiser.get(), 1e-3);
+  nlopt_set_maxeval(optimiser.get(), most_evaluations);
+  nlopt_set_min_objective(
+      optimiser.get(),
+      [](unsigned n, const double* x, double* /*gradient*/, void* function) {
+        return (*static_cast<Cost*>(function))({x, x + n});
+      },
+      &objective);
+  double least = 0.0;
+  if (nlopt_optimize(optimiser.get(), at.data(), &least) < 0) return std::nullopt;
+  return least;
+}
+
+/// Errors and correlations of the parameters from the curvature of the cost, which the slopes of
+/// the answers give (Gauss and Newton). \param slopes  a row a measurement, a column a parameter
+void estimate_errors(FitResult& result, const Eigen::MatrixXd& slopes,
+                     const Eigen::VectorXd& weights) {
+  const Eigen::Index count = slopes.cols();
+  const Eigen::MatrixXd curvature = slopes.transpose() * weights.asDiagonal() * slopes;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(curvature);
+  const double smallest = eigen.eigenvalues().minCoeff();
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  result.condition = smallest > 0.0 ? eigen.eigenvalues().maxCoeff() / smallest : kInfinite;
+  const double freedom = std::max(1.0, static_cast<double>(slopes.rows() - count));
+  const Eigen::MatrixXd covariance =
+      smallest > 0.0 ? Eigen::MatrixXd(curvature.inverse() * result.cost_after / freedom)
+                     : Eigen::MatrixXd::Constant(count, count, kInfinite);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    result.parameters[static_cast<std::size_t>(k)].relative_error = std::sqrt(covariance(k, k));
+    std::vector<double> row;
+    for (Eigen::Index j = 0; j < count; ++j) {
+      row.push_back(covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j)));
+    }
+    result.correlation.push_back(std::move(row));
+  }
 }
 
 }  // namespace
@@ -202,10 +153,10 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   if (sets.empty()) return bad_input("the data file holds no rates or declines to fit to");
   const auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());
-  const auto traces = traces_of(scene, sets);
+  const auto traces = fit_traces(scene, sets);
   if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
 
-  Answers answers(*traces, trials);
+  FitAnswers answers(*traces, trials);
   const Eigen::VectorXd measured = answers.measured();
   const Eigen::VectorXd weights = answers.weights();
   const auto with = [&](const std::vector<double>& logarithms) {
@@ -236,69 +187,32 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   const std::vector<double> start = at;
   result.cost_before = cost(start);
 
-  const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt_s*)> optimiser(
-      nlopt_create(NLOPT_LN_SBPLX, static_cast<unsigned>(at.size())), nlopt_destroy);
-  std::vector<double> low = start;
-  std::vector<double> high = start;
-  for (std::size_t k = 0; k < start.size(); ++k) {
-    low[k] -= std::log(kWidest);
-    high[k] += std::log(kWidest);
-  }
-  std::function<double(const std::vector<double>&)> objective = cost;
-  nlopt_set_lower_bounds(optimiser.get(), low.data());
-  nlopt_set_upper_bounds(optimiser.get(), high.data());
-  nlopt_set_initial_step1(optimiser.get(), 0.1);
-  nlopt_set_xtol_abs1(optimiser.get(), 1e-3);
-  nlopt_set_maxeval(optimiser.get(), most_evaluations);
-  nlopt_set_min_objective(
-      optimiser.get(),
-      [](unsigned n, const double* x, double* /*gradient*/, void* function) {
-        return (*static_cast<decltype(objective)*>(function))({x, x + n});
-      },
-      &objective);
-  if (nlopt_optimize(optimiser.get(), at.data(), &result.cost_after) < 0) {
-    return unavailable("the optimiser gave up: start from other parameters");
-  }
+  const auto least = minimise(cost, at, most_evaluations);
+  if (!least) return unavailable("the optimiser gave up: start from other parameters");
+  result.cost_after = *least;
   // Counts of impulses are steps: where no step led down, the start stays.
   if (result.cost_after >= result.cost_before) {
     at = start;
     result.cost_after = result.cost_before;
   }
 
-  // The curvature of the cost from the slopes of the answers (Gauss and Newton).
-  const auto count = static_cast<Eigen::Index>(at.size());
-  Eigen::MatrixXd slopes(measured.size(), count);
-  for (Eigen::Index k = 0; k < count; ++k) {
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    result.parameters.push_back({.name = (*parameters)[k].name,
+                                 .table = (*parameters)[k].table,
+                                 .before = std::exp(start[k]),
+                                 .after = std::exp(at[k])});
+  }
+  Eigen::MatrixXd slopes(measured.size(), static_cast<Eigen::Index>(at.size()));
+  for (std::size_t k = 0; k < at.size(); ++k) {
     constexpr double kStep = 0.1;
     std::vector<double> above = at;
     std::vector<double> below = at;
-    above[static_cast<std::size_t>(k)] += kStep;
-    below[static_cast<std::size_t>(k)] -= kStep;
-    slopes.col(k) = (answers.of(with(above)) - answers.of(with(below))) / (2.0 * kStep);
+    above[k] += kStep;
+    below[k] -= kStep;
+    slopes.col(static_cast<Eigen::Index>(k)) =
+        (answers.of(with(above)) - answers.of(with(below))) / (2.0 * kStep);
   }
-  const Eigen::MatrixXd curvature = slopes.transpose() * weights.asDiagonal() * slopes;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(curvature);
-  const double smallest = eigen.eigenvalues().minCoeff();
-  result.condition = smallest > 0.0 ? eigen.eigenvalues().maxCoeff() / smallest
-                                    : std::numeric_limits<double>::infinity();
-  const double freedom = std::max(1.0, static_cast<double>(measured.size() - count));
-  const Eigen::MatrixXd covariance =
-      smallest > 0.0
-          ? Eigen::MatrixXd(curvature.inverse() * result.cost_after / freedom)
-          : Eigen::MatrixXd::Constant(count, count, std::numeric_limits<double>::infinity());
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    result.parameters.push_back({.name = (*parameters)[i].name,
-                                 .table = (*parameters)[i].table,
-                                 .before = std::exp(start[i]),
-                                 .after = std::exp(at[i]),
-                                 .relative_error = std::sqrt(covariance(k, k))});
-    std::vector<double> row;
-    for (Eigen::Index j = 0; j < count; ++j) {
-      row.push_back(covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j)));
-    }
-    result.correlation.push_back(std::move(row));
-  }
+  estimate_errors(result, slopes, weights);
   result.evaluations = answers.evaluations();
   result.measurements = static_cast<std::size_t>(measured.size());
   scene = with(at);

@@ -1,0 +1,95 @@
+#include "tools/studies/score/fit_answers.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "core/units.hpp"
+#include "tools/studies/score/trials.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kHzPerFraction = 100.0;
+
+double unit_of(const FitTrace& trace) { return trace.decline ? kHzPerFraction : 1.0; }
+
+}  // namespace
+
+Expected<std::vector<FitTrace>, ParameterError> fit_traces(const TactileModel::Parameters& scene,
+                                                           const std::vector<DataSet>& sets) {
+  std::vector<FitTrace> traces;
+  std::optional<Trials> model;
+  for (const DataSet& set : sets) {
+    const double weight =
+        1.0 / static_cast<double>(set.points.size()) / static_cast<double>(sets.size());
+    for (const DataSet::Point& point : set.points) {
+      if (!model || !model->fits(point.stimulus)) {
+        auto made = Trials::create(scene, point.stimulus, 1);
+        if (!made) return Unexpected<ParameterError>(made.error());
+        model.emplace(std::move(*made));
+      }
+      traces.push_back({.point = &point,
+                        .decline = set.y_name == "decline",
+                        .weight = weight,
+                        .energy_kPa = model->energies_kPa(point.stimulus),
+                        .tick = model->tick(),
+                        .step = model->step()});
+    }
+  }
+  return traces;
+}
+
+Eigen::VectorXd FitAnswers::of(const TactileModel::Parameters& parameters) {
+  Eigen::VectorXd answers(static_cast<Eigen::Index>(traces_.size()));
+  for (std::size_t i = 0; i < traces_.size(); ++i) {
+    answers[static_cast<Eigen::Index>(i)] = answer(parameters, traces_[i]);
+  }
+  ++evaluations_;
+  return answers;
+}
+
+Eigen::VectorXd FitAnswers::measured() const {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(traces_.size()));
+  for (std::size_t i = 0; i < traces_.size(); ++i) {
+    values[static_cast<Eigen::Index>(i)] = traces_[i].point->measured * unit_of(traces_[i]);
+  }
+  return values;
+}
+
+Eigen::VectorXd FitAnswers::weights() const {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(traces_.size()));
+  for (std::size_t i = 0; i < traces_.size(); ++i) {
+    values[static_cast<Eigen::Index>(i)] = traces_[i].weight;
+  }
+  return values;
+}
+
+double FitAnswers::answer(const TactileModel::Parameters& parameters, const FitTrace& trace) {
+  TactileModel::Parameters own = parameters;
+  own.step = trace.step;
+  if (table_step_ != own.step) {
+    table_ = *rate_current_table_of(own);
+    table_step_ = own.step;
+  }
+  Afferents neurons = *Afferents::create(own, 0, trials_, table_);
+  std::vector<std::vector<double>> times(trials_);
+  SpikeBuffer spikes(trials_ * 4);
+  std::vector<double> before(trials_, 0.0);
+  std::vector<double> after(trials_, 0.0);
+  const int steps = static_cast<int>(trace.tick / trace.step);
+  std::chrono::nanoseconds time{0};
+  for (const double energy : trace.energy_kPa) {
+    before.swap(after);
+    std::fill(after.begin(), after.end(), energy);
+    spikes.clear();
+    neurons.advance(before, after, steps, time, spikes, nullptr);
+    for (const SpikeEvent& spike : spikes.events()) {
+      times[spike.neuron - 1].push_back(units::s_from(spike.time));
+    }
+    time += trace.tick;
+  }
+  return answer_of(trace.point->stimulus, times).value * unit_of(trace);
+}
+
+}  // namespace merkel

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/scene/afferents.hpp"
+#include "core/scene/tactile_model.hpp"
+#include "tools/studies/score/recordings.hpp"
+
+namespace merkel {
+
+/// A stimulus as the neurons get it: the energy densities that a fit does not change.
+struct FitTrace {
+  const DataSet::Point* point = nullptr;
+  bool decline = false;
+  double weight = 0.0;  ///< of its squared error in the cost
+  std::vector<double> energy_kPa;
+  std::chrono::nanoseconds tick{0};
+  std::chrono::nanoseconds step{0};
+};
+
+/// The traces of all points. \param sets  outlive the traces
+[[nodiscard]] Expected<std::vector<FitTrace>, ParameterError> fit_traces(
+    const TactileModel::Parameters& scene, const std::vector<DataSet>& sets);
+
+/// The model's answers to traces, in Hz; a decline in percent.
+class FitAnswers {
+ public:
+  /// \param traces  outlive the object.  \param trials  repetitions of each
+  FitAnswers(const std::vector<FitTrace>& traces, std::size_t trials)
+      : traces_(traces), trials_(trials) {}
+
+  [[nodiscard]] Eigen::VectorXd of(const TactileModel::Parameters& parameters);
+  [[nodiscard]] Eigen::VectorXd measured() const;
+  [[nodiscard]] Eigen::VectorXd weights() const;
+  /// How often of() was called.
+  [[nodiscard]] int evaluations() const noexcept { return evaluations_; }
+
+ private:
+  [[nodiscard]] double answer(const TactileModel::Parameters& parameters, const FitTrace& trace);
+
+  const std::vector<FitTrace>& traces_;
+  std::size_t trials_;
+  std::shared_ptr<const RateCurrentTable> table_;
+  std::chrono::nanoseconds table_step_{0};
+  int evaluations_ = 0;
+};
+
+}  // namespace merkel
