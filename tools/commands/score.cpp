@@ -257,11 +257,12 @@ int score(const ScoreCommand& command) {
 void add_score_command(CommandLine& program) {
   auto command = std::make_shared<ScoreCommand>();
   program
-      .subcommand("score",
-                  "Presses the model's afferents as recorded afferents were pressed, and reports how "
-                  "far the model's rates are off: RMSE, r² and R² for each data set beside the "
-                  "published scores of other models, tables (CSV) and pictures (PNG).",
-                  "score goodwin --out score")
+      .subcommand(
+          "score",
+          "Presses the model's afferents as recorded afferents were pressed, and reports how "
+          "far the model's rates are off: RMSE, r² and R² for each data set beside the "
+          "published scores of other models, tables (CSV) and pictures (PNG).",
+          "score goodwin --out score")
       .option("scene", command->scene, "Scene file (TOML), or a preset; default goodwin")
       .option("--data", command->data,
               "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
