@@ -37,13 +37,13 @@ class SpikeSink {
  public:
   /// What a sink may ask for besides spikes; bits.
   enum Subscription : std::uint32_t {
-    kTicks = 1U << 0U,    ///< what the loop used of every probe at every tick
-    kEvents = 1U << 1U,   ///< releases, gaps, resets
-    kSamples = 1U << 2U,  ///< calibrated samples as the probes delivered them
-    kStatus = 1U << 3U,   ///< the run's counters, some times a second and at the end
-    kFrames = 1U << 4U,   ///< the bytes that go over the devices' ports
-    kMarks = 1U << 5U,    ///< moments that a person marked
-    kNeurons = 1U << 6U,  ///< drive and potential of the neurons it watches
+    kTicks = 1U << 0U,        ///< what the loop used of every probe at every tick
+    kEvents = 1U << 1U,       ///< releases, gaps, resets
+    kSamples = 1U << 2U,      ///< calibrated samples as the probes delivered them
+    kStatus = 1U << 3U,       ///< the run's counters, some times a second and at the end
+    kFrames = 1U << 4U,       ///< the bytes that go over the devices' ports
+    kMarks = 1U << 5U,        ///< moments that a person marked
+    kNeurons = 1U << 6U,      ///< drive and potential of the neurons it watches
     kStimulation = 1U << 7U,  ///< stimulation commands; the run stops them if the sink fails
   };
 
