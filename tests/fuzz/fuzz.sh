@@ -60,7 +60,7 @@ fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_r
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
-parameters=(core/scene/model_{fields,parameters}.cpp core/skin/skin_material.cpp
+parameters=(core/encoding/encoding_parameters.cpp core/scene/model_{fields,parameters}.cpp core/skin/skin_material.cpp
   core/contact/{bar_contact,indenter,pin_contact}.cpp core/math/{normal_random,portable_math}.cpp
   core/receptors/{adaptation,patch,receptive_field,receptor_density,receptor_placement,sigmoid_transduction}.cpp
   core/neurons/connor_stevens/connor_stevens.cpp core/neurons/integrate_and_fire/integrate_and_fire.cpp
