@@ -5,20 +5,20 @@
 
 namespace merkel {
 
-/// Another program, run without input. Ended with this object if it has not by itself.
+/// A child process without standard input. The destructor ends it if it still runs.
 class ChildProcess {
  public:
   enum class Output { kNone, kInherited };
 
-  /// \param arguments  the program's name first, looked for in the PATH
+  /// \param arguments  the program's name, searched in PATH, then its arguments
   explicit ChildProcess(const std::vector<std::string>& arguments, Output output = Output::kNone);
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
   ~ChildProcess();
 
-  /// Whether it could be started.
+  /// True if the process could be started.
   [[nodiscard]] bool started() const noexcept { return process_ > 0; }
-  /// Waits for its end. \return its exit code; −1 where it was not started or was killed
+  /// Waits for the process to end. \return its exit code; −1 if it did not start or was killed
   int wait();
 
  private:

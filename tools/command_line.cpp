@@ -18,8 +18,8 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 failed while running; 2 wrong input or usage; 3 a device or the host\n"
     "refused. Each subcommand has --help.";
 
-/// What is wrong with the first word that is neither a subcommand nor an option there is, with the
-/// name that was probably meant; empty where every word is known.
+/// The error for the first argument that is neither a known subcommand nor a known option, with the
+/// nearest known name; empty if every argument is known.
 std::string unknown_word(const CLI::App& program, int argc, char** argv) {
   const CLI::App* app = &program;
   for (int i = 1; i < argc; ++i) {
@@ -41,7 +41,7 @@ std::string unknown_word(const CLI::App& program, int argc, char** argv) {
       if (!option) app = app->get_subcommand(bare);
       continue;
     }
-    // What follows the last subcommand are its arguments.
+    // Everything after the last subcommand is one of its arguments.
     if (names.empty() || word == "--") continue;
     const std::string nearest = nearest_name(bare, names);
     const std::string command = app == &program ? "merkel" : "merkel " + app->get_name();

@@ -14,12 +14,12 @@ class Option;
 
 namespace merkel {
 
-/// The options of the program or of one of its subcommands. Where they are declared, the variables
-/// they fill are bound; those must live until the command runs. (The option parser itself is known
-/// to command_line.cpp alone: its header takes long to compile.)
+/// The options of the program or of one of its subcommands. An option is bound to the variable that
+/// it sets; the variable must live until the command runs. (Only command_line.cpp includes the
+/// option parser, whose header is slow to compile.)
 class CommandLine {
  public:
-  /// The least and the largest value an option takes.
+  /// The smallest and the largest value of an option.
   struct Range {
     double low;
     double high;
@@ -28,9 +28,9 @@ class CommandLine {
   /// Adds a subcommand. \param example  without "merkel"; shown at the end of its --help
   CommandLine subcommand(const std::string& name, const std::string& what,
                          const std::string& example);
-  /// Wants one of the subcommands to be given.
+  /// Makes a subcommand mandatory.
   void require_subcommand();
-  /// What runs when this subcommand was chosen; returns the exit code.
+  /// Sets the action of this subcommand. \param action  returns the exit code
   void runs(std::function<int()> action);
 
   /// Names as in "--depth-mm", or as in "scene" for a positional argument.
@@ -41,15 +41,15 @@ class CommandLine {
                       const std::string& help, Range range);
   CommandLine& option(const std::string& name, std::optional<std::uint64_t>& value,
                       const std::string& help);
-  /// May be given several times.
+  /// An option that can be repeated.
   CommandLine& list(const std::string& name, std::vector<std::string>& values,
                     const std::string& help);
-  /// Numbers separated by commas. \param count  how many; any number, if 0
+  /// Numbers separated by commas. \param count  how many; 0: any number
   CommandLine& list(const std::string& name, std::vector<double>& values, const std::string& help,
                     Range range, int count = 0);
   /// Text at the end of the --help, above the example.
   CommandLine& notes(const std::string& text);
-  /// The option declared last must be given.
+  /// Makes the option declared last mandatory.
   CommandLine& required();
 
  private:
@@ -65,8 +65,8 @@ class CommandLine {
   std::shared_ptr<Choice> choice_;
 };
 
-/// Parses the command line with what `declare` declares, and runs the chosen subcommand. Returns
-/// the exit code: 2 for a wrong command line.
+/// Parses the command line with the options that `declare` declares, and runs the chosen
+/// subcommand. Returns the exit code: 2 if the command line is wrong.
 int run_command_line(int argc, char** argv, const std::function<void(CommandLine&)>& declare);
 
 }  // namespace merkel

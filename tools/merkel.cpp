@@ -12,9 +12,9 @@
 
 namespace {
 
-/// Takes the places of the standard streams where they are closed: else a file or a device that is
-/// opened later gets one of them, and the messages to the user with it. What is written to such a
-/// place fails.
+/// Fills closed standard streams with placeholders; otherwise a file or a device that is opened
+/// later would get one of their descriptors and receive the messages to the user. Writing to a
+/// placeholder fails.
 void open_standard_streams() {
   for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
     if (::fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
@@ -28,9 +28,9 @@ void open_standard_streams() {
 
 int main(int argc, char** argv) {
   open_standard_streams();
-  // A reader that goes away is an error of one sink, not the end of the program.
+  // A closed pipe is an error of one sink, not the end of the program.
   std::signal(SIGPIPE, SIG_IGN);
-  // So is a file that has reached the user's limit.
+  // The same holds for a file at the size limit.
   std::signal(SIGXFSZ, SIG_IGN);
   merkel::install_crash_report();
   try {

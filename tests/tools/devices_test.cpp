@@ -215,7 +215,7 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   EXPECT_NE(pinned.err.find("at the end of its range"), std::string::npos) << pinned.err;
   const auto recording = run_program({"calibrate", "sim:ramp", folder.path("e.toml")});
   EXPECT_EQ(recording.exit_code, 2);
-  EXPECT_NE(recording.err.find("only devices are calibrated"), std::string::npos);
+  EXPECT_NE(recording.err.find("only a device can be calibrated"), std::string::npos);
 }
 
 TEST(Devices, ARunThatLostTouchSaysSoAndFails) {

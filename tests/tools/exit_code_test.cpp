@@ -31,7 +31,7 @@ TEST(ExitCode, Is1WhereTheRunFailed) {
   expect({{{"run", "--fast", "--sink", "csv:/dev/full"}, 1, "No space left"},
           {{"inspect", "neuron", "--current", "10", "--method", "rk4", "--step-us", "200"},
            1,
-           "make --step-us smaller"}});
+           "reduce --step-us"}});
 }
 
 TEST(ExitCode, Is2ForWrongInputOrUsage) {

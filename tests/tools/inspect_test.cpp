@@ -104,7 +104,7 @@ TEST(Inspect, NeuronThatBlowsUpSaysSo) {
   const auto run =
       run_program({"inspect", "neuron", "--current", "10", "--method", "rk4", "--step-us", "200"});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.err.find("make --step-us smaller"), std::string::npos);
+  EXPECT_NE(run.err.find("reduce --step-us"), std::string::npos);
 }
 
 TEST(Inspect, PrintsTheReceptorsAndAfferentsThatTheModelHas) {

@@ -30,7 +30,7 @@ struct BenchOptions {
 struct Row {
   PopulationCase which;
   int threads = 1;
-  double ns = 0.0;  ///< a neuron-step
+  double ns = 0.0;  ///< per neuron-step
   [[nodiscard]] double times_real_time() const {
     return which.step_us * 1e3 / (ns * static_cast<double>(which.neurons));
   }
@@ -47,7 +47,7 @@ Row row_of(const PopulationCase& which) {
           .ns = 1e9 * neuron_step_cost(which).median_s};
 }
 
-/// 1.5 mm deep at the centre of a probe's patch.
+/// A press of 1.5 mm at the centre of a probe's patch.
 ContactInput centre_press(const TactileModel::Parameters& model, std::size_t probe) {
   const Patch& patch = model.patches[model.indenters[probe].patch].patch;
   return {.depth_mm = 1.5, .x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm};
@@ -75,10 +75,10 @@ DefaultCost default_cost() {
 
 /// The cost of a tick of the whole hand, µs.
 struct HandCost {
-  double fingertip_alone = 0.0;  ///< the thumb as a scene of its own
-  double thumb = 0.0;            ///< pressed, with the rest of the hand at rest
-  double all = 0.0;              ///< all pressed, on one thread
-  double shared = 0.0;           ///< all pressed, on two threads; 0 where there is one core
+  double fingertip_alone = 0.0;  ///< a scene with the thumb alone
+  double thumb = 0.0;            ///< only the thumb pressed
+  double all = 0.0;              ///< all pads pressed, on one thread
+  double shared = 0.0;           ///< all pads pressed, on two threads; 0 on a single core
 };
 HandCost hand_cost(WorkerTeam* team) {
   const TactileModel::Parameters hand = preset_scene("hand")->model;
@@ -244,8 +244,8 @@ void add_bench_command(CommandLine& program) {
   auto options = std::make_shared<BenchOptions>();
   program
       .subcommand("bench",
-                  "Measures this machine: time of a membrane step of a neuron for networks of "
-                  "several sizes, and of a tick of the default scene.",
+                  "Measures this machine: the time of one membrane step per neuron for networks of "
+                  "several sizes, and the time of a tick of the default scene.",
                   "bench --json")
       .option("--target", options->target,
               "Instruction set to use instead of the best: avx512, avx2, sse4, neon, scalar")

@@ -42,14 +42,14 @@ std::string today() {
   return text.data();
 }
 
-/// Readings of `seconds`, undone from what the probe made of them.
+/// Reads for `seconds` and inverts the probe's present calibration. \return raw readings
 Expected<std::vector<double>, SetupError> measure(Probe& probe, std::size_t channel, double seconds,
                                                   std::optional<double> saturation,
                                                   TerminalLine& terminal) {
   const ChannelCalibration& natural = *probe.calibration()->channels[channel];
   std::vector<double> readings;
   std::vector<ProbeSample> samples(1024);
-  // What had come before the load was applied is old.
+  // Discards samples from before the load was applied.
   for (int reads = 0; reads < 1000; ++reads) {
     const auto old = probe.read(samples, std::chrono::milliseconds{0});
     if (!old || *old == 0) break;
@@ -76,7 +76,7 @@ Expected<std::vector<double>, SetupError> measure(Probe& probe, std::size_t chan
       std::any_of(readings.begin(), readings.end(), [&](double reading) {
         return saturation && std::fabs(reading) >= *saturation;
       })) {
-    return unavailable("the sensor is at the end of its range: calibrate it with less");
+    return unavailable("the sensor is at the end of its range: calibrate with a smaller load");
   }
   return readings;
 }
@@ -86,10 +86,11 @@ int calibrate(const CalibrateOptions& options) {
   if (!opened) return refuse(opened.error());
   Probe* const probe = opened->get();
   if (probe->calibration() == nullptr) {
-    return refuse("\"" + options.uri + "\" is no single device: only devices are calibrated");
+    return refuse("\"" + options.uri +
+                  "\" is not a single device: only a device can be calibrated");
   }
   if (options.uri.find("calibration=") != std::string::npos) {
-    return refuse("leave calibration=… out of the URI: a new calibration starts from the readings");
+    return refuse("remove calibration=… from the URI: a new calibration starts from raw readings");
   }
   const bool force = options.channel == "force";
   if (!force && options.channel != "depth") {
@@ -151,19 +152,19 @@ void add_calibrate_command(CommandLine& program) {
       .subcommand("calibrate",
                   "Measures zero, gain, sign and noise of a device at known loads or depths, and "
                   "writes them to a file that its URI can name (calibration=FILE). With one point "
-                  "it is a tare. At a terminal each point waits for Enter; else they follow each "
-                  "other.",
+                  "it is a tare. At a terminal, each point waits for Enter; otherwise the points "
+                  "follow each other.",
                   "calibrate 'serial:/dev/ttyUSB0?protocol=hbf1' force.toml --points 0,0.5,1,2")
       .option("uri", options->uri, "Probe URI")
       .required()
       .option("file", options->file, "Calibration file to write (TOML)")
       .required()
-      .option("--channel", options->channel, "What is calibrated: force (N) or depth (mm)")
+      .option("--channel", options->channel, "Channel to calibrate: force (N) or depth (mm)")
       .list("--points", options->points, "Known values, in N or mm", {-1e4, 1e4})
-      .option("--seconds", options->seconds, "How long each point is measured", {0.05, 600})
+      .option("--seconds", options->seconds, "Duration of each point, s", {0.05, 600})
       .option("--saturation", options->saturation,
-              "Readings of this magnitude and more are counted as saturated", {1e-9, 1e6})
-      .flag("--overwrite", options->overwrite, "Replace a file that exists")
+              "Magnitude from which readings count as saturated", {1e-9, 1e6})
+      .flag("--overwrite", options->overwrite, "Replace an existing file")
       .runs([options] { return calibrate(*options); });
 }
 

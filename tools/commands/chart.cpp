@@ -33,11 +33,11 @@ void add_chart_command(CommandLine& program) {
   auto command = std::make_shared<ChartCommand>();
   program
       .subcommand("chart",
-                  "Charts speed against accuracy on this machine, and where methods fail: tables "
-                  "(CSV), pictures (PNG) and a report.",
+                  "Charts speed against accuracy on this machine, and where methods become "
+                  "unstable: tables (CSV), pictures (PNG) and a report.",
                   "chart --out charts")
       .option("--out", command->folder, "Folder to write to")
-      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return chart(*command); });
 }
 

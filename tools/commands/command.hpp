@@ -15,7 +15,7 @@ inline constexpr int kFailed = 1;      ///< while running
 inline constexpr int kWrongInput = 2;  ///< or wrong usage
 inline constexpr int kRefused = 3;     ///< by a device or the host
 
-/// Each adds one subcommand to the program.
+// Each function adds one subcommand to the program.
 void add_run_command(CommandLine& program);
 void add_record_command(CommandLine& program);
 void add_replay_command(CommandLine& program);
@@ -44,9 +44,9 @@ void add_plan_command(CommandLine& program);
 
 /// Prints "merkel: sentence" to stderr. Returns the exit code of wrong input: 2.
 int refuse(const std::string& sentence);
-/// The same for an error of set-up; its kind decides whether the exit code is 2 or 3.
+/// The same for a set-up error. \return 2 or 3, depending on the kind of error
 int refuse(const SetupError& error);
-/// The same for something that failed while running: 1.
+/// The same for a failure at run time. \return 1
 int fail(const std::string& sentence);
 
 }  // namespace merkel

@@ -29,7 +29,7 @@ struct ConnectOptions {
   bool overwrite = false;
 };
 
-/// The address that was given or, if none was, that of the first serial device, waited for.
+/// The given address; without one, the first serial device, waiting until one is plugged in.
 Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
   if (options.target.find(':') != std::string::npos) return options.target;
   if (!options.target.empty()) return "serial:" + options.target;
@@ -46,25 +46,25 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
       return entry.uri;
     }
     if (!serial.empty()) return unavailable(serial.front().uri + ": " + serial.front().remedy);
-    if (!told) std::fprintf(stderr, "no serial device is there: plug it in; waiting …\n");
+    if (!told) std::fprintf(stderr, "no serial device found: plug one in; waiting …\n");
     told = true;
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
   } while (std::chrono::steady_clock::now() < end);
   return unavailable(
-      "no serial device was plugged in: name its port or address, for example merkel connect "
+      "no serial device was plugged in: give its port or address, for example merkel connect "
       "/dev/ttyUSB0");
 }
 
-/// Which of several readings is right: the user says, or with --yes the likeliest is taken.
+/// Picks one of several interpretations: by the user's answer or, with --yes, the likeliest.
 std::optional<std::size_t> choose(const Recognition& found, const ConnectOptions& options) {
   if (found.readings.size() < 2) return 0;
-  std::printf("this can be read in two ways:\n");
+  std::printf("the data can be read in two ways:\n");
   for (std::size_t i = 0; i < 2; ++i) {
     std::printf("  %zu: %s\n", i + 1, found.readings[i].meaning.c_str());
   }
   if (options.yes) {
-    std::printf("the first is likelier and taken; for the other: %s?%s\n", found.address.c_str(),
-                found.readings[1].options.c_str());
+    std::printf("taking the first, which is likelier; the URI of the other: %s?%s\n",
+                found.address.c_str(), found.readings[1].options.c_str());
     return 0;
   }
   if (::isatty(STDIN_FILENO) == 0) return std::nullopt;
@@ -75,7 +75,7 @@ std::optional<std::size_t> choose(const Recognition& found, const ConnectOptions
   return answer == '1' ? 0 : 1;
 }
 
-/// The URI of what was recognised at an address without options.
+/// Recognises the protocol at an address without options. \return the whole URI
 Expected<std::string, SetupError> recognised(const std::string& address,
                                              const ConnectOptions& options) {
   std::fprintf(stderr, "listening at %s …\n", address.c_str());
@@ -85,8 +85,8 @@ Expected<std::string, SetupError> recognised(const std::string& address,
   const auto chosen = choose(*found, options);
   if (!chosen) {
     return bad_input(
-        "merkel cannot decide between the two: run it at a terminal, give --yes for "
-        "the first, or give the URI " +
+        "merkel cannot decide between the two: run the command in a terminal, add --yes to take "
+        "the first, or use the URI " +
         address + "?" + found->readings[1].options + " for the second");
   }
   const Reading& reading = found->readings[*chosen];
@@ -122,7 +122,7 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
     }
   }
   measured.counts = (*probe)->device_counts();
-  if (!measured.timing) return unavailable(uri + " sent too little to measure its rate");
+  if (!measured.timing) return unavailable(uri + " sent too few samples to measure its rate");
   return measured;
 }
 
@@ -133,13 +133,13 @@ void print(const Measurement& measured) {
   if (last.has(ProbeSample::kDepth)) std::printf(" depth %.4g mm", last.depth_mm);
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
-  std::printf("\nrate: %.4g samples/s with %.3g ms of jitter; runs will be %.3g ms behind\n",
+  std::printf("\nrate: %.4g samples/s with %.3g ms of jitter; runs will have a delay of %.3g ms\n",
               1e3 / units::ms_from(measured.timing->period),
               units::ms_from(measured.timing->jitter), units::ms_from(measured.timing->delay));
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
 }
 
-/// What a run could do better with.
+/// What would improve a run with this device.
 std::vector<std::string> missing(const Measurement& measured, const std::string& uri) {
   std::vector<std::string> list;
   if (measured.info.calibration_file.empty()) {
@@ -151,10 +151,10 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
     list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
   }
   if ((measured.info.channels & (ProbeSample::kX | ProbeSample::kY)) == 0U) {
-    list.emplace_back("the position of the press: the patch's centre is taken; set x_mm and y_mm");
+    list.emplace_back("the position of the press: it is at the patch's centre; set x_mm and y_mm");
   }
   if (!measured.counts || !measured.counts->device_clock) {
-    list.emplace_back("a clock of the device: samples get their arrival times");
+    list.emplace_back("a device clock: samples are timed by their arrival");
   }
   return list;
 }
@@ -205,17 +205,17 @@ void add_connect_command(CommandLine& program) {
   auto options = std::make_shared<ConnectOptions>();
   program
       .subcommand("connect",
-                  "Finds a device or waits for it, recognises its protocol, baud rate, columns and "
-                  "units, measures its rate, jitter and clock, says what is missing, and writes a "
-                  "scene file that merkel run takes as it is.",
+                  "Finds a device or waits for one, recognises its protocol, baud rate, columns "
+                  "and units, measures its rate, jitter and clock, lists what is missing, and "
+                  "writes a scene file that merkel run accepts as it is.",
                   "connect /dev/ttyUSB0 --out gauge.toml")
       .option("target", options->target,
-              "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT) or whole probe URI; the "
-              "first serial device, if not given")
-      .option("--out", options->out, "Scene file to write (connected.toml)")
-      .option("--wait-s", options->wait_s, "How long to wait for a device", {0, 86'400})
-      .flag("--yes", options->yes, "Ask nothing: take the likeliest reading")
-      .flag("--overwrite", options->overwrite, "Replace a file that exists")
+              "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT) or whole probe URI; "
+              "default: the first serial device")
+      .option("--out", options->out, "Scene file to write; default connected.toml")
+      .option("--wait-s", options->wait_s, "How long to wait for a device, s", {0, 86'400})
+      .flag("--yes", options->yes, "Do not ask: take the likeliest interpretation")
+      .flag("--overwrite", options->overwrite, "Replace an existing file")
       .runs([options] { return connect(*options); });
 }
 

@@ -57,18 +57,18 @@ void print(const DoctorRun& run, std::size_t number) {
   const auto line = [](const char* what, const LatencySummary& latency) {
     std::printf("  %-46s %s\n", what, latency_text(latency).c_str());
   };
-  line("wake-up: from due to started", host.wake_up);
-  if (run.cyclictest) line("cyclictest, right after", *run.cyclictest);
-  line("queue: from the sample's arrival to started", host.queue);
-  line("tick: from started to spikes computed", host.tick);
+  line("wake-up: tick due to tick started", host.wake_up);
+  if (run.cyclictest) line("cyclictest, directly afterwards", *run.cyclictest);
+  line("queue: sample arrived to tick started", host.queue);
+  line("tick: tick started to spikes computed", host.tick);
   line("publish: to the consumers' queues", host.publish);
   for (const ConsumerLatency& of : path.consumers) {
     std::printf("  %s: %llu spikes, %llu missing\n", of.name,
                 static_cast<unsigned long long>(of.spikes),
                 static_cast<unsigned long long>(of.missing));
-    line("  sink: from its queue to in hand", of.sink);
-    line("  software: from tick due to in hand", of.software);
-    line("  sample to spike: from arrival to in hand", of.sample_to_spike);
+    line("  sink: spike queued to spike received", of.sink);
+    line("  software: tick due to spike received", of.software);
+    line("  sample to spike: sample arrived to spike received", of.sample_to_spike);
   }
 }
 
@@ -179,14 +179,14 @@ void add_doctor_command(CommandLine& program) {
   program
       .subcommand(
           "doctor",
-          "Judges how well this machine keeps time: its rights and settings, those that devices "
-          "need, and the whole path from a live simulated probe to a polling and a UDP "
-          "consumer, with the "
-          "latency of each stage in µs, beside cyclictest where rt-tests is installed. "
-          "Each verdict comes with its remedy.",
+          "Checks how well this machine keeps time: rights and settings, the requirements of "
+          "devices, and the whole path from a live simulated probe to a polling consumer and a "
+          "UDP consumer. Prints the latency of each stage in µs, next to that of cyclictest if "
+          "rt-tests is installed. Each verdict comes with its remedy.",
           "doctor --seconds 60")
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
-      .option("--runs", options->runs, "How often; verdicts are on the medians", {1.0, 1000.0})
+      .option("--runs", options->runs, "Number of runs; verdicts are on their medians",
+              {1.0, 1000.0})
       .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {100.0, 1e5})
       .flag("--sleep", options->sleep, "Pure sleep in place of the hybrid wait")
       .flag("--normal", options->normal, "The normal scheduling class, even where FIFO is granted")

@@ -20,7 +20,7 @@ struct ExportOptions {
   bool allow_remote = false;
 };
 
-/// Hands everything that a chunk holds to a sink that wants it.
+/// Passes everything in a chunk that a sink subscribes to on to the sink.
 Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk) {
   if (!chunk.spikes.empty()) {
     return sink.takes_spikes() ? sink.write(chunk.spikes) : Expected<void, SinkError>();
@@ -62,7 +62,7 @@ int export_session(const ExportOptions& options) {
   const auto model = TactileModel::create(scene->model);
   if (!model) return refuse(scene->sentence(model.error()));
   const SessionNumbering numbering(*session, *model);
-  // A copy is of the machine and the time of the recording.
+  // The exported file describes the machine and the time of the recording.
   RunDescription run = describe_run(*scene, *model);
   run.facts = session->facts();
   std::erase_if(run.facts, [](const auto& fact) { return fact.first == "scene"; });
@@ -94,7 +94,7 @@ int export_session(const ExportOptions& options) {
     for (const SpikeEvent& spike : chunk.spikes) {
       if (spike.neuron >= 1 && spike.neuron <= model->neurons()) continue;
       return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
-                    ", which its scene does not have: it is damaged");
+                    ", which its scene does not have: the session is damaged");
     }
     for (const StimulationCommand& command : chunk.commands) {
       if (command.electrode < scene->encoding.electrodes.size()) continue;
@@ -118,7 +118,7 @@ int export_session(const ExportOptions& options) {
     }
   }
   std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
-               session->ended_well() ? "" : "; the recording broke off after them");
+               session->ended_well() ? "" : "; the recording breaks off there");
   return kDone;
 }
 
@@ -127,18 +127,18 @@ int export_session(const ExportOptions& options) {
 void add_export_command(CommandLine& program) {
   auto options = std::make_shared<ExportOptions>();
   program
-      .subcommand("export", "Converts a recorded session to other formats, by any of the sinks.",
+      .subcommand("export", "Converts a recorded session to other formats with any of the sinks.",
                   "export session.xdf --sink sonata:spikes.h5 --sink csv:spikes.csv")
       .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
       .required()
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .required()
       .option("--time-zero", options->time_zero,
-              "What the times in files are counted from: session (its start), unix (1970-01-01) or "
+              "Zero of the times in files: session (its start), unix (1970-01-01) or "
               "device (the probe's own time)")
-      .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
-            "Let sinks send to, or be reached from, other machines")
+            "Allow sinks to send to other machines and to be reached from them")
       .runs([options] { return export_session(*options); });
 }
 

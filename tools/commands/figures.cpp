@@ -42,12 +42,12 @@ void add_figures_command(CommandLine& program) {
   program
       .subcommand("figures",
                   "Computes the paper's Figs 4 to 8 from this model: tables (CSV), pictures (PNG) "
-                  "and a report of what reproduces.",
+                  "and a report that compares them with the paper.",
                   "figures --out figures")
       .option("--out", command->folder, "Folder to write to")
       .option("--seeds", command->seeds, "Receptor draws for Figs 6 and 7", {1, 100000})
       .option("--scan-seeds", command->scan_seeds, "Receptor draws for Fig. 8", {1, 100000})
-      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return figures(*command); });
 }
 

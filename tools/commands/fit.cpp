@@ -41,7 +41,7 @@ std::string report_of(const FitResult& result) {
     const FittedParameter& parameter = result.parameters[k];
     text +=
         format("| %s | %.5g | %.5g | ", parameter.name.c_str(), parameter.before, parameter.after);
-    // The standard error is of ln p, a small part of p or meaningless.
+    // The standard error is that of ln p: a small fraction of p, or meaningless.
     text += parameter.relative_error < 1.0 ? format("%.1f %% |", 100.0 * parameter.relative_error)
                                            : "none: over 100 % |";
     for (const double correlation : result.correlation[k]) text += format(" %.2f |", correlation);
@@ -105,7 +105,7 @@ int fit_command(const FitCommand& command) {
   if (!out->write(scene_of(command, scene->model, *result)) || !out->close()) {
     return fail(out->error());
   }
-  std::printf("\nwritten to %s: merkel score %s tells how well it does\n", command.out.c_str(),
+  std::printf("\nwrote %s; evaluate it with merkel score %s\n", command.out.c_str(),
               command.out.c_str());
   return kDone;
 }
@@ -120,16 +120,17 @@ void add_fit_command(CommandLine& program) {
       "recordings, reports the cost before and after and how well the data determine "
       "each parameter, and writes a scene.",
       "fit goodwin --out fitted.toml");
-  fit.option("preset", command->preset, "Where the fit starts: goodwin (default) or goodwin-cs")
+  fit.option("preset", command->preset, "Preset to start from: goodwin (default) or goodwin-cs")
       .option("--data", command->data,
-              "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
+              "Recordings (JSON; format in tools/README.md) instead of the published ones")
       .option("--out", command->out, "Scene to write (TOML)")
       .list("--parameter", command->parameters,
-            "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (these three "
-            "if none), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise")
+            "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
+            "these three), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise")
       .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
-      .option("--evaluations", command->evaluations, "At most so many tries", {10, 100000})
-      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .option("--evaluations", command->evaluations, "Maximum number of evaluations of the model",
+              {10, 100000})
+      .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_command(*command); });
   add_fit_skin_command(fit);
 }

@@ -23,7 +23,7 @@ struct FitSkinCommand {
   bool overwrite = false;
 };
 
-/// Beyond this relative standard error, a number says little.
+/// From this relative standard error on, a parameter counts as undetermined.
 constexpr double kPoor = 0.3;
 
 std::string judged(double relative_error) {
@@ -40,7 +40,8 @@ std::string report_of(const SkinFit& fit) {
     text += format("                     d1 = %.4g mm %s; correlation with E0 %.2f\n",
                    fit.stiffening_mm, judged(fit.stiffening_error).c_str(), fit.correlation);
   } else {
-    text += "                     no stiffening: the force grows as the contact's shape says\n";
+    text +=
+        "                     no stiffening: the force follows from the contact's shape alone\n";
   }
   text += format(
       "residuals: %.3g %% rms as weighed (relative, absolute near the noise); %.3g mN rms, %.3g mN "
@@ -48,10 +49,10 @@ std::string report_of(const SkinFit& fit) {
       100.0 * fit.rms_weighted, fit.rms_mN, fit.largest_mN, fit.r2);
   text += fit.unloaded
               ? format(
-                    "hysteresis: %.0f %% of the work of loading is lost by unloading; the model "
-                    "is elastic and loses none\n",
+                    "hysteresis: unloading loses %.0f %% of the work of loading; the model is "
+                    "elastic and loses none\n",
                     100.0 * fit.hysteresis)
-              : "hysteresis: the recording has no unloading half\n";
+              : "hysteresis: not measured, because the recording has no unloading phase\n";
   text += "depth_mm,force_N,model_N\n";
   const std::size_t stride = std::max<std::size_t>(1, fit.samples / 12);
   for (std::size_t i = 0; i < fit.samples; i += stride) {
@@ -81,7 +82,8 @@ std::string scene_of(const FitSkinCommand& command, const Scene& scene, const In
 int fit_skin_command(const FitSkinCommand& command) {
   if (command.radius_mm.has_value() + command.diameter_mm.has_value() + command.plate != 1) {
     return refuse(
-        "say what pressed: --radius-mm for a sphere, --diameter-mm for a flat pin, or --plate");
+        "give the shape of the tip: --radius-mm for a sphere, --diameter-mm for a flat pin, or "
+        "--plate");
   }
   const auto scene = preset_scene(command.scene);
   if (!scene) {
@@ -105,7 +107,7 @@ int fit_skin_command(const FitSkinCommand& command) {
   if (!out) return refuse(out.error());
   std::fputs(report_of(*fit).c_str(), stdout);
   if (!out->write(scene_of(command, *scene, tip, *fit)) || !out->close()) return fail(out->error());
-  std::printf("\nwritten to %s: merkel run %s uses it\n", command.out.c_str(), command.out.c_str());
+  std::printf("\nwrote %s; use it with merkel run %s\n", command.out.c_str(), command.out.c_str());
   return kDone;
 }
 
@@ -118,17 +120,19 @@ void add_fit_skin_command(CommandLine& fit) {
                  "to a press recorded with depth and force; reports residuals, hysteresis and how "
                  "well each is determined, and writes a scene.",
                  "fit skin --trace press.csv --plate --out skin.toml")
-      .option("--trace", command->trace, "Recorded press (CSV with time_s, depth_mm, force_N)")
+      .option("--trace", command->trace,
+              "Recorded press (CSV with the columns time_s, depth_mm, force_N)")
       .required()
       .option("--radius-mm", command->radius_mm, "Radius of the sphere that pressed, mm",
               {1e-3, 1e6})
       .option("--diameter-mm", command->diameter_mm, "Diameter of the flat pin that pressed, mm",
               {1e-3, 1e3})
-      .flag("--plate", command->plate, "A flat plate pressed")
+      .flag("--plate", command->plate, "The tip was a flat plate")
       .option("--scene", command->scene,
-              "Preset whose curvature, layer and law the contact has, and to write into")
+              "Preset that gives the contact's curvature, layer and law, and that the scene "
+              "extends")
       .option("--out", command->out, "Scene to write (TOML)")
-      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_skin_command(*command); });
 }
 

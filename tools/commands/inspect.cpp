@@ -79,7 +79,7 @@ Expected<Scene, SetupError> scene_of(const InspectOptions& options) {
 void add_inspect_command(CommandLine& program) {
   auto options = std::make_shared<InspectOptions>();
   CommandLine command = program.subcommand(
-      "inspect", "Prints the parts of the model, or of a recorded session, by themselves, as CSV.",
+      "inspect", "Prints single parts of the model or of a recorded session as CSV.",
       "inspect contact --radius-mm 2 --depth-mm 1.5");
   command.require_subcommand();
 
@@ -93,19 +93,19 @@ void add_inspect_command(CommandLine& program) {
     press->option("--radius-mm", options->radius_mm, "Radius of the sphere, mm", {-1e9, 1e300})
         .option("--depth-mm", options->depth_mm, "Indentation depth, mm", {0.0, 1e3})
         .option("--force-N", options->force_N, "Force, N", {0.0, 1e4})
-        .option("--scene", options->scene, "Scene whose skin and tip to take");
+        .option("--scene", options->scene, "Scene that gives the skin and the tip");
   }
   contact.runs([options] { return inspect_contact(*options); });
   field
       .list("--r-mm", options->r_mm,
-            "Places x on the line through the middle of the press, mm, separated by commas; 0 is "
-            "the axis",
+            "Positions x on the line through the centre of the press, mm, separated by commas; 0 "
+            "is the axis",
             {-1e6, 1e6})
       .required()
       .list("--z-mm", options->z_mm, "Depths below the surface, mm, separated by commas",
             {0.0, 1e6})
       .flag("--printed", options->printed,
-            "Instead: the paper's printed form, a point load seen from the depth z = U(r)")
+            "Use the paper's printed formula instead: a point load seen from the depth z = U(r)")
       .runs([options] { return inspect_field(*options); });
 
   command
@@ -115,11 +115,11 @@ void add_inspect_command(CommandLine& program) {
       .list("--ramp", options->ramp,
             "t0,t1,t2,t3,I: rises from t0 to t1, falls from t2 to t3 (ms); I in µA/cm²",
             {-1e9, 1e9}, 5)
-      .option("--duration-ms", options->duration_ms, "How long, ms", {1e-3, 1e9})
+      .option("--duration-ms", options->duration_ms, "Duration, ms", {1e-3, 1e9})
       .option("--method", options->method, "Integration method")
       .option("--step-us", options->step_us, "Membrane step, µs", {1e-3, 1e6})
       .list("--set", options->settings, "NAME=NUMBER, for example gCaL=0; repeatable")
-      .option("--scene", options->scene, "Scene whose neuron to take")
+      .option("--scene", options->scene, "Scene that gives the neuron")
       .runs([options] { return inspect_neuron(*options); });
 
   command

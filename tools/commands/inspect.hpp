@@ -27,10 +27,10 @@ struct InspectOptions {
   std::optional<double> duration_s;
 };
 
-/// The scene that is asked for, with the given sphere as its first probe's.
+/// The requested scene; if a sphere was given, it replaces the tip of the first probe.
 [[nodiscard]] Expected<Scene, SetupError> scene_of(const InspectOptions& options);
 
-// Each prints a part of the model and returns the program's exit code.
+// Each function prints a part of the model and returns the program's exit code.
 int inspect_contact(const InspectOptions& options);
 int inspect_field(const InspectOptions& options);
 int inspect_encoding(const InspectOptions& options);

@@ -13,7 +13,7 @@
 namespace merkel {
 namespace {
 
-/// Sets a number of [neuron] by its key, "g_CaL=0"; underscores may be left out.
+/// Sets a value of [neuron] by its key, as in "g_CaL=0"; underscores are optional.
 Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxley& neuron) {
   const auto bare = [](std::string name) {
     std::erase(name, '_');
@@ -30,8 +30,8 @@ Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxl
     *std::get<double*>(key.value) = *value;
     return {};
   }
-  return bad_input("--set " + setting +
-                   " is not understood: write NAME=NUMBER, as in gCaL=0, with " + known);
+  return bad_input("--set " + setting + " is not valid: write NAME=NUMBER, as in gCaL=0, with " +
+                   known);
 }
 
 /// The injected current at a time: constant, or 0 to t0, up to I at t1, held to t2, 0 from t3.
@@ -70,7 +70,7 @@ int inspect_neuron(const InspectOptions& options) {
                    "must be one of " + joined(integration_method_names()))
           .require(step.count() > 0, "--step-us", "must be at least 0.001")
           .require(options.current.has_value() == options.ramp.empty(), "--current",
-                   "or --ramp must be given, and not both")
+                   "or --ramp must be given, but not both")
           .require(ordered, "--ramp", "must have its times in order: t0,t1,t2,t3,I")
           .result();
   if (!checked) {
@@ -98,7 +98,7 @@ int inspect_neuron(const InspectOptions& options) {
   }
   if (resets > 0) {
     return fail("the membrane's state became non-finite " + std::to_string(resets) +
-                " times: make --step-us smaller");
+                " times: reduce --step-us");
   }
   return kDone;
 }

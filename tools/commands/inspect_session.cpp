@@ -19,7 +19,7 @@ struct InspectSessionOptions {
   std::string fact;
 };
 
-/// The streams by the names that the option takes: those of the file without "merkel.".
+/// The stream's name on the command line: its name in the file without "merkel.".
 std::string_view short_name(const SessionStream& stream) {
   return stream.name.substr(stream.name.find('.') + 1);
 }
@@ -45,7 +45,7 @@ std::string hexadecimal(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-/// The names of all counters, losses and rights.
+/// The column names of all counters, losses and rights.
 std::string status_header() {
   std::string header;
   const auto add = [&](const auto& fields) {
@@ -147,12 +147,12 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
 
 int print_fact(const SessionReader& session, const std::string& name) {
   const std::vector<std::string> values = session.facts(name);
-  if (values.empty()) return refuse("the session notes no \"" + name + "\"");
+  if (values.empty()) return refuse("the session holds no fact \"" + name + "\"");
   for (const std::string& value : values) std::puts(value.c_str());
   return kDone;
 }
 
-/// What was noted, and how much each stream holds.
+/// Prints the facts of the session and the number of items of each stream.
 int print_overview(SessionReader& session) {
   std::puts("what,value");
   for (const auto& [name, value] : session.facts()) {
@@ -199,16 +199,16 @@ void add_inspect_session_command(CommandLine& inspect) {
   inspect
       .subcommand(
           "session",
-          "What a recorded session holds: what was noted of the run and how many items each "
-          "stream has; or the rows of one stream.",
+          "The contents of a recorded session: the facts of the run and the number of items in "
+          "each stream, or the rows of one stream.",
           "inspect session session.xdf --stream frames")
       .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
       .required()
       .option("--stream", options->stream,
-              "Print the rows of this one: spikes, ticks, samples, events, status, frames (the "
+              "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
               "devices' bytes, in hexadecimal)")
       .option("--fact", options->fact,
-              "Print what was noted under this name, for example scene_text or probe_calibration")
+              "Print the fact of this name, for example scene_text or probe_calibration")
       .runs([options] { return inspect_session(*options); });
 }
 

@@ -16,7 +16,7 @@
 namespace merkel {
 namespace {
 
-/// The tip that a command line presses with, and its press.
+/// The tip and the press that a command line describes.
 struct InspectedPress {
   SkinParameters skin;
   Indenter indenter;
@@ -45,7 +45,7 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   return InspectedPress{skin, indenter, press};
 }
 
-/// Stress under a bar tip on its middle line, x from the middle of the tip.
+/// Stress under a bar tip in its central plane; x is from the centre of the tip.
 AxisymmetricStress bar_stress(const BarContact& contact, double poisson_ratio, double x_mm,
                               double z_mm) {
   CartesianStress sum;
@@ -58,8 +58,8 @@ AxisymmetricStress bar_stress(const BarContact& contact, double poisson_ratio, d
           .tau_rz = sum.tau_zx};
 }
 
-/// Stress at a place x on the line through the middle of a press, at a depth. There r is x, and so
-/// left of the axis the shear changes its sign.
+/// Stress on the line through the centre of a press, at a depth. The coordinate r of the result is
+/// x, so the shear changes its sign left of the axis.
 class StressOnALine {
  public:
   StressOnALine(const InspectedPress& inspected, const std::vector<double>& z_mm)
@@ -81,7 +81,7 @@ class StressOnALine {
     }
   }
 
-  /// \param depth  which of the depths
+  /// \param depth  index of the depth
   [[nodiscard]] AxisymmetricStress at(double x_mm, std::size_t depth, double z_mm) const {
     const ContactState& contact = inspected_.press.contact;
     if (inspected_.indenter.tip == Indenter::Tip::kBars) {
@@ -122,19 +122,19 @@ Expected<void, SetupError> check_depths(const InspectOptions& options,
   }
   const bool flat = inspected.indenter.tip != Indenter::Tip::kSphere;
   if (flat && options.printed) {
-    return bad_input("--printed is of a sphere: under a flat tip, give --z-mm");
+    return bad_input("--printed is for a sphere: for a flat tip, give --z-mm");
   }
   const double least =
       options.printed ? 0.0 : *std::min_element(options.z_mm.begin(), options.z_mm.end());
   if (flat && least < LayerField::kLeastDepth_mm) {
-    return bad_input("under a flat tip, give --z-mm from " +
+    return bad_input("for a flat tip, --z-mm must be at least " +
                      shortest_decimal(LayerField::kLeastDepth_mm) +
-                     " on: its edges press infinitely hard");
+                     ": the pressure at its edges is infinite");
   }
   if (!flat && !options.printed && inspected.skin.exactly_layered()) {
     const double most = *std::max_element(options.z_mm.begin(), options.z_mm.end());
     if (least < LayerField::kLeastDepth_mm || !(most < inspected.skin.thickness_mm)) {
-      return bad_input("with skin.layer_law \"exact\", give --z-mm from " +
+      return bad_input("with skin.layer_law = \"exact\", give --z-mm from " +
                        shortest_decimal(LayerField::kLeastDepth_mm) +
                        " to less than skin.thickness_mm, " +
                        shortest_decimal(inspected.skin.thickness_mm));

@@ -32,14 +32,14 @@ void add_plan_command(CommandLine& program) {
   program
       .subcommand(
           "plan",
-          "Says what a scene will compute, what it leaves out and why, what a tick will "
-          "cost and how exact the spike times will be. With a budget for their error, picks "
-          "the cheapest method that meets it, as `run` does.",
+          "Prints what a scene will compute, what it skips and why, the predicted cost of a "
+          "tick and the error of the spike times. With a limit for that error, selects the "
+          "cheapest method that meets it, as `run` does.",
           "plan --spike-time-us 50")
       .option("scene", command->scene, "Scene file (TOML) or preset")
       .list("--probe", command->probes, "Probe URI, once for each of the scene's probes")
       .option("--spike-time-us", command->spike_time_us,
-              "Largest rms error of spike times, µs, instead of the scene's", {1e-6, 1e6})
+              "Largest rms error of spike times, µs; overrides the scene's", {1e-6, 1e6})
       .flag("--json", command->json, "Print the plan as JSON")
       .runs([command] { return plan(*command); });
 }

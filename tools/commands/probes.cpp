@@ -58,8 +58,8 @@ void add_probes_command(CommandLine& program) {
   auto json = std::make_shared<bool>(false);
   program
       .subcommand("probes",
-                  "Lists the devices that could be opened now, why one cannot be and what to do, "
-                  "and the protocols there are. Opens none of them.",
+                  "Lists the devices on this machine, whether each can be opened and what to do if "
+                  "not, and the known protocols. Opens no device.",
                   "probes")
       .flag("--json", *json, "Print the list as JSON")
       .runs([json] { return list_probes(*json); });

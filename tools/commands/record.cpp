@@ -35,8 +35,8 @@ std::atomic<bool> g_stop{false};
 
 void stop_recording(int /*signal*/) { g_stop.store(true); }
 
-/// The sink that the samples go to, a trace or a session without a simulation, and the taps of the
-/// device's bytes for it.
+/// The sink for the samples (a trace, or a session without a simulation) and the taps for the
+/// device's bytes.
 class Recording {
  public:
   static Expected<Recording, SetupError> create(const RecordOptions& options, Probe& probe,
@@ -63,8 +63,8 @@ class Recording {
     }
     return recording;
   }
-  /// Writes what came, and whatever waits for longer than 100 ms. \return what went wrong, or
-  /// nothing
+  /// Writes the samples, and everything that has waited for longer than 100 ms. \return the error,
+  /// or an empty string
   std::string write(std::span<const ProbeSample> samples) {
     if (samples.empty() && !begun_) return {};
     if (!begun_) {
@@ -91,7 +91,7 @@ class Recording {
     if (error_.empty()) keep(sink_->close());
     return error_;
   }
-  /// Bytes of the devices that found no room, because nothing was written for too long.
+  /// Frames of device bytes that were dropped because nothing was written for too long.
   [[nodiscard]] std::uint64_t lost_frames() const {
     std::uint64_t lost = 0;
     for (const auto& tap : taps_) lost += tap->queue.dropped.value();
@@ -165,7 +165,7 @@ int record(const RecordOptions& options) {
   terminal.clear();
   if (const std::string error = recording->close(); !error.empty()) return fail(error);
   if (recording->lost_frames() > 0) {
-    std::fprintf(stderr, "merkel: at least %llu portions of the device's bytes are not in it\n",
+    std::fprintf(stderr, "merkel: at least %llu frames of device bytes were not recorded\n",
                  static_cast<unsigned long long>(recording->lost_frames()));
   }
   const auto device = (*probe)->device_counts();
@@ -194,10 +194,9 @@ void add_record_command(CommandLine& program) {
       .required()
       .option("file", options->file, "File to write: a trace (.csv) or a session (.xdf)")
       .required()
-      .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-6, 1e9})
-      .flag("--overwrite", options->overwrite, "Replace a file that exists")
-      .flag("--json", options->json,
-            "Print what was recorded, and what the device counted, as JSON")
+      .option("--duration-s", options->duration_s, "Stop after this time, s", {1e-6, 1e9})
+      .flag("--overwrite", options->overwrite, "Replace an existing file")
+      .flag("--json", options->json, "Print a summary with the device's counters as JSON")
       .runs([options] { return record(*options); });
 }
 

@@ -35,16 +35,16 @@ struct ReplayOptions {
 
 using Count = unsigned long long;
 
-/// What the verdict rests on, where it is not the whole recording.
+/// The reservations of a verdict, if it does not cover the whole recording.
 std::string reservations(const SessionReader& session, const SessionReplay::Verdict& verdict) {
   std::string text;
   if (!session.ended_well()) {
-    text += "the recording broke off: compared up to its last whole tick\n";
+    text += "the recording breaks off: compared up to its last whole tick\n";
   }
   if (verdict.losses.spikes + verdict.losses.ticks > 0) {
     text += "the recorder lost " + std::to_string(verdict.losses.spikes) + " spikes and " +
             std::to_string(verdict.losses.ticks) +
-            " tick records because its queue was full: the recording is not whole\n";
+            " tick records because its queue was full: the recording is incomplete\n";
   }
   if (session.fact("git_hash") != kGitHash) {
     text += "recorded by merkel " + session.fact("version") + " (" + session.fact("git_hash") +
@@ -64,7 +64,7 @@ std::string text_of(const SessionReader& session, const SessionReplay::Verdict& 
   }
   text += ": ";
   text += verdict.identical() ? "bit-identical to the recording\n"
-                              : "NOT the recording's: " + verdict.difference + "\n";
+                              : "NOT identical to the recording: " + verdict.difference + "\n";
   return text + reservations(session, verdict);
 }
 
@@ -99,7 +99,7 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
   position->start = extent->start;
   position->length_s = units::s_from(extent->end - extent->start);
   if (options.from_s.value_or(0.0) > position->length_s) {
-    return refuse("--from-s is beyond the session's end, at " +
+    return refuse("--from-s is beyond the end of the session, " +
                   shortest_decimal(position->length_s) + " s");
   }
   setup.session = position;
@@ -121,7 +121,7 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
     if (auto started = sink->begin(*origin); !started) return fail(started.error().sentence);
   }
   std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
-               page ? "; the page's slider moves in time, Ctrl-C ends" : "");
+               page ? "; the page's slider seeks, Ctrl-C ends" : "");
   std::atomic<bool> stopped{false};
   const StopSignal stop(stopped);
   SessionPlayback playback(options.session, *extent, numbering, *position, sinks);
@@ -134,14 +134,14 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
 }
 
 int replay(const ReplayOptions& options) {
-  if (options.from_s && !options.realtime) return refuse("--from-s is for --realtime: add it");
+  if (options.from_s && !options.realtime) return refuse("--from-s needs --realtime: add it");
   if (options.realtime && options.json) {
     return refuse(
-        "--json prints the verdict of a simulation, and --realtime plays the recording "
-        "without one: leave one of them out");
+        "--json prints the verdict of a simulation, but --realtime plays the recording "
+        "without simulating: remove one of them");
   }
   if (options.realtime && options.sinks.empty()) {
-    return refuse("--realtime plays to sinks: name one, such as --sink view:8080");
+    return refuse("--realtime needs a sink: add one, such as --sink view:8080");
   }
   auto session = SessionReader::open(options.session);
   if (!session) return refuse(session.error());
@@ -202,7 +202,8 @@ int replay(const ReplayOptions& options) {
 
   if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
-                  " holds no tick inputs: it was recorded without a simulation, or broke off");
+                  " holds no tick inputs: it was recorded without a simulation, or broke off "
+                  "early");
   }
   std::fputs((options.json ? json_of(*session, verdict) : text_of(*session, verdict)).c_str(),
              stdout);
@@ -215,7 +216,7 @@ void add_replay_command(CommandLine& program) {
   auto options = std::make_shared<ReplayOptions>();
   program
       .subcommand("replay",
-                  "Simulates a recorded session again from the inputs its loop used, and says "
+                  "Simulates a recorded session again from the inputs of its loop, and reports "
                   "whether the spikes are bit-identical: exit code 0 if they are, 1 if not. Reads "
                   "sessions that broke off (FILE.xdf.part) up to their last whole tick.",
                   "replay session.xdf")
@@ -225,12 +226,12 @@ void add_replay_command(CommandLine& program) {
             "Also send the spikes to a sink, repeatable: " + sink_schemes())
       .flag("--realtime", options->realtime,
             "Play the recording to the sinks at its own speed, without simulating it")
-      .option("--from-s", options->from_s, "With --realtime: begin so many seconds after the start",
+      .option("--from-s", options->from_s, "With --realtime: start at this time of the session, s",
               {0.0, 1e9})
       .flag("--json", options->json, "Print the verdict as JSON")
-      .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
-            "Let sinks send to, or be reached from, other machines")
+            "Allow sinks to send to other machines and to be reached from them")
       .runs([options] { return replay(*options); });
 }
 

@@ -163,12 +163,11 @@ void add_run_command(CommandLine& program) {
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .option(
           "--record", options->record,
-          "Trace (.csv) or session (.xdf) to write the probe's samples to: replayed, it gives the "
-          "same spikes. The same as --sink trace:FILE or xdf:FILE")
+          "Trace (.csv) or session (.xdf) to write the probe's samples to. Its replay gives the "
+          "same spikes. Same as --sink trace:FILE or xdf:FILE")
       .flag("--fast", options->fast,
-            "Virtual clock: as fast as possible, with the same spikes (recordings only)")
-      .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
-              {1e-6, 1e9})
+            "Run as fast as possible, with the same spikes (recordings only)")
+      .option("--duration-s", options->duration_s, "Stop after this probe time, s", {1e-6, 1e9})
       .option("--seed", options->seed,
               "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
@@ -179,7 +178,7 @@ void add_run_command(CommandLine& program) {
             "ticks ended late")
       .flag("--overwrite", options->overwrite, "Replace files that exist")
       .flag("--allow-remote", options->allow_remote,
-            "Let sinks send to, or be reached from, other machines")
+            "Allow sinks to send to other machines and to be reached from them")
       .notes(kSimProbeHelp)
       .runs([options] { return run(*options); });
 }

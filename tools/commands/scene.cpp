@@ -36,7 +36,8 @@ void add_scene_command(CommandLine& program) {
           "scene goodwin > my.toml; merkel run my.toml")
       .option("scene", command->scene, "Preset or scene file (TOML)")
       .flag("--keys", command->keys,
-            "Instead: all keys of scene files with unit, range, default and meaning (Markdown)")
+            "Print all keys of scene files instead, with unit, range, default and meaning "
+            "(Markdown)")
       .runs([command] { return print_scene(*command); });
 }
 

@@ -31,7 +31,7 @@ std::string in_unit(const DataSet& set, double value) {
   return set.y_name == "decline" ? cell(100.0 * value, "%.1f %%") : cell(value, "%.2f Hz");
 }
 
-/// The data sets that the presets were fitted to, or those that were not.
+/// The rows of the data sets that the presets were fitted to, or of the others.
 std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
   std::string text;
   std::size_t skipped = 0;
@@ -50,7 +50,7 @@ std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
          text + "\n";
   if (skipped > 0) {
     text += format(
-        "Skipped: %zu conditions with a flat plate, which touches flat skin everywhere: "
+        "Skipped: %zu conditions with a flat plate, which touches the whole of a flat skin: "
         "set skin.radius_mm to score them.\n\n",
         skipped);
   }
@@ -172,7 +172,7 @@ class Scorecard {
     return table->close();
   }
 
-  /// The rate over time in each hold whose decline was recorded.
+  /// Writes rate over time for each hold with a recorded decline.
   Expected<void, SetupError> write_holds(const std::vector<SetScore>& scores) {
     auto table =
         CsvTable::create(folder_.path("holds.csv"), "set,level,time_s,rate_hz", folder_.overwrite);
@@ -181,7 +181,7 @@ class Scorecard {
       if (score.set->y_name != "decline") continue;
       for (const DataSet::Point& point : score.set->points) {
         auto model = Trials::create(scene_, point.stimulus, trials_);
-        if (!model) continue;  // score_sets would have refused it
+        if (!model) continue;  // score_sets has already rejected it
         const auto times = model->run(point.stimulus);
         constexpr double kBin_s = 0.25;
         std::vector<double> bins(static_cast<std::size_t>(point.stimulus.end_s() / kBin_s));
@@ -265,10 +265,10 @@ void add_score_command(CommandLine& program) {
           "score goodwin --out score")
       .option("scene", command->scene, "Scene file (TOML), or a preset; default goodwin")
       .option("--data", command->data,
-              "Recordings (JSON; the form is in tools/README.md) instead of the published ones")
+              "Recordings (JSON; format in tools/README.md) instead of the published ones")
       .option("--out", command->folder, "Folder to write to")
       .option("--trials", command->trials, "Repetitions of each press", {1, 10000})
-      .flag("--overwrite", command->overwrite, "Replace files that exist")
+      .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return score(*command); });
 }
 

@@ -57,7 +57,7 @@ Expected<std::vector<ProbeSample>, SetupError> read_trace(const std::string& pat
     samples.insert(samples.end(), chunk.begin(),
                    chunk.begin() + static_cast<std::ptrdiff_t>(*count));
   }
-  if (samples.empty()) return bad_input(path + " holds no samples: there is nothing to play");
+  if (samples.empty()) return bad_input(path + " holds no samples to play");
   return samples;
 }
 
@@ -91,7 +91,8 @@ int simulate(const SimulateOptions& options) {
                  .drift_ppm = options.drift_ppm,
                  .seed = options.seed.value_or(1)}};
   if (options.unplug_s && options.link.empty() && options.network.empty()) {
-    return refuse("--unplug-s needs --link: a terminal that comes back has another name");
+    return refuse(
+        "--unplug-s needs --link, because the terminal has another name when it comes back");
   }
   auto simulator = DeviceSimulator::create(std::move(settings));
   if (!simulator) return refuse(simulator.error());
@@ -134,34 +135,37 @@ void add_simulate_probe_command(CommandLine& program) {
   program
       .subcommand("simulate-probe",
                   "Plays a trace as a device would, on a pseudo-terminal, and prints the probe URI "
-                  "under which it can be read. The press begins when somebody listens.",
+                  "to read it from. The press starts when a host listens.",
                   "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
-      .option("protocol", options->protocol, "What the device speaks: " + names)
+      .option("protocol", options->protocol, "Protocol of the device: " + names)
       .required()
       .option("--trace", options->trace, "Trace file to play (CSV)")
       .required()
-      .option("--link", options->link, "Symbolic link to make to the terminal")
+      .option("--link", options->link, "Symbolic link to create to the terminal")
       .option("--network", options->network,
-              "Over the network instead of a terminal: udp:HOST:PORT or tcp:HOST:PORT")
-      .option("--baud", options->baud, "Its rate; a host with another reads garbage", {50, 12e6})
+              "Use the network instead of a terminal: udp:HOST:PORT or tcp:HOST:PORT")
+      .option("--baud", options->baud, "Baud rate; a host with another one reads garbage",
+              {50, 12e6})
       .option("--rate-hz", options->rate_hz,
-              "Measurements a second, and the rate_hz of the URI; as the trace, if not given",
+              "Measurements per second, and rate_hz of the URI; default: those of the trace",
               {0.1, 20'000})
-      .flag("--repeat", options->repeat, "Begin again at the end of the trace")
-      .option("--duration-s", options->duration_s, "Stop after so many seconds", {1e-3, 1e9})
-      .option("--drop-byte", options->drop_byte, "Probability that a byte gets lost", {0, 1})
-      .option("--flip-byte", options->flip_byte, "Probability that a byte has a wrong bit", {0, 1})
-      .option("--drop-frame", options->drop_frame, "Probability that a frame gets lost", {0, 1})
-      .flag("--split", options->split, "Send frames in pieces, and pieces merged")
-      .option("--batch-ms", options->batch_ms, "Hold bytes back and send them so often", {0, 1000})
-      .option("--stall-s", options->stall_s, "Send nothing from that time of the press on",
+      .flag("--repeat", options->repeat, "Start again at the end of the trace")
+      .option("--duration-s", options->duration_s, "Stop after this time, s", {1e-3, 1e9})
+      .option("--drop-byte", options->drop_byte, "Probability of losing a byte", {0, 1})
+      .option("--flip-byte", options->flip_byte, "Probability of a wrong bit in a byte", {0, 1})
+      .option("--drop-frame", options->drop_frame, "Probability of losing a frame", {0, 1})
+      .flag("--split", options->split, "Split and merge frames")
+      .option("--batch-ms", options->batch_ms, "Collect bytes and send them at this interval, ms",
+              {0, 1000})
+      .option("--stall-s", options->stall_s, "Send nothing from this time of the press on, s",
               {0, 1e9})
-      .option("--stall-for-s", options->stall_for_s, "for so long, then all at once", {0, 1e9})
-      .option("--unplug-s", options->unplug_s, "Be unplugged at that time", {0, 1e9})
-      .option("--unplug-for-s", options->unplug_for_s, "and back after so long", {0, 1e9})
-      .option("--reboot-s", options->reboot_s, "Start anew at that time", {0, 1e9})
-      .flag("--echo", options->echo, "Send back what the host sends")
-      .option("--drift-ppm", options->drift_ppm, "Of the device's clock; positive is fast",
+      .option("--stall-for-s", options->stall_for_s,
+              "Duration of the stall, s; then everything is sent at once", {0, 1e9})
+      .option("--unplug-s", options->unplug_s, "Unplug at this time, s", {0, 1e9})
+      .option("--unplug-for-s", options->unplug_for_s, "Plug in again after this time, s", {0, 1e9})
+      .option("--reboot-s", options->reboot_s, "Restart the device at this time, s", {0, 1e9})
+      .flag("--echo", options->echo, "Echo the host's bytes")
+      .option("--drift-ppm", options->drift_ppm, "Drift of the device's clock; positive is fast",
               {-10000, 10000})
       .option("--seed", options->seed, "Seed of the faults")
       .runs([options] { return simulate(*options); });
