@@ -77,7 +77,7 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
   const auto file = parse_toml(*text);
   if (!file) {
     return bad_input(path + ":" + std::to_string(file.error().line) +
-                     ": this is not TOML: " + file.error().reason);
+                     ": this is not valid TOML: " + file.error().reason);
   }
   ProbeCalibration calibration;
   for (const auto& [key, node] : *file) {

@@ -263,7 +263,7 @@ class Control(Page):
         # It began in the middle of a run: nobody claims that it can be simulated again.
         done = merkel_program.run("replay", self.path(recorded))
         self.assertEqual(done.returncode, 1)
-        self.assertIn("begins at tick", done.stdout)
+        self.assertIn("starts at tick", done.stdout)
 
     def test_a_watched_afferent_sends_its_drive_and_potential(self):
         program = self.serve(probe="sim:ramp?depth_mm=1.8&hold_s=3")

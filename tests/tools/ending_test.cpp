@@ -92,7 +92,7 @@ TEST(Ending, ACrashTellsTheBuildAndHowFarTheRunHadCome) {
   const auto id = ended.err.find("build id ");
   ASSERT_NE(id, std::string::npos) << ended.err;
   EXPECT_EQ(ended.err.find_first_not_of("0123456789abcdef", id + 9), id + 9 + 40) << ended.err;
-  EXPECT_NE(ended.err.find("had come to tick "), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("had reached tick "), std::string::npos) << ended.err;
   EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 3);
 }
 #endif

@@ -194,7 +194,8 @@ TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
             "s.toml:2: neuron.step_us must divide loop.tick_us without remainder");
   EXPECT_EQ(fault_of("[loop]\nstale_after_ms = 0\n"),
             "s.toml:2: loop.stale_after_ms must be a positive number of milliseconds");
-  EXPECT_EQ(fault_of("[[sink]]\n"), "s.toml:1: sink.uri is missing: name where spikes go");
+  EXPECT_EQ(fault_of("[[sink]]\n"),
+            "s.toml:1: sink.uri is missing: give the destination of the spikes");
   EXPECT_EQ(fault_of("preset = \"papr\"\n"),
             "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", \"finger\", "
             "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");
@@ -205,7 +206,7 @@ TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
             "s.toml:2: probe.bar_gaps_mm must be a list of numbers, as in [5, 5, 5]");
   EXPECT_EQ(fault_of("[skin]\nthickness_mm = 0\n"),
             "s.toml:2: skin.thickness_mm must be a positive number or inf, but is 0");
-  EXPECT_EQ(fault_of("[skin\n").rfind("s.toml:1: this is not TOML: ", 0), 0U);
+  EXPECT_EQ(fault_of("[skin\n").rfind("s.toml:1: this is not valid TOML: ", 0), 0U);
 }
 
 TEST(SceneFile, AfferentsOfFieldsAndTheirNeuronsReachTheirParameters) {
@@ -276,9 +277,10 @@ TEST(SceneFile, AnotherNeuronTakesItsOwnStepAndNoNetwork) {
 }
 
 TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
-  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[neuron]\nnoise = 0.5\n"),
-            "s.toml:3: neuron.noise needs a seed, so that a run can be repeated: add seed = 1 "
-            "beside it, or any other whole number");
+  EXPECT_EQ(
+      fault_of("preset = \"goodwin\"\n[neuron]\nnoise = 0.5\n"),
+      "s.toml:3: neuron.noise needs a seed, so that a run can be repeated: add seed = 1, or any "
+      "other whole number, to the same table");
   EXPECT_EQ(fault_of("[[probe]]\ncontrol = \"depth\"\n[[probe]]\ncontrol = \"force\"\n"),
             "s.toml:2: probe.control must be the same for all probes, but mixes \"depth\" and "
             "\"force\": press by the one or the other with each");
@@ -290,8 +292,8 @@ TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
             "or the receptive fields lie outside the patch: make it smaller, or "
             "receptors.length_mm and width_mm larger");
   EXPECT_EQ(fault_of("[receptors]\ncentres_mm = [[15, 10]]\n"),
-            "s.toml:2: receptors.centres_mm is only of afferents with receptive fields: set layout "
-            "= \"fields\"");
+            "s.toml:2: receptors.centres_mm applies only to afferents with receptive fields: set "
+            "layout = \"fields\"");
   EXPECT_EQ(fault_of("preset = \"goodwin\"\n[network]\ngain = 0.1\n"),
             "s.toml:3: network.gain must be 0 for this neuron.kind: only \"hodgkin_huxley\" "
             "neurons are coupled");

@@ -42,13 +42,13 @@ struct Heard {
   double seconds = 0.0;
 };
 
-/// A port of an address, opened at a rate.
+/// Opens the port of an address at a baud rate.
 Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int baud,
                                                            bool datagrams) {
   if (uri.scheme == "serial") return open_serial({.device = uri.path, .baud = baud});
   const auto address = HostAndPort::parse(uri.path);
   if (!address) {
-    return bad_input("\"" + uri.text + "\": name host and port, for example " + uri.scheme +
+    return bad_input("\"" + uri.text + "\"needs a host and a port, for example " + uri.scheme +
                      ":127.0.0.1:5000");
   }
   if (uri.scheme == "tcp") return open_tcp_port(*address);
@@ -87,7 +87,7 @@ bool is_text(std::span<const std::uint8_t> bytes) {
   return static_cast<double>(readable) >= kReadable * static_cast<double>(bytes.size());
 }
 
-/// A line, or the first bytes of a frame in hexadecimal.
+/// The text of a line, or the first bytes of a frame in hexadecimal.
 std::string shown(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
   if (is_text(bytes)) {
@@ -115,7 +115,7 @@ std::string meaning_of(const DeviceReading& reading) {
   return text;
 }
 
-/// What a protocol finds at a port when it asks its questions there; nothing if it finds none.
+/// Sends a protocol's requests to a port. \return what the protocol decodes, or nothing
 std::optional<Reading> ask(Transport& port, const ProtocolEntry& entry, std::string& received) {
   const auto uri = Uri::parse("serial:?" + std::string(entry.options));
   UriOptions options(*uri);
@@ -152,7 +152,7 @@ std::optional<Reading> ask(Transport& port, const ProtocolEntry& entry, std::str
                  .meaning = meaning_of(stream.readings.back())};
 }
 
-/// What can be made of bytes that came without a question.
+/// The possible interpretations of bytes that arrived without a request.
 std::vector<Reading> readings_of(const Heard& heard) {
   const std::string_view likely = likely_protocol(heard.bytes);
   std::vector<Reading> readings;
@@ -178,11 +178,11 @@ SetupError nothing_made(const std::string& address, const std::string& received)
   return {.kind = SetupError::Kind::kUnavailable,
           .sentence = received.empty()
                           ? "the device at " + address +
-                                " says nothing, at no baud rate and in no language that is known "
-                                "here: check that it is switched on and streaming"
+                                " sends nothing, at any baud rate or in answer to any known "
+                                "protocol: check that it is switched on and streaming"
                           : "the device at " + address + " sends \"" + received +
-                                "\", of which nothing can be made: if these are numbers, name "
-                                "them with protocol=csv&columns=…; merkel probes lists the "
+                                "\", which matches no known protocol: if these are numbers, "
+                                "describe them by protocol=csv&columns=…; merkel probes lists the "
                                 "protocols"};
 }
 
@@ -194,13 +194,13 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
   const bool serial = uri->scheme == "serial";
   std::string received;
   Recognition found{.address = address, .baud = 0, .received = {}, .readings = {}};
-  // First it is listened to: many devices talk by themselves.
+  // Listen first: many devices send without a request.
   for (const int baud :
        serial ? std::span<const int>(kBauds) : std::span<const int>(kBauds).first(1)) {
     auto port = open_port(*uri, baud, false);
     if (!port) return Unexpected<SetupError>(port.error());
     const Heard heard = listen(**port, kListening);
-    if (heard.bytes.empty()) break;  // it is silent at every rate
+    if (heard.bytes.empty()) break;  // silent at every rate
     found.readings = readings_of(heard);
     if (received.empty() || is_text(heard.bytes)) received = shown(heard.bytes);
     if (found.readings.empty()) continue;
@@ -229,7 +229,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
 
 namespace {
 
-/// What a column of numbers is by how it grows: a counter, a clock, or a measurement.
+/// Classifies a column of numbers by its growth: a counter, a clock, or a measurement.
 std::string column_by_growth(const std::vector<double>& values, double seconds) {
   bool rises = values.size() > 2;
   bool counts = rises;
@@ -247,7 +247,7 @@ std::string column_by_growth(const std::vector<double>& values, double seconds) 
   return {};
 }
 
-/// The columns of lines in a style; nothing where they are not all alike.
+/// The columns of lines in a style; empty if the lines differ in their columns.
 std::vector<std::vector<CsvField>> fields_of(const std::vector<std::string>& lines,
                                              const CsvStyle& style) {
   std::vector<std::vector<CsvField>> columns;
@@ -277,7 +277,7 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
   for (const CsvStyle& style : csv_styles(lines)) {
     const auto columns = fields_of(lines, style);
     std::string names;
-    std::string other;  // the same with another unit for what has none
+    std::string other;  // the same with another unit where none is given
     std::string meaning;
     std::string other_meaning;
     bool certain = true;
@@ -313,7 +313,7 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
       readings.push_back(
           {.options = "protocol=csv&columns=" + other + tail, .meaning = other_meaning});
     }
-    // Another style is another reading only where commas could be either.
+    // Only commas that could be decimal points allow another interpretation.
     const bool ambiguous = style == CsvStyle{',', false} && columns.size() == 2 &&
                            columns[0].front().label.empty() && columns[1].front().unit.empty();
     if (!ambiguous || readings.size() > 1) break;

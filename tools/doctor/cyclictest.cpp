@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr int kLongest_us = 20'000;  ///< what its histogram holds; longer ones overflow
+constexpr int kLongest_us = 20'000;  ///< range of its histogram; longer latencies overflow
 
 std::uint64_t whole(const nlohmann::json& value) {
   return value.is_number() ? value.get<std::uint64_t>() : 0;

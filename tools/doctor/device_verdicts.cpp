@@ -14,7 +14,7 @@ namespace {
 
 using Grade = Verdict::Grade;
 
-/// Where udev and systemd look, in their order: a file at the first place hides the others.
+/// Search path of udev and systemd, in order: a file in an earlier folder hides later ones.
 constexpr std::array<std::string_view, 5> kPlaces = {"/etc", "/run", "/usr/local/lib", "/usr/lib",
                                                      "/lib"};
 
@@ -47,15 +47,17 @@ bool lists_user(const group& group) {
 Verdict group_verdict(const DeviceSetUp& set_up) {
   Verdict verdict{Grade::kGood, "group " + set_up.serial_group, "", ""};
   if (set_up.root || set_up.in_group) {
-    verdict.finding = set_up.root ? "not needed by root" : "you are in it";
+    verdict.finding = set_up.root ? "not needed by root" : "you are a member";
     return verdict;
   }
-  // The rules open devices to whoever sits at the machine, but not to who logs in from afar.
+  // The rules open devices to users at the machine's own seat, but not to remote logins.
   verdict.grade = set_up.udev_rules.empty() ? Grade::kPoor : Grade::kFair;
-  verdict.finding = set_up.joined ? "you are in it from the next login on" : "you are not in it";
+  verdict.finding =
+      set_up.joined ? "you become a member at the next login" : "you are not a member";
   verdict.remedy = set_up.joined ? "log in again"
                                  : "sudo usermod -aG " + set_up.serial_group +
-                                       " $USER, and log in again: serial ports belong to it";
+                                       " $USER, then log in again: serial ports belong to this "
+                                       "group";
   return verdict;
 }
 
@@ -86,14 +88,14 @@ std::vector<Verdict> device_verdicts(const DeviceSetUp& set_up) {
        rules
            ? ""
            : "sudo cmake --install build/release && sudo udevadm control --reload && sudo udevadm "
-             "trigger: without them HID and USB probes are root's alone, ModemManager greets new "
-             "serial ports, and FTDI adapters hold bytes back for 16 ms"});
+             "trigger: without the rules, only root can open HID and USB probes, ModemManager "
+             "probes new serial ports, and FTDI adapters hold bytes back for 16 ms"});
   const bool unit = !set_up.systemd_unit.empty();
   verdicts.push_back({unit ? Grade::kGood : Grade::kFair, "systemd unit",
                       unit ? set_up.systemd_unit : "not installed",
                       unit ? ""
                            : "sudo cmake --install build/release && sudo systemctl daemon-reload, "
-                             "where a scene is to run from boot on"});
+                             "if a scene is to run from boot"});
   if (!set_up.serial_group.empty()) verdicts.push_back(group_verdict(set_up));
   return verdicts;
 }

@@ -7,21 +7,20 @@
 
 namespace merkel {
 
-/// What decides whether devices can be opened here, now and after they are plugged in again.
+/// The set-up that decides whether devices can be opened now and after they are plugged in again.
 struct DeviceSetUp {
-  std::string udev_rules;    ///< path of the installed file; empty where there is none
+  std::string udev_rules;    ///< path of the installed file; empty if none
   std::string systemd_unit;  ///< the same
-  std::string
-      serial_group;  ///< that owns serial ports: dialout or uucp; empty where neither exists
+  std::string serial_group;  ///< owner of serial ports: dialout or uucp; empty if neither exists
   bool root = false;
-  bool in_group = false;  ///< this process is
-  bool joined = false;    ///< the user is, from the next login on
+  bool in_group = false;  ///< this process is a member
+  bool joined = false;    ///< the user becomes a member at the next login
 
-  /// \param root_folder  where /etc, /run and /usr are found; "" for this machine
+  /// \param root_folder  folder that holds /etc, /run and /usr; "": this machine's
   [[nodiscard]] static DeviceSetUp read(const std::string& root_folder = "");
 };
 
-/// A verdict on the udev rules, the systemd unit and the group, each with its remedy.
+/// Verdicts on the udev rules, the systemd unit and the group, each with its remedy.
 [[nodiscard]] std::vector<Verdict> device_verdicts(const DeviceSetUp& set_up);
 
 }  // namespace merkel

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using Grade = Verdict::Grade;
 
-/// The first line of a file; empty where there is none.
+/// The first line of a file; empty if the file does not exist.
 std::string line_of(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -69,17 +69,17 @@ void add_rights(const MachineFacts& facts, int priority, std::vector<Verdict>& v
 void add_ports(const MachineFacts& facts, std::vector<Verdict>& verdicts) {
   for (const MachineFacts::SerialPort& port : facts.ports) {
     verdicts.push_back({port.accessible ? Grade::kGood : Grade::kPoor, "port /dev/" + port.name,
-                        port.accessible ? "open to you" : "closed to you",
+                        port.accessible ? "you may open it" : "you may not open it",
                         port.accessible
                             ? ""
-                            : "join its group: sudo usermod -aG dialout $USER, and log in again"});
+                            : "join its group: sudo usermod -aG dialout $USER, then log in again"});
     if (!port.latency_timer_ms) continue;
     const bool quick = *port.latency_timer_ms <= 1;
     verdicts.push_back({quick ? Grade::kGood : Grade::kFair, "latency timer of /dev/" + port.name,
                         std::to_string(*port.latency_timer_ms) + " ms",
                         quick ? ""
                               : "echo 1 | sudo tee /sys/bus/usb-serial/devices/" + port.name +
-                                    "/latency_timer: the adapter holds bytes back for so long"});
+                                    "/latency_timer: the adapter holds bytes back for this time"});
   }
 }
 
@@ -89,7 +89,7 @@ MachineFacts MachineFacts::read(const std::string& root) {
   MachineFacts facts;
   const std::string version = line_of(root + "/proc/version");
   facts.kernel = version;
-  // Not every real-time kernel has the file, and not every version names it the same way.
+  // Not every real-time kernel has this file, and its version text is not uniform either.
   facts.realtime_kernel = number_of(root + "/sys/kernel/realtime") == 1 ||
                           version.find("PREEMPT_RT") != std::string::npos ||
                           version.find("PREEMPT RT") != std::string::npos;
@@ -115,16 +115,16 @@ std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority) {
                             "linux-image-rt-amd64 (Debian), or Ubuntu Pro's real-time kernel"});
   if (facts.hypervisor) {
     verdicts.push_back({Grade::kFair, "hypervisor", "this is a virtual machine",
-                        "its host may take the cores away for milliseconds, which nothing here "
-                        "can prevent: for hard deadlines run on the hardware itself"});
+                        "its host may suspend the cores for milliseconds, which this machine "
+                        "cannot prevent: for hard deadlines, run on physical hardware"});
   }
   if (!facts.clock_source.empty()) {
     const bool quick = facts.clock_source == "tsc" || facts.clock_source == "arch_sys_counter" ||
                        facts.clock_source == "kvm-clock";
     verdicts.push_back({quick ? Grade::kGood : Grade::kPoor, "clock source", facts.clock_source,
                         quick ? ""
-                              : "every look at the clock is a slow device access: boot with "
-                                "tsc=reliable where the processor's tsc is invariant"});
+                              : "every read of the clock is a slow device access: boot with "
+                                "tsc=reliable if the processor's tsc is invariant"});
   }
   if (!facts.governor.empty()) {
     const bool full = facts.governor == "performance";

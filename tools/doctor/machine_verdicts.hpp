@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-/// What decides how well this machine keeps time.
+/// The properties of this machine that affect its timing.
 struct MachineFacts {
   struct SerialPort {
     std::string name;                     ///< "ttyUSB0"
@@ -21,17 +21,17 @@ struct MachineFacts {
   bool realtime_kernel = false;  ///< PREEMPT_RT
   bool hypervisor = false;       ///< a virtual machine
   std::string clock_source;
-  std::string governor;                       ///< of core 0; empty where there is none
-  std::optional<std::int64_t> rt_runtime_us;  ///< of each second, for real-time threads; −1: all
+  std::string governor;                       ///< of core 0; empty if none
+  std::optional<std::int64_t> rt_runtime_us;  ///< per second, for real-time threads; −1: unlimited
   std::string isolated_cores;
   std::vector<SerialPort> ports;
   RightsFacts rights;
 
-  /// \param root  where /proc, /sys and /dev are found; "" for this machine
+  /// \param root  folder that holds /proc, /sys and /dev; "": this machine's
   [[nodiscard]] static MachineFacts read(const std::string& root = "");
 };
 
-/// A verdict on each fact, with its remedy.
+/// Verdicts on these facts, each with its remedy.
 [[nodiscard]] std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority);
 
 }  // namespace merkel

@@ -22,21 +22,21 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kQueue = 65536;  // of what may come between two looks, a second apart
+constexpr std::size_t kQueue = 65536;  // arrivals between two polls, one second apart
 
-/// Time that the hypervisor kept from all cores since the host started.
+/// Steal time: the time that the hypervisor took from all cores since the host started.
 std::chrono::nanoseconds stolen() {
   std::ifstream file("/proc/stat");
   std::string cpu;
   std::int64_t column = 0;
   file >> cpu;
-  for (int i = 0; i < 8; ++i) file >> column;  // the eighth is steal
+  for (int i = 0; i < 8; ++i) file >> column;  // the eighth column is steal
   const std::int64_t a_second = std::max(1L, ::sysconf(_SC_CLK_TCK));
   return file ? std::chrono::nanoseconds{column * (1'000'000'000 / a_second)}
               : std::chrono::nanoseconds{0};
 }
 
-/// The arrivals at one consumer, on their way from its thread to the matcher.
+/// The arrivals at one consumer, queued from its thread to the matcher.
 struct Arrivals {
   Arrivals(const char* of, const char* json_key, std::chrono::nanoseconds tick)
       : name(of), key(json_key), matcher(tick) {}
@@ -48,7 +48,7 @@ struct Arrivals {
 
   void note(std::chrono::nanoseconds spike, std::chrono::nanoseconds now) {
     ++count;
-    // One that finds the queue full is counted, but not measured.
+    // If the queue is full, the arrival is counted but not measured.
     static_cast<void>(queue.try_push({.spike = spike, .arrival = now}));
   }
   void match() {
@@ -67,12 +67,12 @@ struct Arrivals {
   }
 };
 
-/// One sample period of the simulated probe, and what its thread may be late by. Set, because a
-/// measured delay would cost the first second of the measurement.
+/// One sample period of the simulated probe plus a margin for its thread. The delay is fixed,
+/// because measuring it would take the first second of the measurement.
 constexpr std::chrono::microseconds kDelay{1500};
 
 std::string probe_uri(std::chrono::nanoseconds duration) {
-  // Pressed for as long as the measurement, with a swing, so that spikes never stop.
+  // Pressed throughout the measurement, with an oscillation, so that spikes never stop.
   return "sim:sine?depth_mm=2&amplitude_mm=0.3&frequency_hz=5&wait_s=0.05&tail_s=0.05&live=1&hold_"
          "s=" +
          std::to_string(units::s_from(duration));

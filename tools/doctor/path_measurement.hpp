@@ -10,26 +10,26 @@
 
 namespace merkel {
 
-/// What spikes suffered on their way to one kind of consumer.
+/// Latency and losses of spikes on the way to one kind of consumer.
 struct ConsumerLatency {
-  const char* name = "";           ///< for people
+  const char* name = "";           ///< for display
   const char* key = "";            ///< in JSON
-  std::uint64_t spikes = 0;        ///< that it got
-  std::uint64_t missing = 0;       ///< that it did not
-  LatencySummary sink;             ///< published → in hand
-  LatencySummary software;         ///< tick due → in hand
-  LatencySummary sample_to_spike;  ///< sample arrived → in hand
+  std::uint64_t spikes = 0;        ///< received
+  std::uint64_t missing = 0;       ///< not received
+  LatencySummary sink;             ///< published → received
+  LatencySummary software;         ///< tick due → received
+  LatencySummary sample_to_spike;  ///< sample arrived → received
 };
 
-/// The whole path measured: a live simulated probe, the paper's fingertip, and its consumers.
+/// A measurement of the whole path: a live simulated probe, the paper's fingertip, and consumers.
 struct PathMeasurement {
   RunReport report;
-  /// One that polls its queue on the publishing beat, and one that receives datagrams on loopback
-  /// or subscribes to the zmq: sink.
+  /// A consumer that polls its queue at the publishing rate, and one that receives loopback
+  /// datagrams or subscribes to the zmq: sink.
   std::vector<ConsumerLatency> consumers;
-  std::chrono::nanoseconds steal{0};  ///< the hypervisor's: time it kept a core from this host
+  std::chrono::nanoseconds steal{0};  ///< time that the hypervisor kept cores from this host
 
-  /// Ticks that were not done when the next was due, or left out; of all.
+  /// Ticks that were not done when the next one was due, plus skipped ticks.
   [[nodiscard]] std::uint64_t missed() const noexcept {
     return report.overruns + report.skipped_ticks;
   }
@@ -45,7 +45,8 @@ struct PathSettings {
   RealtimeSettings realtime;
 };
 
-/// Runs the path in real time. \param started  called with the pipeline before it runs, null after
+/// Runs the path in real time. \param started  called with the pipeline before the run and with
+/// null after it
 [[nodiscard]] Expected<PathMeasurement, SetupError> measure_path(
     const PathSettings& settings, const std::function<void(const RunProgress&)>& on_progress,
     const std::function<void(Pipeline*)>& started);

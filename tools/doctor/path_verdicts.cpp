@@ -27,12 +27,12 @@ Verdict of_wake_up(const LatencySummary& wake_up) {
   }
   if (late <= microseconds{500}) {
     return {Grade::kFair, "wake-up latency", within("99.9 % within 500 µs"),
-            "enough for ticks of 1 ms; for less, take load off this machine or use a PREEMPT_RT "
-            "kernel with an isolated core ([loop] cpu)"};
+            "enough for ticks of 1 ms; for shorter ticks, reduce the load of this machine or use a "
+            "PREEMPT_RT kernel with an isolated core ([loop] cpu)"};
   }
   return {Grade::kPoor, "wake-up latency", within("0.1 % beyond 500 µs"),
-          "grant real-time priority, take load off this machine, and look at what the kernel "
-          "does then: sudo hwlatdetect, sudo trace-cmd record -p wakeup_rt"};
+          "grant real-time priority, reduce the load of this machine, and trace the kernel: "
+          "sudo hwlatdetect, sudo trace-cmd record -p wakeup_rt"};
 }
 
 Verdict of_missed(const std::vector<DoctorRun>& runs) {
@@ -50,13 +50,13 @@ Verdict of_missed(const std::vector<DoctorRun>& runs) {
       all > 0 ? 100.0 * static_cast<double>(missed) / static_cast<double>(all) : 0.0;
   std::array<char, 192> text{};
   std::snprintf(text.data(), text.size(),
-                "%llu of %llu (%.3f %%), %llu of them by late wake-ups; the hypervisor kept cores "
-                "away for %.0f ms",
+                "%llu of %llu (%.3f %%), %llu of them by late wake-ups; the hypervisor took %.0f "
+                "ms of the cores' time",
                 static_cast<unsigned long long>(missed), static_cast<unsigned long long>(all),
                 percent, static_cast<unsigned long long>(late), units::ms_from(steal));
   if (missed == 0) return {Grade::kGood, "missed ticks", text.data(), ""};
   return {percent <= 0.1 ? Grade::kFair : Grade::kPoor, "missed ticks", text.data(),
-          percent <= 0.1 ? "" : "lengthen [loop] tick_us, or fix what is poor above"};
+          percent <= 0.1 ? "" : "increase [loop] tick_us, or fix the poor results above"};
 }
 
 Verdict of_software(const char* consumer, const LatencySummary& software) {
@@ -64,16 +64,19 @@ Verdict of_software(const char* consumer, const LatencySummary& software) {
   if (software.count == 0) return {Grade::kUnknown, what, "no spike arrived", ""};
   const bool good = software.p50 <= microseconds{60};
   return {good ? Grade::kGood : Grade::kFair, what, latency_text(software),
-          good ? "" : "beyond the jitter buffer and the tick, half of all spikes take over 60 µs"};
+          good
+              ? ""
+              : "half of all spikes take more than 60 µs on top of the jitter buffer and the tick"};
 }
 
 Verdict of_sample_to_spike(const LatencySummary& latency) {
   if (latency.count == 0) return {Grade::kUnknown, "sample to spike", "no tick made spikes", ""};
   const bool good = latency.p50 <= microseconds{1700};
   return {good ? Grade::kGood : Grade::kFair, "sample to spike", latency_text(latency),
-          good ? ""
-               : "samples arrive irregularly, so the loop waits longer for them: take load off "
-                 "this machine, or set [loop] interpolation = \"hold\""};
+          good
+              ? ""
+              : "samples arrive irregularly, so the loop waits longer for them: reduce the load of "
+                "this machine, or set [loop] interpolation = \"hold\""};
 }
 
 }  // namespace
@@ -115,9 +118,10 @@ std::vector<Verdict> path_verdicts(const std::vector<DoctorRun>& runs) {
     for (const DoctorRun& run : runs) software.push_back(run.path.consumers[i].software);
     verdicts.push_back(of_software(runs.front().path.consumers[i].name, median_of(software)));
   }
-  verdicts.push_back({missing == 0 ? Grade::kGood : Grade::kPoor, "spikes that did not arrive",
-                      std::to_string(missing),
-                      missing == 0 ? "" : "a consumer was too slow: take load off this machine"});
+  verdicts.push_back(
+      {missing == 0 ? Grade::kGood : Grade::kPoor, "spikes that did not arrive",
+       std::to_string(missing),
+       missing == 0 ? "" : "a consumer was too slow: reduce the load of this machine"});
   if (cyclictests.empty()) {
     verdicts.push_back({Grade::kUnknown, "cyclictest", "not measured", "apt install rt-tests"});
     return verdicts;

@@ -9,33 +9,33 @@
 
 namespace merkel {
 
-/// When a consumer had a spike in hand.
+/// The time at which a consumer received a spike.
 struct SpikeArrival {
   std::chrono::nanoseconds spike{0};    ///< its probe time
   std::chrono::nanoseconds arrival{0};  ///< host-monotonic
 };
 
-/// Finds for each spike that reached a consumer the tick that made it, and measures how long each
-/// stage of its way took. Both come in order of time, in pieces of any size.
+/// Finds the tick of each spike that reached a consumer, and measures the latency of each stage.
+/// Ticks and spikes are added in order of time, in pieces of any size.
 class SpikeMatcher {
  public:
   explicit SpikeMatcher(std::chrono::nanoseconds tick) : tick_(tick) {}
 
   void add(const TickTiming& timing) { timings_.push_back(timing); }
   void add(const SpikeArrival& arrival) { arrivals_.push_back(arrival); }
-  /// Matches what it can; the rest waits for what has not been added yet.
+  /// Matches as many spikes as possible; the others wait for ticks that have not been added yet.
   void match();
 
-  /// From the spike's being in the consumer's queue to its being in hand.
+  /// From the consumer's queue to the consumer.
   [[nodiscard]] LatencySummary sink() const { return LatencySummary::of(sink_.snapshot()); }
-  /// From when its tick was due to its being in hand: all that software adds to the jitter buffer
-  /// and the tick.
+  /// From the due time of the tick to the consumer: the latency that software adds to the jitter
+  /// buffer and the tick.
   [[nodiscard]] LatencySummary software() const { return LatencySummary::of(software_.snapshot()); }
   /// From the arrival of the last sample at or before the tick's end.
   [[nodiscard]] LatencySummary sample_to_spike() const {
     return LatencySummary::of(sample_to_spike_.snapshot());
   }
-  /// Spikes of no tick known.
+  /// Spikes without a known tick.
   [[nodiscard]] std::uint64_t unmatched() const noexcept { return unmatched_; }
 
  private:

@@ -18,7 +18,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kSpikesADatagram = 150;  // fits every Ethernet's 1500 bytes
+constexpr std::size_t kSpikesADatagram = 150;  // fits into Ethernet's 1500 bytes
 
 SetupError no_loopback() {
   return {.kind = SetupError::Kind::kUnavailable,

@@ -10,23 +10,22 @@
 
 namespace merkel {
 
-/// A consumer on the other side of a UDP socket on this host: a sink that sends, and a thread that
-/// receives what it sends.
+/// A consumer behind a UDP socket on this host: a sink that sends, and a thread that receives.
 class UdpLoopback {
  public:
   /// Called in the receiver's thread with each spike's probe time.
   using Receive = std::function<void(std::chrono::nanoseconds spike)>;
 
-  /// Fails where the host has no loopback interface.
+  /// Fails if the host has no loopback interface.
   [[nodiscard]] static Expected<std::unique_ptr<UdpLoopback>, SetupError> open(Receive receive);
   UdpLoopback(const UdpLoopback&) = delete;
   UdpLoopback& operator=(const UdpLoopback&) = delete;
   /// Ends and joins the receiver.
   ~UdpLoopback();
 
-  /// The sending end; lives no longer than this.
+  /// The sending end; must not outlive this object.
   [[nodiscard]] std::unique_ptr<SpikeSink> sink();
-  /// Waits, for a moment at most, until all that was sent has come. Thread: the one that opened.
+  /// Waits, for a short time at most, until everything sent has arrived. Thread: the opener's.
   void settle() const;
   [[nodiscard]] std::uint64_t sent() const noexcept { return sent_.load(); }
   [[nodiscard]] std::uint64_t received() const noexcept { return received_.load(); }

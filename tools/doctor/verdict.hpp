@@ -5,13 +5,13 @@
 
 namespace merkel {
 
-/// What the doctor thinks of one thing.
+/// The doctor's result for one check.
 struct Verdict {
   enum class Grade { kGood, kFair, kPoor, kUnknown };
   Grade grade = Grade::kUnknown;
   std::string what;     ///< "wake-up latency"
-  std::string finding;  ///< what is so
-  std::string remedy;   ///< what to do about it; empty where nothing is to be done
+  std::string finding;  ///< the observed state
+  std::string remedy;   ///< what to do; empty if nothing
 };
 
 /// "good", "fair", "poor", "unknown".

@@ -22,10 +22,10 @@ Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32
                                                                      Receive receive) {
   auto subscriber = std::make_unique<Subscriber>();
   try {
-    // A port that is free: what another socket was given, and has left.
+    // A free port: one that another socket was given and has released.
     std::string endpoint;
     {
-      zmq::context_t context;  // its end is the port's
+      zmq::context_t context;  // its destructor releases the port
       zmq::socket_t scout(context, zmq::socket_type::pub);
       scout.bind("tcp://127.0.0.1:*");
       endpoint = scout.get(zmq::sockopt::last_endpoint);
@@ -72,7 +72,7 @@ struct ZmqLoopback::Subscriber {};
 
 Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32_t, Receive) {
   return bad_input(
-      "this merkel was built without ZeroMQ: apt install libzmq3-dev cppzmq-dev, and build again");
+      "this merkel was built without ZeroMQ: apt install libzmq3-dev cppzmq-dev and rebuild");
 }
 
 void ZmqLoopback::receive_all(const std::stop_token&) {}

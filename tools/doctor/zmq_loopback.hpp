@@ -10,14 +10,14 @@
 
 namespace merkel {
 
-/// A ZeroMQ subscriber on this host: the zmq: sink that users have, and a thread that receives what
-/// it sends and reads the time from the message, as their programs do.
+/// A ZeroMQ subscriber on this host: the ordinary zmq: sink, and a thread that receives its
+/// messages and reads the time from them, as users' programs do.
 class ZmqLoopback {
  public:
   /// Called in the receiver's thread with each spike's probe time.
   using Receive = std::function<void(std::chrono::nanoseconds spike)>;
 
-  /// Fails where no port can be opened, or where merkel was built without ZeroMQ.
+  /// Fails if no port can be opened or if merkel was built without ZeroMQ.
   [[nodiscard]] static Expected<std::unique_ptr<ZmqLoopback>, SetupError> open(
       std::uint32_t neurons, Receive receive);
   ZmqLoopback(const ZmqLoopback&) = delete;
@@ -25,9 +25,9 @@ class ZmqLoopback {
   /// Ends and joins the receiver.
   ~ZmqLoopback();
 
-  /// The sending end, once.
+  /// The sending end; call once.
   [[nodiscard]] std::unique_ptr<SpikeSink> sink();
-  /// Waits, for a moment at most, until so many spikes have come. Thread: the one that opened.
+  /// Waits, for a short time at most, until `spikes` spikes have arrived. Thread: the opener's.
   void settle(std::uint64_t spikes) const;
 
  private:

@@ -66,8 +66,9 @@ std::string afferent_text(std::vector<AfferentRow> rows, bool all) {
   std::string text = fmt::format("afferents: {} of {} fired", fired, rows.size());
   const std::size_t shown = all ? rows.size() : std::min(kShown, fired);
   if (shown == 0) return text + "\n";
-  text += shown < rows.size() ? fmt::format("; the {} most active (--all: every one):\n", shown)
-                              : std::string(":\n");
+  text += shown < rows.size()
+              ? fmt::format("; the {} most active (--all prints every one):\n", shown)
+              : std::string(":\n");
   text += "neuron receptors mean_distance_mm spikes contact_hz whole_run_hz\n";
   for (std::size_t i = 0; i < shown; ++i) {
     const AfferentRow& row = rows[i];

@@ -12,24 +12,24 @@
 
 namespace merkel {
 
-/// What a run's summary reports of one afferent.
+/// One afferent in a run's summary.
 struct AfferentRow {
   std::size_t neuron = 0;  ///< from 1
   std::size_t receptors = 0;
-  double mean_distance_mm = 0.0;  ///< of its receptors from the axis of the patch's first probe
+  double mean_distance_mm = 0.0;  ///< between its receptors and the axis of the patch's first probe
   std::uint64_t spikes = 0;
   double rate_hz = 0.0;  ///< during the whole run
-  /// While a probe touched its patch; none where none ever did.
+  /// Rate while a probe touched its patch; empty if none ever did.
   std::optional<double> contact_rate_hz;
 };
 
-/// One row for each afferent, by number.
+/// One row for each afferent, in order of number.
 [[nodiscard]] std::vector<AfferentRow> afferent_rows(const RunReport& report,
                                                      const TactileModel& model);
-/// The table for people, the highest rate during contact first. \param all  every afferent; else
-/// the ten most active
+/// The table as text, sorted by the rate during contact, highest first. \param all  every afferent;
+/// false: the ten most active
 [[nodiscard]] std::string afferent_text(std::vector<AfferentRow> rows, bool all);
-/// The rows by number, for programs; a rate during contact that does not exist is null.
+/// The rows as JSON, in order of number; a missing contact rate is null.
 [[nodiscard]] nlohmann::ordered_json afferent_json(const std::vector<AfferentRow>& rows);
 
 }  // namespace merkel

@@ -8,10 +8,10 @@
 
 namespace merkel {
 
-/// The counters for people: a line for each that is not 0, with its unit and meaning.
+/// The counters as text: one line with unit and meaning for each that is not 0.
 [[nodiscard]] std::string counter_text(const RunCounters& counters);
 
-/// "  3 overruns  21 skipped ticks": the faults that happened, for one line; empty without faults.
+/// "  3 overruns  21 skipped ticks": the faults so far on one line; empty without faults.
 [[nodiscard]] std::string fault_text(const RunCounters& counters);
 
 /// Adds every counter to a JSON object, under its name.

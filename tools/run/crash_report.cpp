@@ -16,13 +16,13 @@
 namespace merkel {
 namespace {
 
-// What a signal handler may look at.
+// The only state that a signal handler may access.
 std::array<char, 64> g_build_id{};
 std::atomic<const LoopStatistics*> g_statistics{nullptr};
 std::atomic<std::int64_t> g_tick_ns{0};
 [[maybe_unused]] alignas(16) std::array<char, 65536> g_stack{};
 
-/// A line put together without any function that a signal handler must not call.
+/// A line of text, built only from async-signal-safe functions.
 class Line {
  public:
   Line& operator<<(std::string_view text) noexcept {
@@ -52,15 +52,15 @@ class Line {
 std::string_view name_of_signal(int signal) noexcept {
   switch (signal) {
     case SIGSEGV:
-      return "SIGSEGV, a wrong memory access";
+      return "SIGSEGV, an invalid memory access";
     case SIGBUS:
-      return "SIGBUS, a memory access that the hardware refused";
+      return "SIGBUS, a bus error";
     case SIGFPE:
-      return "SIGFPE, a wrong arithmetic operation";
+      return "SIGFPE, an arithmetic error";
     case SIGILL:
-      return "SIGILL, an instruction that this processor does not have";
+      return "SIGILL, an instruction that this processor does not support";
     default:
-      return "SIGABRT, an aborted program";
+      return "SIGABRT, an abort";
   }
 }
 
@@ -68,28 +68,28 @@ std::string_view name_of_signal(int signal) noexcept {
   std::array<char, 17> thread{};
   ::prctl(PR_GET_NAME, thread.data());
   Line line;
-  line << "\nmerkel " MERKEL_VERSION " crashed: " << name_of_signal(signal) << ", in the thread "
+  line << "\nmerkel " MERKEL_VERSION " crashed: " << name_of_signal(signal) << ", in thread "
        << thread.data() << "; build id " << g_build_id.data() << "\n";
   if (const LoopStatistics* const run = g_statistics.load()) {
     const std::uint64_t ticks = run->ticks.value() + run->skipped_ticks.value();
     const auto ms = ticks * static_cast<std::uint64_t>(g_tick_ns.load()) / 1'000'000;
-    line << "The simulation had come to tick " << ticks << " (" << ms << " ms), with "
+    line << "The simulation had reached tick " << ticks << " (" << ms << " ms), with "
          << run->spikes.value() << " spikes, " << run->overruns.value() << " overruns and "
-         << run->gaps.value() << " gaps; what was flushed until then (at most 200 ms ago) is in "
+         << run->gaps.value() << " gaps. Spikes up to the last flush (at most 200 ms ago) are in "
          << "the sinks' .part files.\n";
   } else {
     line << "No simulation was running.\n";
   }
-  line << "Please report this with the command line and these lines.\n";
+  line << "Please report these lines together with the command line.\n";
   line.print();
-  ::raise(signal);  // by default now: the handler was reset
+  ::raise(signal);  // the default action: the handler was reset
 }
 
 int find_build_id(dl_phdr_info* info, std::size_t /*size*/, void* /*context*/) {
   for (int i = 0; i < info->dlpi_phnum; ++i) {
     const ElfW(Phdr)& header = info->dlpi_phdr[i];
     if (header.p_type != PT_NOTE) continue;
-    // The loader's addresses are numbers.  NOLINTNEXTLINE(performance-no-int-to-ptr)
+    // The loader gives addresses as integers.  NOLINTNEXTLINE(performance-no-int-to-ptr)
     const auto* note = reinterpret_cast<const char*>(info->dlpi_addr + header.p_vaddr);
     const char* const end = note + header.p_memsz;
     while (note + sizeof(ElfW(Nhdr)) <= end) {
@@ -111,14 +111,14 @@ int find_build_id(dl_phdr_info* info, std::size_t /*size*/, void* /*context*/) {
       note = content + padded(head.n_descsz);
     }
   }
-  return 1;  // the first object is the program itself
+  return 1;  // the first object is the program
 }
 
 }  // namespace
 
 void install_crash_report() {
   ::dl_iterate_phdr(find_build_id, nullptr);
-#ifndef MERKEL_SANITIZED  // a sanitizer tells more
+#ifndef MERKEL_SANITIZED  // a sanitizer reports more
   stack_t stack{};
   stack.ss_sp = g_stack.data();
   stack.ss_size = g_stack.size();

@@ -6,12 +6,12 @@
 
 namespace merkel {
 
-/// From now on, a crash of the program (a wrong memory access, an abort, …) prints, before it ends
-/// by its signal: the version and build id, which thread crashed, and how far the watched run had
-/// come. Call once, first.
+/// Installs a handler: if the program crashes (an invalid memory access, an abort, …), it prints
+/// version, build id, the name of the thread and the progress of the watched run, then ends by the
+/// signal. Call once, first.
 void install_crash_report();
 
-/// While it lives, a crash tells how far the loop of these statistics had come. One at a time.
+/// During its lifetime, a crash report includes the progress of this loop. One object at a time.
 class CrashWatch {
  public:
   CrashWatch(const LoopStatistics& statistics, std::chrono::nanoseconds tick) noexcept;

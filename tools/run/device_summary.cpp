@@ -20,26 +20,26 @@ std::string device_text(const DeviceCounts& device) {
       "  device: " + number(device.readings) + " readings (" + decimal("%.1f", device.rate_Hz) +
       " per s, up to " + number(device.largest_batch) + " at once), " + number(device.lost) +
       " lost, " + number(device.damaged) + " damaged, " + number(device.refused) + " refused, " +
-      number(device.duplicates) + " twice, " + number(device.saturated) + " saturated; " +
+      number(device.duplicates) + " duplicate, " + number(device.saturated) + " saturated; " +
       number(device.reboots) + " reboots, " + number(device.outages) + " outages of " +
       decimal("%.3f", units::s_from(device.outage)) + " s" +
       (device.port.empty() ? "" : "; " + device.port) + "\n";
   if (device.device_clock) {
     text += "  its clock: " + decimal("%+.1f", device.drift_ppm) + " ppm, mapped with " +
-            decimal("%.1f", device.jitter_us) + " us of jitter; frames are " +
+            decimal("%.1f", device.jitter_us) + " us of jitter; frames arrive " +
             decimal("%.0f", device.latency_us) + " us late\n";
   }
   if (device.clock_mistrusted) {
     text += "  its clock runs at " + decimal("%.4g", device.clock_rate) +
-            " times the rate of this machine's: samples got their arrival times\n";
+            " times the rate of this machine's: samples are timed by their arrival\n";
   }
   if (device.clock_outliers + device.clock_anchors > 0) {
     text += "  its clock: " + number(device.clock_outliers) +
-            " impossible times replaced by the arrival, " + number(device.clock_anchors) +
+            " impossible times replaced by arrival times, " + number(device.clock_anchors) +
             " jumps\n";
   }
   if (device.uncertainty_us) {
-    text += "  sample times are certain to " + decimal("%.0f", *device.uncertainty_us) + " us\n";
+    text += "  sample times are accurate to " + decimal("%.0f", *device.uncertainty_us) + " us\n";
   }
   return text;
 }

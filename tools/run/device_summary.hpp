@@ -9,9 +9,9 @@
 
 namespace merkel {
 
-/// What a device's driver counted, for people: indented lines.
+/// The counters of a device's driver as indented lines of text.
 [[nodiscard]] std::string device_text(const DeviceCounts& device);
-/// The same for programs; null for what is no device.
+/// The same as JSON; null for a probe that is not a device.
 [[nodiscard]] nlohmann::json device_json(const std::optional<DeviceCounts>& device);
 
 }  // namespace merkel

@@ -8,20 +8,20 @@
 
 namespace merkel {
 
-/// Force and depth that a probe measured at its deepest press, and the force that the model's
-/// contact law gives for that depth.
+/// Force and depth that a probe measured at its deepest press, and the force that the contact law
+/// gives for this depth.
 struct ForceAndDepth {
   double depth_mm = 0.0;
   double force_N = 0.0;
   double model_force_N = 0.0;
 
-  /// Measured over model.
+  /// Measured force over the model's.
   [[nodiscard]] double ratio() const noexcept { return force_N / model_force_N; }
-  /// Whether they differ by more than a factor of 1.5 either way.
+  /// True if they differ by more than a factor of 1.5.
   [[nodiscard]] bool disagrees() const noexcept { return ratio() > 1.5 || ratio() < 1.0 / 1.5; }
 };
 
-/// Nothing for a probe that does not measure both, or never touched.
+/// Empty for a probe that does not measure both or never touched the skin.
 [[nodiscard]] std::optional<ForceAndDepth> force_and_depth(const RunReport::OfProbe& probe,
                                                            const TactileModel& model,
                                                            std::size_t indenter);

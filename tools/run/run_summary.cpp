@@ -35,13 +35,13 @@ namespace {
   text += line.data();
 }
 
-/// How long a tick took: the median on the host's clock, the mean with --fast.
+/// Duration of a tick: the median on the host's clock; with --fast, the mean.
 double measured_tick_us(const RunReport& report) {
   if (report.host_time) return units::us_from(report.host_time->tick.p50);
   return report.ticks > 0 ? units::us_from(report.wall) / static_cast<double>(report.ticks) : 0.0;
 }
 
-/// What happened to the items at one hand-over, in the words of the text and of JSON.
+/// The counts at one stage, with their names in the text and in JSON.
 using Handover = std::vector<std::pair<std::string_view, std::uint64_t>>;
 
 Handover counts_of(const RunReport::OfProbe& probe) {
@@ -79,7 +79,7 @@ void add_handover(nlohmann::ordered_json& json, const Handover& counts) {
   for (const auto& [name, count] : counts) json[std::string(name)] = count;
 }
 
-/// Quantities that the contact does not have, as the radius of a flat tip's, are null.
+/// Quantities that the contact does not have, such as the radius of a flat tip, are null.
 nlohmann::ordered_json press_json(const Press& press, const TactileModel& model,
                                   std::size_t indenter) {
   using Json = nlohmann::ordered_json;
@@ -141,8 +141,8 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   text += loop_text(report);
   if (plan != nullptr) {
     append(text,
-           "planned with %s at %g µs in %s: predicted %.2f µs a tick, measured %.2f; spike times "
-           "within %.3g µs in rehearsal, %g asked for\n",
+           "planned with %s at %g µs in %s: predicted %.2f µs per tick, measured %.2f; spike times "
+           "within %.3g µs in rehearsal, limit %g\n",
            std::string(name_of(plan->chosen.method)).c_str(), units::us_from(plan->chosen.step),
            std::string(name_of(plan->chosen.precision)).c_str(), plan->chosen.tick_us,
            measured_tick_us(report), plan->chosen.error_us(), plan->budget_us.value_or(0.0));
@@ -152,8 +152,8 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
     if (probe.timing) {
       append(text,
-             "  a sample every %.4g ms with %.3g ms of jitter: the loop runs %.4g ms behind, and "
-             "%.4g ms of silence release the press\n",
+             "  a sample every %.4g ms with %.3g ms of jitter: the loop delay is %.4g ms, and the "
+             "press is released after %.4g ms of silence\n",
              units::ms_from(probe.timing->period), units::ms_from(probe.timing->jitter),
              units::ms_from(report.delay), units::ms_from(probe.stale_after));
     }
@@ -171,15 +171,15 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     }
     if (const auto both = force_and_depth(probe, model, i)) {
       append(text,
-             "\n  measured there %.4g N at %.4g mm, for which the model gives %.4g N: ratio %.2f",
+             "\n  measured there: %.4g N at %.4g mm, for which the model gives %.4g N: ratio %.2f",
              both->force_N, both->depth_mm, both->model_force_N, both->ratio());
     }
     append(text, "\n  contact law: %s\n", contact_sentence(press, model, i).c_str());
   }
   if (model.closest_rims() < 1.0) {
     append(text,
-           "contacts came within %.2f radii of each other: each lies where the other has bent the "
-           "skin, so their sum is approximate\n",
+           "contacts came within %.2f radii of each other: each lies on skin that the other has "
+           "deformed, so their sum is approximate\n",
            model.closest_rims());
   }
   for (const RunReport::OfSink& sink : report.sinks) {

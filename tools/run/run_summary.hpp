@@ -8,11 +8,11 @@
 
 namespace merkel {
 
-/// The end-of-run summary for people. \param plan  that chose the method; null: none
+/// The summary at the end of a run as text. \param plan  the plan that chose the method; null: none
 [[nodiscard]] std::string summary_text(const RunReport& report, const TactileModel& model,
                                        const Plan* plan = nullptr, bool all_afferents = false);
 
-/// The same as JSON, for programs: one object.
+/// The same as one JSON object.
 [[nodiscard]] std::string summary_json(const RunReport& report, const TactileModel& model,
                                        const Plan* plan = nullptr);
 

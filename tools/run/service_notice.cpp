@@ -19,7 +19,7 @@ void send(std::string_view message) {
   if (name.size() < 2 || name.size() >= sizeof address.sun_path) return;
   address.sun_family = AF_UNIX;
   name.copy(address.sun_path, name.size());
-  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // the abstract namespace
+  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // abstract namespace
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return;
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
@@ -32,7 +32,7 @@ void send(std::string_view message) {
 
 void ServiceNotice::progress(const RunCounters& counters) {
   const std::uint64_t ticks = counters.ticks + counters.skipped_ticks;
-  if (ticks == ticks_) return;  // a simulation that hangs is not alive
+  if (ticks == ticks_) return;  // no progress: the simulation hangs
   ticks_ = ticks;
   send(ready_ ? "WATCHDOG=1" : "READY=1\nWATCHDOG=1");
   ready_ = true;

@@ -7,9 +7,9 @@
 
 namespace merkel {
 
-/// Tells systemd, where it started this program as a service of Type=notify, that the run goes on
-/// (sd_notify(3)): ready once ticks are simulated, then alive as long as more of them are. Without
-/// systemd nothing happens. Thread: one.
+/// Notifies systemd if it started this program as a service of Type=notify (sd_notify(3)): ready
+/// when ticks are simulated, then alive as long as more ticks follow. Does nothing without systemd.
+/// Thread: one.
 class ServiceNotice {
  public:
   /// Called about once a second.

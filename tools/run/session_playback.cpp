@@ -34,7 +34,8 @@ Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std
   }
   if (extent.ticks == 0 || extent.end <= extent.start) {
     return bad_input(path +
-                     " holds no tick inputs: it was recorded without a simulation, or broke off");
+                     " holds no tick inputs: it was recorded without a simulation, or broke off "
+                     "early");
   }
   return extent;
 }
@@ -64,7 +65,7 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   commands_.clear();
   switch_off(StimulationCommand::Stop::kGap);
   position_.jumps.fetch_add(1);
-  // What lies before is read over.
+  // Skips everything before this position.
   while (!ended_ && (ticks_.empty() || ticks_.back().time < place)) {
     keep_from(place);
     const nanoseconds before = ticks_.empty() ? nanoseconds::min() : ticks_.back().time;
@@ -74,7 +75,7 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   return {};
 }
 
-/// Forgets what was before a time.
+/// Discards everything before a time.
 void SessionPlayback::keep_from(nanoseconds time) {
   const auto early = [time](const auto& item) { return item.time < time; };
   std::erase_if(spikes_, early);
@@ -84,7 +85,7 @@ void SessionPlayback::keep_from(nanoseconds time) {
   std::erase_if(commands_, early);
 }
 
-/// Reads chunks until one ends after a time, or to the end.
+/// Reads chunks until one ends after a time, or up to the end of the file.
 Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
   while (!ended_ && (ticks_.empty() || ticks_.back().time <= time)) {
     const auto more = session_->next(chunk_);
@@ -171,7 +172,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       if (auto gone = go_to(place); !gone) return gone;
       last = HostClock::now();
       at_end = false;
-      // Where it waits, a look at the place it has gone to.
+      // While paused, read a step at the new position.
       if (auto read = read_until(place + kStep); !read) return read;
       send_until(place + kStep);
       continue;
@@ -181,7 +182,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
     last = now;
     if (place >= extent_.end) {
       if (!wait_at_end) break;
-      // Playing on from the end begins again.
+      // Resuming at the end starts again from the beginning.
       if (std::exchange(at_end, true) && !position_.hold) {
         position_.seek_s.store(0.0);
         at_end = false;

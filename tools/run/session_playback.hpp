@@ -18,28 +18,27 @@
 
 namespace merkel {
 
-/// Plays a recorded session to sinks at the speed at which it was recorded. What it plays is the
-/// recording; nothing is simulated. Reads the file chunk by chunk; going elsewhere reads it again
-/// from its beginning.
+/// Plays a recorded session to sinks at its original speed. It plays the recording and simulates
+/// nothing. Reads the file chunk by chunk; a seek reads the file again from its beginning.
 class SessionPlayback {
  public:
   struct Extent {
-    std::chrono::nanoseconds start{0};  ///< where the first tick begins
-    std::chrono::nanoseconds end{0};    ///< of the last tick
+    std::chrono::nanoseconds start{0};  ///< start of the first tick
+    std::chrono::nanoseconds end{0};    ///< end of the last tick
     std::uint64_t ticks = 0;
   };
 
-  /// Reads a whole session to find how long it is. Fails where it holds no ticks.
+  /// Reads a whole session to find its length. Fails if the session holds no ticks.
   [[nodiscard]] static Expected<Extent, SetupError> measure(const std::string& path,
                                                             std::chrono::nanoseconds tick);
 
   /// \param numbering, sinks  borrowed
-  /// \param position  is followed and kept up to date
+  /// \param position  followed and kept up to date
   SessionPlayback(std::string path, const Extent& extent, const SessionNumbering& numbering,
                   SessionPosition& position, std::span<const std::unique_ptr<SpikeSink>> sinks);
 
-  /// Plays from a place to the end, or until `stop`. At the end it waits for a seek or `stop` where
-  /// `wait_at_end` says so. Fails where the file cannot be read or a sink fails.
+  /// Plays from a position to the end, or until `stop`. If `wait_at_end`, then waits there for a
+  /// seek or `stop`. Fails if the file cannot be read or a sink fails.
   [[nodiscard]] Expected<void, SetupError> play(std::chrono::nanoseconds from, bool wait_at_end,
                                                 const std::atomic<bool>& stop);
 
@@ -60,7 +59,7 @@ class SessionPlayback {
   SessionPosition& position_;
   std::span<const std::unique_ptr<SpikeSink>> sinks_;
   std::optional<SessionReader> session_;
-  bool ended_ = false;  ///< all of the file is read
+  bool ended_ = false;  ///< the whole file is read
   SessionChunk chunk_;
   std::deque<SpikeEvent> spikes_;
   std::deque<TickRecord> ticks_;

@@ -35,9 +35,9 @@ bool SessionReplay::take_tick(const TickRecord& record) {
       (last_ && (first_probe ? record.time <= last_->time : record.time != last_->time))) {
     if (!last_ && record.number > 1) {
       differ(
-          "the recording begins at tick " + std::to_string(record.number) +
-          " of a run: it can be played (--realtime) and exported, but the state of its neurons at "
-          "that tick is unknown, so it cannot be simulated again");
+          "the recording starts at tick " + std::to_string(record.number) +
+          " of a run: it can be played (--realtime) and exported, but not simulated again, because "
+          "the state of its neurons at that tick is unknown");
       broken_ = true;
       return false;
     }
@@ -60,9 +60,10 @@ void SessionReplay::compare(std::span<const SpikeEvent> spikes) {
     ++verdict_.spikes;
     if (!verdict_.identical()) continue;
     if (recorded_.empty()) {
-      differ("the replay has a spike of " + sentence_of(spike) + ", the recording has none");
+      differ("the replay has a spike of " + sentence_of(spike) +
+             ", which the recording does not have");
     } else if (recorded_.front() != spike) {
-      differ("the replay has a spike of " + sentence_of(spike) + ", the recording one of " +
+      differ("the replay has a spike of " + sentence_of(spike) + ", but the recording has one of " +
              sentence_of(recorded_.front()));
     } else {
       recorded_.pop_front();
@@ -81,7 +82,7 @@ void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
   }
   if (!chunk.status.empty()) verdict_.losses = chunk.status.back().losses;
   for (const TickRecord& record : chunk.ticks) {
-    // After a lost record the membranes' state is unknown: nothing more can be simulated.
+    // After a lost record, the state of the membranes is unknown, so nothing can be simulated.
     if (broken_) return;
     if (!take_tick(record)) continue;
     ++verdict_.ticks;
@@ -110,7 +111,7 @@ SessionReplay::Verdict SessionReplay::finish(const Made& made) {
   });
   if (beyond != recorded_.begin()) {
     differ("the recording has a spike of " + sentence_of(recorded_.front()) +
-           ", the replay has none");
+           ", which the replay does not have");
   }
   verdict_.uncompared = static_cast<std::uint64_t>(recorded_.end() - beyond);
   return verdict_;

@@ -14,8 +14,8 @@
 
 namespace merkel {
 
-/// Simulates a recorded session again from its tick inputs, and compares every spike with the one
-/// that was recorded: time, neuron, patch and flags.
+/// Simulates a recorded session again from its tick inputs and compares every spike with the
+/// recorded one: time, neuron, patch and flags.
 class SessionReplay {
  public:
   struct Verdict {

@@ -54,8 +54,8 @@ class SlowPress {
     return outcome;
   }
 
-  /// The least level at which an afferent fires, rounded up to a twentieth of its decade; none up
-  /// to `most`.
+  /// The smallest level at which an afferent fires, rounded up to a twentieth of its decade; empty
+  /// if none fires up to `most`.
   std::optional<double> threshold(double low, double most) {
     double high = std::max(2.0 * low, 1e-3);
     while (!press(std::min(high, most)).fired) {
@@ -91,7 +91,7 @@ std::string decimal(double value) {
   return text;
 }
 
-/// The probe that pressed hardest; none where none touched.
+/// The probe that pressed hardest; empty if none touched.
 std::optional<std::size_t> hardest(const TactileModel& model) {
   std::optional<std::size_t> found;
   for (std::size_t i = 0; i < model.indenters(); ++i) {
@@ -132,8 +132,9 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     const double got = press->press(level).strongest_drive;
     const double needed = press->press(*threshold).strongest_drive;
     if (got < needed) {
-      text +=
-          "; the strongest afferent got " + decimal(100.0 * got / needed) + " % of its rheobase";
+      text += "; the strongest afferent reached " + decimal(100.0 * got / needed) +
+              " % of its "
+              "rheobase";
     }
     advice = force ? "press harder than about " + decimal(units::N_from_mN(*threshold)) + " N"
                    : "press deeper than about " + decimal(*threshold) + " mm";
@@ -142,7 +143,8 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     advice += std::string(advice.empty() ? "" : " or ") + "try merkel run goodwin --probe '" +
               report.probes[*probe].uri + "'";
   }
-  if (advice.empty()) return text + ": no press of this tip makes an afferent of this scene fire\n";
+  if (advice.empty())
+    return text + ": no press of this tip can make an afferent of this scene fire\n";
   advice.front() = static_cast<char>(advice.front() - 'a' + 'A');
   return text + ". " + advice + "\n";
 }

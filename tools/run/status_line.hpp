@@ -9,8 +9,8 @@
 
 namespace merkel {
 
-/// The fields of one line about a run: what the first probe reads, what it is doing, rates of the
-/// time since the call before, and what went wrong so far. What matters most comes first.
+/// The fields of a status line: readings and state of the first probe, rates since the previous
+/// call, and faults so far. The most important field comes first.
 class StatusLine {
  public:
   [[nodiscard]] std::vector<std::string> fields(const RunProgress& now);

@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-// A signal handler has nothing else to reach the run by.
+// A signal handler has no other access to the run.
 std::atomic<Pipeline*> g_running{nullptr};
 std::atomic<int> g_signals{0};
 std::atomic<std::atomic<bool>*> g_flag{nullptr};
@@ -30,7 +30,7 @@ void stop_running(int /*signal*/) {
       if (pipeline != nullptr) pipeline->request_stop_now();
       break;
     default:
-      handle_with(SIG_DFL);  // the next one ends the program
+      handle_with(SIG_DFL);  // the next signal ends the program
   }
 }
 

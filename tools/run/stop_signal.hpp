@@ -6,9 +6,9 @@
 
 namespace merkel {
 
-/// While it lives, SIGINT, SIGTERM and SIGHUP end a run within a tick, so that its sinks are closed
-/// and its summary is whole. A second one closes the sinks without waiting for whoever reads them;
-/// a fourth one ends the program at once. One at a time.
+/// During its lifetime, SIGINT, SIGTERM and SIGHUP end a run within a tick; its sinks are closed
+/// and its summary is printed. A second signal closes the sinks without waiting for their readers;
+/// a fourth one ends the program at once. One object at a time.
 class StopSignal {
  public:
   explicit StopSignal(Pipeline& pipeline);

@@ -14,14 +14,14 @@ namespace {
 constexpr std::size_t kUsualColumns = 80;
 constexpr std::size_t kBar = 10;
 
-/// Of a terminal; one less than it has, so that the cursor stays in the line.
+/// Columns of the terminal minus one, so that the cursor stays on the line.
 std::size_t columns_now() {
   winsize size{};
   const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
   return (known ? size.ws_col : kUsualColumns) - 1;
 }
 
-/// Columns that a text takes: UTF-8's continuation bytes take none.
+/// Width of a text in columns; UTF-8 continuation bytes have none.
 std::size_t width_of(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;

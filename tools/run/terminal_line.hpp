@@ -10,8 +10,8 @@
 
 namespace merkel {
 
-/// The last line of a terminal, kept up to date while sentences scroll above it. Does nothing but
-/// print the sentences where stderr is no terminal. Thread: one.
+/// The last line of a terminal, kept up to date while sentences scroll above it. Prints only the
+/// sentences if stderr is not a terminal. Thread: one.
 class TerminalLine {
  public:
   TerminalLine();
@@ -22,7 +22,7 @@ class TerminalLine {
   [[nodiscard]] bool on_terminal() const noexcept { return on_terminal_; }
   /// Shows as many of the fields as fit, the first ones first.
   void show(const std::vector<std::string>& fields);
-  /// Prints a whole line above.
+  /// Prints a line above it.
   void say(const std::string& sentence);
   void clear();
 
@@ -31,16 +31,16 @@ class TerminalLine {
   std::string shown_;
 };
 
-/// Fields joined by two blanks, as many as fit into `columns`; the first is cut if it must be.
+/// Fields joined by two spaces, as many as fit into `columns`; the first is cut if it must be.
 [[nodiscard]] std::string fit_line(const std::vector<std::string>& fields, std::size_t columns);
 
-/// What a probe reads just now.
+/// The present reading of a probe.
 struct LiveReading {
   std::optional<double> force_N;
   std::optional<double> depth_mm;
 };
 
-/// "0.321 N 1.02 mm [####      ]": the bar is of the largest reading so far.
+/// "0.321 N 1.02 mm [####      ]": the bar is relative to the largest reading so far.
 class ReadingBar {
  public:
   [[nodiscard]] std::string text(const LiveReading& reading);

@@ -18,9 +18,9 @@ using Severity = Finding::Severity;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostFindings = 5;
-constexpr double kMuch = 0.01;        ///< share of ticks or samples that is worth a sentence
-constexpr double kLostTouch_s = 1.0;  ///< released for longer, for no outage: touch was lost
-constexpr double kLostTouch = 0.5;    ///< or for such a share of a short run
+constexpr double kMuch = 0.01;        ///< share of ticks or samples that is reported
+constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
+constexpr double kLostTouch = 0.5;    ///< or this share of a short run
 
 [[gnu::format(printf, 1, 2)]] std::string sentence(const char* format, ...) {
   std::array<char, 512> line{};
@@ -65,7 +65,7 @@ class Judge {
   }
 
   void judge_probe(const RunReport::OfProbe& probe) {
-    if (!probe.device && !probe.timing) return;  // a recording loses nothing
+    if (!probe.device && !probe.timing) return;  // recordings lose nothing
     judge_touch(probe);
     judge_samples(probe);
     if (probe.device) judge_device(probe, *probe.device);
@@ -82,13 +82,14 @@ class Judge {
       add(Severity::kNote, 1.0,
           sentence("%s pressed at (%.4g, %.4g) mm, outside the patch of %.4g x %.4g mm",
                    probe.uri.c_str(), press.x_mm, press.y_mm, patch.length_mm, patch.width_mm),
-          "patch coordinates begin at the fingertip: set the stage's zero, or [probe] x_mm, y_mm");
+          "the origin of the patch is at the fingertip: set the stage's zero, or [probe] x_mm, "
+          "y_mm");
     }
     const auto both = force_and_depth(probe, model_, i);
     if (both && both->disagrees()) {
       const bool by_force = indenter.control == Indenter::Control::kForce;
       add(Severity::kNote, 0.5,
-          sentence("%s measured %.4g N at %.4g mm, where the model's skin gives %.4g N: %.2f times",
+          sentence("%s measured %.4g N at %.4g mm, where the model's skin gives %.4g N: ratio %.2f",
                    probe.uri.c_str(), both->force_N, both->depth_mm, both->model_force_N,
                    both->ratio()),
           std::string(
@@ -103,7 +104,7 @@ class Judge {
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
     if (probe.device && probe.device->outages > 0) {
       add(Severity::kLoss, outage_s / std::max(run_s, outage_s),
-          sentence("%s was unplugged %llu times, for %.3g s in all", probe.uri.c_str(),
+          sentence("%s was unplugged %llu times, for %.3g s in total", probe.uri.c_str(),
                    number(probe.device->outages), outage_s),
           "check its cable and plug");
     }
@@ -111,9 +112,9 @@ class Judge {
     const double weight = run_s > 0.0 ? lost_s / run_s : 0.0;
     if (lost_s > kLostTouch_s || (released_s > 0.0 && weight > kLostTouch)) {
       add(Severity::kFailure, weight,
-          sentence("touch was lost for %.3g s of %.3g: no sample of %s came in time for so long",
-                   lost_s, run_s, probe.uri.c_str()),
-          "keep it streaming, and see whether the lines on its clock and delay name a cause");
+          sentence("touch was lost for %.3g s of %.3g: no sample of %s arrived in time", lost_s,
+                   run_s, probe.uri.c_str()),
+          "keep the device streaming, and check the lines on its clock and delay for a cause");
     }
   }
 
@@ -124,26 +125,27 @@ class Judge {
       const double period_ms = probe.timing ? units::ms_from(probe.timing->period) : 0.0;
       std::string what =
           sentence("%.0f %% of ticks held the last sample of %s", 100.0 * held, probe.uri.c_str());
-      if (probe.timing) what += sentence(", which sends every %.3g ms", period_ms);
+      if (probe.timing) what += sentence(", which sends one every %.3g ms", period_ms);
       add(Severity::kLoss, held, what,
           report_.delay < needed
-              ? sentence("set [probe] delay_ms = %.0f, or leave it out: then it is measured",
-                         std::ceil(units::ms_from(needed)))
-              : std::string("its samples come irregularly: set a larger [probe] delay_ms, or check "
+              ? sentence(
+                    "set [probe] delay_ms = %.0f, or remove the key: the delay is then measured",
+                    std::ceil(units::ms_from(needed)))
+              : std::string("its samples arrive irregularly: increase [probe] delay_ms, or check "
                             "what else keeps this machine busy"));
     }
     const double late = share(probe.counts.late, probe.samples_in);
     if (late > kMuch) {
       add(Severity::kLoss, late,
-          sentence("%.0f %% of the samples of %s came after their time had been simulated",
+          sentence("%.0f %% of the samples of %s arrived after their time had been simulated",
                    100.0 * late, probe.uri.c_str()),
-          "set a larger [probe] delay_ms, or leave it out: then it is measured");
+          "increase [probe] delay_ms, or remove the key: the delay is then measured");
     }
     if (probe.dropped > 0) {
       add(Severity::kLoss, share(probe.dropped, probe.samples_in),
           sentence("%llu samples of %s were dropped: the simulation did not keep up",
                    number(probe.dropped), probe.uri.c_str()),
-          "simulate less: see merkel plan");
+          "simplify the scene: see merkel plan");
     }
   }
 
@@ -151,23 +153,23 @@ class Judge {
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
-          sentence("%s lost %llu readings on the way, %llu were damaged and %llu impossible",
+          sentence("%llu readings of %s were lost, %llu were damaged and %llu impossible",
                    probe.uri.c_str(), number(device.lost), number(device.damaged),
                    number(device.refused)),
           "check its baud rate, cable and units");
     }
     if (device.clock_mistrusted) {
       add(Severity::kLoss, 0.0,
-          sentence("the clock of %s runs at %.4g times the rate of this machine's, so samples got "
-                   "their arrival times",
+          sentence("the clock of %s runs at %.4g times the rate of this machine's, so samples are "
+                   "timed by their arrival",
                    probe.uri.c_str(), device.clock_rate),
-          "check the unit of its times (time_s, time_ms or time_us), or set clock=arrival");
+          "check the unit of its time column (time_s, time_ms or time_us), or set clock=arrival");
     }
     if (device.saturated > 0) {
       add(Severity::kNote, share(device.saturated, device.readings),
-          sentence("%llu readings of %s stand at the end of its range", number(device.saturated),
+          sentence("%llu readings of %s are at the end of its range", number(device.saturated),
                    probe.uri.c_str()),
-          "press less, or use a sensor of a larger range");
+          "press less, or use a sensor with a larger range");
     }
   }
 
@@ -178,7 +180,7 @@ class Judge {
       add(skipped > kMuch ? Severity::kFailure : Severity::kLoss, skipped,
           sentence("%llu of %llu ticks were skipped: the simulation fell behind",
                    number(report_.skipped_ticks), number(all)),
-          "simulate less (merkel plan), or see what merkel doctor says of this machine");
+          "simplify the scene (merkel plan), or check this machine with merkel doctor");
     }
     if (report_.demotions > 0) {
       add(Severity::kFailure, 0.0,
@@ -190,7 +192,7 @@ class Judge {
           sentence("%llu ticks ended late, the longest by %.3g ms", number(report_.overruns),
                    1e-6 * static_cast<double>(report_.longest_overrun_ns)),
           report_.overruns_by_late_wake_up > report_.overruns_by_long_compute
-              ? "this machine woke it up late: merkel doctor names the causes"
+              ? "the machine woke the loop up late: find the cause with merkel doctor"
               : "the model takes longer than a tick: see merkel plan");
     }
   }
@@ -199,7 +201,7 @@ class Judge {
     if (!sink.error_message.empty()) {
       add(Severity::kFailure, 1.0,
           sentence("%s failed: %s", sink.uri.c_str(), sink.error_message.c_str()),
-          "its spikes up to then are whole");
+          "fix the cause and run again; earlier spikes were delivered");
       return;
     }
     const std::uint64_t missing = sink.dropped + sink.lost();
@@ -207,7 +209,7 @@ class Judge {
       add(Severity::kFailure, share(missing, sink.spikes_in),
           sentence("%llu of %llu spikes did not reach %s", number(missing), number(sink.spikes_in),
                    sink.uri.c_str()),
-          "read them faster, or record a session (xdf:FILE) beside it");
+          "read them faster, or also record a session (xdf:FILE)");
     }
   }
 
@@ -245,8 +247,9 @@ std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& mod
 
 std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
   if (findings.empty()) {
-    return sentence("verdict: all went well: every sample was used and all %llu spikes delivered\n",
-                    number(report.spikes));
+    return sentence(
+        "verdict: all went well: every sample was used and all %llu spikes were delivered\n",
+        number(report.spikes));
   }
   std::string text = "verdict:\n";
   for (const Finding& finding : findings) {

@@ -6,7 +6,7 @@
 
 namespace merkel {
 
-/// How far the contact law of a probe can be trusted at a press, for people.
+/// The validity of a probe's contact law at a press, as a sentence.
 [[nodiscard]] std::string contact_sentence(const Press& press, const TactileModel& model,
                                            std::size_t probe);
 

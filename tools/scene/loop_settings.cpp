@@ -9,16 +9,16 @@ FieldTable LoopSettings::fields() {
   static constexpr Field kFields[] = {
       {"stale_after_ms", "ms", positive(1e7),
        "a probe that sends nothing for this long is released", at<&P::stale_after>,
-       "three delays of the probe, 50 ms at least"},
+       "three delays of the probe, at least 50 ms"},
       {"interpolation", "", one_of(kInterpolations),
-       "the input between two samples: the first of them, at once, or their line, when the second came",
+       "input between two samples: hold the first, or interpolate once the second has arrived",
        at<&P::interpolation>},
       {"max_catch_up_ticks", "", from_to(0, 1'000'000),
-       "most ticks computed without waiting after a delay; further behind, ticks are skipped",
+       "maximum number of ticks computed without waiting after a delay; further ticks are skipped",
        at<&P::max_catch_up_ticks>, "20 with a device, no limit for a recording"},
-      {"wait", "", one_of(kWaits),
-       "how the loop waits for a tick: sleep and then spin, or sleep alone", at<&P::wait>},
-      {"threads", "", any_value(), "threads that share the work of a tick, at most one a core",
+      {"wait", "", one_of(kWaits), "how the loop waits for a tick: sleep, then spin; or only sleep",
+       at<&P::wait>},
+      {"threads", "", any_value(), "threads that share the work of a tick, at most one per core",
        at<&P::threads>}};
   return {"loop", kFields};
 }

@@ -11,17 +11,17 @@
 
 namespace merkel {
 
-/// What a probe's input is between two samples: the first of them, or their linear interpolation.
+/// A probe's input between two samples: the first one, or their linear interpolation.
 enum class Interpolation : std::uint8_t { kHold, kLinear };
 
-/// How the loop of a scene runs on the host, apart from the length of its ticks.
+/// Settings of a scene's loop on the host, apart from the length of its ticks.
 struct LoopSettings {
-  /// What the probe's samples suggest, if not set.
+  /// Default: derived from the probe's samples.
   std::optional<std::chrono::nanoseconds> stale_after;
   Interpolation interpolation = Interpolation::kLinear;
-  std::optional<std::int64_t> max_catch_up_ticks;  ///< the pipeline's default, if not set
+  std::optional<std::int64_t> max_catch_up_ticks;  ///< default: the pipeline's
   LoopWait wait = LoopWait::kHybrid;
-  int threads = 1;  ///< that share a tick's work
+  int threads = 1;  ///< share the work of a tick
   RealtimeSettings realtime;
 
   [[nodiscard]] static FieldTable fields();

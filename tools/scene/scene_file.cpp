@@ -18,7 +18,7 @@ void read_receptors(SceneTable table, PatchParameters& patch) {
   table.read(receptor_fields(patch));
   if (!patch.centres.empty() && patch.layout == ReceptorLayout::kSubregions) {
     table.refuse("centres_mm",
-                 "is only of afferents with receptive fields: set layout = \"fields\"");
+                 "applies only to afferents with receptive fields: set layout = \"fields\"");
   }
   table.finish();
 }
@@ -33,13 +33,13 @@ void read_neuron(SceneTable table, TactileModel::Parameters& model) {
   if (noise != keys.end() && table.has("noise") && !table.has("seed") &&
       *std::get<double*>(noise->value) != 0.0) {
     table.refuse("noise",
-                 "needs a seed, so that a run can be repeated: add seed = 1 beside it, or any "
-                 "other whole number");
+                 "needs a seed, so that a run can be repeated: add seed = 1, or any other whole "
+                 "number, to the same table");
   }
   table.finish();
 }
 
-/// Calls `read` for the table `key`, or for each of several.
+/// Calls `read` for the table `key`, or for each table of the array `key`.
 template <class Read>
 void for_each_table(SceneTable& root, std::string_view key, Findings& findings, Read read) {
   const toml::node* const node = root.find(key);
@@ -86,7 +86,7 @@ void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
   std::vector<PatchParameters> patches;
   for_each_table(root, "receptors", findings, [&](const toml::table& table) {
     PatchParameters patch = scene.model.patches.front();
-    // Patches without a seed of their own are drawn differently.
+    // Patches without their own seed are drawn differently.
     patch.receptors.seed += patches.size();
     read_receptors(SceneTable(table, "receptors", findings), patch);
     patches.push_back(std::move(patch));
@@ -96,7 +96,7 @@ void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
   drop_stray_probes(scene);
 }
 
-/// Probes without a position press on the centre of their patch.
+/// Probes without a position press at the centre of their patch.
 void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   const auto to_centre = [&scene](std::size_t i) {
     const Patch& skin = scene.model.patches[scene.model.indenters[i].patch].patch;
@@ -163,7 +163,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   with_table(top, "neuron", findings,
              [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
   read("network", bind_fields(scene.model.network));
-  // The default network couples the default neurons.
+  // The default coupling is for the default neurons.
   if (scene.model.energy_driven() && !top.has("network")) scene.model.network.gain = 0.0;
   read("loop", loop_keys(scene));
   read_probes(top, findings, scene);
@@ -172,14 +172,15 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();
-    if (uri.empty()) findings.fail(table.source(), "sink.uri is missing: name where spikes go");
+    if (uri.empty())
+      findings.fail(table.source(), "sink.uri is missing: give the destination of the spikes");
     scene.sinks.push_back(std::move(uri));
   });
   top.finish();
   return scene;
 }
 
-/// Whether some probes are to press by depth and others by force, as far as the scene says.
+/// True if the scene sets some probes to depth control and others to force control.
 bool mixes_control(const Scene& scene) {
   const auto wants = [&](Indenter::Control control) {
     return std::any_of(scene.probes.begin(), scene.probes.end(),
@@ -188,12 +189,12 @@ bool mixes_control(const Scene& scene) {
   return wants(Indenter::Control::kDepth) && wants(Indenter::Control::kForce);
 }
 
-/// What a scene may not have besides what TactileModel::create refuses.
+/// Checks that go beyond those of TactileModel::create.
 Expected<void, ParameterError> check(const Scene& scene) {
   ParameterCheck all;
   Scene copy = scene;
   all.fields(accuracy_keys(copy)).also(scene.loop.check());
-  // Where probes press follows from the patches.
+  // The positions of probes follow from the patches.
   for (PatchParameters& patch : copy.model.patches) all.fields(receptor_fields(patch));
   for (const Scene::OfProbe& probe : scene.probes) all.fields(probe);
   all.also(scene.encoding.check());
@@ -225,7 +226,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   const auto root = parse_toml(text);
   if (!root) {
     return bad_input(name + ":" + std::to_string(root.error().line) +
-                     ": this is not TOML: " + root.error().reason);
+                     "is not valid TOML: " + root.error().reason);
   }
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);

@@ -17,14 +17,14 @@
 
 namespace merkel {
 
-/// Everything a run needs to know, as a scene file says it.
+/// The complete description of a run, as in a scene file.
 struct Scene {
   struct OfProbe {
     std::string uri;
     std::optional<std::chrono::nanoseconds> delay;
     ProbeInput::Parameters input;
     PressLimits limits;
-    /// Which reading drives the contact; as the probe's channels suggest, if not set.
+    /// The reading that drives the contact; default: by the probe's channels.
     std::optional<Indenter::Control> control;
 
     [[nodiscard]] static FieldTable fields();
@@ -34,25 +34,25 @@ struct Scene {
   std::vector<OfProbe> probes;
   std::vector<std::string> sinks;
   LoopSettings loop;
-  /// Largest rms error of spike times; the plan picks a method that meets it.
+  /// Largest rms error of spike times; the plan chooses a method that meets it.
   std::optional<double> spike_time_us;
   std::string file;                              ///< empty for a preset
-  std::string preset;                            ///< from which the defaults come
-  std::string text;                              ///< from which parse_scene makes it again
+  std::string preset;                            ///< source of the defaults
+  std::string text;                              ///< parse_scene reconstructs the scene from it
   std::string notice;                            ///< for the user; empty: none
-  std::map<std::string, std::uint32_t> line_of;  ///< where each key stands in the file
+  std::map<std::string, std::uint32_t> line_of;  ///< line of each key in the file
 
-  /// Takes these probes; further ones are like the scene's last.
+  /// Sets the probes; additional ones copy the settings of the scene's last probe.
   void set_probes(const std::vector<std::string>& uris);
-  /// Seeds everything that is drawn: the network, and the patches each with one more.
+  /// Sets all seeds: the network's, and that of each patch, increasing by one.
   void set_seed(std::uint64_t seed);
-  /// "file:line: key reason", for a person.
+  /// "file:line: key reason", for the user.
   [[nodiscard]] std::string sentence(const ParameterError& error) const;
 };
 
-/// Reads a scene; every key is optional and has the default of the preset that the key `preset`
-/// names, "paper" if none. Fails with file, line and what to fix on an unknown key (naming the
-/// nearest known one) or a wrong type; values are judged by TactileModel::create.
+/// Reads a scene. Every key is optional; its default is that of the preset in the key `preset`, or
+/// of "paper". Fails with file, line and advice on an unknown key (with the nearest known one) or a
+/// wrong type. TactileModel::create checks the values.
 [[nodiscard]] Expected<Scene, SetupError> read_scene(const std::string& path);
 /// The same from the text of a scene; `name` stands for the file in messages.
 [[nodiscard]] Expected<Scene, SetupError> parse_scene(const std::string& text,

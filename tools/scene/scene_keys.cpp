@@ -8,8 +8,8 @@ namespace {
 
 constexpr Field kSpikeTime[] = {
     {"spike_time_us", "us", positive(1e6),
-     "largest rms error of spike times; method, precision and step are then planned",
-     at<&Scene::spike_time_us>, "method, precision and step_us of [neuron] hold"}};
+     "largest rms error of spike times; the plan then sets method, precision and step",
+     at<&Scene::spike_time_us>, "method, precision and step_us of [neuron] apply"}};
 
 /// A patch of the scene, by name.
 Choice patch_choice(std::size_t& patch) {
@@ -39,18 +39,18 @@ FieldTable Scene::OfProbe::fields() {
   using P = Scene::OfProbe;
   static constexpr std::string_view kControls[] = {"depth", "force"};
   static constexpr Field kFields[] = {
-      {"uri", "", any_value(), "where the samples come from (merkel run --help)", at<&P::uri>},
-      {"x_mm", "mm", from_to(-1e4, 1e4), "where samples without a position press",
+      {"uri", "", any_value(), "source of the samples (see merkel run --help)", at<&P::uri>},
+      {"x_mm", "mm", from_to(-1e4, 1e4), "position of samples without one",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.x_mm; }},
-      {"y_mm", "mm", from_to(-1e4, 1e4), "where samples without a position press",
+      {"y_mm", "mm", from_to(-1e4, 1e4), "position of samples without one",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.y_mm; }},
       {"control", "", one_of(kControls), "the reading that drives the contact", at<&P::control>,
-       "force where the probe measures it, else depth"},
+       "force if the probe measures it, else depth"},
       {"max_force_N", "N", positive(1e6), "a larger measured force ends the run",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.force_N; }},
       {"max_depth_mm", "mm", positive(1e6), "a larger measured depth ends the run",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.depth_mm; }},
-      {"delay_ms", "ms", not_negative(1e6), "how long a live run waits for samples", at<&P::delay>,
+      {"delay_ms", "ms", not_negative(1e6), "time that a live run waits for samples", at<&P::delay>,
        "one sample period and the measured jitter"}};
   return {"probe", kFields};
 }
@@ -96,16 +96,16 @@ std::vector<SceneSection> sections_of(Scene& scene) {
   for (auto& patch : model.patches) {
     sections.push_back({"[[receptors]]", "a patch of skin", receptor_fields(patch)});
   }
-  sections.push_back({"[transduction]", "from energy density to current, of hodgkin_huxley neurons",
+  sections.push_back({"[transduction]", "energy density to current, for hodgkin_huxley neurons",
                       bind_fields(model.transduction)});
-  sections.push_back({"[afferent]", "from energy density to drive, of all other neurons",
+  sections.push_back({"[afferent]", "energy density to drive, for all other neurons",
                       bind_fields(model.adaptation)});
   BoundFields neuron = neuron_kind_fields(model);
   for (BoundField& key : neuron_fields(model)) neuron.push_back(std::move(key));
   sections.push_back({"[neuron]", "", std::move(neuron)});
   sections.push_back(
       {"[network]", "coupling of hodgkin_huxley neurons", bind_fields(model.network)});
-  sections.push_back({"[loop]", "ticks, and the thread that computes them", loop_keys(scene)});
+  sections.push_back({"[loop]", "ticks and the thread that computes them", loop_keys(scene)});
   sections.push_back({"[accuracy]", "what may be skipped", accuracy_keys(scene)});
   for (std::size_t i = 0; i < scene.encoding.electrodes.size(); ++i) {
     sections.push_back({"[[electrode]]", "an electrode, the skin it stands for and its encoder",

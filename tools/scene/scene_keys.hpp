@@ -12,8 +12,8 @@ namespace merkel {
 [[nodiscard]] BoundFields loop_keys(Scene& scene);
 /// The keys of [accuracy], borrowed from a scene.
 [[nodiscard]] BoundFields accuracy_keys(Scene& scene);
-/// The keys of the [[probe]] number `probe`, from 0, borrowed from a scene. `patch` is one of the
-/// names of the scene's patches.
+/// The keys of the [[probe]] with index `probe`, borrowed from a scene. The words of `patch` are
+/// the names of the scene's patches.
 [[nodiscard]] BoundFields probe_keys(Scene& scene, std::size_t probe);
 
 /// The keys of the [[electrode]] number `electrode`, from 0, borrowed from a scene.
@@ -25,10 +25,10 @@ struct SceneSection {
   std::string meaning;
   BoundFields keys;
 };
-/// All tables of a scene but its sinks, in the order in which people read them, borrowed from it.
+/// All tables of a scene except its sinks, in reading order, borrowed from it.
 [[nodiscard]] std::vector<SceneSection> sections_of(Scene& scene);
 
-/// A scene as a complete, commented scene file: parse_scene makes the same scene of it.
+/// A scene as a complete, commented scene file. parse_scene reads it back to the same scene.
 [[nodiscard]] std::string scene_text(const Scene& scene);
 
 /// All keys of scene files with unit, range, default and meaning, as Markdown.

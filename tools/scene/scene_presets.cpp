@@ -17,7 +17,7 @@ Scene paper() {
   return scene;
 }
 
-/// The same with the wide, low transduction of the paper's Figs 6 and 7.
+/// The same with the wide transduction and low threshold of the paper's Figs 6 and 7.
 Scene paper_wide() {
   Scene scene = paper();
   scene.model.transduction.lambda_kPa = 2e-4;
@@ -25,8 +25,8 @@ Scene paper_wide() {
   return scene;
 }
 
-/// The fingertip of afferents that match recordings: a curved finger, receptive fields of their
-/// own, adaptation, and noisy integrate-and-fire neurons. `merkel score` tells how well.
+/// The fingertip whose afferents match recordings: a curved finger, receptive fields, adaptation,
+/// and noisy integrate-and-fire neurons. `merkel score` reports the match.
 Scene goodwin() {
   Scene scene = paper();
   TactileModel::Parameters& model = scene.model;
@@ -39,7 +39,8 @@ Scene goodwin() {
 }
 
 /// The same on skin as soft as human fingerpads: the mean of four subjects, whose forces under a
-/// plate differ by a factor of about 2. E*(d) = 24 kPa·e^(d/1.65 mm). Own skin: `merkel fit skin`.
+/// plate differ by a factor of about 2. E*(d) = 24 kPa·e^(d/1.65 mm). For one finger: `merkel fit
+/// skin`.
 Scene finger() {
   Scene scene = goodwin();
   SkinParameters& skin = scene.model.skin;
@@ -93,7 +94,7 @@ struct Preset {
 constexpr Preset kPresets[] = {{"paper", paper},   {"paper-wide", paper_wide}, {"goodwin", goodwin},
                                {"finger", finger}, {"goodwin-cs", goodwin_cs}, {"hand", hand}};
 
-/// A word without a folder or an ending is meant as a preset's name, unless there is such a file.
+/// True for a name without a folder or extension, unless such a file exists.
 bool is_mistyped_preset(const std::string& name) {
   std::error_code ignored;
   return name.find_first_of("/.") == std::string::npos && !std::filesystem::exists(name, ignored);

@@ -10,9 +10,9 @@
 
 namespace merkel {
 
-/// The scenes that come with the program, by name or former name.
+/// A built-in scene, by its present or former name.
 [[nodiscard]] std::optional<Scene> preset_scene(std::string_view name);
-/// The name that a preset has now; any other name is returned as it is.
+/// The present name of a preset; any other name is returned unchanged.
 [[nodiscard]] std::string_view present_name(std::string_view preset) noexcept;
 [[nodiscard]] const std::vector<std::string>& preset_names();
 

@@ -11,7 +11,8 @@
 namespace merkel {
 namespace {
 
-// Each reads a value of its type, or leaves it alone and returns what it must be.
+// Each function reads a value of its type; on failure it leaves the value unchanged and returns
+// what the node must be.
 
 std::string_view read_value(const toml::node& node, const Field& /*field*/, double& value) {
   if (!node.is_number()) return "a number";
@@ -29,7 +30,7 @@ std::string_view read_value(const toml::node& node, const Field& /*field*/, std:
 std::string_view read_value(const toml::node& node, const Field& /*field*/, int& value) {
   const auto number = node.value_exact<std::int64_t>();
   if (!number) return "a whole number";
-  if (*number < INT32_MIN || *number > INT32_MAX) return "a whole number of ordinary size";
+  if (*number < INT32_MIN || *number > INT32_MAX) return "a whole number within ±2147483647";
   value = static_cast<int>(*number);
   return {};
 }
@@ -55,8 +56,8 @@ std::string_view read_value(const toml::node& node, const Field& /*field*/, std:
   return {};
 }
 
-/// Whole nanoseconds, so that steps divide ticks exactly. NaN becomes 0, and what is too long for
-/// 64 bits the longest time: the check of ranges refuses both.
+/// Whole nanoseconds, so that steps divide ticks exactly. NaN becomes 0 and an overflow the longest
+/// time; the range check refuses both.
 std::string_view read_value(const toml::node& node, const Field& field,
                             std::chrono::nanoseconds& value) {
   if (!node.is_number()) return "a number";
@@ -195,7 +196,7 @@ void SceneTable::finish() {
     const std::string full =
         name_.empty() ? std::string(key.str()) : name_ + "." + std::string(key.str());
     findings_.fail(key.source(), "the " + kind + " " + full + " is not known" +
-                                     (nearest.empty() ? "; known here are: " + list
+                                     (nearest.empty() ? "; the known ones are: " + list
                                                       : ": did you mean " + nearest + "?"));
   }
 }

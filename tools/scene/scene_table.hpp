@@ -11,7 +11,7 @@
 
 namespace merkel {
 
-/// Reads the keys of one table of a scene file. finish() reports a key that was not read as
+/// Reads the keys of one table of a scene file. finish() reports keys that were not read as
 /// unknown. Only the first error is kept, as "file:line: …".
 class SceneTable {
  public:
@@ -26,17 +26,17 @@ class SceneTable {
   SceneTable(const toml::table& table, std::string name, Findings& findings)
       : table_(table), name_(std::move(name)), findings_(findings) {}
 
-  /// Reads each key that the table has; the others keep their values. Ranges are not checked.
+  /// Reads the keys that the table has; other values stay unchanged. Does not check ranges.
   SceneTable& read(const BoundFields& keys);
   SceneTable& text(std::string_view key, std::string& value);
-  /// One of `words`; `value` becomes its index.
+  /// Reads one of `words` and sets `value` to its index.
   SceneTable& word(std::string_view key, const std::vector<std::string>& words, std::size_t& value);
   [[nodiscard]] bool has(std::string_view key) const { return table_.contains(key); }
-  /// The key's value, noted as known; null where absent.
+  /// The key's value; null if absent. Marks the key as known.
   const toml::node* find(std::string_view key);
   /// Refuses a key's value: "table.key <reason>".
   void refuse(std::string_view key, const std::string& reason);
-  /// Names a key that is not known.
+  /// Reports an unknown key.
   void finish();
 
  private:

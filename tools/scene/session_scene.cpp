@@ -15,7 +15,7 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kMostProbes = 64;
-/// The fact of sessions whose spikes number neurons through all patches.
+/// Present in sessions that number the neurons consecutively through all patches.
 constexpr const char* kNumbering = "neuron_numbers";
 constexpr const char* kThroughPatches = "through all patches";
 
@@ -26,10 +26,10 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
   return seed;
 }
 
-/// A seed of a scene that the command line may have set, apart from those of its patches.
+/// A seed of a scene that the command line may have set, except those of the patches.
 struct NamedSeed {
   const char* name;
-  std::uint64_t* value;  ///< null where the scene's neurons have no such noise
+  std::uint64_t* value;  ///< null if the scene's neurons have no such noise
 };
 
 std::array<NamedSeed, 4> seeds_of(TactileModel::Parameters& model) {
@@ -42,7 +42,7 @@ std::array<NamedSeed, 4> seeds_of(TactileModel::Parameters& model) {
            {"connor_stevens_seed", noise_seed_of(NeuronKind::kConnorStevens)}}};
 }
 
-/// The method and precision of Hodgkin-Huxley neurons; others have one of each.
+/// Method and precision of Hodgkin-Huxley neurons; other neurons have only one of each.
 HodgkinHuxleyAfferent stepping_of(const TactileModel::Parameters& model) {
   const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent);
   return paper != nullptr ? *paper : HodgkinHuxleyAfferent{};
@@ -111,7 +111,7 @@ void SessionNumbering::apply(SessionChunk& chunk) const {
 Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
   if (session.fact("scene_text").empty()) {
     return bad_input(
-        "the session was recorded without a simulation: only those of merkel run know a scene");
+        "the session was recorded without a simulation: only sessions of merkel run hold a scene");
   }
   const std::string name = session.fact("scene");
   auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name);
@@ -119,7 +119,7 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
   const std::string controls = session.fact("controls");
   if (controls.empty() || controls.size() > kMostProbes ||
       controls.find_first_not_of("df") != std::string::npos) {
-    return bad_input("the session does not say what its probes measured: it is damaged");
+    return bad_input("the session lacks the channels of its probes: it is damaged");
   }
   auto& indenters = scene->model.indenters;
   indenters.resize(controls.size(), indenters.back());
@@ -128,22 +128,22 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
     indenters[i].control =
         controls[i] == 'd' ? Indenter::Control::kDepth : Indenter::Control::kForce;
   }
-  // The command line may have set other seeds than the scene.
+  // The command line may have set seeds that differ from the scene's.
   for (const NamedSeed& each : seeds_of(scene->model)) {
     const auto seed = to_seed(session.fact(each.name));
-    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    if (!seed) return bad_input("the session lacks its seeds: it is damaged");
     if (each.value != nullptr) *each.value = *seed;
   }
   const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
   if (receptor_seeds.size() != scene->model.patches.size()) {
-    return bad_input("the session does not say its seeds: it is damaged");
+    return bad_input("the session lacks its seeds: it is damaged");
   }
   for (std::size_t i = 0; i < receptor_seeds.size(); ++i) {
     const auto seed = to_seed(receptor_seeds[i]);
-    if (!seed) return bad_input("the session does not say its seeds: it is damaged");
+    if (!seed) return bad_input("the session lacks its seeds: it is damaged");
     scene->model.patches[i].receptors.seed = *seed;
   }
-  // A plan may have chosen another method than the scene's text says.
+  // A plan may have chosen a method other than that of the scene's text.
   if (auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&scene->model.afferent)) {
     if (const auto method = integration_method_named(session.fact("method"))) {
       paper->method = *method;

@@ -11,25 +11,25 @@
 
 namespace merkel {
 
-/// The description of a run for sinks. The facts hold everything that the spikes depend on besides
-/// the tick inputs.
+/// The description of a run for sinks. Together with the tick inputs, its facts determine the
+/// spikes.
 [[nodiscard]] RunDescription describe_run(const Scene& scene, const TactileModel& model);
 
-/// Notes what a probe is and how its readings are calibrated. Once for each, in their order.
+/// Adds the facts of a probe and of its calibration. Call once per probe, in order.
 void add_probe_facts(const ProbeInfo& probe, RunDescription& run);
 
-/// Gives the spikes of a session the neuron numbers that they have in the model. Early sessions
-/// number the neurons of each patch from 1.
+/// Converts the neuron numbers of a session to those of the model. Early sessions number the
+/// neurons of each patch from 1.
 class SessionNumbering {
  public:
   SessionNumbering(const SessionReader& session, const TactileModel& model);
   void apply(SessionChunk& chunk) const;
 
  private:
-  std::vector<std::uint32_t> before_patch_;  ///< to be added, by patch; empty: nothing
+  std::vector<std::uint32_t> before_patch_;  ///< offset of each patch; empty: none
 };
 
-/// The scene that a session was recorded with, indenters and seeds included.
+/// The scene of a session, including indenters and seeds.
 [[nodiscard]] Expected<Scene, SetupError> scene_of_session(const SessionReader& session);
 
 }  // namespace merkel
