@@ -5,8 +5,8 @@
 namespace merkel {
 namespace {
 
-/// The length of the well-formed UTF-8 character at the beginning of a text, and which it is; 0
-/// where there is none.
+/// The length of the well-formed UTF-8 character at the start of a text, and its code point; 0 if
+/// the text does not start with one.
 std::size_t first_character(std::string_view text, std::uint32_t& code) noexcept {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const std::uint8_t lead = byte(0);
@@ -27,8 +27,8 @@ std::size_t first_character(std::string_view text, std::uint32_t& code) noexcept
 
 bool harmless(std::uint32_t code) noexcept {
   if (code < 0x20 || (code >= 0x7F && code < 0xA0)) return false;
-  if (code >= 0x200B && code <= 0x200F) return false;  // of no width, or that set a direction
-  if (code >= 0x2028 && code <= 0x202E) return false;  // line ends and directions
+  if (code >= 0x200B && code <= 0x200F) return false;  // zero width or direction marks
+  if (code >= 0x2028 && code <= 0x202E) return false;  // line separators and direction marks
   if (code >= 0x2060 && code <= 0x206F) return false;
   if (code >= 0xD800 && code <= 0xF8FF) return false;  // surrogates, private use
   return code != 0xFEFF && code < 0xE0000;

@@ -5,8 +5,8 @@
 
 namespace merkel {
 
-/// Text from outside, made safe to print: control characters, broken UTF-8 and characters that move
-/// or hide others become '?', and what is longer than `longest` bytes is cut.
+/// Makes untrusted text safe to print: control characters, invalid UTF-8 and characters that move
+/// or hide others become '?', and the text is cut after `longest` bytes.
 [[nodiscard]] std::string printable_text(std::string_view text, std::size_t longest = 400);
 
 }  // namespace merkel

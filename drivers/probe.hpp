@@ -16,64 +16,64 @@ namespace merkel {
 
 struct ProbeCalibration;
 
-/// Why a probe has no more samples to give.
+/// Why a probe delivers no more samples.
 enum class ProbeError {
-  kEndOfStream,  ///< a recording or a simulated press is over: nothing is wrong
-  kBadData,      ///< a recording cannot be read on; error_message() says where and why
-  kDisconnected  ///< a device is gone for good; error_message() says why
+  kEndOfStream,  ///< normal end of a recording or a simulated press
+  kBadData,      ///< a recording is unreadable; error_message() gives place and reason
+  kDisconnected  ///< a device is lost for good; error_message() gives the reason
 };
 
-/// What a probe is.
+/// The description of a probe.
 struct ProbeInfo {
   std::string uri;             ///< as the user gave it
-  std::string name;            ///< for people
+  std::string name;            ///< for display
   std::string serial_number;   ///< of the device; empty for recordings
   std::uint32_t channels = 0;  ///< ProbeSample::Channel bits that every sample carries
-  std::optional<std::chrono::nanoseconds> period;  ///< nominal sample period, where known
-  /// True for a recording: its times are its own, and it waits while nobody takes its samples.
-  /// False for a device: its times are host-monotonic, and samples that find no room are lost.
+  std::optional<std::chrono::nanoseconds> period;  ///< nominal sample period, if known
+  /// True for a recording: it has its own time base, and it waits until its samples are read.
+  /// False for a device: its times are host-monotonic, and samples that do not fit are dropped.
   bool replayed = false;
   std::string calibration_file = {};  ///< as the user gave it; empty for none
-  std::string calibration = {};       ///< in force, as the text of such a file; of a device only
+  std::string calibration = {};       ///< in use, as the text of such a file; devices only
 };
 
-/// What the driver of a device counted, beyond what the loop sees.
+/// Counters of a device's driver.
 struct DeviceCounts {
   std::string port;  ///< how the device was opened
   std::uint64_t readings = 0;
-  std::uint64_t lost = 0;                ///< by its sequence numbers, or asked for in vain
+  std::uint64_t lost = 0;                ///< by sequence numbers or unanswered requests
   std::uint64_t damaged = 0;             ///< frames that failed their check
-  std::uint64_t refused = 0;             ///< values that no probe can measure
-  std::uint64_t duplicates = 0;          ///< frames that came twice, or that nobody had asked for
+  std::uint64_t refused = 0;             ///< values outside SampleLimits
+  std::uint64_t duplicates = 0;          ///< repeated frames, or answers without a request
   std::uint64_t saturated = 0;           ///< readings at the end of the sensor's range
-  std::uint64_t reboots = 0;             ///< times it started anew
+  std::uint64_t reboots = 0;             ///< restarts of the device
   std::uint64_t outages = 0;             ///< times it was unplugged
-  std::chrono::nanoseconds outage{0};    ///< how long all of them took
-  std::uint64_t largest_batch = 0;       ///< most readings that came at once
-  double rate_Hz = 0.0;                  ///< readings per second, achieved
-  bool device_clock = false;             ///< times are those of the device's own clock, mapped
+  std::chrono::nanoseconds outage{0};    ///< total duration of the outages
+  std::uint64_t largest_batch = 0;       ///< most readings in one read
+  double rate_Hz = 0.0;                  ///< measured readings per second
+  bool device_clock = false;             ///< sample times come from the device's clock
   double drift_ppm = 0.0;                ///< of that clock
   double jitter_us = 0.0;                ///< of the mapped times
   double latency_us = 0.0;               ///< mean of arrival after the mapped time
-  std::optional<double> uncertainty_us;  ///< of the sample times, where it can be known
-  std::uint64_t clock_outliers = 0;      ///< times of that clock that cannot be: arrivals were used
-  std::uint64_t clock_anchors = 0;       ///< times it was mapped from scratch, having jumped
-  double clock_rate = 1.0;               ///< its seconds per second of the host
-  bool clock_mistrusted = false;         ///< its rate is not the host's: arrivals are used
+  std::optional<double> uncertainty_us;  ///< of the sample times, if known
+  std::uint64_t clock_outliers = 0;      ///< impossible device times, replaced by arrivals
+  std::uint64_t clock_anchors = 0;       ///< times the clock jumped and was mapped anew
+  double clock_rate = 1.0;               ///< device seconds per host second
+  bool clock_mistrusted = false;         ///< its rate is wrong: arrival times are used
 };
 
-/// How often a device's samples come and how late, as measured.
+/// The measured period, jitter and delay of a device's samples.
 struct SampleTiming {
   std::chrono::nanoseconds period{0};
-  std::chrono::nanoseconds jitter{0};  ///< 99.9 % of arrivals are later than due by no more
-  /// So long after a time the samples on both its sides are there.
+  std::chrono::nanoseconds jitter{0};  ///< 99.9 % quantile of the lateness of arrivals
+  /// After this delay, the samples before and after a given time have arrived.
   std::chrono::nanoseconds delay{0};
-  /// So long after a time the samples before it are there.
+  /// After this delay, the samples before a given time have arrived.
   std::chrono::nanoseconds delay_of_newest{0};
   std::chrono::nanoseconds stale_after{0};  ///< a longer silence is an outage
 };
 
-/// Gets the bytes that go over a port of a probe.
+/// Receives the bytes that pass a port of a probe.
 class PortListener {
  public:
   PortListener() = default;
@@ -81,14 +81,14 @@ class PortListener {
   PortListener& operator=(const PortListener&) = delete;
   virtual ~PortListener() = default;
 
-  /// Must not block. Thread: the one that reads the port, or the one that adds the listener; never
-  /// both at once.
+  /// Must not block. Thread: the port's reader or the thread that adds the listener; never both at
+  /// once.
   virtual void take(const RawFrame& frame) noexcept = 0;
-  /// At least so many frames went by before it was added. Thread: as take().
+  /// At least this number of frames passed before the listener was added. Thread: as for take().
   virtual void missed(std::uint64_t frames) noexcept = 0;
 };
 
-/// A source of calibrated samples. Open by the factory of its kind; used by one thread.
+/// A source of calibrated samples, opened by open_probe(). Used by one thread except where noted.
 class Probe {
  public:
   Probe() = default;
@@ -99,34 +99,35 @@ class Probe {
   /// Thread: any.
   [[nodiscard]] virtual const ProbeInfo& info() const noexcept = 0;
 
-  /// Reads up to samples.size() samples in strictly increasing time, waiting at most `patience`
-  /// for the first. 0 samples is a timeout, not an error. Real-time: no. Thread: probe.
+  /// Reads up to samples.size() samples in strictly increasing order of time; waits at most
+  /// `patience` for the first one. 0 samples is a timeout, not an error. Real-time: no. Thread:
+  /// probe.
   [[nodiscard]] virtual Expected<std::size_t, ProbeError> read(
       std::span<ProbeSample> samples, std::chrono::milliseconds patience) = 0;
 
-  /// A sentence about the last error other than the end of the stream. Thread: probe.
+  /// A sentence on the last error; empty at the end of the stream. Thread: probe.
   [[nodiscard]] virtual std::string error_message() const { return {}; }
 
-  /// What was counted so far; nothing for a recording. Thread: any.
+  /// The counters so far; empty for a recording. Thread: any.
   [[nodiscard]] virtual std::optional<DeviceCounts> device_counts() const { return std::nullopt; }
-  /// Whether timing() will be known after a second of samples. Thread: any.
+  /// True if timing() will be known after one second of samples. Thread: any.
   [[nodiscard]] virtual bool is_timed() const noexcept { return false; }
-  /// How its samples come, once enough of them have; nothing for a recording. Thread: any.
+  /// The timing of the samples, once measured; empty for a recording. Thread: any.
   [[nodiscard]] virtual std::optional<SampleTiming> timing() const { return std::nullopt; }
-  /// What a device's readings are turned into samples by; null for all others. Thread: any.
+  /// The calibration of a device's readings; null for other probes. Thread: any.
   [[nodiscard]] virtual const ProbeCalibration* calibration() const noexcept { return nullptr; }
-  /// Sentences about what happened since the last call: unplugged, back, overloaded. Thread: any.
+  /// Messages since the last call: unplugged, reconnected, overloaded. Thread: any.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
 
-  /// Asks for the present reading to be taken as zero: of force, or of depth where the probe has no
-  /// force. A notice says what came of it. False where the probe cannot. Thread: any.
+  /// Requests a tare: the present force becomes zero, or the present depth if the probe has no
+  /// force. A notice reports the result. False if the probe has no tare. Thread: any.
   [[nodiscard]] virtual bool request_tare() noexcept { return false; }
-  /// Whether all its devices are plugged in. Thread: any.
+  /// True if all its devices are plugged in. Thread: any.
   [[nodiscard]] virtual bool connected() const noexcept { return true; }
 
-  /// How many ports it reads: one of each device; none of a recording. Thread: any.
+  /// The number of its ports: one per device; 0 for a recording. Thread: any.
   [[nodiscard]] virtual std::size_t ports() const noexcept { return 0; }
-  /// Tells a listener what goes over a port, from its opening on, until it is removed.
+  /// Sends all bytes of a port to a listener, from the opening of the port on, until it is removed.
   /// \param port  below ports(). Thread: any.
   virtual void add_listener(std::size_t /*port*/, PortListener& /*listener*/) {}
   virtual void remove_listener(std::size_t /*port*/, PortListener& /*listener*/) {}

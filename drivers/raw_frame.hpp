@@ -10,24 +10,24 @@
 
 namespace merkel {
 
-/// Bytes that went over a device's port at once, and what its parser found in them: plain data that
-/// crosses threads. More bytes than fit are several frames of the same time, of which the last has
+/// Bytes that passed a device's port together, and the parser's counts for them. Plain data that
+/// crosses threads. A longer piece is split into several frames of the same time; the last one has
 /// the counts.
 struct RawFrame {
   enum class Kind : std::uint8_t {
-    kReceived,  ///< from the device, as they came
+    kReceived,  ///< from the device, unchanged
     kSent,      ///< to the device
-    kOpened,    ///< no bytes: the port was opened, or opened again; the parser begins anew
-    kStarted,   ///< no bytes: from here on readings become samples
+    kOpened,    ///< no bytes: the port was opened or reopened; the parser restarts
+    kStarted,   ///< no bytes: from here on, readings become samples
   };
   static constexpr std::size_t kMostBytes = 64;
 
-  std::chrono::nanoseconds time{0};  ///< host-monotonic: of arrival, or when it was done
-  std::uint32_t parsed = 0;          ///< whole and correct frames that ended with these bytes
+  std::chrono::nanoseconds time{0};  ///< host-monotonic: of arrival, or of the action
+  std::uint32_t parsed = 0;          ///< complete, correct frames that end in these bytes
   std::uint32_t damaged = 0;         ///< frames that failed their check
-  std::uint32_t lost = 0;            ///< found missing, by numbers or unanswered questions
+  std::uint32_t lost = 0;            ///< missing, by sequence numbers or unanswered requests
   Kind kind = Kind::kReceived;
-  std::uint8_t length = 0;  ///< of the bytes
+  std::uint8_t length = 0;  ///< used bytes
   std::array<std::uint8_t, kMostBytes> bytes{};
 
   [[nodiscard]] std::span<const std::uint8_t> content() const noexcept {

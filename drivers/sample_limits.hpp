@@ -6,20 +6,20 @@
 
 namespace merkel {
 
-/// What no probe on a finger can read. A value beyond is damage or a wrong unit, and stops at the
-/// driver, as does a non-finite one.
+/// The largest values that a probe on a finger can measure. Larger values come from damage or a
+/// wrong unit; the driver refuses them, as it does non-finite ones.
 struct SampleLimits {
   static constexpr double kDepth_mm = 1e3;
   static constexpr double kForce_mN = 1e7;
   static constexpr double kPosition_mm = 1e4;
 };
 
-/// Whether a value is finite and of possible magnitude. Real-time: yes.
+/// True if a value is finite and within its limit. Real-time: yes.
 [[nodiscard]] inline bool plausible(double value, double limit) noexcept {
   return std::fabs(value) <= limit;  // false for NaN
 }
 
-/// Whether every channel that a sample carries is plausible. Real-time: yes.
+/// True if all channels of a sample are plausible. Real-time: yes.
 [[nodiscard]] inline bool plausible(const ProbeSample& sample) noexcept {
   return plausible(sample.depth_mm, SampleLimits::kDepth_mm) &&
          plausible(sample.force_mN, SampleLimits::kForce_mN) &&

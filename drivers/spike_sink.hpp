@@ -18,24 +18,24 @@
 
 namespace merkel {
 
-/// What the times of files are counted from: with devices the start of the run; of a recording, the
-/// zero of its own times.
+/// Zero of the times in files: with devices, the start of the run; for a recording, the zero of its
+/// own time base.
 struct RunOrigin {
   std::chrono::nanoseconds start{0};  ///< in probe time
-  std::chrono::nanoseconds utc{0};    ///< the same instant since 1970-01-01; 0: not known
+  std::chrono::nanoseconds utc{0};    ///< the same instant since 1970-01-01; 0: unknown
 };
 
-/// Why a sink takes no more spikes.
+/// Why a sink accepts no more spikes.
 struct SinkError {
-  std::string sentence;  ///< what went wrong and what to do
+  std::string sentence;  ///< the problem and the remedy
 };
 
 /// A consumer of spikes: a file, a socket, a page. Used by one thread, which may block.
 ///
-/// Spikes are what every sink receives. A sink that needs more data lists it in subscriptions().
+/// Every sink receives spikes. A sink that needs more data lists it in subscriptions().
 class SpikeSink {
  public:
-  /// What a sink may ask for besides spikes; bits.
+  /// Data that a sink can receive besides spikes; bits.
   enum Subscription : std::uint32_t {
     kTicks = 1U << 0U,        ///< what the loop used of every probe at every tick
     kEvents = 1U << 1U,       ///< releases, gaps, resets
@@ -55,19 +55,19 @@ class SpikeSink {
   /// The URI it was opened with. Thread: any.
   [[nodiscard]] virtual const std::string& uri() const noexcept = 0;
 
-  /// Receives the run's origin once, before anything is written. Errors as of write(). Thread:
+  /// Receives the run's origin once, before any data. Errors as for write(). Thread:
   /// consumer.
   [[nodiscard]] virtual Expected<void, SinkError> begin(const RunOrigin& /*origin*/) { return {}; }
 
-  /// Takes spikes in order of time, ties by patch and neuron. After an error the sink is closed
-  /// and takes no more. Thread: consumer.
+  /// Receives spikes in order of time, ties by patch and neuron. After an error the sink is closed
+  /// and receives no more. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) = 0;
 
   /// Subscription bits; constant. Data that no sink subscribes to is not produced. Thread: any.
   [[nodiscard]] virtual std::uint32_t subscriptions() const noexcept { return 0; }
 
-  /// Takes what it has asked for, each kind in order of time. When a tick's records come, every
-  /// spike of that tick has been written before. Errors as of write(). Thread: consumer.
+  /// Receives subscribed data, each kind in order of time. The spikes of a tick are written before
+  /// the tick's records. Errors as for write(). Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> write_ticks(
       std::span<const TickRecord> /*ticks*/) {
     return {};
@@ -76,12 +76,12 @@ class SpikeSink {
       std::span<const LoopEvent> /*events*/) {
     return {};
   }
-  /// \param probe  whose samples they are, from 0
+  /// \param probe  index of the probe
   [[nodiscard]] virtual Expected<void, SinkError> write_samples(
       std::size_t /*probe*/, std::span<const ProbeSample> /*samples*/) {
     return {};
   }
-  /// \param port  of that probe, from 0: its place in Probe::ports()
+  /// \param port  index of the port, below Probe::ports()
   [[nodiscard]] virtual Expected<void, SinkError> write_frames(
       std::size_t /*probe*/, std::size_t /*port*/, std::span<const RawFrame> /*frames*/) {
     return {};
@@ -107,23 +107,23 @@ class SpikeSink {
     return {};
   }
 
-  /// What the sink may ask of its run; outlives the sink's use. Called once, before the run.
+  /// Receives the interface to its run, which outlives the sink's use. Called once, before the run.
   virtual void attach(RunControl& /*control*/) {}
 
-  /// Where a person can open it, such as a page's address; empty if nowhere. Thread: any.
+  /// An address for the user to open, such as a page's; empty if none. Thread: any.
   [[nodiscard]] virtual std::string address() const { return {}; }
 
-  /// Hands on whatever is still buffered; called five times a second. Thread: consumer.
+  /// Writes out buffered data; called five times a second. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> flush() { return {}; }
 
-  /// Ends well: flushes, completes the format, gives a file its final name. Thread: consumer.
+  /// Ends the output: flushes, completes the format, gives a file its name. Thread: consumer.
   [[nodiscard]] virtual Expected<void, SinkError> close() = 0;
 
-  /// Makes every call that waits for somebody else (a pipe's reader, a subscriber) fail at once, so
-  /// that the program can end. Thread: any, while another call blocks.
+  /// Makes a call that waits for a peer (a pipe's reader, a subscriber) fail at once, so that the
+  /// program can end. Thread: any, while another call blocks.
   virtual void give_up() noexcept {}
 
-  /// How many of the spikes written so far are known to have arrived. Thread: consumer.
+  /// The number of written spikes that are known to be delivered. Thread: consumer.
   [[nodiscard]] virtual std::uint64_t delivered() const noexcept = 0;
 };
 

@@ -118,7 +118,7 @@ Expected<void, SetupError> UriOptions::finish() const {
     return bad_input("\"" + uri_.text + "\": the option " + name + " is not known" +
                      (!nearest.empty() ? ": did you mean " + nearest + "?"
                       : list.empty()   ? "; there are none"
-                                       : "; known are: " + list));
+                                       : "; the known ones are: " + list));
   }
   return {};
 }

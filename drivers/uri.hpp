@@ -10,19 +10,19 @@
 
 namespace merkel {
 
-/// A probe or sink URI: scheme:path?key=value&key=value. The path is taken as it is given (file
-/// and device names are not decoded or made canonical); the last '?' starts the options.
+/// A probe or sink URI: scheme:path?key=value&key=value. The path is used literally (file and
+/// device names are not decoded or made canonical); the last '?' starts the options.
 struct Uri {
   std::string text;
   std::string scheme;
   std::string path;
   std::map<std::string, std::string, std::less<>> options;
 
-  /// Fails without a scheme, and on an option without '=', without a name, or given twice.
+  /// Fails without a scheme, or if an option lacks '=' or its name, or is given twice.
   [[nodiscard]] static Expected<Uri, SetupError> parse(std::string_view text);
 };
 
-/// Reads the options of a URI one by one and, at the end, names any that nobody knows.
+/// Reads the options of a URI one by one, then reports unknown options.
 ///
 /// \code
 ///   UriOptions options(uri);
@@ -43,7 +43,7 @@ class UriOptions {
   std::string word(std::string_view key, std::string_view fallback, std::string_view words);
   [[nodiscard]] bool given(std::string_view key) const { return uri_.options.contains(key); }
 
-  /// The first thing wrong with the options, or an option that is not known.
+  /// Returns the first error in the options; also fails on an unknown option.
   [[nodiscard]] Expected<void, SetupError> finish() const;
 
  private:

@@ -64,7 +64,7 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
   }
   if (!has_source) {
     return bad_input(at(path, table) + std::string(name) +
-                     ".source is missing: name the device's channel, for example \"force\"");
+                     ".source is missing: add the device's channel, for example \"force\"");
   }
   return channel;
 }
@@ -112,7 +112,7 @@ std::string calibration_text(const ProbeCalibration& calibration, const std::str
     if (!channel) continue;
     const auto number = [](double value) {
       const std::string digits = shortest_decimal(value);
-      // TOML tells a float from a whole number by its point.
+      // A TOML float needs a decimal point.
       return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
     };
     text << "\n[" << kSampleChannelNames[i] << "]\nsource = \""

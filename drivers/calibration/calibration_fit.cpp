@@ -10,12 +10,12 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kFewest = 10;
-constexpr double kMostDrift = 0.02;   ///< share of the span of the points
-constexpr double kMostNoise = 0.05;   ///< likewise, rms
-constexpr double kNoisesApart = 3.0;  ///< readings of two points must differ by so much noise
+constexpr double kMostDrift = 0.02;   ///< as a share of the span of the points
+constexpr double kMostNoise = 0.05;   ///< rms, as a share of the span
+constexpr double kNoisesApart = 3.0;  ///< least distance of two points' readings, times the noise
 
 struct Motion {
-  double drift = 0.0;  ///< from the first third of the readings to the last
+  double drift = 0.0;  ///< between the first and the last third of the readings
   double noise = 0.0;  ///< rms about their mean
 };
 
@@ -45,7 +45,7 @@ std::string moving_point(std::span<const CalibrationPoint> points, double gain) 
     const bool scatters = std::fabs(gain) * motion.noise > kMostNoise * span;
     if (!drifts && !scatters) continue;
     const double moved = std::fabs(gain) * (drifts ? motion.drift : motion.noise);
-    return "at " + shortest_decimal(point.known) + " the reading " +
+    return "at " + shortest_decimal(point.known) + " the readings " +
            (drifts ? "drifted" : "scattered") + " by " +
            shortest_decimal(std::round(moved * 1e4) * 1e-4) + ", which is " +
            shortest_decimal(std::round(100.0 * moved / span)) +
@@ -62,8 +62,8 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
   for (const CalibrationPoint& point : points) {
     if (point.readings.size() < kFewest) {
       return bad_input("at " + shortest_decimal(point.known) + " only " +
-                       std::to_string(point.readings.size()) + " readings came: at least " +
-                       std::to_string(kFewest) + " are needed, so measure longer");
+                       std::to_string(point.readings.size()) + " readings arrived: at least " +
+                       std::to_string(kFewest) + " are needed; measure longer");
     }
     const auto count = static_cast<double>(point.readings.size());
     const double mean = std::accumulate(point.readings.begin(), point.readings.end(), 0.0) / count;
@@ -95,8 +95,8 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
     const double spread = std::sqrt(xx / n);
     if (!(spread > kNoisesApart * noise) || xy == 0.0) {
       return bad_input(
-          "the readings do not differ between the points by more than their noise: apply what was "
-          "asked for, and name points that are apart");
+          "the readings at the points differ by less than their noise: apply the requested loads, "
+          "and choose points that are further apart");
     }
     fitted.gain = xy / xx;
     fitted.zero = mean_reading - mean_known / fitted.gain;

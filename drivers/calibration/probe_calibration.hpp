@@ -12,14 +12,14 @@
 
 namespace merkel {
 
-/// How one number of a sample comes from a device's reading: gain · (reading − zero), in N or mm.
+/// Converts a device's reading to one channel of a sample: gain · (reading − zero), in N or mm.
 struct ChannelCalibration {
   DeviceChannel source = DeviceChannel::kForce;
   double gain = 1.0;
   double zero = 0.0;
-  /// Readings beyond this magnitude, as read, are saturated and counted; not set: none.
+  /// Uncalibrated readings beyond this magnitude count as saturated; not set: none.
   std::optional<double> saturation;
-  /// For people: rms of the noise, and of what the line through the known points leaves over.
+  /// For the user: rms of the noise, and of the residuals about the calibration line.
   double noise = 0.0;
   double residual = 0.0;
 
@@ -28,34 +28,34 @@ struct ChannelCalibration {
   }
 };
 
-/// The four numbers of a sample, in the order of ProbeSample::Channel's bits.
+/// The four channels of a sample, in the order of ProbeSample::Channel's bits.
 inline constexpr std::array<std::string_view, 4> kSampleChannelNames = {"depth", "force", "x", "y"};
 
-/// From a device's readings to samples: applied once, in the driver.
+/// Converts a device's readings to samples; applied once, in the driver.
 struct ProbeCalibration {
-  std::string serial_number;  ///< of the device it was made with; empty: any
+  std::string serial_number;  ///< of the calibrated device; empty: any
   std::string date;
   std::array<std::optional<ChannelCalibration>, 4> channels;
 
-  /// What a device's channels mean without further word: depth is its depth, else −z (a stage whose
-  /// work zero is on the skin); force its force, else its z force; x and y as they are.
+  /// The default for a device's channels. Depth is the device's depth, else −z (a stage whose work
+  /// zero is on the skin). Force is its force, else its z force. x and y are used as they are.
   [[nodiscard]] static ProbeCalibration natural(std::uint32_t device_channels);
 
-  /// Fills up with the natural meaning what is not given.
+  /// Fills in the natural meaning of channels without a calibration.
   void complete(std::uint32_t device_channels);
 
   /// ProbeSample::Channel bits.
   [[nodiscard]] std::uint32_t sample_channels() const noexcept;
 
-  /// Values in mm and mN; times and sequence are left to the caller.
+  /// Values in mm and mN; the caller sets times and sequence.
   [[nodiscard]] ProbeSample apply(const DeviceReading& reading) const noexcept;
   [[nodiscard]] bool saturated(const DeviceReading& reading) const noexcept;
 };
 
-/// Reads a calibration file (TOML, as `merkel calibrate` writes it).
+/// Reads a calibration file (TOML, written by `merkel calibrate`).
 [[nodiscard]] Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path);
 
-/// The text of a calibration file. \param comment  lines for its head, each without its '#'
+/// The text of a calibration file. \param comment  lines of its header, without their '#'
 [[nodiscard]] std::string calibration_text(const ProbeCalibration& calibration,
                                            const std::string& comment);
 

@@ -8,11 +8,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kBack{2};   ///< frames may overtake each other by so much
-constexpr milliseconds kLate{25};  ///< more, for long, is no transport's latency
+constexpr milliseconds kBack{2};   ///< largest step back between frames
+constexpr milliseconds kLate{25};  ///< longest latency of a transport
 constexpr milliseconds kPersistence{60};
-constexpr std::uint32_t kFewest = 3;  ///< frames that make a run
-constexpr int kCatchUp = 5;           ///< a backlog shrinks by a fifth of the time at least
+constexpr std::uint32_t kFewest = 3;  ///< shortest run, in frames
+constexpr int kCatchUp = 5;           ///< a backlog must shrink by at least 1/5 of the time
 constexpr milliseconds kFirstBatch{200};
 
 }  // namespace
@@ -40,8 +40,8 @@ ArrivalJudge::Verdict ArrivalJudge::judge(Time estimate, Time arrival, Time tole
     return Verdict::kGood;
   }
   const Time lateness = arrival - estimate;
-  // The frames of one batch were measured since the batch before: one after the other, they may
-  // show that the first of all was late.
+  // All frames of a batch were measured after the previous batch. A later frame of the batch can
+  // show that the first one was late.
   const bool early = lateness < -tolerance && estimate > *last_good_ + batch_span_ + tolerance;
   if (early || lateness < -std::max<Time>(kFirstBatch, tolerance) ||
       estimate < *last_good_ - kBack) {

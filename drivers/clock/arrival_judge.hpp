@@ -6,26 +6,26 @@
 
 namespace merkel {
 
-/// Judges each time that a device's clock gives against the arrival of its frame, so that no time,
-/// whatever its size, can put a sample where touch would be lost.
+/// Checks each time of a device's clock against the arrival of its frame, so that no wrong time can
+/// put a sample where touch would be lost.
 ///
-/// A frame cannot arrive before it was measured, and a clock does not go back: such a time is an
-/// outlier. Outliers that go on for 60 ms, or frames that stay late by more than 25 ms for 60 ms
-/// without catching up, are a clock that has jumped: it must be anchored anew. A burst of frames
-/// that were held up is late and good. Real-time: no. Thread: probe.
+/// A frame cannot arrive before its measurement, and a clock does not run backwards; such a time is
+/// an outlier. If outliers persist for 60 ms, or if frames stay late by more than 25 ms for 60 ms
+/// without catching up, the clock has jumped and must be anchored anew. A burst of delayed frames
+/// is late but valid. Real-time: no. Thread: probe.
 class ArrivalJudge {
  public:
   enum class Verdict : std::uint8_t {
     kGood,
-    kOutlier,   ///< the time is wrong: use the arrival
-    kReanchor,  ///< the estimate is wrong: map the clock from scratch, beginning with this frame
+    kOutlier,   ///< the time is wrong: use the arrival time
+    kReanchor,  ///< the estimate is wrong: map the clock anew from this frame
   };
 
-  /// \param estimate  host time of the measurement, by the estimate so far
-  /// \param tolerance  by how much a good estimate may lie after the arrival
+  /// \param estimate  estimated host time of the measurement
+  /// \param tolerance  largest time that a valid estimate may lie after the arrival
   Verdict judge(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
                 std::chrono::nanoseconds tolerance) noexcept;
-  /// The clock is mapped from scratch.
+  /// Resets the state: the clock is mapped anew.
   void restart() noexcept;
 
  private:
@@ -39,7 +39,7 @@ class ArrivalJudge {
 
   std::optional<Time> last_good_;  ///< estimate
   Time last_arrival_{0};
-  Time batch_span_{200'000'000};  ///< from the arrival before this one's; of the first, a guess
+  Time batch_span_{200'000'000};  ///< since the previous batch; an assumption for the first one
   std::optional<Run> wrong_;
   std::optional<Run> late_;
 };

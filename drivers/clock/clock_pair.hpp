@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// The same instant on both clocks of this machine.
+/// One instant on both clocks of this machine.
 struct ClockPair {
   std::chrono::nanoseconds monotonic{0};  ///< CLOCK_MONOTONIC
   std::chrono::nanoseconds utc{0};        ///< since 1970-01-01

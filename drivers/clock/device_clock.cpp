@@ -12,8 +12,8 @@ constexpr nanoseconds kInterval{1'000'000'000};
 constexpr nanoseconds kFirstInterval{250'000'000};  ///< while there are few points
 constexpr std::size_t kFew = 8;
 constexpr nanoseconds kWrongAnswer{50'000'000};
-constexpr std::size_t kEnough = 3;           ///< points that make a line
-constexpr std::uint64_t kMostBiases = 1000;  ///< over which their mean is taken
+constexpr std::size_t kEnough = 3;           ///< fewest points for a line
+constexpr std::uint64_t kMostBiases = 1000;  ///< longest window of their mean
 constexpr double kLeastPace = 0.9;
 constexpr double kMostPace = 1.1;
 constexpr double kLatencyForgetting = 1e-3;
@@ -30,13 +30,13 @@ void DeviceClock::restart() noexcept {
   frames_ = 0;
   exchange_.reset();
   biases_ = 0;
-  // mapped_host_ stays: host time goes on.
+  // mapped_host_ is kept: host time continues.
   if (mapped_) mapped_device_ = nanoseconds::min();
 }
 
 nanoseconds DeviceClock::unwrapped(nanoseconds device_time, nanoseconds host) const noexcept {
   if (!running_ || !wrap_) return device_time;
-  // The reading that is nearest to where the clock must be by now.
+  // The unwrapped time that is nearest to the expected one.
   const nanoseconds expected = last_device_ + std::max(host - last_host_, nanoseconds{0});
   const nanoseconds ahead = ((device_time - expected) % *wrap_ + *wrap_) % *wrap_;
   return expected + (ahead < *wrap_ / 2 ? ahead : ahead - *wrap_);
@@ -107,7 +107,7 @@ void DeviceClock::fit_line() {
 
 double DeviceClock::offset_ns(nanoseconds device_time) const noexcept {
   if (count_ < kEnough) {
-    // The least offset so far, and the device's rate taken as right.
+    // The least offset so far, assuming that the device's rate is exact.
     const double least_ns = static_cast<double>(origin_.offset.count()) + line_.intercept_ns;
     return exchange_ ? std::min(least_ns, static_cast<double>(exchange_->answer.offset.count()))
                      : least_ns;
@@ -117,10 +117,10 @@ double DeviceClock::offset_ns(nanoseconds device_time) const noexcept {
 }
 
 void DeviceClock::observe(const ClockExchange& exchange) {
-  // No point of the envelope: an answer comes at another phase of the transport than a sample.
+  // Not added to the envelope: an answer takes another path through the transport than a sample.
   const nanoseconds answered = unwrapped(exchange.device_sent, exchange.received);
   const auto expected = estimate(answered);
-  // Half of a slow trip is no disagreement.
+  // Half of a slow round trip does not count as disagreement.
   const nanoseconds slack = kWrongAnswer + (exchange.received - exchange.sent);
   if (expected && (*expected > exchange.received + slack || *expected < exchange.sent - slack)) {
     return;

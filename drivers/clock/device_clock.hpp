@@ -13,58 +13,58 @@ namespace merkel {
 
 /// Maps the times of a device's own clock to host time.
 ///
-/// A frame is late by whatever the transport makes of it, never early: the least of (arrival −
-/// device time) over a second (at first a quarter) is a point of the lower envelope, and a line
-/// through the last 30 of them, less those that were held up, gives offset and rate of the clock,
-/// free of jitter, of batches and of stalls. What even the fastest frame takes is no part of that;
-/// question and answer (SYNC) tell it: the exchanges with the shortest round trips, their midpoints
-/// taken for the host times of the device's answers, move the line. Mapped times never go back, and
-/// their distances differ from the device's by a tenth at most, also while the estimate settles.
+/// The transport delays frames and never advances them. The least (arrival − device time) within a
+/// second (at first, a quarter) is a point of the lower envelope. A line through the last 30
+/// points, excluding delayed ones, gives offset and rate of the clock, free of jitter, batches and
+/// stalls. The latency of the fastest frame cannot be seen this way. A SYNC exchange measures it:
+/// the midpoint of a round trip is the host time of the device's answer, and the exchanges with the
+/// shortest round trips shift the line. Mapped times never go back, and their intervals differ from
+/// the device's by at most a tenth, even while the estimate settles.
 ///
-/// A counter that wraps is unwrapped. Which readings can be trusted is ArrivalJudge's business:
-/// this class takes what it is given. Real-time: no. Thread: probe.
+/// A wrapping counter is unwrapped. ArrivalJudge decides which readings are valid; this class
+/// accepts all that it is given. Real-time: no. Thread: probe.
 class DeviceClock {
  public:
   struct Report {
-    bool settled = false;     ///< the line has points enough
-    double drift_ppm = 0.0;   ///< of the device's clock: positive where it is fast
+    bool settled = false;     ///< the line has enough points
+    double drift_ppm = 0.0;   ///< of the device's clock; positive: fast
     double jitter_us = 0.0;   ///< rms distance of the envelope's points from their line
-    double latency_us = 0.0;  ///< mean of how late frames arrive after the mapped time
-    /// Half of the shortest round trip, the jitter added: the mapped time is that certain. Not set
-    /// without SYNC, where the transport's least latency stays unknown.
+    double latency_us = 0.0;  ///< mean of arrival − mapped time
+    /// Half of the shortest round trip plus the jitter: uncertainty of the mapped time. Not set
+    /// without SYNC, because the transport's least latency is then unknown.
     std::optional<double> uncertainty_us;
     std::uint64_t restarts = 0;  ///< of the device's clock
   };
 
-  /// \param wrap  after how long the device's counter starts again from 0, where it does
+  /// \param wrap  period after which the device's counter wraps to 0, if it does
   explicit DeviceClock(std::optional<std::chrono::nanoseconds> wrap = std::nullopt) noexcept
       : wrap_(wrap) {}
 
   void set_wrap(std::optional<std::chrono::nanoseconds> wrap) noexcept { wrap_ = wrap; }
 
-  /// A device time without its wraps, as the next observe() would return it.
+  /// An unwrapped device time, as the next observe() would return it.
   [[nodiscard]] std::chrono::nanoseconds unwrapped(std::chrono::nanoseconds device_time,
                                                    std::chrono::nanoseconds arrival) const noexcept;
-  /// The host time that the present estimate gives an unwrapped device time; nothing before the
-  /// first frame. Changes nothing.
+  /// The host time of an unwrapped device time by the present estimate; empty before the first
+  /// frame. Does not change the state.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> estimate(
       std::chrono::nanoseconds device_time) const noexcept;
 
-  /// Takes note of a frame. Returns its device time, unwrapped.
+  /// Adds a frame to the estimate. Returns its unwrapped device time.
   /// \param device_time  as on the wire
   std::chrono::nanoseconds observe(std::chrono::nanoseconds device_time,
                                    std::chrono::nanoseconds arrival);
-  /// Takes note of a question and its answer. Ignores an answer that disagrees with the estimate
+  /// Adds a SYNC exchange to the estimate. Ignores an answer that differs from the estimate
   /// by more than 50 ms.
   void observe(const ClockExchange& exchange);
 
-  /// The host time of an unwrapped device time; later with every call whose argument is later.
-  /// \param latest  the mapped time is no later, unless the one before was
+  /// The host time of an unwrapped device time; increases strictly with its argument.
+  /// \param latest  upper limit of the mapped time, unless the previous one exceeds it
   [[nodiscard]] std::chrono::nanoseconds host_time(
       std::chrono::nanoseconds device_time,
       std::chrono::nanoseconds latest = std::chrono::nanoseconds::max());
 
-  /// Forgets the device's time: it starts anew, or another device is there.
+  /// Resets the estimate after a restart or a change of the device.
   void restart() noexcept;
 
   [[nodiscard]] Report report() const noexcept;
@@ -94,10 +94,10 @@ class DeviceClock {
   std::array<Point, kPoints> points_{};  ///< a ring
   std::size_t count_ = 0;
   std::size_t next_ = 0;
-  std::optional<Point> least_;  ///< of the interval that is under way
+  std::optional<Point> least_;  ///< of the current interval
   std::chrono::nanoseconds interval_begin_{0};
 
-  // host − device = origin_.offset + line_(device − origin_.device), less the bias
+  // host − device = origin_.offset + line_(device − origin_.device) − bias
   Point origin_;
   EnvelopeLine line_;
 
@@ -105,11 +105,11 @@ class DeviceClock {
   std::uint64_t frames_ = 0;
 
   struct Exchange {
-    Point answer;  ///< as if it had taken half of the round trip
+    Point answer;  ///< assuming half of the round trip
     std::chrono::nanoseconds round_trip{0};
   };
   std::optional<Exchange> exchange_;  ///< the one with the shortest round trip so far
-  double bias_ns_ = 0.0;              ///< mean of the line against the exchanges about that short
+  double bias_ns_ = 0.0;              ///< mean of line − exchange, for the short exchanges
   std::uint64_t biases_ = 0;
 
   bool mapped_ = false;

@@ -8,9 +8,9 @@
 namespace merkel {
 namespace {
 
-constexpr double kMostSlope = 0.02;           ///< of any oscillator against another
+constexpr double kMostSlope = 0.02;           ///< between any two oscillators
 constexpr double kHeldUp = 4.0;               ///< times the median distance
-constexpr double kLeastHeldUp_ns = 20'000.0;  ///< less is the noise of every transport
+constexpr double kLeastHeldUp_ns = 20'000.0;  ///< below: noise of any transport
 
 bool turns_up(const EnvelopePoint& a, const EnvelopePoint& b, const EnvelopePoint& c) {
   return (b.y_ns - a.y_ns) * (c.x_ns - b.x_ns) < (c.y_ns - b.y_ns) * (b.x_ns - a.x_ns);
@@ -25,8 +25,8 @@ std::vector<EnvelopePoint> lower_hull(std::span<const EnvelopePoint> points) {
   return hull;
 }
 
-/// Of the edge that lies below the points' mean x, which is the nearest to all of them; none where
-/// no clock has it.
+/// Slope of the hull's edge below the points' mean x, which is closest to all points; empty if no
+/// clock can have this slope.
 std::optional<double> hull_slope(std::span<const EnvelopePoint> points) {
   const std::vector<EnvelopePoint> hull = lower_hull(points);
   double mean_ns = 0.0;

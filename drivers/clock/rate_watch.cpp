@@ -43,7 +43,7 @@ void RateWatch::observe(Time device_time, Time arrival) noexcept {
   if (frames_ < kFrames) window_[frames_++] = {.arrival = arrival, .device = device_time};
 }
 
-/// One that came early, but not the earliest of many, whose time may be wrong.
+/// An early frame; among many, not the earliest, whose time may be wrong.
 RateWatch::Frame RateWatch::early_frame() noexcept {
   const auto begin = window_.begin();
   const auto chosen = begin + static_cast<std::ptrdiff_t>(frames_ / 8);
@@ -65,7 +65,7 @@ void RateWatch::compare(const Frame& now) noexcept {
   const bool wrong = low > 1.0 + kLargestError || high < 1.0 - kLargestError;
   rate_ = (low + high) / 2.0;
   if (count_ < kRates) return;
-  // While it is mistrusted, it must be right all the time, not just in the median.
+  // To be trusted again, the clock must be right all the time, not only in the median.
   const bool right = !wrong && std::fabs(rates_[(count_ - 1) % kRates] - 1.0) < 0.5;
   good_windows_ = right ? good_windows_ + 1 : 0;
   if (wrong) agrees_ = false;

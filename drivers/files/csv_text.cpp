@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t kPerSecond = 1'000'000'000;
 constexpr std::int64_t kLargestSeconds =
-    4'000'000'000;  ///< the difference of two times fits nanoseconds
+    4'000'000'000;  ///< the difference of two times fits into 64-bit nanoseconds
 
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 bool is_number_end(char c) noexcept { return is_digit(c) || c == '.'; }
@@ -88,7 +88,7 @@ std::string shifted_decimal(double value, int shift) {
   const auto nearest = parse_number(exact, shift);
   std::string plain = shortest_decimal(nearest.value_or(value));
   if (parse_number(plain, -shift) == value) return plain;
-  // No double of the other unit is exact: say it in digits.
+  // No double of the other unit is exact: convert the digits.
   const auto mark = exact.find('e');
   const int exponent = std::stoi(exact.substr(mark + 1)) + shift;
   return exact.substr(0, mark) + "e" + std::to_string(exponent);
@@ -113,7 +113,7 @@ std::optional<std::chrono::nanoseconds> parse_seconds(std::string_view field) no
       const std::int64_t digit = rest.front() - '0';
       fraction += place > 0 ? digit * place : 0;
       if (place == 0 && digit >= 5) ++fraction;
-      place = place > 0 ? place / 10 : -1;  // only the tenth decimal rounds
+      place = place > 0 ? place / 10 : -1;  // only the tenth decimal decides the rounding
       rest.remove_prefix(1);
       ++digits;
     }
@@ -122,7 +122,7 @@ std::optional<std::chrono::nanoseconds> parse_seconds(std::string_view field) no
     const std::int64_t time_ns = whole * kPerSecond + fraction;
     return std::chrono::nanoseconds{negative ? -time_ns : time_ns};
   }
-  // An exponent, or no number at all.
+  // An exponent, or not a number.
   const auto seconds = parse_number(field);
   if (!seconds || !(std::fabs(*seconds) < static_cast<double>(kLargestSeconds)))
     return std::nullopt;

@@ -6,13 +6,13 @@
 
 namespace merkel {
 
-/// A file name in which "%t" stands for the time: "s-%t.xdf" becomes "s-20260131T120000.xdf" (UTC).
-/// A name without "%t" stays as it is.
+/// Replaces "%t" in a file name by the time: "s-%t.xdf" becomes "s-20260131T120000.xdf" (UTC). A
+/// name without "%t" is unchanged.
 [[nodiscard]] std::string dated_name(const std::string& pattern,
                                      std::chrono::system_clock::time_point now);
 
-/// The finished names of files of such a pattern whose NAME.part lies there, in order: what runs
-/// that were killed have left, or runs that go on. Empty for a name without "%t".
+/// The final names of all existing NAME.part files of such a pattern, in order: left by killed
+/// runs, or in use by current ones. Empty for a name without "%t".
 [[nodiscard]] std::vector<std::string> unfinished_names(const std::string& pattern);
 
 }  // namespace merkel

@@ -12,10 +12,10 @@ namespace merkel {
 int rename_without_replacing(const std::string& from, const std::string& to) {
   if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
   if (errno != EINVAL && errno != ENOSYS) return errno;
-  // A file system without that flag: a second name, made only where there is none, does the same.
+  // For file systems without this flag: create a second link, which fails if the name exists.
   if (::link(from.c_str(), to.c_str()) == 0) return ::unlink(from.c_str()) == 0 ? 0 : errno;
   if (errno == EEXIST) return EEXIST;
-  // Neither flag nor links (FAT): the file could only appear between these two lines.
+  // Neither flag nor links (FAT): a file that appears between these two lines is replaced.
   struct stat status {};
   if (::lstat(to.c_str(), &status) == 0) return EEXIST;
   return std::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;

@@ -11,7 +11,7 @@ namespace merkel {
 Expected<LineReader, SetupError> LineReader::open(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    return bad_input(path + " is a directory: name a file");
+    return bad_input(path + " is a directory: give a file");
   }
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) {
@@ -34,7 +34,7 @@ bool LineReader::refill() {
   const std::size_t got = std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_.get());
   end_ += got;
   if (got > 0) return true;
-  if (std::ferror(file_.get()) != 0) error_ = path_ + " cannot be read on: " + std::strerror(errno);
+  if (std::ferror(file_.get()) != 0) error_ = path_ + " became unreadable: " + std::strerror(errno);
   at_end_ = true;
   return false;
 }
@@ -58,7 +58,7 @@ LineReader::Outcome LineReader::next() {
     ++number_;
     if (length > kLongestLine) {
       error_ = where() + "this line has more than " + std::to_string(kLongestLine) +
-               " characters: this is not a CSV table";
+               " characters: is this a CSV table?";
       return Outcome::kError;
     }
     line_ = {first, length};
@@ -69,7 +69,7 @@ LineReader::Outcome LineReader::next() {
       return static_cast<unsigned char>(c) < 0x20 && c != '\t';
     });
     if (binary != line_.end()) {
-      error_ = where() + "this line holds a byte that no text has: this is not a CSV table";
+      error_ = where() + "this line contains a control character: is this a binary file?";
       return Outcome::kError;
     }
     return Outcome::kLine;

@@ -12,25 +12,25 @@
 
 namespace merkel {
 
-/// Reads a text file line by line in bounded memory: however long the file, no more than one
-/// buffer of it is held. Accepts LF and CRLF line ends and a UTF-8 byte-order mark.
+/// Reads a text file line by line with one fixed buffer, whatever the length of the file. Accepts
+/// LF and CRLF line ends and a UTF-8 byte-order mark.
 class LineReader {
  public:
-  /// A longer line means that the file is not a table.
+  /// A longer line is an error: the file is not a table.
   static constexpr std::size_t kLongestLine = 4096;
 
   [[nodiscard]] static Expected<LineReader, SetupError> open(const std::string& path);
 
   enum class Outcome { kLine, kEnd, kError };
-  /// Fetches the next line without its end into line(). On kError, error() says what is wrong.
+  /// Reads the next line, without its line end, into line(). On kError, error() has the reason.
   Outcome next();
 
   [[nodiscard]] std::string_view line() const noexcept { return line_; }
-  /// Number of the line fetched last, from 1.
+  /// Number of the last line, from 1.
   [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
   [[nodiscard]] const std::string& error() const noexcept { return error_; }
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
-  /// "path:line: ", the beginning of every message about a line.
+  /// "path:line: ", the start of every message about a line.
   [[nodiscard]] std::string where() const;
 
  private:

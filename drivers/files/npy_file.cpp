@@ -10,7 +10,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kHeaderBytes = 128;
 
-/// Version 1.0: magic, length of the text, text padded with blanks up to a line feed.
+/// Version 1.0: magic, length of the text, text padded with spaces and a line feed.
 std::string header_of(std::string_view type, std::uint64_t values, std::size_t columns) {
   std::string header("\x93NUMPY\x01\x00", 8);
   header += static_cast<char>(kHeaderBytes - 10);

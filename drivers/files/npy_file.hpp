@@ -11,24 +11,24 @@
 namespace merkel {
 
 /// A growing NumPy file of one or two dimensions. Its header counts the values written by the last
-/// flush, so that NAME.part is a whole file whenever a reader looks.
+/// flush, so NAME.part is always a valid file.
 class NpyFile {
  public:
-  /// \param type     NumPy's name of it: "<i8", "<i4" or "<f8"
-  /// \param columns  0: one dimension; else values of a row
+  /// \param type     NumPy's type name:  "<i8", "<i4" or "<f8"
+  /// \param columns  values per row; 0: one dimension
   [[nodiscard]] static Expected<NpyFile, SetupError> create(const std::string& path,
                                                             std::string_view type, bool overwrite,
                                                             std::size_t columns = 0);
 
-  /// Buffers a whole number; what the type cannot hold is cut. For "<i8" and "<i4".
+  /// Buffers a whole number, truncated to the type. For "<i8" and "<i4".
   void append(std::int64_t value);
   /// Buffers a number. For "<f8".
   void append(double value);
   /// Writes the buffered values, then the header. False after an error.
   [[nodiscard]] bool flush();
-  /// Flushes and gives the file its name. False after an error.
+  /// Flushes and renames the file to its final name. False after an error.
   [[nodiscard]] bool close();
-  /// "cannot write NAME: No space left on device; …", after a false.
+  /// The last error: "cannot write NAME: No space left on device; …".
   [[nodiscard]] const std::string& error() const noexcept { return file_.error(); }
   [[nodiscard]] std::uint64_t values() const noexcept { return values_; }
 

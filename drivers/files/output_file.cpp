@@ -37,7 +37,7 @@ bool exists(const std::string& path) {
   return ::lstat(path.c_str(), &status) == 0;
 }
 
-/// Whether the locked file is still the one of that name, alone under it, and regular.
+/// True if the locked file still has this name, has no other link, and is regular.
 bool is_still(int descriptor, const std::string& name) {
   struct stat open_file {};
   struct stat named {};
@@ -48,11 +48,11 @@ bool is_still(int descriptor, const std::string& name) {
 
 Unexpected<SetupError> in_use(const std::string& path) {
   return bad_input("cannot write " + path +
-                   ": another sink or another merkel is writing it; give another name");
+                   ": another sink or merkel process is writing it; give another name");
 }
 
-/// Keeps what a killed run has left in `part` under a name of its own. Does nothing where there is
-/// nothing; fails where another program still writes it. \return that name
+/// Renames the .part file of a killed run to a recovered name. Does nothing if there is none; fails
+/// if another program is still writing it. \return the recovered name
 Expected<std::string, SetupError> recover(const std::string& path, const std::string& part,
                                           const OutputFile::Notice& notice) {
   const OwnedDescriptor file(::open(part.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
@@ -60,7 +60,7 @@ Expected<std::string, SetupError> recover(const std::string& path, const std::st
   if (file.get() < 0) return bad_input(cannot_write(part, errno) + "; give another name");
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return in_use(path);
   if (!is_still(file.get(), part)) {
-    return bad_input(part + " is not a file that merkel writes: remove it, or give another name");
+    return bad_input(part + " is not a file of merkel: remove it, or give another name");
   }
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) return bad_input(cannot_write(part, errno));
@@ -74,10 +74,10 @@ Expected<std::string, SetupError> recover(const std::string& path, const std::st
     const int error = rename_without_replacing(part, free);
     if (error == EEXIST) continue;
     if (error != 0) return bad_input("cannot rename " + part + ": " + std::strerror(error));
-    if (notice) notice("a run that was killed has left " + part + ": it is kept as " + free);
+    if (notice) notice("a killed run left " + part + "; it was renamed to " + free);
     return free;
   }
-  return bad_input(part + " was left by a run that was killed: rename it, or give another name");
+  return bad_input(part + " was left by a killed run: rename it, or give another name");
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ std::string recover_file(const std::string& path, const OutputFile::Notice& noti
     if (!mine) return {};
     if (status.st_size > 0 && rename_without_replacing(part, path) == 0) {
       static_cast<void>(sync_directory_of(path));
-      if (notice) notice("a run that was killed has left " + part + ": it is now " + path);
+      if (notice) notice("a killed run left " + part + "; it was renamed to " + path);
       return path;
     }
   }
@@ -117,7 +117,7 @@ std::string recovered_name(const std::string& path,
 Expected<OutputFile, SetupError> OutputFile::create_special(const std::string& path) {
   const auto deadline = steady_clock::now() + kReaderPatience;
   for (;;) {
-    // A FIFO that no program reads refuses to be opened without waiting.
+    // A non-blocking open fails while no program reads the FIFO.
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     if (descriptor >= 0) return OutputFile(path, "", descriptor, false);
     if (errno != ENXIO) return bad_input(cannot_write(path, errno));
@@ -144,7 +144,7 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
   }
   if (there && !S_ISREG(status.st_mode)) return create_special(path);
   if (!overwrite && exists(path)) {
-    return bad_input(path + " exists already: give --overwrite, or another name");
+    return bad_input(path + " already exists: add --overwrite, or give another name");
   }
   const std::string part = path + ".part";
   const auto recovered = recover(path, part, notice);
@@ -154,9 +154,9 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
   if (file.get() < 0) {
     if (errno == EEXIST) return in_use(path);
     return bad_input(cannot_write(path, errno) +
-                     (errno == ENOENT ? "; make its folder first" : ""));
+                     (errno == ENOENT ? "; create its folder first" : ""));
   }
-  // Two writers of one file would spoil it; a file system without locks cannot tell.
+  // Excludes a second writer of the file, except on file systems without locks.
   if ((::flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) ||
       !is_still(file.get(), part)) {
     return in_use(path);
@@ -198,7 +198,7 @@ OutputFile::~OutputFile() {
 bool OutputFile::fail(int error_number, std::string_view remedy) {
   if (error_.empty()) {
     error_ = cannot_write(path_, error_number) + "; " + std::string(remedy) +
-             (part_.empty() ? "" : "; what was written before is in " + part_);
+             (part_.empty() ? "" : "; earlier data is in " + part_);
   }
   return false;
 }
@@ -218,7 +218,7 @@ bool OutputFile::wait_for_room() {
     pollfd room{.fd = descriptor_, .events = POLLOUT, .revents = 0};
     if (::poll(&room, 1, static_cast<int>(kLook.count())) != 0) return true;
   }
-  return fail(ETIMEDOUT, "its reader does not read on; read it, then run again");
+  return fail(ETIMEDOUT, "its reader stopped reading; fix the reader, then run again");
 }
 
 bool OutputFile::write_out(std::size_t& done) {
@@ -226,7 +226,7 @@ bool OutputFile::write_out(std::size_t& done) {
     std::size_t count = buffer_.size() - done;
     if (part_.empty()) {
       if (!wait_for_room()) return false;
-      count = std::min<std::size_t>(count, PIPE_BUF);  // a pipe with room takes so much at once
+      count = std::min<std::size_t>(count, PIPE_BUF);  // a writable pipe accepts this much at once
     }
     const auto wrote = ::write(descriptor_, buffer_.data() + done, count);
     if (wrote < 0 && (errno == EINTR || errno == EAGAIN)) continue;
@@ -247,7 +247,7 @@ bool OutputFile::flush() {
   const std::uint64_t whole_bytes = written_bytes_;
   std::size_t done = 0;
   if (!write_out(done)) {
-    // Half a row is worse than none: take back what this flush has written.
+    // A partial row is worse than none: undo this flush.
     if (!part_.empty() && ::ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) == 0) {
       written_bytes_ = whole_bytes;
     }
@@ -271,11 +271,11 @@ bool OutputFile::rewrite(std::uint64_t place, std::string_view bytes) {
 
 bool OutputFile::publish() {
   if (::fsync(descriptor_) != 0 && errno != EINVAL) return fail(errno, "check the disk");
-  // Somebody has renamed or replaced the file that was being written: leave both alone.
+  // The file was renamed or replaced by another program: leave both alone.
   if (!is_still(descriptor_, part_)) return fail(ESTALE, "its .part was moved away");
   const int error = overwrite_ ? (std::rename(part_.c_str(), path_.c_str()) == 0 ? 0 : errno)
                                : rename_without_replacing(part_, path_);
-  if (error == EEXIST) return fail(error, "it was made while the run wrote, and is not replaced");
+  if (error == EEXIST) return fail(error, "it was created during the run and is not replaced");
   if (error != 0) return fail(error, "rename it by hand");
   part_.clear();
   const int unsafe = sync_directory_of(path_);

@@ -13,25 +13,25 @@
 
 namespace merkel {
 
-/// The one writer of every output file: durable, and never whole by its name before it is whole.
+/// Writes all output files. A file gets its name only when it is complete.
 ///
-/// Bytes go to NAME.part, locked against other writers and readable up to the last flush whatever
-/// happens to the program. close() forces them to the disk and gives the file its name, without
-/// replacing a file that has appeared there meanwhile. A NAME.part that no program writes any more
-/// is what a killed run has left: it is kept under a name of its own (`recovered_name`).
+/// Bytes go to NAME.part, which is locked against other writers and readable up to the last flush
+/// even after a crash. close() syncs it to the disk and renames it to NAME, but never replaces a
+/// file that has appeared there in the meantime. A NAME.part without a writer was left by a killed
+/// run; it is renamed (`recovered_name`).
 ///
-/// A device or pipe that exists already (/dev/stdout, a FIFO) is written directly, and "-" is the
-/// standard output.
+/// An existing device or pipe (/dev/stdout, a FIFO) is written directly. "-" is the standard
+/// output.
 class OutputFile {
  public:
-  /// Gets a sentence for the user when a file of a killed run is recovered.
+  /// Receives a message for the user when a file of a killed run is recovered.
   using Notice = std::function<void(const std::string&)>;
 
-  /// Buffered bytes are written out after so long at the latest, while there are calls.
+  /// Longest time in the buffer, provided that calls are made.
   static constexpr std::chrono::milliseconds kFlushAfter{100};
 
-  /// Fails where the file exists (unless `overwrite`), cannot be made, or another program writes
-  /// it; for a FIFO, where no program reads it within 10 s.
+  /// Fails if the file exists (unless `overwrite`), cannot be created, or is being written by
+  /// another program; for a FIFO, if no program reads it within 10 s.
   [[nodiscard]] static Expected<OutputFile, SetupError> create(const std::string& path,
                                                                bool overwrite,
                                                                const Notice& notice = {});
@@ -39,35 +39,34 @@ class OutputFile {
   OutputFile& operator=(OutputFile&&) = delete;
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  /// Abandons the file unless close() was called: what was written stays in NAME.part, but for a
-  /// header without anything behind it.
+  /// Without close(), the written data stays in NAME.part; a file with only a header is removed.
   ~OutputFile();
 
-  /// Buffers bytes; writes them out when there are many, or the last flush is kFlushAfter ago.
+  /// Buffers bytes; flushes if the buffer is full or the last flush was kFlushAfter ago.
   /// False after an error.
   [[nodiscard]] bool write(std::string_view bytes);
-  /// Marks what was written so far as a header, worth nothing by itself.
+  /// Marks the bytes so far as a header, which is worthless alone.
   void end_header() noexcept { header_bytes_ = written_bytes_ + buffer_.size(); }
   /// Writes all buffered bytes out, or none of them. False after an error.
   [[nodiscard]] bool flush();
-  /// Flushes where the last flush is kFlushAfter ago. False after an error.
+  /// Flushes if the last flush was kFlushAfter ago. False after an error.
   [[nodiscard]] bool flush_if_due();
-  /// Replaces bytes that are written out already: a header that counts what follows it. Regular
-  /// files only. False after an error.
+  /// Replaces bytes that are already in the file, such as a header with a count. Regular files
+  /// only. False after an error.
   [[nodiscard]] bool rewrite(std::uint64_t place, std::string_view bytes);
-  /// Flushes, forces the bytes to the disk and renames. False after an error.
+  /// Flushes, syncs to the disk and renames. False after an error.
   [[nodiscard]] bool close();
-  /// Removes the file: what it held is kept elsewhere by now.
+  /// Removes the file; its data is elsewhere.
   void remove() noexcept;
   /// Makes a write that waits for a pipe's reader fail at once. Thread: any.
   void give_up() noexcept { given_up_->store(true, std::memory_order_relaxed); }
 
-  /// Whether every byte given to write() is written out.
+  /// True if the buffer is empty.
   [[nodiscard]] bool settled() const noexcept { return buffer_.empty(); }
-  /// "cannot write NAME: No space left on device; …", after a false.
+  /// The last error: "cannot write NAME: No space left on device; …".
   [[nodiscard]] const std::string& error() const noexcept { return error_; }
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
-  /// Where the remains of a killed run are kept now; empty where there were none.
+  /// The new name of a killed run's file; empty if there was none.
   [[nodiscard]] const std::string& recovered() const noexcept { return recovered_; }
   /// NAME.part while the file is being written; empty for a device or pipe.
   [[nodiscard]] const std::string& part() const noexcept { return part_; }
@@ -81,7 +80,7 @@ class OutputFile {
   bool publish();
 
   std::string path_;
-  std::string part_;  ///< empty where the path is written directly
+  std::string part_;  ///< empty if the path is written directly
   int descriptor_;
   bool overwrite_;
   std::string recovered_;
@@ -93,14 +92,14 @@ class OutputFile {
   std::string error_;
 };
 
-/// Gives what a killed run has left in NAME.part its name, where the name is free, else the name
-/// under which such remains are kept. Does nothing where there is nothing, or a program still
-/// writes it. \return the name; empty for nothing
+/// Renames the NAME.part of a killed run to NAME if that name is free, else to a recovered name.
+/// Does nothing if there is no such file or a program still writes it. \return the new name, or an
+/// empty string
 std::string recover_file(const std::string& path, const OutputFile::Notice& notice);
 
-/// The name under which the remains of a killed run are kept: "dir/s.xdf", written last at
-/// 2026-01-31 12:00:00 UTC, becomes "dir/s.recovered-20260131T120000.xdf".
-/// \param number  above 1, where that name is taken: "dir/s.recovered-20260131T120000-2.xdf"
+/// The new name of a killed run's file: "dir/s.xdf", last written at 2026-01-31 12:00:00 UTC,
+/// becomes "dir/s.recovered-20260131T120000.xdf".
+/// \param number  above 1 if the name is taken: "dir/s.recovered-20260131T120000-2.xdf"
 [[nodiscard]] std::string recovered_name(const std::string& path,
                                          std::chrono::system_clock::time_point last_written,
                                          int number = 1);

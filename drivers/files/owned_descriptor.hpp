@@ -6,7 +6,7 @@
 
 namespace merkel {
 
-/// A file descriptor, closed with its owner.
+/// A file descriptor that its owner closes.
 class OwnedDescriptor {
  public:
   explicit OwnedDescriptor(int descriptor) noexcept : descriptor_(descriptor) {}
@@ -18,7 +18,7 @@ class OwnedDescriptor {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
 
-  /// Negative where nothing is open.
+  /// Negative if nothing is open.
   [[nodiscard]] int get() const noexcept { return descriptor_; }
   [[nodiscard]] int release() noexcept { return std::exchange(descriptor_, -1); }
 

@@ -32,7 +32,7 @@ Expected<std::string, SetupError> read_toml_text(const std::string& path, const 
   if (!file) return bad_input(failure + std::strerror(errno) + "; check the name");
   std::string text(kLargest + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) return bad_input(failure + "is it a file?");
+  if (file.bad()) return bad_input(failure + "is it a regular file?");
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kLargest) {
     return bad_input(failure + "it is larger than 1 MiB; is it a recording?");

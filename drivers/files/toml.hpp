@@ -8,15 +8,16 @@
 
 namespace merkel {
 
-/// Thrown where toml++ would assert: its parser reaches some assertions with malformed text ("[#"),
-/// and relies on them in a release build. parse_toml() turns it into an error.
+/// Thrown instead of a toml++ assertion. Malformed text ("[#") triggers some assertions of its
+/// parser, which relies on them in a release build. parse_toml() converts the exception to an
+/// error.
 struct MalformedToml {};
 
 [[noreturn]] void throw_malformed_toml();
 
 }  // namespace merkel
 
-// TOML_ASSERT is the library's own setting, which it takes only where NDEBUG is not defined.
+// TOML_ASSERT is the library's own setting, which it accepts only if NDEBUG is not defined.
 #pragma push_macro("NDEBUG")
 #undef NDEBUG
 #define TOML_ASSERT(expression) ((expression) ? void() : ::merkel::throw_malformed_toml())
@@ -31,13 +32,13 @@ struct TomlError {
   std::string reason;
 };
 
-/// Parses a TOML document of any content; no text can crash it. Two things that TOML allows are
-/// refused: a dotted key of more than 16 parts, and a non-ASCII character right after the white
-/// space that a backslash at the end of a line trims.
+/// Parses a TOML document; safe for any input. Refuses two constructs that TOML allows: a dotted
+/// key of more than 16 parts, and a non-ASCII character directly after the white space that a
+/// backslash at the end of a line trims.
 /// Real-time: no. Thread: any.
 [[nodiscard]] Expected<toml::table, TomlError> parse_toml(std::string_view text);
 
-/// The content of a TOML file of at most 1 MiB. `what` names its kind in errors: "scene".
+/// The content of a TOML file of at most 1 MiB. `what` is its kind for errors: "scene".
 [[nodiscard]] Expected<std::string, SetupError> read_toml_text(const std::string& path,
                                                                const std::string& what);
 

@@ -48,10 +48,10 @@ class Guard {
 
   void take_plain(char c) {
     if (!is_ascii(c)) {
-      reason_ = "this line has a character outside quotes that is not ASCII";
+      reason_ = "this line has a non-ASCII character outside quotes";
       return;
     }
-    // A number has at most one point, and what ends a key is followed by others.
+    // A number has at most one point; these characters end a key.
     if (std::string_view("\n,[{=").find(c) != std::string_view::npos) points_ = 0;
     if (c == '.' && ++points_ >= kMostKeyParts) {
       reason_ = "a dotted key has more than 16 parts";
@@ -79,7 +79,7 @@ class Guard {
         take();
         trimming = take_escaped();
       } else if (trimming && !is_ascii(c)) {
-        reason_ = "the text after a trimmed line end must begin with an ASCII character";
+        reason_ = "the text after a trimmed line end must start with an ASCII character";
       } else {
         trimming = trimming && kWhiteSpace.find(c) != std::string_view::npos;
         take();
@@ -87,11 +87,11 @@ class Guard {
     }
   }
 
-  /// True where the escaped character is white space: trimming begins.
+  /// True if the escaped character is white space, which starts trimming.
   bool take_escaped() {
     if (done()) return false;
     if (!is_ascii(here())) {
-      reason_ = "a backslash in quotes is followed by a character that is not ASCII";
+      reason_ = "a backslash in quotes is followed by a non-ASCII character";
       return false;
     }
     const bool white = kWhiteSpace.find(here()) != std::string_view::npos;
@@ -99,7 +99,7 @@ class Guard {
     return white;
   }
 
-  /// The number of equal quotes from here on.
+  /// The number of consecutive quotes from here.
   [[nodiscard]] std::size_t quotes(char quote) const {
     return std::min(text_.find_first_not_of(quote, at_), text_.size()) - at_;
   }

@@ -8,13 +8,14 @@
 
 namespace merkel {
 
-/// Returns the document without anything that makes toml++ misbehave, or the first such thing.
+/// Returns the document without constructs that make toml++ misbehave, or the first such construct.
 ///
-/// toml++ 3.3 and 3.4 ask of most characters outside quoted text whether they are white space, and
-/// the answer is undefined behaviour for many above U+007F ("é"). Valid TOML has such characters in
-/// quoted text and comments alone; anywhere else they are an error here. A space goes before each
-/// opening quote, because the parser looks ahead for the end of a number ('1"é"'). A dotted key
-/// makes a table for each part, and tables are destroyed recursively, so the parts are limited.
+/// toml++ 3.3 and 3.4 test most characters outside quoted text for white space; for many characters
+/// above U+007F ("é") the test is undefined behaviour. Valid TOML has such characters only in
+/// quoted text and comments; elsewhere they are an error here. A space is inserted before each
+/// opening quote, because the parser looks ahead for the end of a number ('1"é"'). The number of
+/// parts of a dotted key is limited, because each part makes a table and tables are destroyed
+/// recursively.
 [[nodiscard]] Expected<std::string, TomlError> guard_toml(std::string_view text);
 
 }  // namespace merkel

@@ -17,7 +17,7 @@ const std::array<std::string, 5> kColumnNames = {"time_s", "depth_mm", "force_N"
 constexpr std::array<std::uint32_t, 5> kColumnChannels = {
     0, ProbeSample::kDepth, ProbeSample::kForce, ProbeSample::kX, ProbeSample::kY};
 constexpr std::string_view kValidity = "# valid_for_s=";
-constexpr int kMilliPerUnit = 3;  // the file's N against the samples' mN, in powers of ten
+constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
 
 }  // namespace
 
@@ -54,13 +54,13 @@ Expected<void, SetupError> TraceReader::read_header() {
     if (found == kColumnNames.end()) {
       const std::string nearest = nearest_name(field, kColumnNames);
       return bad_input(lines_.where() + "the column \"" + field + "\" is not known" +
-                       (nearest.empty() ? ": the header takes time_s, depth_mm, force_N, x_mm "
+                       (nearest.empty() ? ": the known columns are time_s, depth_mm, force_N, x_mm "
                                           "and y_mm"
                                         : ": did you mean " + nearest + "?"));
     }
     const auto column = static_cast<Column>(found - kColumnNames.begin());
     if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) {
-      return bad_input(lines_.where() + "the column " + field + " stands twice: keep one");
+      return bad_input(lines_.where() + "the column " + field + " is repeated: keep one");
     }
     columns_.push_back(column);
     channels_ |= kColumnChannels[static_cast<std::size_t>(column)];
@@ -70,7 +70,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   }
   if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
     return bad_input(lines_.where() +
-                     "a column depth_mm or force_N is missing: add the one that was recorded");
+                     "a column depth_mm or force_N is missing: add the recorded one");
   }
   return {};
 }
@@ -89,7 +89,7 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
   const auto commas = std::count(rest.begin(), rest.end(), ',');
   if (static_cast<std::size_t>(commas) + 1 != columns_.size()) {
     return bad_input(lines_.where() + "this row has " + std::to_string(commas + 1) +
-                     " fields where the header has " + std::to_string(columns_.size()) +
+                     " fields, but the header has " + std::to_string(columns_.size()) +
                      ": complete or remove it");
   }
   for (const Column column : columns_) {

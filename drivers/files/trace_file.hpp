@@ -14,11 +14,11 @@
 
 namespace merkel {
 
-/// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
-/// and `y_mm`, in any order of columns. Lines that begin with '#' are comments. Times are strictly
-/// increasing, to the nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets for
-/// how long the samples after it hold when none follows (ProbeSample::valid_for). Streams: memory
-/// is bounded.
+/// Reads a trace: a CSV table with `time_s` and `depth_mm` or `force_N` (or both), optionally
+/// `x_mm` and `y_mm`, in any order. Lines that start with '#' are comments. Times increase
+/// strictly, to the nanosecond; all values are finite. A comment `# valid_for_s=0.05` limits how
+/// long the following samples are valid without a successor (ProbeSample::valid_for). Streaming,
+/// with bounded memory.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on an unknown, missing or repeated
@@ -27,10 +27,10 @@ class TraceReader {
 
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
-  /// Whether the trace has said so far for how long its samples hold.
+  /// True if a valid_for_s comment has been read.
   [[nodiscard]] bool says_validity() const noexcept { return valid_for_.has_value(); }
 
-  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to fix.
+  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and remedy.
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:
@@ -49,25 +49,25 @@ class TraceReader {
   std::optional<std::chrono::nanoseconds> valid_for_;
 };
 
-/// Writes a trace that TraceReader reads back to the same samples, bit for bit.
+/// Writes a trace. TraceReader reads back bit-identical samples.
 class TraceWriter {
  public:
-  /// Errors as of OutputFile::create().
-  /// \param comment  lines for the head of the file, each without its '#'
+  /// Errors as for OutputFile::create().
+  /// \param comment  lines of the file's header, without their '#'
   [[nodiscard]] static Expected<TraceWriter, SetupError> create(
       const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
       bool overwrite, const OutputFile::Notice& notice = {});
 
-  /// Completes the head: further comment lines, then the names of the columns. write() does so by
-  /// itself where it was not called.
+  /// Completes the header: further comment lines, then the column names. If it was not called,
+  /// write() does so.
   [[nodiscard]] Expected<void, SetupError> write_header(std::span<const std::string> comment);
   [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples);
-  /// Writes out what is buffered. Rows are written out within 200 ms where this or write() is
-  /// called ten times a second.
+  /// Writes out buffered rows. If this or write() is called ten times a second, rows are written
+  /// out within 200 ms.
   [[nodiscard]] Expected<void, SetupError> flush();
-  /// Flushes and gives the file its name.
+  /// Flushes and renames the file to its final name.
   [[nodiscard]] Expected<void, SetupError> close();
-  /// As OutputFile::give_up(). Thread: any.
+  /// See OutputFile::give_up(). Thread: any.
   void give_up() noexcept { file_.give_up(); }
 
  private:

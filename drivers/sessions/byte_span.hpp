@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// Takes plain values off the front of some bytes; says false once they are used up.
+/// Reads plain values from the front of a byte range; returns false at its end.
 class ByteSpan {
  public:
   explicit ByteSpan(std::string_view bytes) : rest_(bytes) {}
@@ -19,7 +19,7 @@ class ByteSpan {
     rest_.remove_prefix(sizeof(T));
     return true;
   }
-  /// A count whose width is told by the byte before it.
+  /// Reads a count; the byte before it gives its width.
   [[nodiscard]] bool take_count(std::uint64_t& count) {
     std::uint8_t width = 0;
     if (!take(width)) return false;

@@ -15,7 +15,7 @@
 
 namespace merkel {
 
-/// What one chunk of a session holds: one kind of item.
+/// The items of one chunk of a session, all of one kind.
 struct SessionChunk {
   struct Sample {
     std::uint32_t probe = 0;

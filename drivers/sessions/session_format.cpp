@@ -38,7 +38,7 @@ constexpr Channel kEventChannels[] = {{"time_ns", "ns"},
                                       {"length_ns", "ns"},
                                       {"subject", "probe from 0, or neuron from 1"},
                                       {"kind", "0 release, 1 resume, 2 gap, 3 neuron_reset"}};
-/// The channels of the status: every counter, what this file has lost, and the loop's rights.
+/// The status channels: all counters, the losses of this file, and the loop's rights.
 constexpr auto kStatusChannels = [] {
   std::array<Channel, kRunCounterFields<>.size() + kLossFields.size() + kRightFields.size()> all{};
   std::size_t count = 0;

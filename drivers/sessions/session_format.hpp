@@ -7,9 +7,9 @@
 
 namespace merkel {
 
-/// The streams of a recorded session: an XDF file (github.com/sccn/xdf), in which every sample of a
-/// stream has the same numeric channels. Times are split so that no digit is lost: XDF's own
-/// stamps, doubles in seconds, are there for other readers and are not read back.
+/// The streams of a recorded session: an XDF file (github.com/sccn/xdf). All samples of a stream
+/// have the same numeric channels. Times are split into two channels to keep every digit; XDF's own
+/// stamps, doubles in seconds, are for other readers and are not read back.
 struct SessionStream {
   enum class Id : std::uint32_t {
     kSpikes = 1,
@@ -31,11 +31,11 @@ struct SessionStream {
   std::string_view type;
   bool integers;  ///< channel format int64, else double64
   std::span<const Channel> channels;
-  /// Whether a reader accepts a file without some of the channels: counters come with versions.
+  /// True if a reader accepts missing channels: new versions add counters.
   bool open_ended = false;
 };
 
-/// No stream of a session has more channels.
+/// The largest number of channels of a stream.
 inline constexpr std::size_t kMostSessionChannels = 64;
 
 /// All streams, in the order of their numbers from 1.

@@ -22,13 +22,14 @@ using Id = SessionStream::Id;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kFrameWords = RawFrame::kMostBytes / sizeof(std::int64_t);
-constexpr double kLargestTime_s = 4e9;     ///< the difference of two times fits nanoseconds
-constexpr std::int8_t kMissingValue = -1;  ///< of a channel that the file does not have
+constexpr double kLargestTime_s =
+    4e9;  ///< the difference of two times fits into 64-bit nanoseconds
+constexpr std::int8_t kMissingValue = -1;  ///< for a channel that the file lacks
 
 using Doubles = ItemValues<double>;
 using Integers = ItemValues<std::int64_t>;
 
-/// A whole number from 0 to `largest`, as a double carries it.
+/// A whole number from 0 to `largest`, stored as a double.
 template <class Whole>
 bool to_whole(double value, double largest, Whole& whole) {
   if (!(value >= 0.0 && value <= largest) || value != std::floor(value)) return false;
@@ -71,11 +72,11 @@ void set(ItemValues<Value>& values, const std::array<Value, size>& first) {
 
 std::int64_t whole(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
-/// Decodes the samples of one chunk, each a stamp and the values of 8 bytes.
+/// Decodes the samples of one chunk, each with a stamp and 8-byte values.
 template <class Value, class Item>
 bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout,
                 std::vector<Item>& items) {
-  // Each sample takes its values and a byte at least.
+  // Each sample has its values and at least one byte more.
   if (count > bytes.left() / (layout.channels * sizeof(Value) + 1)) return false;
   items.reserve(count);
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -186,7 +187,7 @@ bool to_item(const Integers& values, RunStatus& status) {
   std::size_t next = 0;
   const auto to_count = [&](std::uint64_t& count) {
     const std::int64_t value = values[next++];
-    // A counter that an older recorder did not have counts nothing.
+    // A counter that an older recorder lacks is 0.
     return to_whole(value == kMissingValue ? 0 : value, INT64_MAX, count);
   };
   for (const auto& field : kRunCounterFields<>) {

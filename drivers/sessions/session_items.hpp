@@ -10,23 +10,23 @@
 
 namespace merkel {
 
-/// Where the channels of a stream stand in a file: channels are matched by label, so that neither
-/// their order nor further channels matter.
+/// The positions of a stream's channels in a file. Channels are matched by label, so their order
+/// and additional channels do not matter.
 struct StreamLayout {
   static constexpr std::uint8_t kMissing = 0xFF;
 
   const SessionStream* stream = nullptr;
   std::size_t channels = 0;  ///< in the file
-  /// Of each channel of `stream`: its place in the file.
+  /// The position in the file of each channel of `stream`.
   std::array<std::uint8_t, kMostSessionChannels> places{};
 };
 
-/// The value of one item at each channel of its stream, in the order of the table of channels.
+/// The values of one item, in the order of its stream's table of channels.
 template <class Value>
 using ItemValues = std::array<Value, kMostSessionChannels>;
 
-// Writer and reader of an item side by side: what values_of() lists, to_item() takes back. A
-// to_item() checks everything, because a file may hold any bytes; false where a value cannot be.
+// Writer and reader of an item: to_item() inverts values_of(). to_item() checks every value,
+// because a file may hold any bytes; it returns false for an invalid one.
 
 void values_of(const SpikeEvent& spike, ItemValues<std::int64_t>& values);
 void values_of(const TickRecord& tick, ItemValues<double>& values);
@@ -44,12 +44,12 @@ void values_of(const StimulationCommand& command, ItemValues<double>& values);
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, SessionChunk::Frame& item);
 [[nodiscard]] bool to_item(const ItemValues<double>& values, StimulationCommand& command);
 
-/// Decodes the samples of one XDF chunk, stream number excluded, into `chunk`. False where the
-/// bytes are no samples of that stream, or a value cannot be.
+/// Decodes the samples of one XDF chunk, without the stream number, into `chunk`. False if the
+/// bytes are not samples of the stream or a value is invalid.
 [[nodiscard]] bool decode_items(const StreamLayout& layout, std::string_view content,
                                 SessionChunk& chunk);
 
-/// The same for marks, whose samples are strings.
+/// The same for marks, which are strings.
 [[nodiscard]] bool decode_marks(std::string_view content, SessionChunk& chunk);
 
 }  // namespace merkel

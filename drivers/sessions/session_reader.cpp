@@ -16,10 +16,10 @@
 namespace merkel {
 namespace {
 
-/// No chunk of a session is longer; a longer one is skipped where the file holds it.
+/// The longest chunk of a session; longer ones are skipped.
 constexpr std::uint64_t kLongestChunk = std::uint64_t{16} << 20U;
 
-/// How a stream of the file carries one of merkel's; an error sentence where it cannot.
+/// The layout of one of merkel's streams in the file, or an error.
 Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
                                               const pugi::xml_node& info) {
   const auto wrong = [&](const std::string& what) {
@@ -37,7 +37,7 @@ Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
   layout.places.fill(StreamLayout::kMissing);
   std::size_t place = 0;
   for (const pugi::xml_node& channel : info.child("desc").child("channels").children("channel")) {
-    if (place == layout.channels) return wrong("names more channels than it has");
+    if (place == layout.channels) return wrong("lists more channels than it has");
     const std::string_view label = channel.child_value("label");
     for (std::size_t i = 0; i < stream.channels.size(); ++i) {
       if (stream.channels[i].label == label) layout.places[i] = static_cast<std::uint8_t>(place);
@@ -59,7 +59,7 @@ Expected<SessionReader, SetupError> SessionReader::open(const std::string& path)
   if (!file || ::fstat(::fileno(file.get()), &status) != 0) {
     return bad_input("cannot read the session " + path + ": " + std::strerror(errno));
   }
-  if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: name a session (.xdf)");
+  if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: give a session (.xdf)");
   SessionReader reader(path, std::move(file), static_cast<std::uint64_t>(status.st_size));
   if (auto read = reader.read_headers(); !read) return Unexpected<SetupError>(read.error());
   return reader;
@@ -97,11 +97,11 @@ Expected<bool, SetupError> SessionReader::read_raw(Raw& raw) {
     if (truncated_ || place_ == size_) return false;
     std::uint8_t width = 0;
     std::uint64_t length = 0;
-    if (!read_bytes(&width, 1)) return damaged("it cannot be read on");
+    if (!read_bytes(&width, 1)) return damaged("the file is unreadable");
     if (width != 1 && width != 4 && width != 8) return damaged("a chunk has no valid length");
     std::uint16_t tag = 0;
     if (!read_bytes(&length, width) || length > size_ - place_) {
-      truncated_ = true;  // the writer was stopped within this chunk
+      truncated_ = true;  // the writer stopped within this chunk
       return false;
     }
     if (length < sizeof tag || !read_bytes(&tag, sizeof tag)) {
@@ -110,7 +110,7 @@ Expected<bool, SetupError> SessionReader::read_raw(Raw& raw) {
     const std::uint64_t rest = length - sizeof tag;
     if (length > kLongestChunk) {
       if (::fseeko(file_.get(), static_cast<off_t>(rest), SEEK_CUR) != 0) {
-        return damaged("it cannot be read on");
+        return damaged("the file is unreadable");
       }
       place_ += rest;
       continue;
@@ -174,7 +174,7 @@ Expected<void, SetupError> SessionReader::read_headers() {
   if (facts_.empty() ||
       !std::all_of(session_streams().begin(), session_streams().end(), complete)) {
     return bad_input(path_ + (truncated_ || raw_pending_ == false
-                                  ? " broke off before its metadata: nothing can be read from it"
+                                  ? " breaks off before its metadata: nothing can be read from it"
                                   : " is an XDF file, but was not recorded by merkel"));
   }
   return {};
@@ -191,7 +191,8 @@ Expected<void, SetupError> SessionReader::decode(std::string_view content,
   const auto layout = layouts_.find(id);
   if (layout == layouts_.end()) return {};  // a stream of another program
   if (!decode_items(layout->second, content.substr(sizeof id), chunk)) {
-    return damaged("a sample of " + std::string(layout->second.stream->name) + " cannot be");
+    return damaged("a sample of " + std::string(layout->second.stream->name) +
+                   " has an invalid value");
   }
   return {};
 }
@@ -221,7 +222,7 @@ std::chrono::nanoseconds time_fact(const SessionReader& session, std::string_vie
   return std::chrono::nanoseconds{value};
 }
 
-/// The time before which a session has no tick and no sample.
+/// The time of the first tick or sample of a session.
 Expected<std::chrono::nanoseconds, SetupError> first_time(SessionReader& session) {
   SessionChunk chunk;
   for (;;) {

@@ -24,26 +24,26 @@ namespace merkel {
 
 /// Reads a recorded session, chunk by chunk, in bounded memory.
 ///
-/// A session that broke off is read up to its last whole chunk. Whatever the file's bytes are,
-/// every item handed out has a valid state and kind and finite, plausible values; anything else is
-/// an error that names the place. Streams that are not merkel's are skipped.
+/// A truncated session is read up to its last complete chunk. Whatever bytes the file has, returned
+/// items have a valid state and kind and finite, plausible values; anything else is an error with
+/// its position. Streams of other programs are skipped.
 class SessionReader {
  public:
   [[nodiscard]] static Expected<SessionReader, SetupError> open(const std::string& path);
 
-  /// What the recorder noted (scene text, seeds, machine), by name; empty where it did not.
+  /// A fact of the recording (scene text, seeds, machine) by name; empty if absent.
   [[nodiscard]] std::string fact(std::string_view name) const;
-  /// All that it noted, names and values, in order.
+  /// All facts, names and values, in order.
   [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& facts() const noexcept {
     return facts_;
   }
-  /// All of that name, in order.
+  /// All facts of this name, in order.
   [[nodiscard]] std::vector<std::string> facts(std::string_view name) const;
 
-  /// Reads on to the next chunk that holds items. False at the end.
+  /// Reads the next chunk that holds items. False at the end.
   [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);
 
-  /// Whether the recording was ended properly; known once next() has said false.
+  /// True if the recording was closed properly; valid after next() returned false.
   [[nodiscard]] bool ended_well() const noexcept { return footers_ > 0 && !truncated_; }
 
  private:
@@ -70,7 +70,7 @@ class SessionReader {
   std::uint64_t place_ = 0;        ///< bytes read so far
   std::uint64_t chunk_start_ = 0;  ///< of the chunk read last
   std::vector<std::pair<std::string, std::string>> facts_;
-  std::map<std::uint32_t, StreamLayout> layouts_;  ///< by the stream's number in the file
+  std::map<std::uint32_t, StreamLayout> layouts_;  ///< keyed by the stream's number in the file
   Raw raw_;
   bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
   bool truncated_ = false;
@@ -78,7 +78,8 @@ class SessionReader {
   int footers_ = 0;
 };
 
-/// When a recorded run began: as noted, or, in older sessions, from its first tick or sample.
+/// The start of a recorded run: the recorded origin or, in older sessions, the first tick or
+/// sample.
 [[nodiscard]] Expected<RunOrigin, SetupError> session_origin(const std::string& path);
 
 }  // namespace merkel

@@ -26,7 +26,7 @@ using std::chrono::nanoseconds;
 
 constexpr int kFlushesPerBoundary = 50;
 constexpr int kFlushesPerClockOffset = 25;
-/// Marks places from which a damaged file can be read on; fixed by the format.
+/// A fixed mark of the format, from which a reader can resume in a damaged file.
 constexpr unsigned char kBoundary[] = {0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F,
                                        0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4};
 
@@ -35,7 +35,7 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// XML 1.0 has no way to write most control characters, and wants UTF-8.
+/// XML 1.0 cannot represent most control characters and requires UTF-8.
 std::string xml_text(std::string_view text) {
   std::string clean(text);
   for (char& c : clean) {
@@ -55,8 +55,8 @@ std::string xml_of(const pugi::xml_document& document) {
   return text.str();
 }
 
-/// Writes a session: what the loop used, what it made, and the run's facts. Its reader is
-/// `SessionReader`; the values of an item are in `session_items`.
+/// Writes a session: inputs of the loop, spikes, and facts of the run. Read by `SessionReader`;
+/// `session_items` lists the values of an item.
 class SessionWriter final : public SpikeSink {
  public:
   SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup)
@@ -115,7 +115,7 @@ class SessionWriter final : public SpikeSink {
     return write_items();
   }
 
-  /// As a stream of strings, the form in which XDF readers look for markers.
+  /// Written as a stream of strings, where XDF readers look for markers.
   [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
     if (auto started = begin({}); !started) return started;
     chunk_.clear();
@@ -196,7 +196,7 @@ class SessionWriter final : public SpikeSink {
       if (!value.empty() && !facts.child(name)) add(facts, name, value);
     };
     add_missing("afferents", afferents_);
-    // A copy keeps the clocks of the recording.
+    // An export keeps the clocks of the recording.
     add_missing("start_device_ns", std::to_string(origin.start.count()));
     if (origin.utc.count() != 0) add_missing("start_utc_ns", std::to_string(origin.utc.count()));
     if (!facts.child("clock_monotonic_ns")) {
@@ -221,7 +221,7 @@ class SessionWriter final : public SpikeSink {
     return file_.write(head) && file_.write(content);
   }
 
-  /// Ticks come at a regular rate. Several probes share a tick's time: no rate describes them.
+  /// Ticks have a regular rate; with several probes they share times and have none.
   static double rate_Hz(Id id, const RunDescription& run) {
     if (id != Id::kTicks || run.model.indenters.size() != 1) return 0.0;
     return 1.0 / units::s_from(run.model.tick);
@@ -263,7 +263,7 @@ class SessionWriter final : public SpikeSink {
   }
 
   bool write_footer(std::uint32_t id, Tally all) {
-    // A stream without samples must not date the file back to the clock's origin.
+    // A stream without samples must not set the file's start to the clock's origin.
     const double start_s = units::s_from(start_.value_or(nanoseconds{0}));
     if (all.samples == 0) all.first_s = all.last_s = start_s;
     pugi::xml_document document;
@@ -276,7 +276,7 @@ class SessionWriter final : public SpikeSink {
     return write_chunk(XdfTag::kStreamFooter, content + xml_of(document));
   }
 
-  /// Begins a chunk of so many items.
+  /// Starts a chunk of `count` items.
   Expected<void, SinkError> begin_items(Id id, std::size_t count) {
     if (auto started = begin({}); !started) return started;
     chunk_.clear();
@@ -286,7 +286,7 @@ class SessionWriter final : public SpikeSink {
     return {};
   }
 
-  /// Appends an item of a stream whose channels hold values of 8 bytes.
+  /// Appends an item of a stream with 8-byte channels.
   template <class Value, class Item>
   void put(Id id, nanoseconds time, const Item& item) {
     const double stamp_s = units::s_from(time);
@@ -306,13 +306,13 @@ class SessionWriter final : public SpikeSink {
 
   Expected<void, SinkError> write_items() { return settle(write_chunk(XdfTag::kSamples, chunk_)); }
 
-  /// The newest time in the file, in the time of the probes; before there is one, the host's.
+  /// The newest time in the file, in probe time; in an empty file, the host's time.
   [[nodiscard]] nanoseconds newest() const {
     return start_ ? newest_ : read_clock_pair().monotonic;
   }
 
-  /// All streams share one clock: every offset is 0. Readers miss these chunks where there are
-  /// none.
+  /// All streams share one clock, so every offset is 0. Some readers complain if these chunks are
+  /// missing.
   bool write_clock_offsets() {
     for (const SessionStream& stream : session_streams()) {
       if (!write_clock_offset(static_cast<std::uint32_t>(stream.id))) return false;

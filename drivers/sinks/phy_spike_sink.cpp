@@ -70,7 +70,7 @@ Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::
   const std::string times = path + "/spike_times.npy";
   if (!exists(times + ".part") || exists(times)) {
     ::close(folder.lock);
-    return bad_input(path + " exists already: give --overwrite, or another name");
+    return bad_input(path + " already exists: add --overwrite, or give another name");
   }
   // A killed run has left it.
   struct stat status {};
@@ -81,7 +81,7 @@ Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::
   ::close(folder.lock);
   if (error != 0) return bad_input("cannot rename " + path + ": " + std::strerror(error));
   if (setup.notice) {
-    setup.notice("a run that was killed has left " + path + ": it is kept as " + kept);
+    setup.notice("a killed run left " + path + "; it was renamed to " + kept);
   }
   return lock_folder(path, setup);
 }

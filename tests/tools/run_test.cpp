@@ -129,7 +129,7 @@ TEST(Run, BadInputGetsOneSentenceExit2AndNoFile) {
       {{folder.file("a.toml", "[skin]\npoison_ratio = 1\n")}, "did you mean poisson_ratio"},
       {{folder.file("b.toml", "[probe]\nradius_mm = -1\n")}, "b.toml:2: probe.radius_mm"},
       {{folder.path("none.toml")}, "cannot read the scene"},
-      {{"--sink", "csv:" + folder.path("no/folder/s.csv")}, "make its folder first"},
+      {{"--sink", "csv:" + folder.path("no/folder/s.csv")}, "create its folder first"},
       {{"--sink", "csv:" + folder.file("there.csv", "old")}, "--overwrite"},
       {{folder.file("c.toml", "[probe]\ncontrol = \"force\"\n")}, "does not measure"},
       {{"--duration-s", "-1"}, "--duration-s"},

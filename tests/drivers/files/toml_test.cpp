@@ -36,15 +36,15 @@ TEST(Toml, SkipsAByteOrderMark) {
 }
 
 TEST(Toml, RefusesWhatTheParserIsUndefinedFor) {
-  const std::string outside = "this line has a character outside quotes that is not ASCII";
+  const std::string outside = "this line has a non-ASCII character outside quotes";
   EXPECT_EQ(value_of("\né = 1"), "line 2: " + outside);
   EXPECT_EQ(value_of("a = é"), "line 1: " + outside);
   EXPECT_EQ(value_of("a = 'b'é"), "line 1: " + outside);
   EXPECT_EQ(value_of("a = 1\u00A0"), "line 1: " + outside);
   EXPECT_EQ(value_of("a = \"\"\"\\\n  é\"\"\""),
-            "line 2: the text after a trimmed line end must begin with an ASCII character");
+            "line 2: the text after a trimmed line end must start with an ASCII character");
   EXPECT_EQ(value_of("a = \"\\é\""),
-            "line 1: a backslash in quotes is followed by a character that is not ASCII");
+            "line 1: a backslash in quotes is followed by a non-ASCII character");
 }
 
 TEST(Toml, ReportsTheLineOfMalformedText) {

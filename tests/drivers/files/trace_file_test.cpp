@@ -74,9 +74,9 @@ TEST(TraceReader, NamesFileLineAndMendOfEveryFault) {
   EXPECT_EQ(sentence_about("depth_mm\n1\n"),
             "t.csv:1: the column time_s is missing: add the times, in seconds");
   EXPECT_EQ(sentence_about("time_s,x_mm\n"),
-            "t.csv:1: a column depth_mm or force_N is missing: add the one that was recorded");
+            "t.csv:1: a column depth_mm or force_N is missing: add the recorded one");
   EXPECT_EQ(sentence_about("time_s,time_s,depth_mm\n"),
-            "t.csv:1: the column time_s stands twice: keep one");
+            "t.csv:1: the column time_s is repeated: keep one");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,nan\n"),
             "t.csv:2: depth_mm is \"nan\", not finite: correct or remove this row");
   EXPECT_EQ(
@@ -90,7 +90,7 @@ TEST(TraceReader, NamesFileLineAndMendOfEveryFault) {
             "t.csv:3: time_s is \"1.0\", the same time as in the row before, to the nanosecond: "
             "remove one");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1\n"),
-            "t.csv:2: this row has 1 fields where the header has 2: complete or remove it");
+            "t.csv:2: this row has 1 fields, but the header has 2: complete or remove it");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,5000\n"),
             "t.csv:2: depth_mm is \"5000\", beyond ±1000: check its unit");
 }
@@ -99,7 +99,7 @@ TEST(TraceReader, RefusesWhatIsNoTable) {
   EXPECT_EQ(sentence_about(std::string("\x7f"
                                        "ELF\x02\x01\x00\x00",
                                        8)),
-            "t.csv:1: this line holds a byte that no text has: this is not a CSV table");
+            "t.csv:1: this line contains a control character: is this a binary file?");
   std::string endless = "time_s,depth_mm\n";
   endless.append(100'000, '7');
   EXPECT_NE(sentence_about(endless).find("t.csv:2: this line has more than 4096 characters"),

@@ -72,7 +72,7 @@ TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
     } else {
       static_cast<void>(folder.file(name, "mine"));
     }
-    EXPECT_TRUE(has(refusal(scheme + folder.path(name)), "exists already: give --overwrite"))
+    EXPECT_TRUE(has(refusal(scheme + folder.path(name)), "already exists: add --overwrite"))
         << scheme;
     EXPECT_EQ(refusal(scheme + folder.path(name), setup(true)), "") << scheme;
     EXPECT_TRUE(has(refusal(scheme + folder.path("none/a")), "first")) << scheme;
