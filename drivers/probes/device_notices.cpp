@@ -13,7 +13,7 @@ void DeviceNotices::add(const std::string& sentence, std::chrono::nanoseconds no
     passed_ = 0;
     if (left_out_ > 0 && sentences_.size() < kMost) {
       sentences_.push_back(std::to_string(std::exchange(left_out_, 0)) +
-                           " more notices of its device were left out");
+                           " more notices of its device were suppressed");
     }
   }
   if (passed_ >= kPerSecond || sentences_.size() >= kMost) {

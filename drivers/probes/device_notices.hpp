@@ -8,16 +8,15 @@
 
 namespace merkel {
 
-/// Sentences about a device on their way to the user. They may hold the device's own words, so they
-/// are made printable, and no more than a few pass in a second: the rest is counted, and the count
-/// is passed on. Thread: any.
+/// Messages about a device for the user. They may quote the device, so they are made printable.
+/// Only a few per second pass; the others are counted, and the count is passed on. Thread: any.
 class DeviceNotices {
  public:
-  /// \param now  on any monotonic clock
+  /// \param now  time on any monotonic clock
   void add(const std::string& sentence, std::chrono::nanoseconds now);
-  /// So many sentences were left out before they came here.
+  /// Adds to the number of suppressed messages.
   void left_out(std::uint64_t count);
-  /// Those since the last call.
+  /// The messages since the last call.
   [[nodiscard]] std::vector<std::string> take();
 
  private:
@@ -26,8 +25,8 @@ class DeviceNotices {
 
   std::mutex mutex_;  ///< guards all
   std::vector<std::string> sentences_;
-  std::chrono::nanoseconds second_{0};  ///< when the present one began
-  std::uint32_t passed_ = 0;            ///< in it
+  std::chrono::nanoseconds second_{0};  ///< start of the current second
+  std::uint32_t passed_ = 0;            ///< in the current second
   std::uint64_t left_out_ = 0;
 };
 

@@ -108,9 +108,9 @@ SetupError DeviceProbe::nothing_sensible() const {
   }
   const std::string_view likely = likely_protocol(heard_);
   if (!likely.empty() && likely != settings_.protocol) {
-    error.sentence = "the device at " + name + " does not speak " + settings_.protocol +
-                     ": what it sends looks like " + std::string(likely) +
-                     ", so give protocol=" + std::string(likely);
+    error.sentence = "the device at " + name + " does not use the protocol " + settings_.protocol +
+                     ": its data looks like " + std::string(likely) +
+                     ", so use protocol=" + std::string(likely);
     return error;
   }
   if (counts.readings == 0 && counts.refused > 0) {
@@ -119,7 +119,7 @@ SetupError DeviceProbe::nothing_sensible() const {
     return error;
   }
   error.sentence = "the device at " + name + " sent " + std::to_string(counts.bytes) +
-                   " bytes in " + seconds + " that are no " + settings_.protocol +
+                   " bytes in " + seconds + " that are not " + settings_.protocol +
                    " readings: check " + settings_.hint;
   return error;
 }
@@ -131,16 +131,16 @@ Expected<void, SetupError> DeviceProbe::calibrate() {
     calibration_ = std::move(*file);
     if (!calibration_.serial_number.empty() && calibration_.serial_number != info_.serial_number) {
       return bad_input("the calibration " + settings_.calibration +
-                       " is of the device with serial number " + calibration_.serial_number +
+                       " belongs to the device with serial number " + calibration_.serial_number +
                        ", but this one has " +
                        (info_.serial_number.empty() ? "none" : info_.serial_number) +
-                       ": calibrate it, or plug in the other");
+                       ": calibrate this device, or plug in the other one");
     }
     for (std::size_t i = 0; i < calibration_.channels.size(); ++i) {
       const auto& channel = calibration_.channels[i];
       if (channel && (protocol_->channels() & bit_of(channel->source)) == 0U) {
         return bad_input(
-            "the calibration " + settings_.calibration + " wants " +
+            "the calibration " + settings_.calibration + " takes " +
             std::string(kSampleChannelNames[i]) + " from the channel " +
             std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]) +
             ", which this device does not have");
@@ -198,7 +198,7 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> sampl
   return count;
 }
 
-/// What was sent while nobody read would be old by now.
+/// Input from the time without a reader is out of date.
 void DeviceProbe::discard_old_input() {
   for (std::size_t reads = 0; reads < 64; ++reads) {
     const auto bytes = stream_.counts.bytes;
@@ -224,8 +224,8 @@ void DeviceProbe::disconnected(Time time) {
   backoff_ = kFirstBackoff;
   try_again_ = time + backoff_;
   ++counts_.outages;
-  notice(info_.name + " is gone: the press is released until it comes back");
-  // What had come before is still good.
+  notice(info_.name + " is disconnected: the press is released until it returns");
+  // Readings from before the disconnection are still valid.
   take_readings();
 }
 
@@ -271,18 +271,18 @@ void DeviceProbe::take_readings() {
     nonsense_noticed_ = false;
   } else if (time - last_sense_ > settings_.silence && !nonsense_noticed_ &&
              stream_.counts.bytes != bytes_at_last_sense_) {
-    notice(info_.name + " sends bytes that make no sense any more: check " + settings_.hint);
+    notice(info_.name + " no longer sends valid data: check " + settings_.hint);
     nonsense_noticed_ = true;
   }
 }
 
-/// Takes the mean of kTareReadings readings as the new zero of force, or of depth without force.
+/// Averages kTareReadings readings as the new zero of force or, without force, of depth.
 void DeviceProbe::tare(const DeviceReading& reading) {
   const bool force = calibration_.channels[1].has_value();
   auto& channel = calibration_.channels[force ? 1 : 0];
   if (!channel) {
     tare_wanted_.store(false, std::memory_order_relaxed);
-    return notice(info_.name + " measures neither force nor depth: nothing was tared");
+    return notice(info_.name + " measures neither force nor depth: there is nothing to tare");
   }
   tare_sum_ += reading[channel->source];
   if (++tare_count_ < kTareReadings) return;
@@ -294,7 +294,7 @@ void DeviceProbe::tare(const DeviceReading& reading) {
   channel->zero = zero;
   std::array<char, 64> amount{};
   std::snprintf(amount.data(), amount.size(), "%+.4f %s", shift, force ? "N" : "mm");
-  notice(info_.name + " is tared: what was " + amount.data() + " is zero now");
+  notice(info_.name + " is tared: " + amount.data() + " is the new zero");
 }
 
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
@@ -322,7 +322,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
 void DeviceProbe::count_saturation(const DeviceReading& reading) {
   const bool saturated = reading.saturated || calibration_.saturated(reading);
   if (saturated) ++counts_.saturated;
-  // Said when it begins; one that comes and goes is said once a second.
+  // Reported at its start; at most once a second if it recurs.
   if (saturated && !saturated_ && reading.arrival >= saturation_again_) {
     notice(info_.name + ": the sensor is at the end of its range");
     saturation_again_ = reading.arrival + kSaturationPause;

@@ -22,24 +22,24 @@
 
 namespace merkel {
 
-/// A device: a protocol spoken over a transport, its clock mapped to the host's, its readings
-/// calibrated. Opens again by itself after it was unplugged.
+/// A device: a protocol on a transport, its clock mapped to the host's, its readings calibrated.
+/// Reconnects automatically after it was unplugged.
 class DeviceProbe final : public Probe {
  public:
   struct Settings {
     std::string uri;
     std::string protocol;  ///< its name, for messages
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
-    std::string calibration;  ///< file; empty for none
+    std::string calibration;  ///< file; empty: none
     std::chrono::milliseconds silence{2000};
-    std::string hint;  ///< what else to check when nothing sensible comes ("the baud rate, …")
+    std::string hint;  ///< what to check without valid data ("the baud rate, …")
     HostClock* clock = &HostClock::real();
   };
-  /// The options that every device takes: clock, calibration, timeout_ms.
+  /// Reads the options common to all devices: clock, calibration, timeout_ms.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
 
-  /// Listens until the device has said what it measures. Fails where it says nothing, nothing
-  /// sensible, or something of another protocol, and says which.
+  /// Listens until the device has reported what it measures. Fails if it sends nothing, invalid
+  /// data, or data of another protocol; the error says which.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(
       std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol, Settings settings);
   ~DeviceProbe() override;
@@ -47,7 +47,7 @@ class DeviceProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  /// What its readings are turned into samples by.
+  /// The calibration of its readings.
   [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
     return &calibration_;
   }
@@ -76,7 +76,7 @@ class DeviceProbe final : public Probe {
   [[nodiscard]] SetupError nothing_sensible() const;
   Expected<void, SetupError> calibrate();
 
-  /// Moves bytes both ways once, waiting until `until` at most. False if the device is gone.
+  /// Sends and receives once; waits until `until` at most. False if disconnected.
   bool exchange(Time until);
   bool send();
   void disconnected(Time now);
@@ -97,7 +97,7 @@ class DeviceProbe final : public Probe {
   ReadingTimes times_;
   DeviceStream stream_;
   PortLog log_;
-  Bytes heard_;  ///< the first bytes, to tell another protocol by
+  Bytes heard_;  ///< the first bytes, to recognise another protocol
   std::vector<std::uint8_t> buffer_;
   std::deque<ProbeSample> ready_;
 
@@ -112,12 +112,12 @@ class DeviceProbe final : public Probe {
   Time last_time_{0};
   std::uint32_t sequence_ = 0;
   Time first_reading_{0};
-  Time last_sense_{0};  ///< when the last whole frame came
+  Time last_sense_{0};  ///< time of the last complete frame
   std::uint64_t frames_at_last_sense_ = 0;
   std::uint64_t bytes_at_last_sense_ = 0;
   bool nonsense_noticed_ = false;
   bool saturated_ = false;
-  Time saturation_again_{0};  ///< when it may be said again
+  Time saturation_again_{0};  ///< when it may be reported again
 
   DeviceCounts counts_;  ///< of the probe thread
   DeviceNotices notices_;

@@ -30,7 +30,8 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view t
   while (!rest.empty()) {
     const std::string_view uri = rest.substr(0, rest.find('|'));
     rest.remove_prefix(std::min(uri.size() + 1, rest.size()));
-    if (uri.starts_with(kScheme)) return bad_input("a fused probe cannot be a part of another");
+    if (uri.starts_with(kScheme))
+      return bad_input("a fused probe cannot be a member of another one");
     auto member = open_probe(uri);
     if (!member) return member;
     members.push_back(std::move(*member));
@@ -43,7 +44,7 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
   const std::string name(uri);
   if (members.size() < 2) {
     return bad_input("\"" + name +
-                     "\" fuses nothing: write two probes with | between them, for example "
+                     "\" has fewer than two members: separate two probes by |, for example "
                      "fused:serial:/dev/ttyUSB0?protocol=mark10|serial:/dev/ttyACM0?protocol=grbl");
   }
   ProbeInfo info{.uri = name,
@@ -61,7 +62,7 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
     parts[i].fills = of.channels & ~info.channels;
     if (parts[i].fills == 0U) {
       return bad_input("\"" + of.uri +
-                       "\" measures nothing that those before it do not: leave it out");
+                       "\" measures nothing that earlier members do not measure: leave it out");
     }
     info.channels |= parts[i].fills;
     info.name += (i == 0 ? "" : " and ") + of.name;
@@ -98,7 +99,7 @@ void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
       more_.notify_one();
       return;
     }
-    // Nobody may be reading yet: the oldest make room.
+    // Without a reader, the oldest samples are dropped.
     for (std::size_t i = 0; i < *count; ++i) member.samples.push_back(samples[i]);
     while (member.samples.size() > kMostWaiting) member.samples.pop_front();
     if (*count > 0) more_.notify_one();
@@ -114,7 +115,7 @@ FusedProbe::Fill FusedProbe::fill(ProbeSample& sample) {
     auto& waiting = member.samples;
     while (waiting.size() > 1 && waiting[1].time <= sample.time) waiting.pop_front();
     if (waiting.empty() || waiting.front().time > sample.time) {
-      // Nothing before it: it begins later, or it is silent.
+      // No earlier sample: the member starts later, or it is silent.
       if (!waiting.empty() || member.ended) return Fill::kNever;
       return patient ? Fill::kWait : Fill::kNever;
     }

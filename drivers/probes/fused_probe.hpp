@@ -13,19 +13,19 @@
 
 namespace merkel {
 
-/// Several devices that are one probe, such as a force gauge on a stage: `fused:URI|URI|…`. Samples
-/// are those of the first; what the others measure is interpolated to their times, which are all of
-/// the host's clock, and fills the channels that the first does not have. A sample
-/// waits for the others for `kPatience` after its arrival; then their last values are held, if they
-/// are no older than that, and else the sample is left out, so that the press is released: half a
-/// probe is none. Each member is read in a thread of its own.
+/// Several devices as one probe, such as a force gauge on a stage: `fused:URI|URI|…`. The samples
+/// are those of the first member. The other members' readings are interpolated to their times, on
+/// the host's clock, and fill the channels that the first member lacks. A sample waits for the
+/// others for up to `kPatience` after its arrival. Then their last values are held if they are no
+/// older than that; otherwise the sample is dropped, so that the press is released. Each member is
+/// read in its own thread.
 class FusedProbe final : public Probe {
  public:
   static constexpr std::chrono::milliseconds kPatience{100};
 
   /// \param text  the URI, "fused:" and its members
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(std::string_view text);
-  /// Of probes that are open already; the first gives the times.
+  /// Fuses open probes; the first gives the times.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> fuse(
       std::string_view uri, std::vector<std::unique_ptr<Probe>> members);
   ~FusedProbe() override;
@@ -34,13 +34,13 @@ class FusedProbe final : public Probe {
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
   [[nodiscard]] std::string error_message() const override;
-  /// Those of the members, added up; times are the worst of them.
+  /// The sums of the members' counters; of times, the worst.
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
-  /// Of the members that measure force, or of all if none does.
+  /// Tares the members that measure force or, if none does, all.
   [[nodiscard]] bool request_tare() noexcept override;
   [[nodiscard]] bool connected() const noexcept override;
-  /// One of each member, in their order.
+  /// One per member, in their order.
   [[nodiscard]] std::size_t ports() const noexcept override { return members_.size(); }
   void add_listener(std::size_t port, PortListener& listener) override {
     members_[port].probe->add_listener(0, listener);
@@ -52,7 +52,7 @@ class FusedProbe final : public Probe {
  private:
   struct Member {
     std::unique_ptr<Probe> probe;
-    std::uint32_t fills = 0;  ///< channels that it gives
+    std::uint32_t fills = 0;  ///< channels that it provides
     std::deque<ProbeSample> samples;
     bool ended = false;
     std::string error_message;

@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// The host's time, as a device is read by it.
+/// The host's clock, by which devices are read.
 class HostClock {
  public:
   HostClock() = default;
@@ -16,7 +16,7 @@ class HostClock {
   [[nodiscard]] virtual std::chrono::nanoseconds now() = 0;
   virtual void sleep_for(std::chrono::nanoseconds time) = 0;
 
-  /// The one on the wall.
+  /// The real clock.
   [[nodiscard]] static HostClock& real();
 };
 

@@ -11,19 +11,19 @@
 
 namespace merkel {
 
-/// The hardest press that a probe may report: beyond it lies a wrong unit or a crash of the stage,
-/// not a touch.
+/// The strongest press that a probe may report. Beyond it, the cause is a wrong unit or a crash of
+/// the stage, not a touch.
 struct PressLimits {
   double force_N = 50.0;
   double depth_mm = 15.0;
 };
 
-/// Why a sample of the named probe is refused; empty for a press within the limits.
+/// The reason to refuse a sample of the named probe; empty if within the limits.
 [[nodiscard]] std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
                                        const std::string& name);
 
-/// Keeps presses beyond the limits from the model. A recording that holds one ends with a sentence;
-/// of a device such samples are left out, counted as refused and reported.
+/// Keeps presses beyond the limits from the model. A recording with such a press ends with an
+/// error; such samples of a device are dropped, counted as refused and reported.
 class LimitedProbe final : public Probe {
  public:
   LimitedProbe(std::unique_ptr<Probe> probe, const PressLimits& limits)

@@ -9,9 +9,8 @@
 
 namespace merkel {
 
-/// Plays a recording or a simulated press as a device would: every sample comes when the host's
-/// clock says that it was taken, and nobody's being slow holds it back. Its first sample is taken
-/// at the first read.
+/// Plays a recording or a simulated press like a device: each sample appears at its time on the
+/// host's clock, and is lost if it is not read in time. The first read takes the first sample.
 class LiveProbe final : public Probe {
  public:
   explicit LiveProbe(std::unique_ptr<Probe> recording);
@@ -24,8 +23,8 @@ class LiveProbe final : public Probe {
  private:
   std::unique_ptr<Probe> recording_;
   ProbeInfo info_;
-  std::vector<ProbeSample> ahead_;                 ///< read, but not taken yet
-  std::size_t next_ = 0;                           ///< of those
+  std::vector<ProbeSample> ahead_;                 ///< read, but not yet due
+  std::size_t next_ = 0;                           ///< next sample of `ahead_`
   std::optional<std::chrono::nanoseconds> shift_;  ///< host time − the recording's time
 };
 

@@ -14,7 +14,7 @@ Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> sam
     if (meter_.finish()) publish(true);
     return count;
   }
-  // Until the first second is over, the period that the device names must do.
+  // Until the first second is over, use the device's nominal period.
   const auto nominal =
       SampleMeter::stale_after(probe_->info().period.value_or(std::chrono::milliseconds{100}));
   for (ProbeSample& sample : samples.first(*count)) {
@@ -31,8 +31,8 @@ void MeasuredProbe::publish(bool first) {
   if (!first) {
     std::array<char, 256> text{};
     std::snprintf(text.data(), text.size(),
-                  ": samples come every %.3g ms with %.3g ms of jitter now: the delay grows from "
-                  "%.3g to %.3g ms",
+                  ": samples now arrive every %.3g ms with %.3g ms of jitter; the delay increases "
+                  "from %.3g to %.3g ms",
                   units::ms_from(now.period), units::ms_from(now.jitter),
                   units::ms_from(timing_->delay), units::ms_from(now.delay));
     notices_.push_back(probe_->info().name + text.data());

@@ -12,8 +12,8 @@
 
 namespace merkel {
 
-/// A device whose samples are timed as they are read (SampleMeter): the loop takes its buffer from
-/// timing(), and each sample says for how long it is valid when none follows.
+/// A device whose samples are timed as they are read (SampleMeter). The loop derives its buffer
+/// from timing(); each sample carries the time for which it is valid without a successor.
 class MeasuredProbe final : public Probe {
  public:
   explicit MeasuredProbe(std::unique_ptr<Probe> probe) : probe_(std::move(probe)) {}

@@ -16,7 +16,7 @@
 namespace merkel {
 namespace {
 
-/// A sentence about an option, with the URI before it.
+/// An error about an option, preceded by the URI.
 Unexpected<SetupError> about(const Uri& uri, const SetupError& error) {
   return Unexpected<SetupError>(
       SetupError{.kind = error.kind, .sentence = "\"" + uri.text + "\": " + error.sentence});
@@ -39,12 +39,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) 
   }
   if ((*entry)->datagrams) {
     return bad_input("\"" + uri.text + "\": " + std::string((*entry)->name) +
-                     " goes over udp: alone");
+                     " is only available over udp:");
   }
   settings.protocol = (*entry)->name;
-  settings.hint = "the baud rate (it is read at " + std::to_string(baud) + " Bd; " +
-                  settings.protocol + " mostly runs at " + std::to_string((*entry)->baud) +
-                  ") and the cable";
+  settings.hint = "the baud rate (now " + std::to_string(baud) + " Bd; " + settings.protocol +
+                  " usually runs at " + std::to_string((*entry)->baud) + ") and the cable";
   auto port = open_serial({.device = uri.path, .baud = static_cast<int>(baud)});
   if (!port) return Unexpected<SetupError>(port.error());
   return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
@@ -57,7 +56,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri)
   const bool udp = uri.scheme == "udp";
   const std::string_view name = (*entry)->name;
   if (name != "csv" && name != (udp ? "ati_rdt" : "hbf1")) {
-    return bad_input("\"" + uri.text + "\": " + std::string(name) + " does not go over " +
+    return bad_input("\"" + uri.text + "\": " + std::string(name) + " is not available over " +
                      uri.scheme + ": write udp:HOST:PORT?protocol=ati_rdt, " +
                      "udp:HOST:PORT?protocol=csv or tcp:HOST:PORT?protocol=csv|hbf1");
   }
@@ -67,11 +66,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri)
   if (!protocol) return about(uri, protocol.error());
   const auto address = HostAndPort::parse(uri.path);
   if (!address) {
-    return bad_input("\"" + uri.text + "\": name host and port, for example " + uri.scheme +
-                     ":127.0.0.1:" + (udp ? "49152" : "5000"));
+    return bad_input("\"" + uri.text + "\": a host and a port are needed, for example " +
+                     uri.scheme + ":127.0.0.1:" + (udp ? "49152" : "5000"));
   }
   settings.protocol = name;
-  settings.hint = "its address, and whether a firewall is between";
+  settings.hint = "its address, and any firewall in between";
   auto port = udp ? open_udp_port({.address = *address,
                                    .listen = !(*entry)->datagrams,
                                    .datagram_bytes = (*entry)->datagrams ? kAtiRecordBytes : 0})
@@ -99,7 +98,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
                               map->report_id == 0 ? std::nullopt : std::optional(map->report_id));
     if (!told) {
       return bad_input("\"" + uri.text + "\": " + told.error() +
-                       ": give the option fields, for example fields=force_N:0:16:s:0.001");
+                       ": add the option fields, for example fields=force_N:0:16:s:0.001");
     }
     *map = std::move(*told);
   }

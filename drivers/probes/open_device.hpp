@@ -12,9 +12,9 @@ namespace merkel {
 /// every device (DeviceProbe::settings_from).
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri);
 
-/// Opens udp:HOST:PORT?protocol=ati_rdt|csv or tcp:HOST:PORT?protocol=csv|hbf1. For udp with csv
-/// the address is one of this machine, at which the first sender is heard; of all others it is the
-/// device's.
+/// Opens udp:HOST:PORT?protocol=ati_rdt|csv or tcp:HOST:PORT?protocol=csv|hbf1. For csv over udp,
+/// the address is one of this machine, and the first sender is the device. Otherwise it is the
+/// device's address.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri);
 
 /// Opens hid:VID:PID?fields=…&serial=…&backend=hidraw|libusb (protocols/hid_fields.hpp).

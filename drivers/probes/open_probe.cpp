@@ -13,7 +13,7 @@
 namespace merkel {
 namespace {
 
-/// A recording, or what plays it as a device would, if its URI says live=1.
+/// The recording itself or, with live=1, a probe that plays it like a device.
 Expected<std::unique_ptr<Probe>, SetupError> played(
     const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
   Uri recording = uri;
@@ -40,7 +40,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
   if (uri->scheme == "usb") return open_usb_device(*uri);
   return bad_input(
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
-      "\"; known are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
+      "\"; the known ones are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
       "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME and fused:URI|URI");
 }
 

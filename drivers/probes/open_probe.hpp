@@ -9,9 +9,9 @@
 
 namespace merkel {
 
-/// Opens the probe that a URI names: replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME,
-/// hid:VID:PID, usb:VID:PID, fused:URI|URI. With the option live=1, a recording plays as a device
-/// would: in real time, and losing what nobody takes. Real-time: no.
+/// Opens the probe of a URI: replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID,
+/// usb:VID:PID, udp:HOST:PORT, tcp:HOST:PORT, fused:URI|URI. With the option live=1, a recording
+/// plays like a device: in real time, losing samples that are not read. Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri);
 
 }  // namespace merkel

@@ -72,7 +72,7 @@ void PortLog::tell(const RawFrame& frame) {
   }
   ++forgotten_;
   if (!listeners_.empty()) return;
-  // Nobody wants it, and it is too late to know all.
+  // No listener came, and the record is no longer complete.
   forgotten_ += opening_.size();
   opening_ = {};
   idle_.store(true, std::memory_order_release);

@@ -13,20 +13,20 @@
 
 namespace merkel {
 
-/// What goes over one port of a device, told to whoever listens. What was said while the device was
-/// being opened (its units, its rate) is kept for the first listeners; if none comes before that
-/// is full, nothing is kept or told any more, which costs nothing.
+/// Sends the bytes of a device's port to listeners. The bytes of the opening (units, rate) are kept
+/// for the first listener. If they fill the buffer before one comes, they are dropped and the log
+/// stays idle.
 class PortLog {
  public:
-  /// From now on, or from the opening on if that is still kept. Thread: any.
+  /// Adds a listener, from the opening on if its bytes are still kept. Thread: any.
   void add(PortListener& listener);
-  /// It is told nothing any more when this returns. Thread: any.
+  /// Removes a listener; it is not called after the return. Thread: any.
   void remove(PortListener& listener);
 
-  /// Thread of these: the one that reads the port.
+  /// Thread of the following calls: the port's reader.
   void opened(std::chrono::nanoseconds time);
   void started(std::chrono::nanoseconds time, const ProtocolCounts& counts);
-  /// \param counts  the parser's, after it took the bytes
+  /// \param counts  the parser's counts after these bytes
   void received(std::span<const std::uint8_t> bytes, std::chrono::nanoseconds arrival,
                 const ProtocolCounts& counts);
   void sent(std::span<const std::uint8_t> bytes, std::chrono::nanoseconds time);
@@ -36,12 +36,12 @@ class PortLog {
   void tell(RawFrame frame, std::span<const std::uint8_t> bytes);
   void tell(const RawFrame& frame);
 
-  std::atomic<bool> idle_{false};  ///< nobody listens, and nothing is kept any more
-  ProtocolCounts told_;            ///< those at the last frame; of the thread that reads the port
+  std::atomic<bool> idle_{false};  ///< no listener, and nothing is kept
+  ProtocolCounts told_;            ///< counts at the last frame; for the port's reader only
   std::mutex mutex_;               ///< guards the rest
   std::vector<PortListener*> listeners_;
   std::vector<RawFrame> opening_;
-  std::uint64_t forgotten_ = 0;  ///< frames that are not kept
+  std::uint64_t forgotten_ = 0;  ///< frames that were not kept
 };
 
 }  // namespace merkel

@@ -11,11 +11,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kWidestBatch{50};  ///< over so much a batch is spread at most
-constexpr milliseconds kTolerance{20};    ///< of times that lie after their arrival, at first
+constexpr milliseconds kWidestBatch{50};  ///< longest span of a batch
+constexpr milliseconds kTolerance{20};    ///< at first: largest time after the arrival
 constexpr milliseconds kSettledTolerance{2};
-constexpr double kJitters = 6.0;    ///< likewise, times the jitter of the settled estimate
-constexpr milliseconds kLatest{5};  ///< no time lies further after its arrival
+constexpr double kJitters = 6.0;    ///< later: the same in units of the settled jitter
+constexpr milliseconds kLatest{5};  ///< largest time after the arrival
 constexpr milliseconds kOutlierLate{25};
 
 }  // namespace
@@ -63,7 +63,7 @@ void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::ve
     last_time_ = times.back();
     return;
   }
-  // The last of a batch tells most about the clock: all of them first, then their times.
+  // The last reading of a batch informs the clock most: judge all, then compute the times.
   std::vector<Judged> judged;
   for (const DeviceReading& reading : readings) judged.push_back(judge(reading));
   for (const Judged& reading : judged) {
@@ -109,7 +109,7 @@ ReadingTimes::Time ReadingTimes::time_of(const Judged& reading) {
   return start_->second + (reading.device - start_->first);
 }
 
-/// After the reading before it, or where that is too long ago, by its arrival.
+/// One step after the previous reading or, if that is too long ago, at its arrival.
 ReadingTimes::Time ReadingTimes::time_of_outlier(Time arrival) const noexcept {
   const Time next = std::min(last_time_ + step_, arrival);
   return arrival - next > kOutlierLate ? arrival : next;
@@ -120,15 +120,14 @@ void ReadingTimes::note_rates() {
   rates_agree_ = rates_.agrees();
   restart();
   if (rates_agree_) {
-    notices_.emplace_back("its clock agrees with this machine's again and gives the sample times");
+    notices_.emplace_back("its clock agrees with this machine's again: samples are timed by it");
     return;
   }
   std::array<char, 256> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "its clock runs at %.4g times the rate of this machine's: samples get their arrival "
-      "times instead; check the unit of the device's times, or set clock=arrival",
-      rates_.rate());
+  std::snprintf(text.data(), text.size(),
+                "its clock runs at %.4g times the rate of this machine's: samples are timed by "
+                "their arrival; check the unit of the device's times, or set clock=arrival",
+                rates_.rate());
   notices_.emplace_back(text.data());
 }
 
@@ -144,7 +143,7 @@ void ReadingTimes::add_by_arrival(std::span<const DeviceReading> readings,
       times.push_back(*reading.asked + trip / 2);
       continue;
     }
-    // They were measured one after the other since the batch before.
+    // They were measured one after the other since the previous batch.
     const Time begin = std::max<Time>(last_batch_, reading.arrival - kWidestBatch);
     times.push_back(begin + (reading.arrival - begin) * part / count);
   }

@@ -16,36 +16,36 @@
 
 namespace merkel {
 
-/// When a device's readings were made, in host time: by the device's clock where it has one; the
-/// middle between question and answer where it was asked; else by their arrival, those of a batch
-/// spread over the time since the batch before.
+/// The times of a device's readings in host time. Taken from the device's clock if it has one; else
+/// the midpoint between request and answer; else the arrival, with the readings of a batch spread
+/// over the time since the previous batch.
 ///
-/// Every time of a device's clock is judged against the arrival of its reading (ArrivalJudge,
-/// RateWatch): a wrong one is counted and replaced by the arrival, a clock that has jumped is
-/// mapped from scratch, and while its rate is not the host's the arrivals are used and the user is
-/// told. Real-time: no. Thread: probe.
+/// Every time of a device's clock is checked against the arrival of its reading (ArrivalJudge,
+/// RateWatch). A wrong time is counted and replaced by the arrival. A clock that has jumped is
+/// mapped anew. While the clock's rate is wrong, arrivals are used and the user is notified.
+/// Real-time: no. Thread: probe.
 class ReadingTimes {
  public:
-  /// Which times readings get: the device's clock mapped to the host's; that clock taken as right,
-  /// from the first reading on; or their arrival.
+  /// Source of the times: the device's clock mapped to the host's; the device's clock unmapped,
+  /// from the first reading on; or the arrival.
   enum class Rule : std::uint8_t { kMapped, kDevice, kArrival };
 
   explicit ReadingTimes(Rule rule) noexcept : rule_(rule) {}
 
-  /// \param wrap  after how long the device's counter starts again from 0, where it does
+  /// \param wrap  period after which the device's counter wraps to 0, if it does
   void set_wrap(std::optional<std::chrono::nanoseconds> wrap) noexcept { clock_.set_wrap(wrap); }
   void observe(std::span<const ClockExchange> exchanges);
-  /// Of readings that came together, in their order.
+  /// The times of the readings of a batch, in their order.
   [[nodiscard]] std::vector<std::chrono::nanoseconds> of(std::span<const DeviceReading> batch);
-  /// Fills in what is known of the clock and how certain the times are.
+  /// Fills in the counters of the clock and the uncertainty of the times.
   void describe(DeviceCounts& counts) const;
-  /// Sentences for the user since the last call.
+  /// Messages for the user since the last call.
   [[nodiscard]] std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
 
  private:
   using Time = std::chrono::nanoseconds;
 
-  /// A reading of a batch whose clock has been judged.
+  /// A reading of a batch with its checked device time.
   struct Judged {
     Time device{0};  ///< unwrapped
     Time arrival{0};
@@ -63,15 +63,15 @@ class ReadingTimes {
   DeviceClock clock_;
   ArrivalJudge judge_;
   RateWatch rates_;
-  bool by_clock_ = false;                       ///< the last batch
-  bool rates_agree_ = true;                     ///< as the user was told
+  bool by_clock_ = false;                       ///< of the last batch
+  bool rates_agree_ = true;                     ///< as last reported to the user
   std::optional<std::pair<Time, Time>> start_;  ///< device and host time of the first reading
   Time last_batch_{0};
   Time last_time_{0};     ///< of any reading
   Time step_{1'000'000};  ///< between the last two good times
   double round_trip_us_ = 0.0;
   std::uint64_t outliers_ = 0;
-  std::uint64_t anchors_ = 0;  ///< times that the clock was mapped from scratch
+  std::uint64_t anchors_ = 0;  ///< times that the clock was mapped anew
   std::vector<std::string> notices_;
 };
 

@@ -11,12 +11,12 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kFirst = 256;  ///< samples that show how a trace was taken
-constexpr std::size_t kFewest = 20;  ///< fewer were set by hand
-constexpr double kRegular = 0.9;     ///< share of distances within a factor of two of the median
+constexpr std::size_t kFirst = 256;  ///< samples from which regularity is determined
+constexpr std::size_t kFewest = 20;  ///< fewer samples: written by hand
+constexpr double kRegular = 0.9;     ///< share of steps within a factor of two of the median
 constexpr nanoseconds kSparse{50'000'000};
 
-/// The median distance in time: dropouts and jitter leave it alone.
+/// The median time step, which dropouts and jitter do not affect.
 std::optional<nanoseconds> median_period(std::span<const ProbeSample> samples) {
   if (samples.size() < 2) return std::nullopt;
   std::vector<nanoseconds> distances;
@@ -28,8 +28,8 @@ std::optional<nanoseconds> median_period(std::span<const ProbeSample> samples) {
   return *middle;
 }
 
-/// How long the samples of a trace hold that does not say: one that was taken at a steady rate has
-/// an outage where it is silent for several periods; a sparse one is to be interpolated.
+/// Validity of the samples of a trace without valid_for_s. A regular recording has an outage where
+/// it is silent for several periods; a sparse one is interpolated.
 nanoseconds validity_of(std::span<const ProbeSample> samples, std::optional<nanoseconds> period) {
   if (!period || samples.size() < kFewest || *period > kSparse) return nanoseconds{0};
   std::size_t regular = 0;
@@ -61,7 +61,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   const auto count = reader->read(first);
   if (!count) return Unexpected<SetupError>(count.error());
   if (*count == 0) {
-    return bad_input(uri.path + " holds no samples: there is nothing below its header");
+    return bad_input(uri.path + " holds no samples, only a header: record it again");
   }
   first.resize(*count);
   const std::uint32_t left_out = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
@@ -69,7 +69,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
                                                   : 0U;
   const std::uint32_t channels = reader->channels() & ~left_out;
   if ((channels & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
-    return bad_input(uri.path + " has no " + use + ": leave out use=" + use);
+    return bad_input(uri.path + " has no " + use + ": remove use=" + use);
   }
   ProbeInfo info{.uri = uri.text,
                  .name = "recorded trace " + uri.path,
@@ -86,7 +86,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   return probe;
 }
 
-/// Makes the trace's samples the probe's.
+/// Converts the trace's samples to the probe's.
 void ReplayProbe::take_over(std::span<ProbeSample> samples) const noexcept {
   for (ProbeSample& sample : samples) {
     if (valid_for_) sample.valid_for = *valid_for_;
@@ -108,7 +108,7 @@ Expected<std::size_t, ProbeError> ReplayProbe::read(std::span<ProbeSample> sampl
       take_over(wanted.subspan(count, *more));
       count += *more;
     } else {
-      error_message_ = more.error().sentence;  // told once the samples before it are handed over
+      error_message_ = more.error().sentence;  // reported after the samples before it
     }
   }
   if (count > 0) return count;

@@ -11,13 +11,13 @@
 
 namespace merkel {
 
-/// Plays a trace file: `replay:FILE?chunk=N&use=all|depth|force`. `use` leaves the other of the two
-/// out, where the trace has both. `chunk` is the most samples it hands over at once
-/// (default 256); the spikes do not depend on it. Pacing is the loop's business: the probe reads
-/// ahead of the clock and waits while its queue is full, so that no sample is ever late.
+/// Plays a trace file: `replay:FILE?chunk=N&use=all|depth|force`. If the trace has depth and force,
+/// `use` can select one. `chunk` is the largest number of samples per read (default 256); the
+/// spikes do not depend on it. The loop sets the pace: the probe reads ahead of the clock and waits
+/// while its queue is full, so no sample is ever late.
 class ReplayProbe final : public Probe {
  public:
-  /// Reads the header and the first samples, so that a file that cannot be played fails here.
+  /// Reads the header and the first samples, so that an invalid file fails here.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(const Uri& uri);
 
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
@@ -30,13 +30,13 @@ class ReplayProbe final : public Probe {
               std::size_t chunk);
 
   TraceReader reader_;
-  std::vector<ProbeSample> first_;  ///< read at opening, not yet handed over
+  std::vector<ProbeSample> first_;  ///< read at opening, not yet returned
   std::size_t next_of_first_ = 0;
   ProbeInfo info_;
   std::size_t chunk_;
   void take_over(std::span<ProbeSample> samples) const noexcept;
   std::uint32_t left_out_ = 0;                         ///< channels
-  std::optional<std::chrono::nanoseconds> valid_for_;  ///< where the trace does not say
+  std::optional<std::chrono::nanoseconds> valid_for_;  ///< if the trace has no valid_for_s
   std::string error_message_;
 };
 

@@ -11,12 +11,12 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kWindow{1'000'000'000};
-constexpr std::size_t kFewest = 4;  ///< steps of a window
+constexpr std::size_t kFewest = 4;  ///< fewest steps of a window
 constexpr std::size_t kMost = 2000;
 constexpr double kQuantile = 0.999;
 constexpr int kOutage = 4;  ///< periods without a sample
 constexpr microseconds kLeastMargin{50};
-constexpr int kMarginShare = 20;  ///< of the jitter, likewise added
+constexpr int kMarginShare = 20;  ///< margin added, as a share of the jitter
 constexpr microseconds kLeastWidening{250};
 constexpr milliseconds kLeastStale{50};
 constexpr int kStaleDelays = 3;

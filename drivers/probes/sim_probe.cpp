@@ -15,7 +15,7 @@ namespace {
 constexpr double kLongest_s = 1e6;
 constexpr double kPosition = SampleLimits::kPosition_mm;
 
-/// 0 before `begin`, 1 after `begin + length`, a straight line between.
+/// 0 before `begin`, 1 after `begin + length`, linear in between.
 double ramp(double t, double begin, double length) {
   return std::clamp((t - begin) / length, 0.0, 1.0);
 }
@@ -116,7 +116,8 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   const double duration_s = wait_s + press_s + tail_s;
   if (duration_s * rate_hz > 4e9) {
-    return bad_input("\"" + uri.text + "\" makes more than 4e9 samples: shorten it");
+    return bad_input("\"" + uri.text +
+                     "\" makes more than 4e9 samples: reduce its duration or rate");
   }
   const std::uint32_t positions = positioned ? ProbeSample::kX | ProbeSample::kY : 0U;
   ProbeInfo info{.uri = uri.text,
@@ -132,7 +133,7 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   return probe;
 }
 
-/// The sum of twelve uniform numbers, less its mean (Irwin-Hall): normal enough, and portable.
+/// The sum of twelve uniform numbers minus its mean (Irwin-Hall): nearly normal, and portable.
 double SimProbe::normal() noexcept {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += random_.uniform();
@@ -163,7 +164,7 @@ Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
     (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
     if (force_mN_) {
       const double relative = amplitude_ > 0.0 ? std::max(value / amplitude_, 0.0) : 0.0;
-      sample.force_mN = *force_mN_ * relative * std::sqrt(relative);  // Hertz: to the power 1.5
+      sample.force_mN = *force_mN_ * relative * std::sqrt(relative);  // Hertz: power 1.5
     }
     if (sample.has(ProbeSample::kX)) {
       sample.x_mm = press.x_mm;

@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// The shapes and options of sim: URIs, for people. A test opens each of them.
+/// The shapes and options of sim: URIs, for --help. A test opens each of them.
 inline constexpr const char* kSimProbeHelp =
     "Simulated presses, sim:SHAPE?option=value&...:\n"
     "  ramp   down, hold, up: ramp_s (0.02), hold_s (2)\n"
@@ -22,7 +22,8 @@ inline constexpr const char* kSimProbeHelp =
     "         amplitude_mm (0.3) or, with force_N, amplitude_N (0.03)\n"
     "  slide  moves during the hold: ramp_s (0.15), to_x_mm (27), to_y_mm (y_mm),\n"
     "         speed_mm_per_s (12)\n"
-    "  all    depth_mm (1.5), force_N (0.1) or both (force as depth^1.5), x_mm (15; of slide 3), y_mm (10),\n"
+    "  all    depth_mm (1.5), force_N (0.1) or both (force as depth^1.5), x_mm (15; of slide 3), "
+    "y_mm (10),\n"
     "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); faults: jitter_us (0),\n"
     "         noise_um (0) or, with force_N, noise_mN (0), dropouts_per_s (0),\n"
     "         dropout_ms (100), seed (1)";
@@ -40,7 +41,7 @@ class SimProbe final : public Probe {
                                                        std::chrono::milliseconds patience) override;
 
  private:
-  /// The press at a time in seconds, as a multiple of the amplitude, and where it is.
+  /// The press at a time in seconds, as a multiple of the amplitude, and its position.
   struct Press {
     double level = 0.0;
     double x_mm = 0.0;
@@ -60,7 +61,7 @@ class SimProbe final : public Probe {
   ProbeInfo info_;
   std::function<Press(double)> press_;
   double amplitude_;                ///< mm, or mN when force-controlled
-  std::optional<double> force_mN_;  ///< at the amplitude, of a press with depth and force
+  std::optional<double> force_mN_;  ///< at the amplitude, for a press with depth and force
   double rate_hz_;
   Faults faults_;
   Random random_;

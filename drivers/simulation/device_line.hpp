@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-/// The device's end of a line to its host.
+/// The device's end of a connection to its host.
 class DeviceLine {
  public:
   DeviceLine() = default;
@@ -20,16 +20,16 @@ class DeviceLine {
 
   [[nodiscard]] virtual Expected<void, SetupError> plug_in() = 0;
   virtual void unplug() noexcept = 0;
-  /// Under which the host finds it, as in a URI: "serial:/dev/pts/3", "tcp:127.0.0.1:5000".
+  /// Its address for the host, as in a URI: "serial:/dev/pts/3", "tcp:127.0.0.1:5000".
   [[nodiscard]] virtual std::string address() const = 0;
-  /// Whether a host listens.
+  /// True if a host listens.
   [[nodiscard]] virtual bool heard() const noexcept = 0;
-  /// The rate that a host has set; nothing where lines have none.
+  /// The host's baud rate; `own` if the line has none.
   [[nodiscard]] virtual int baud(int own) const noexcept { return own; }
-  /// What the host has sent, waiting up to `patience` for it.
+  /// Reads the host's bytes; waits up to `patience` for them.
   [[nodiscard]] virtual std::size_t read(std::span<std::uint8_t> bytes,
                                          std::chrono::nanoseconds patience) noexcept = 0;
-  /// Returns how many bytes there was room for: a device does not wait for its host.
+  /// Returns the number of bytes that fit: a device does not wait for its host.
   virtual std::size_t write(std::span<const std::uint8_t> bytes) noexcept = 0;
 };
 

@@ -18,14 +18,14 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr milliseconds kLongestWait{5};
-constexpr nanoseconds kUptime{std::chrono::seconds{3}};  ///< of a device that was on already
+constexpr nanoseconds kUptime{std::chrono::seconds{3}};  ///< of a device that was already on
 
 nanoseconds host_now() {
   return std::chrono::duration_cast<nanoseconds>(
       std::chrono::steady_clock::now().time_since_epoch());
 }
 
-/// Samples a second; 0 where that is not known.
+/// Samples per second; 0 if unknown.
 double rate_of(std::span<const ProbeSample> trace) {
   const double length_s = units::s_from(trace.back().time - trace.front().time);
   return length_s > 0.0 ? static_cast<double>(trace.size() - 1) / length_s : 0.0;
@@ -42,7 +42,7 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
     return bad_input(
         "the trace has no " +
         std::string((settings.protocol->plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
-        ", which is what a device of " + std::string(settings.protocol->name) + " measures");
+        ", which devices of the protocol " + std::string(settings.protocol->name) + " measure");
   }
   std::unique_ptr<DeviceSimulator> simulator(new DeviceSimulator(std::move(settings)));
   simulator->device_ = simulator->settings_.protocol->simulate(channels);
@@ -127,7 +127,7 @@ void DeviceSimulator::pass_faults(Time now) {
     faults.reboot_at.reset();
     ++counts_.reboots;
     boot(now);
-    // The press goes on meanwhile, as the world does; only the device's clock is another.
+    // The press continues in the meantime; only the device's clock restarts.
     const Time gone = now - *begun_;
     trace_start_ = device_time(now) - gone;
   }
@@ -139,15 +139,15 @@ std::optional<nanoseconds> DeviceSimulator::period() const noexcept {
   return std::nullopt;
 }
 
-/// When the next sample is due, since the trace began. After its end a device goes on measuring
-/// what it measured last.
+/// Due time of the next sample since the start of the trace. After its end, a device repeats its
+/// last measurement.
 nanoseconds DeviceSimulator::next_sample() const noexcept {
   const auto& trace = settings_.trace;
   if (period() || next_ == trace.size()) return next_time_;
   return round_ + (trace[next_].time - trace.front().time);
 }
 
-/// Of the trace, interpolated.
+/// The trace, interpolated.
 ProbeSample DeviceSimulator::sample_at(Time trace_time) const noexcept {
   const auto& trace = settings_.trace;
   const Time length = trace.back().time - trace.front().time;
@@ -231,7 +231,7 @@ void DeviceSimulator::send(const Bytes& bytes, bool whole_frame) {
   }
 }
 
-/// Hands over what is held back, all of it or the pieces that are due.
+/// Sends held-back bytes: all of them, or the pieces that are due.
 void DeviceSimulator::flush(Time now) {
   const SimulatedFaults& faults = settings_.faults;
   if (held_.empty() || stalled_ || !plugged_) return;
@@ -241,7 +241,7 @@ void DeviceSimulator::flush(Time now) {
   }
   std::size_t count = held_.size();
   if (faults.split && count > 1) {
-    // A piece now, the rest with the next call: frames are cut anywhere, and merged.
+    // One piece now, the rest at the next call: frames are split anywhere and merged.
     count = 1 + static_cast<std::size_t>(random_.next() % (count - 1));
   }
   const auto piece = std::span<const std::uint8_t>(held_).first(count);

@@ -16,47 +16,47 @@
 
 namespace merkel {
 
-/// How a simulated device misbehaves. Probabilities are per byte or frame; times are seconds after
-/// the press has started.
+/// The faults of a simulated device. Probabilities are per byte or frame; times are seconds after
+/// the start of the press.
 struct SimulatedFaults {
-  double drop_byte = 0.0;             ///< probability that a byte gets lost
-  double flip_byte = 0.0;             ///< probability that a bit of a byte is turned over
-  double drop_frame = 0.0;            ///< probability that a whole frame gets lost
-  bool split = false;                 ///< frames come in pieces
-  std::chrono::nanoseconds batch{0};  ///< bytes are held back and come together, so often
+  double drop_byte = 0.0;             ///< probability of losing a byte
+  double flip_byte = 0.0;             ///< probability of a flipped bit in a byte
+  double drop_frame = 0.0;            ///< probability of losing a whole frame
+  bool split = false;                 ///< frames are split
+  std::chrono::nanoseconds batch{0};  ///< interval at which held-back bytes are sent
   std::optional<std::chrono::nanoseconds> stall_at;
   std::chrono::nanoseconds stall_for{std::chrono::milliseconds{500}};
   std::optional<std::chrono::nanoseconds> unplug_at;
   std::chrono::nanoseconds unplug_for{std::chrono::milliseconds{500}};
   std::optional<std::chrono::nanoseconds> reboot_at;
-  bool echo = false;       ///< what the host sends comes back
+  bool echo = false;       ///< the host's bytes are sent back
   double drift_ppm = 0.0;  ///< of the device's clock; positive is fast
   std::uint64_t seed = 1;
 };
 
-/// Plays a trace as a device of a protocol would, on a pseudo-terminal or over the network.
+/// Plays a trace like a device of a protocol, on a pseudo-terminal or over the network.
 class DeviceSimulator {
  public:
   struct Settings {
     const ProtocolEntry* protocol = nullptr;
     std::vector<ProbeSample> trace;  ///< in order of time; at least one
-    int baud = 115200;               ///< a host that has set another reads garbage
-    std::string link;                ///< symbolic link to the terminal; none, if empty
-    /// A line over the network instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".
+    int baud = 115200;               ///< a host with another rate reads garbage
+    std::string link;                ///< symbolic link to the terminal; empty: none
+    /// Network address instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".
     std::string network;
-    bool repeat = false;            ///< begin again at the end of the trace
-    std::optional<double> rate_Hz;  ///< measurements a second; those of the trace, if not set
+    bool repeat = false;            ///< start again at the end of the trace
+    std::optional<double> rate_Hz;  ///< measurements per second; default: the trace's
     SimulatedFaults faults;
   };
-  /// What it did.
+  /// The device's counters.
   struct Counts {
     std::uint64_t measured = 0;        ///< samples of the trace
-    std::uint64_t unsent = 0;          ///< of those: while unplugged, restarting or not asked for
-    std::uint64_t frames_dropped = 0;  ///< on purpose
+    std::uint64_t unsent = 0;          ///< not sent: unplugged, restarting or not requested
+    std::uint64_t frames_dropped = 0;  ///< by the fault
     std::uint64_t bytes_sent = 0;
     std::uint64_t bytes_dropped = 0;
     std::uint64_t bytes_flipped = 0;
-    std::uint64_t bytes_overrun = 0;  ///< the host did not read them in time
+    std::uint64_t bytes_overrun = 0;  ///< not read by the host in time
     std::uint64_t reboots = 0;
     std::uint64_t unplugs = 0;
   };
@@ -64,11 +64,11 @@ class DeviceSimulator {
   [[nodiscard]] static Expected<std::unique_ptr<DeviceSimulator>, SetupError> create(
       Settings settings);
 
-  /// The probe URI under which it can be read.
+  /// The probe URI to read it from.
   [[nodiscard]] std::string uri() const;
-  /// Plays until told to stop. The press begins when the host has started to listen.
+  /// Plays until `stop`. The press starts when a host listens.
   void run(const std::atomic<bool>& stop);
-  /// Read after run().
+  /// Valid after run().
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 
  private:
@@ -95,12 +95,12 @@ class DeviceSimulator {
   Counts counts_;
 
   Time booted_{0};
-  std::optional<Time> begun_;    ///< host time at which the press began
-  Time trace_start_{0};          ///< device time at which it began, of this run of the device
-  std::size_t next_ = 0;         ///< sample of the trace that comes next
+  std::optional<Time> begun_;    ///< host time of the start of the press
+  Time trace_start_{0};          ///< device time of that start, since the device's last restart
+  std::size_t next_ = 0;         ///< next sample of the trace
   Time mean_period_{1'000'000};  ///< of the trace
-  Time next_time_{0};  ///< or where the rate is set: the time of the next, since the beginning
-  Time round_{0};      ///< trace time that earlier rounds took
+  Time next_time_{0};            ///< with a set rate: time of the next sample since the start
+  Time round_{0};                ///< trace time of earlier rounds
   bool plugged_ = true;
   bool stalled_ = false;
   Time unplugged_until_{0};

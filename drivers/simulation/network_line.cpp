@@ -23,7 +23,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t kLargestDatagram = 1200;
 
-/// Simulated devices are for this machine alone.
+/// Simulated devices are only reachable from this machine.
 std::optional<sockaddr_in> loopback_of(const HostAndPort& address) {
   if (!address.loopback() || address.host == "::1") return std::nullopt;
   sockaddr_in result{};
@@ -92,7 +92,7 @@ class TcpLine final : public DeviceLine {
 
 class UdpLine final : public DeviceLine {
  public:
-  /// \param record_bytes  of each datagram of a device that is asked; 0: it sends lines to the host
+  /// \param record_bytes  size of a datagram of a polled device; 0: sends lines to the host
   UdpLine(std::string address, const sockaddr_in& given, std::size_t record_bytes)
       : address_(std::move(address)), given_(given), record_bytes_(record_bytes) {}
   ~UdpLine() override { unplug(); }
@@ -117,7 +117,7 @@ class UdpLine final : public DeviceLine {
   }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] bool heard() const noexcept override {
-    // Nobody has to ask for lines: they go out, and are refused until a host is there.
+    // Lines are sent without a request; they are refused until a host is there.
     return record_bytes_ > 0 ? host_.has_value() : !refused_;
   }
   [[nodiscard]] std::size_t read(std::span<std::uint8_t> bytes,
@@ -149,7 +149,7 @@ class UdpLine final : public DeviceLine {
   }
 
  private:
-  /// A connected socket learns by its second datagram that nobody is there.
+  /// A connected socket reports at its second datagram that there is no receiver.
   void probe_host() noexcept {
     const char end_of_line = '\n';
     static_cast<void>(::send(socket_, &end_of_line, 1, MSG_NOSIGNAL));
@@ -174,7 +174,7 @@ Expected<std::unique_ptr<DeviceLine>, SetupError> make_network_line(const std::s
   const auto loopback = parsed ? loopback_of(*parsed) : std::nullopt;
   if (!loopback || (uri->scheme != "tcp" && uri->scheme != "udp")) {
     return bad_input("\"" + address +
-                     "\" is no address for a simulated device: write udp:127.0.0.1:PORT or "
+                     "\" is not an address for a simulated device: write udp:127.0.0.1:PORT or "
                      "tcp:127.0.0.1:PORT");
   }
   if (uri->scheme == "tcp") return std::make_unique<TcpLine>(address, *loopback);

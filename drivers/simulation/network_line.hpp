@@ -9,8 +9,8 @@
 
 namespace merkel {
 
-/// The device's end of "tcp:HOST:PORT" (a server for one host) or "udp:HOST:PORT": where the
-/// protocol answers, the device's own address; else the host's, to which it sends.
+/// The device's end of "tcp:HOST:PORT" (a server for one host) or "udp:HOST:PORT". For a protocol
+/// with requests, the udp address is the device's; otherwise it is the host's, to which it sends.
 [[nodiscard]] Expected<std::unique_ptr<DeviceLine>, SetupError> make_network_line(
     const std::string& address, const ProtocolEntry& protocol);
 

@@ -17,16 +17,16 @@
 namespace merkel {
 namespace {
 
-constexpr unsigned kNobodysBaud = 50;  ///< set at first; no device is read at it
+constexpr unsigned kNobodysBaud = 50;  ///< initial rate, which no device uses
 
-/// What a symbolic link points at; empty for anything else.
+/// The target of a symbolic link; empty if the path is not a link.
 std::string target_of(const std::string& link) {
   std::array<char, 256> target{};
   const auto length = ::readlink(link.c_str(), target.data(), target.size());
   return length > 0 ? std::string(target.data(), static_cast<std::size_t>(length)) : std::string();
 }
 
-/// Whether the name is free, or a link to a terminal, as an earlier simulation leaves it.
+/// True if the name is free or a link to a terminal, left by an earlier simulation.
 bool is_terminal_link(const std::string& name) {
   struct stat status {};
   if (::lstat(name.c_str(), &status) != 0) return errno == ENOENT || errno == ENOTDIR;
@@ -63,10 +63,10 @@ Expected<void, SetupError> PtyMaster::plug_in() {
 Expected<void, SetupError> PtyMaster::make_link(const std::string& link) {
   if (!is_terminal_link(link)) {
     return bad_input("cannot make the link " + link +
-                     ": a file of that name exists, which no simulated probe made; give another "
+                     ": a file of that name exists and is not a simulated probe's; give another "
                      "name");
   }
-  // Made beside its place and moved there: never missing while it changes.
+  // Created next to its final name, then renamed, so that the link never vanishes.
   const std::string fresh = link + ".new-" + std::to_string(::getpid());
   if (::symlink(name_.c_str(), fresh.c_str()) != 0) {
     return bad_input("cannot make the link " + fresh + ": " + std::strerror(errno));
@@ -82,7 +82,7 @@ Expected<void, SetupError> PtyMaster::make_link(const std::string& link) {
 }
 
 void PtyMaster::unplug() noexcept {
-  // Another program may have put its own file there.
+  // Another program may have created its own file there.
   if (!link_.empty() && target_of(link_) == target_) ::unlink(link_.c_str());
   link_.clear();
   if (slave_ >= 0) ::close(std::exchange(slave_, -1));

@@ -12,30 +12,30 @@
 
 namespace merkel {
 
-/// The device's end of a pseudo-terminal: what a program takes for a serial port is at `name()`.
+/// The device's end of a pseudo-terminal. Programs open `name()` as a serial port.
 class PtyMaster final : public DeviceLine {
  public:
-  /// \param link  a symbolic link to make to it; none, if empty
+  /// \param link  a symbolic link to create to it; empty: none
   explicit PtyMaster(std::string link = {}) : wanted_link_(std::move(link)) {}
   ~PtyMaster() override { unplug(); }
 
-  /// Only a link that an earlier simulation has left is replaced.
+  /// Replaces the link of an earlier simulation, but no other file.
   [[nodiscard]] Expected<void, SetupError> plug_in() override;
-  /// Hangs up on whoever has it open, and removes the link.
+  /// Disconnects the programs that have it open, and removes the link.
   void unplug() noexcept override;
 
-  /// The link, or where there is none the terminal itself.
+  /// The link or, without one, the terminal.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
-  /// The rate that the other end has set; 0 until somebody has opened it.
+  /// The baud rate of the other end; 0 until it has been opened.
   [[nodiscard]] int baud() const noexcept;
   [[nodiscard]] std::string address() const override { return "serial:" + name_; }
   [[nodiscard]] bool heard() const noexcept override { return baud() != 0; }
   [[nodiscard]] int baud(int /*own*/) const noexcept override { return baud(); }
 
-  /// What the other end has sent, waiting up to `patience` for it.
+  /// Reads bytes of the other end; waits up to `patience` for them.
   [[nodiscard]] std::size_t read(std::span<std::uint8_t> bytes,
                                  std::chrono::nanoseconds patience) noexcept override;
-  /// Returns how many bytes there was room for: a device does not wait for its host.
+  /// Returns the number of bytes that fit: a device does not wait for its host.
   std::size_t write(std::span<const std::uint8_t> bytes) noexcept override;
 
  private:
@@ -44,9 +44,9 @@ class PtyMaster final : public DeviceLine {
   std::string wanted_link_;
   std::string name_;
   std::string link_;
-  std::string target_;  ///< of the link, while it is ours
+  std::string target_;  ///< target of the link while it exists
   int master_ = -1;
-  int slave_ = -1;  ///< held, so that the terminal lives while nobody has it open
+  int slave_ = -1;  ///< kept open, so that the terminal persists without a reader
 };
 
 }  // namespace merkel

@@ -27,12 +27,12 @@ Readiness wait_for(int descriptor, short events, std::chrono::nanoseconds patien
   const int ready = ::ppoll(&watched, 1, &timeout, nullptr);
   if (ready < 0) return errno == EINTR ? Readiness::kTimeout : Readiness::kGone;
   if (ready == 0) return Readiness::kTimeout;
-  // What came before the hang-up can still be read.
+  // Bytes from before the hang-up can still be read.
   if ((watched.revents & events) != 0) return Readiness::kReady;
   return Readiness::kGone;
 }
 
-/// The group that may open a port; empty where only root may.
+/// The group that may open a port; empty if only root may.
 std::string group_of(const std::string& port) {
   struct stat status {};
   if (::stat(port.c_str(), &status) != 0 || status.st_gid == 0) return {};
@@ -79,27 +79,27 @@ SetupError port_trouble(const std::string& port, int error_number) {
           (group.empty()
                ? ""
                : "join its group (sudo usermod -aG " + group + " $USER, then log in again) or ") +
-          "install the udev rules (sudo cmake --install build/release), with its vendor's number "
-          "among those in 70-merkel.rules, then plug it in again";
+          "install the udev rules (sudo cmake --install build/release) after adding its vendor "
+          "number to 70-merkel.rules, then plug it in again";
       return error;
     }
     case ENOENT:
     case ENODEV:
     case ENXIO:
       error.sentence = "there is no device " + port +
-                       ": plug it in and switch it on; merkel probes lists what is there";
+                       ": plug it in and switch it on; merkel probes lists the devices";
       return error;
     default:
       error.sentence = "cannot open " + port + ": " + std::strerror(error_number) +
-                       "; merkel probes lists what can be opened";
+                       "; merkel probes lists the devices that can be opened";
       return error;
   }
 }
 
 SetupError port_busy(const std::string& port) {
   return {.kind = SetupError::Kind::kUnavailable,
-          .sentence = port + " is in use by another program: close that first (fuser -v " + port +
-                      " names it)"};
+          .sentence = port + " is in use by another program: close that program first (fuser -v " +
+                      port + " shows it)"};
 }
 
 }  // namespace merkel

@@ -20,13 +20,13 @@ void judge(DeviceEntry& entry, const std::string& device) {
   entry.usable = ::access(device.c_str(), R_OK | W_OK) == 0;
   if (entry.usable) return;
   entry.remedy = errno == ENOENT ? device +
-                                       " is missing: where this is a container, hand it over "
+                                       " is missing: in a container, pass it on "
                                        "(docker run --device=" +
                                        device + ")"
                                  : port_trouble(device, errno).sentence;
 }
 
-/// The first line of a file; empty where there is none.
+/// The first line of a file; empty if there is none.
 std::string line_of(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line;

@@ -5,18 +5,18 @@
 
 namespace merkel {
 
-/// A device of this machine that a probe may be.
+/// A device of this machine that may be a probe.
 struct DeviceEntry {
-  std::string uri;   ///< begins a probe URI; the protocol is for the user to add
-  std::string name;  ///< what the device calls itself
+  std::string uri;   ///< start of a probe URI; the user adds the protocol
+  std::string name;  ///< the device's own name
   std::string serial_number;
-  std::string latency;  ///< of an FTDI adapter: its timer
-  bool usable = false;  ///< we may open it
-  std::string remedy;   ///< where not: what to do
+  std::string latency;  ///< latency timer of an FTDI adapter
+  bool usable = false;  ///< this process may open it
+  std::string remedy;   ///< if not usable: what to do
 };
 
-/// Serial ports, HID devices and all USB devices but hubs: one device may be in the list by several
-/// URIs. Opens none of them: that would reset some boards.
+/// Serial ports, HID devices and all USB devices except hubs. A device may appear with several
+/// URIs. Opens no device, because opening would reset some boards.
 [[nodiscard]] std::vector<DeviceEntry> list_devices();
 
 }  // namespace merkel

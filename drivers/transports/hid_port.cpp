@@ -29,7 +29,7 @@ struct Hidapi {
   [[nodiscard]] static Expected<Hidapi, SetupError> load(HidBackend backend) {
     const char* const library =
         backend == HidBackend::kHidraw ? "libhidapi-hidraw.so.0" : "libhidapi-libusb.so.0";
-    // Stays loaded to the end of the program: devices may be open in it.
+    // Stays loaded until the program ends, because devices may be open in it.
     void* const handle = ::dlopen(library, RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
       return unavailable(
@@ -66,8 +66,8 @@ std::string narrow(const wchar_t* text) {
   return result;
 }
 
-/// As the kernel's driver has read it: hidapi tells it from version 0.14 on only. \param path  as
-/// hidapi names devices: "/dev/hidraw0" or "1-2:1.1"
+/// The descriptor as the kernel has read it; hidapi only provides it from version 0.14 on.
+/// \param path  in hidapi's form: "/dev/hidraw0" or "1-2:1.1"
 std::vector<std::uint8_t> report_descriptor_of(const std::string& path) {
   constexpr const char* kFile = "report_descriptor";
   std::error_code ignored;
@@ -126,7 +126,7 @@ class HidPort final : public Transport {
     }
     hidapi_.free_enumeration(list);
     if (path.empty()) return Unexpected<SetupError>(port_trouble(info_.name, ENODEV));
-    // Before it is opened: libusb takes it from the kernel's driver.
+    // Read before opening: libusb detaches the kernel's driver.
     info_.report_descriptor = report_descriptor_of(path);
     errno = 0;
     device_ = hidapi_.open_path(path.c_str());
@@ -136,7 +136,7 @@ class HidPort final : public Transport {
           node && ::access(path.c_str(), R_OK | W_OK) == 0 ? EIO : (node ? errno : EACCES);
       return Unexpected<SetupError>(port_trouble(path, error_number));
     }
-    // After a replug it is the same device that is wanted.
+    // After a replug, only the same device may be opened.
     name_.serial_number = info_.serial_number;
     return {};
   }

@@ -10,8 +10,8 @@ namespace merkel {
 
 enum class HidBackend { kHidraw, kLibusb };
 
-/// Opens a HID device by hidapi; every read is one input report. The backend's library is loaded
-/// when it is needed, as both have the same names inside.
+/// Opens a HID device with hidapi; every read is one input report. The backend's library is loaded
+/// when needed, because both backends define the same symbols.
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_hid_port(const UsbName& name,
                                                                              HidBackend backend);
 

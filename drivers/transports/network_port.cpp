@@ -178,12 +178,12 @@ class UdpPort final : public Transport {
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
     if (wait_readable(socket_.get(), patience) != Readiness::kReady) return std::size_t{0};
-    // Those of others must not keep ours waiting.
+    // Datagrams of other senders must not delay the device's.
     for (int tries = 0; tries < 64; ++tries) {
       SocketAddress sender;
       const auto count = ::recvfrom(socket_.get(), bytes.data(), bytes.size(), MSG_TRUNC,
                                     sender.get(), &sender.length);
-      if (count < 0) return std::size_t{0};  // nothing more, or an answer that nobody is there
+      if (count < 0) return std::size_t{0};  // no datagram, or an error that there is no receiver
       if (!peer_) peer_ = sender;
       const auto length = static_cast<std::size_t>(count);
       const bool fits = settings_.datagram_bytes == 0 ? length <= bytes.size()
@@ -196,7 +196,7 @@ class UdpPort final : public Transport {
   }
 
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {
-    if (!peer_) return {};  // it has not sent anything yet
+    if (!peer_) return {};  // the device has not sent anything yet
     static_cast<void>(::sendto(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL,
                                peer_->get(), peer_->length));
     return {};
@@ -213,7 +213,7 @@ class UdpPort final : public Transport {
     const auto refused = [&](int number) {
       return unavailable("cannot receive at " + text_of(settings_.address) + ": " +
                          std::strerror(number) +
-                         "; choose an address of this machine and a free port");
+                         "; use an address of this machine and a free port");
     };
     if (!socket_.open(local.storage.ss_family, SOCK_DGRAM)) return refused(errno);
     ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
@@ -222,7 +222,7 @@ class UdpPort final : public Transport {
   }
 
  private:
-  /// Where a device at `remote` can answer: on loopback where it is there itself.
+  /// A local address that a device at `remote` can answer; on loopback if the device is there.
   SocketAddress any_port_for(const SocketAddress& remote) const noexcept {
     SocketAddress local = remote;
     if (remote.storage.ss_family == AF_INET) {

@@ -9,20 +9,21 @@
 
 namespace merkel {
 
-/// Connects to a TCP server, such as a serial server. Connects again by itself after a break.
+/// Connects to a TCP server, such as a serial server. Reconnects automatically after an
+/// interruption.
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_tcp_port(
     const HostAndPort& server);
 
-/// How datagrams are exchanged with a device.
+/// The exchange of datagrams with a device.
 struct UdpSettings {
   HostAndPort address;
-  /// True: the address is ours, and the first host that sends to it is the device. False: it is the
-  /// device's, which answers what it is sent.
+  /// True: the address is a local one, and the first host that sends to it is the device. False: it
+  /// is the address of the device, which answers requests.
   bool listen = false;
-  std::size_t datagram_bytes = 0;  ///< the only length that is accepted; any, if 0
+  std::size_t datagram_bytes = 0;  ///< the only accepted length; 0: any
 };
 
-/// Datagrams of other senders, or of another length, are left out; info().note counts them.
+/// Datagrams of other senders or another length are ignored and counted in info().note.
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_udp_port(
     const UdpSettings& settings);
 

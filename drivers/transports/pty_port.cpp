@@ -18,7 +18,7 @@ namespace {
 constexpr unsigned kFirstPtyMajor = 136;
 constexpr unsigned kLastPtyMajor = 143;
 
-/// Raw bytes at any rate. False with errno.
+/// Sets raw mode and a baud rate. False with errno.
 bool configure(int descriptor, int baud) {
   termios2 settings{};
   if (::ioctl(descriptor, TCGETS2, &settings) != 0) return false;

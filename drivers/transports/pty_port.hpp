@@ -8,10 +8,10 @@
 
 namespace merkel {
 
-/// Whether a device name leads to a pseudo-terminal.
+/// True if a device name leads to a pseudo-terminal.
 [[nodiscard]] bool is_pty(const std::string& device);
 
-/// Opens a pseudo-terminal as if it were a serial port; the other end sees the baud rate.
+/// Opens a pseudo-terminal like a serial port; the other end sees the baud rate.
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_pty_port(
     const SerialSettings& settings);
 

@@ -36,8 +36,8 @@ SerialPortInfo describe(const sp_port* port) {
   return info;
 }
 
-/// Asks a USB adapter not to hold bytes back, and says what came of it. FTDI chips wait 16 ms by
-/// default, which makes batches; other adapters accept the flag and ignore it.
+/// Requests a USB adapter not to hold bytes back. \return the result, as text. FTDI chips wait for
+/// 16 ms by default, which makes batches; other adapters accept the flag and ignore it.
 std::string lower_latency(int descriptor, const std::string& device) {
   serial_struct settings{};
   if (::ioctl(descriptor, TIOCGSERIAL, &settings) != 0) return "no low-latency flag";
@@ -65,7 +65,7 @@ class SerialPort final : public Transport {
 
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
-    // libserialport's own waits never end once the device is unplugged: so we wait.
+    // Wait here, because libserialport's own waits never end after an unplug.
     switch (wait_readable(descriptor_, patience)) {
       case Readiness::kTimeout:
         return std::size_t{0};
@@ -75,7 +75,7 @@ class SerialPort final : public Transport {
         break;
     }
     const int count = sp_nonblocking_read(port_.get(), bytes.data(), bytes.size());
-    // Something to read, and then nothing: it is unplugged.
+    // Readable but without data: unplugged.
     if (count <= 0) return Unexpected<Disconnected>(Disconnected{});
     return static_cast<std::size_t>(count);
   }
@@ -102,9 +102,9 @@ class SerialPort final : public Transport {
     }
     sp_port* found = nullptr;
     if (sp_get_port_by_name(device.c_str(), &found) != SP_OK) {
-      return Unexpected<SetupError>(SetupError{
-          .kind = SetupError::Kind::kBadInput,
-          .sentence = device + " is no serial port; merkel probes lists the ports there are"});
+      return Unexpected<SetupError>(
+          SetupError{.kind = SetupError::Kind::kBadInput,
+                     .sentence = device + " is not a serial port; merkel probes lists the ports"});
     }
     port_.reset(found);
     errno = 0;
@@ -126,10 +126,10 @@ class SerialPort final : public Transport {
       close();
       return Unexpected<SetupError>(
           SetupError{.kind = SetupError::Kind::kBadInput,
-                     .sentence = device + " does not take " + std::to_string(settings_.baud) +
-                                 " Bd: give a rate that its adapter has, such as baud=115200"});
+                     .sentence = device + " does not support " + std::to_string(settings_.baud) +
+                                 " Bd: use a rate that its adapter supports, such as baud=115200"});
     }
-    // Between opening and configuring the terminal echoes; what came until now is of no use.
+    // The terminal echoes between opening and configuring; earlier input is discarded.
     static_cast<void>(sp_flush(port_.get(), SP_BUF_BOTH));
     const SerialPortInfo info = describe(port_.get());
     vendor_ = info.vendor;
@@ -140,8 +140,8 @@ class SerialPort final : public Transport {
   }
 
  private:
-  /// The name under which the device is plugged in now; empty where it is not. Another device may
-  /// have got its old name.
+  /// The present name of the device; empty if unplugged. Another device may have received its old
+  /// name.
   [[nodiscard]] std::string whereabouts() const {
     if (vendor_ < 0 || info_.serial_number.empty()) return settings_.device;
     for (const SerialPortInfo& port : list_serial_ports()) {

@@ -9,18 +9,18 @@
 
 namespace merkel {
 
-/// How to open a serial port. 8 data bits, no parity, one stop bit.
+/// The settings of a serial port; always 8 data bits, no parity, one stop bit.
 struct SerialSettings {
   std::string device;  ///< as given; never made canonical
   int baud = 115200;
 };
 
-/// Opens a serial port: by libserialport, or, where it is a pseudo-terminal, which has no modem
-/// lines and which libserialport refuses, by termios (pty_port.hpp).
+/// Opens a serial port with libserialport. A pseudo-terminal has no modem lines, and libserialport
+/// refuses it; it is opened with termios (pty_port.hpp).
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_serial(
     const SerialSettings& settings);
 
-/// Opens it by libserialport whatever it is.
+/// Opens any port with libserialport.
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_serial_port(
     const SerialSettings& settings);
 
@@ -29,7 +29,7 @@ struct SerialPortInfo {
   std::string device;
   std::string description;
   std::string serial_number;
-  int vendor = -1;  ///< USB; −1 where it is none
+  int vendor = -1;  ///< USB; −1: not a USB port
   int product = -1;
 };
 

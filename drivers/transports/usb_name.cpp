@@ -26,8 +26,8 @@ Expected<UsbName, SetupError> UsbName::parse(std::string_view text, std::string 
       colon == std::string_view::npos ? std::nullopt : hexadecimal(text.substr(colon + 1));
   if (!vendor || !product) {
     return bad_input("\"" + std::string(text) +
-                     "\" is no USB device: write VID:PID in hexadecimal, for example 16c0:0486; "
-                     "merkel probes lists what is plugged in");
+                     "\" is not a USB device: write VID:PID in hexadecimal, for example 16c0:0486; "
+                     "merkel probes lists the devices");
   }
   return UsbName{*vendor, *product, std::move(serial_number)};
 }

@@ -8,8 +8,7 @@
 
 namespace merkel {
 
-/// Which USB device is meant: VID:PID in hexadecimal, and its serial number where there are
-/// several.
+/// Identifies a USB device: VID:PID in hexadecimal and, if there are several, the serial number.
 struct UsbName {
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
@@ -21,7 +20,7 @@ struct UsbName {
   [[nodiscard]] std::string text() const;
 };
 
-/// The file by which the system hands out a USB device: "/dev/bus/usb/001/002".
+/// The device node of a USB device: "/dev/bus/usb/001/002".
 [[nodiscard]] std::string usb_node(long bus, long address);
 
 }  // namespace merkel

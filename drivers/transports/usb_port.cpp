@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kTransfers = 8;
 constexpr int kTransferBytes = 512;
 constexpr unsigned kWritePatience_ms = 1000;
-constexpr int kMostStalls = 16;  ///< one after the other; then the device is as good as gone
+constexpr int kMostStalls = 16;  ///< consecutive; then the device counts as disconnected
 
 class UsbPort final : public Transport {
  public:
@@ -58,8 +58,8 @@ class UsbPort final : public Transport {
 
   [[nodiscard]] Expected<void, SetupError> reopen() override {
     close();
-    // A context knows later devices by udev's daemon only, which small systems lack: a new one
-    // looks for itself.
+    // A context learns of later devices only from udev's daemon, which small systems lack. A new
+    // context scans the bus itself.
     if (const int error = libusb_init(&context_); error != 0) {
       context_ = nullptr;
       return unavailable(std::string("USB cannot be used here: ") + libusb_strerror(error));
@@ -109,7 +109,7 @@ class UsbPort final : public Transport {
     return endpoints_.interrupt ? "interrupt" : "bulk";
   }
 
-  /// Whether the interface and its endpoints are there.
+  /// Checks that the interface and its endpoints exist.
   [[nodiscard]] Expected<void, SetupError> check_endpoints() const {
     libusb_config_descriptor* configuration = nullptr;
     if (libusb_get_active_config_descriptor(libusb_get_device(device_), &configuration) != 0) {
@@ -119,10 +119,10 @@ class UsbPort final : public Transport {
     libusb_free_config_descriptor(configuration);
     if (missing.empty()) return {};
     return bad_input(info_.name + " has no " + missing + ": lsusb -v -d " + name_.text() +
-                     " lists what it has, and the options interface, in, out and transfer choose");
+                     " lists what it has; select with the options interface, in, out and transfer");
   }
 
-  /// What is not there; empty if nothing.
+  /// The missing part; empty if none.
   [[nodiscard]] std::string missing_endpoint(const libusb_config_descriptor& configuration) const {
     const int type =
         endpoints_.interrupt ? LIBUSB_TRANSFER_TYPE_INTERRUPT : LIBUSB_TRANSFER_TYPE_BULK;
@@ -147,7 +147,7 @@ class UsbPort final : public Transport {
     return "interface " + std::to_string(endpoints_.interface);
   }
 
-  /// Opens a device if it is the one that is meant. Returns why not.
+  /// Opens a device if it matches. Returns the error if not.
   int try_device(libusb_device* device, int error) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(device, &descriptor) != 0) return error;
@@ -207,7 +207,7 @@ class UsbPort final : public Transport {
         if (!port.closing_) port.submit(slot);
         return;
       case LIBUSB_TRANSFER_STALL:
-        port.stalled_ = true;  // cleared outside of the callback, which must not block
+        port.stalled_ = true;  // cleared outside the callback, which must not block
         return;
       case LIBUSB_TRANSFER_TIMED_OUT:
       case LIBUSB_TRANSFER_OVERFLOW:
@@ -252,7 +252,7 @@ class UsbPort final : public Transport {
       handle_events(std::chrono::milliseconds{10});
     }
     for (Slot& slot : slots_) {
-      // One that never came back is left to libusb, which may still write into it.
+      // A transfer that has not returned is left to libusb, which may still write into it.
       if (slot.transfer != nullptr && !slot.under_way) libusb_free_transfer(slot.transfer);
       slot.transfer = nullptr;
     }

@@ -8,7 +8,7 @@
 
 namespace merkel {
 
-/// Where in a USB device the bytes are.
+/// The interface and endpoints of a USB device.
 struct UsbEndpoints {
   int interface = 0;
   std::uint8_t in = 0x81;
@@ -16,8 +16,8 @@ struct UsbEndpoints {
   bool interrupt = false;   ///< else bulk
 };
 
-/// Opens an interface of a USB device by libusb: several transfers are always under way, so that
-/// none is missed between two reads; a stalled endpoint is cleared.
+/// Opens an interface of a USB device with libusb. Several transfers are always submitted, so that
+/// no data is missed between two reads. A stalled endpoint is cleared.
 [[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> open_usb_port(
     const UsbName& name, const UsbEndpoints& endpoints);
 

@@ -127,7 +127,7 @@ TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {
   EXPECT_EQ(probe["device"]["outages"], 1);
   EXPECT_EQ(probe["releases"], 1);
   EXPECT_GT(probe["device"]["lost"], 100);
-  EXPECT_NE(run.err.find("is gone"), std::string::npos);
+  EXPECT_NE(run.err.find("is disconnected"), std::string::npos);
   EXPECT_NE(run.err.find("is back"), std::string::npos);
   EXPECT_EQ(run.spikes, run.replayed);
 }

@@ -14,15 +14,15 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Threads that spin on all cores leave none to sinks, to the system and to other programs.
+/// Threads that spin on all cores starve the sinks, the system and other programs.
 std::string leave_one_core(LoopSettings& loop) {
   if (loop.threads <= 1 || loop.threads != SpinningTeam::available_cores()) return {};
   const std::string all = std::to_string(loop.threads--);
-  return "loop.threads = " + all + " uses " + std::to_string(loop.threads) +
-         ": one of this machine's cores is left to others; the spikes are the same";
+  return "loop.threads = " + all + " is reduced to " + std::to_string(loop.threads) +
+         ": one of this machine's cores is left to other threads; the spikes are the same";
 }
 
-/// The longest delay that a probe of the scene sets.
+/// The longest delay of the scene's probes.
 std::optional<nanoseconds> delay_of(const Scene& scene) {
   std::optional<nanoseconds> delay;
   for (const Scene::OfProbe& probe : scene.probes) {
@@ -53,7 +53,7 @@ Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<Probe
     const auto control = scene.probes[i].control.value_or(usual);
     const bool by_depth = control == Indenter::Control::kDepth;
     if ((probes[i].channels & (by_depth ? ProbeSample::kDepth : ProbeSample::kForce)) == 0U) {
-      return bad_input("probe.control asks for " + std::string(by_depth ? "depth" : "force") +
+      return bad_input("probe.control is set to " + std::string(by_depth ? "depth" : "force") +
                        ", which the probe " + probes[i].uri +
                        " does not measure: change probe.control");
     }

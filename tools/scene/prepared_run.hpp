@@ -17,7 +17,7 @@
 
 namespace merkel {
 
-/// A scene made ready to run: its model, its probes, and the threads that share the work of a tick.
+/// A scene prepared to run: its model, its probes, and the threads that share the work of a tick.
 ///
 /// \code
 ///   auto run = prepare_run(*preset_scene("goodwin"), {.fast = true});
@@ -27,35 +27,35 @@ namespace merkel {
 ///   const auto report = pipeline.run();
 /// \endcode
 struct PreparedRun {
-  Scene scene;  ///< with the controls that were chosen
+  Scene scene;  ///< including the chosen controls
   std::unique_ptr<TactileModel> model;
   std::unique_ptr<StimulationEncoder> encoder;  ///< null: the scene has no electrodes
   std::unique_ptr<SpinningTeam> team;
-  std::vector<std::unique_ptr<Probe>> probes;  ///< one an indenter
-  Pipeline::Parameters parameters;             ///< callbacks are the caller's to add
+  std::vector<std::unique_ptr<Probe>> probes;  ///< one per indenter
+  Pipeline::Parameters parameters;             ///< the caller adds callbacks
   RunDescription description;                  ///< for sinks
   std::string notice;                          ///< for the user; empty: none
 
-  /// Hands the probes over. Call once.
+  /// Moves the probes into a pipeline. Call once.
   void add_probes_to(Pipeline& pipeline);
 };
 
 struct RunPreparation {
   bool fast = false;  ///< virtual clock; recordings only
-  /// In place of the probes that the scene names, one an indenter.
+  /// Replace the scene's probes; one per indenter.
   std::vector<std::unique_ptr<Probe>> probes = {};
 };
 
 /// Opens the scene's probes, chooses the reading that drives each contact and builds the model.
-/// Fails with the sentence of the first thing that is wrong. Real-time: no.
+/// Returns the first error as a sentence. Real-time: no.
 [[nodiscard]] Expected<PreparedRun, SetupError> prepare_run(Scene scene,
                                                             RunPreparation preparation);
 
-/// Chooses the reading that drives each contact: what the scene requests, else the force where
-/// every probe measures it, else the depth. A force is measured at the skin; the depth that goes
-/// with it depends on the finger, and on where the stage was zeroed.
-/// \param probes  one an indenter, of which channels and URI are used. Fails where a probe does not
-/// measure what the scene requests.
+/// Selects the reading that drives each contact: the scene's choice, else force if every probe
+/// measures it, else depth. Force is measured at the skin; the depth at that force depends on the
+/// finger and on the zero of the stage.
+/// \param probes  one per indenter; uses channels and URI. Fails if a probe does not measure what
+/// the scene selects.
 [[nodiscard]] Expected<void, SetupError> choose_controls(Scene& scene,
                                                          const std::vector<ProbeInfo>& probes);
 

@@ -14,7 +14,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostWaiting = 4096;  ///< samples of one probe, while another is behind
+constexpr std::size_t kMostWaiting = 4096;  ///< samples of one probe while another is behind
 
 }  // namespace
 
@@ -25,7 +25,7 @@ struct SampleStream::Line {
   std::string name;
   ProbeChannel channel;
   ProbeInput input;
-  std::optional<std::chrono::nanoseconds> last;  ///< time of the sample pushed last
+  std::optional<std::chrono::nanoseconds> last;  ///< time of the last pushed sample
 };
 
 SampleStream::SampleStream(Scene scene, std::unique_ptr<TactileModel> model,

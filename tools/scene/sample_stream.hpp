@@ -21,22 +21,22 @@
 
 namespace merkel {
 
-/// Simulates samples as they are pushed, on the caller's thread: the spikes are those of a Pipeline
-/// that replays the same samples, bit for bit, whenever and in whatever portions they are pushed.
+/// Simulates samples as they are pushed, on the caller's thread. The spikes are bit-identical to
+/// those of a Pipeline that replays the same samples, whenever and in whatever portions they come.
 ///
-/// A tick is simulated once every probe has a sample beyond its end. The first tick begins at the
+/// A tick is simulated when every probe has a sample beyond its end. The first tick starts at the
 /// earliest of the probes' first samples.
 class SampleStream {
  public:
-  /// \param channels  ProbeSample::Channel bits of each probe's samples, one an indenter
+  /// \param channels  ProbeSample::Channel bits of each probe's samples, one per indenter
   /// Builds the model. Real-time: no.
   [[nodiscard]] static Expected<SampleStream, SetupError> create(
       Scene scene, const std::vector<std::uint32_t>& channels);
 
-  /// Takes a sample and simulates all ticks that are due. Fails, and takes nothing, where the
-  /// sample is not later than the probe's last one, beyond the scene's limits, or the other probes
-  /// are thousands of samples behind. \return the new spikes in order of time, valid until the next
-  /// call. Real-time: no; it allocates where there are many spikes.
+  /// Takes a sample and simulates all due ticks. Fails, and ignores the sample, if it is not later
+  /// than the probe's last one, is beyond the scene's limits, or is thousands of samples ahead of
+  /// the other probes. \return the new spikes in order of time, valid until the next call.
+  /// Real-time: no; may allocate if there are many spikes.
   [[nodiscard]] Expected<std::span<const SpikeEvent>, SetupError> push(std::size_t probe,
                                                                        const ProbeSample& sample);
   /// The stimulation commands of the last call of push() or finish(), in order of time, valid until
@@ -47,7 +47,7 @@ class SampleStream {
   /// Ends the probes' samples and simulates up to the last of them. No sample may follow.
   [[nodiscard]] std::span<const SpikeEvent> finish();
 
-  /// The end of the last tick, in probe time; nothing before there was one.
+  /// The end of the last tick, in probe time; empty before the first tick.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> time() const noexcept;
   [[nodiscard]] const TactileModel& model() const noexcept { return *model_; }
   [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
@@ -67,7 +67,7 @@ class SampleStream {
   std::unique_ptr<TactileModel> model_;
   std::unique_ptr<StimulationEncoder> encoder_;
   std::unique_ptr<SpinningTeam> team_;
-  std::vector<std::unique_ptr<Line>> lines_;  ///< one an indenter
+  std::vector<std::unique_ptr<Line>> lines_;  ///< one per indenter
   std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;
   std::optional<std::chrono::nanoseconds> next_;  ///< where the next tick begins

@@ -271,17 +271,17 @@ def judge(parts):
         check("low-latency flag set, latency timer 1 ms" in counts["port"],
               "ftdi_sio takes the low-latency flag")
         check(counts["readings"] > 1000, "readings come")
-        check(counts["outages"] == 1 and "is gone" in err and "is back" in err,
+        check(counts["outages"] == 1 and "is disconnected" in err and "is back" in err,
               "one outage, and it came back")
         check(counts["lost"] > 100, "what was sent meanwhile is counted as lost")
-    refused("serial_wrong_baud", "baud rate (it is read at 115200 Bd")
+    refused("serial_wrong_baud", "baud rate (now 115200 Bd")
     refused("serial_forbidden", "no permission to open /dev/ttyUSB0", "udev rules")
     refused("hid_forbidden", "no permission to open /dev/hidraw0", "udev rules")
     for name in ["hid", "usb"]:
         counts, err = device(name)
         if counts:
             check(counts["readings"] > 300, "readings come")
-            check(counts["outages"] == 1 and "is gone" in err and "is back" in err,
+            check(counts["outages"] == 1 and "is disconnected" in err and "is back" in err,
                   "one outage, and it came back")
             check(counts["damaged"] == 0, "nothing is damaged")
     counts, _ = device("usb_stall")

@@ -74,7 +74,7 @@ TEST(MockedHid, ADescriptorThatNamesNothingMeasuredAsksForAMap) {
   const MockHidDevice device(machine, "hidraw0", "1-3", "HID77", kDescriptor);
   const std::string sentence = refusal(device.uri());
   EXPECT_NE(sentence.find("names no force, depth or position"), std::string::npos) << sentence;
-  EXPECT_NE(sentence.find("give the option fields"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("add the option fields"), std::string::npos) << sentence;
 }
 
 TEST(MockedHid, OfTwoAlikeTheSerialNumberDecides) {
@@ -114,7 +114,7 @@ TEST(MockedHid, HidrawIsFoundAgainByItsSerialNumber) {
       open_while(device->uri() + "?" + kFields, [&] { device->send(reports.next()); });
   ASSERT_NE(probe, nullptr);
   device->unplug();
-  EXPECT_TRUE(is_told(*probe, "is gone"));
+  EXPECT_TRUE(is_told(*probe, "is disconnected"));
   device.reset();
   const MockHidDevice other(machine, "hidraw0", "1-3", "OTHER", kDescriptor);
   const MockHidDevice same(machine, "hidraw1", "1-4", "HID77", kDescriptor);
@@ -140,7 +140,7 @@ TEST(MockedHid, TheLibusbBackendReadsReportsAndSeesTheUnplug) {
     EXPECT_TRUE(gives(*probe, reports.force_mN()));
   }
   device.unplug();
-  EXPECT_TRUE(is_told(*probe, "is gone"));
+  EXPECT_TRUE(is_told(*probe, "is disconnected"));
   MockUsbDevice same(machine, "1-4", 9, "SN42", kDescriptor);
   EXPECT_TRUE(is_told(*probe, "is back"));
   same.send(MockUsbDevice::kHidIn, text_of(reports.next()));

@@ -64,7 +64,7 @@ TEST(MockedSerial, ItIsFoundAgainByItsSerialNumberUnderAnotherName) {
   EXPECT_DOUBLE_EQ(heard.at(1).force_mN, 750.0);
 
   adapter.reset();
-  EXPECT_TRUE(is_told(*probe, "is gone"));
+  EXPECT_TRUE(is_told(*probe, "is disconnected"));
   const MockSerialAdapter other(machine, "ttyUSB1", "1-4", "OTHER");
   const MockSerialAdapter same(machine, "ttyUSB2", "1-2", "A1B2C3");
   EXPECT_TRUE(is_told(*probe, "is back"));

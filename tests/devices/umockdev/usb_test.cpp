@@ -117,7 +117,7 @@ TEST(MockedUsb, AProtocolErrorEndsTheConnectionAndItIsOpenedAgain) {
   const auto probe = open_while(kUri, [&] { device.send(MockUsbDevice::kBulkIn, "0.5\n"); });
   ASSERT_NE(probe, nullptr);
   device.fail(MockUsbDevice::kBulkIn, MockUsbDevice::kProtocolError);
-  EXPECT_TRUE(is_told(*probe, "is gone"));
+  EXPECT_TRUE(is_told(*probe, "is disconnected"));
   EXPECT_TRUE(is_told(*probe, "is back"));
   device.send(MockUsbDevice::kBulkIn, "0.5\n0.25\n");
   EXPECT_TRUE(gives(*probe, 250.0));
@@ -131,7 +131,7 @@ TEST(MockedUsb, UnpluggedItIsFoundAgainByItsSerialNumberAtAnotherPort) {
   ASSERT_NE(probe, nullptr);
   EXPECT_EQ(probe->info().serial_number, "SN42");
   device.unplug();
-  EXPECT_TRUE(is_told(*probe, "is gone"));
+  EXPECT_TRUE(is_told(*probe, "is disconnected"));
   MockUsbDevice other(machine, "1-3", 9, "OTHER");
   MockUsbDevice same(machine, "1-4", 10, "SN42");
   EXPECT_TRUE(is_told(*probe, "is back"));

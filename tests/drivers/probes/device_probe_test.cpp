@@ -146,7 +146,7 @@ TEST(DeviceProbe, ComesBackAfterItWasUnplugged) {
     return h.counts.outages == 1 && h.was_told("is back") && !h.samples.empty() &&
            h.samples.back().sequence > 800;
   });
-  EXPECT_TRUE(heard.was_told("is gone"));
+  EXPECT_TRUE(heard.was_told("is disconnected"));
   EXPECT_GT(heard.counts.outage, milliseconds{100});
   EXPECT_EQ(heard.counts.reboots, 0U);
   // It had gone on counting: what was missed meanwhile is known to the sample.
@@ -197,15 +197,15 @@ TEST(DeviceProbe, TheDriftOfItsClockIsMeasured) {
 TEST(DeviceProbe, AWrongBaudRateIsNamed) {
   RunningDevice device("csv", {});
   const std::string sentence = refusal(device.uri() + "&baud=9600&timeout_ms=800");
-  EXPECT_NE(sentence.find("that are no csv readings"), std::string::npos) << sentence;
-  EXPECT_NE(sentence.find("read at 9600 Bd; csv mostly runs at 115200"), std::string::npos);
+  EXPECT_NE(sentence.find("that are not csv readings"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("now 9600 Bd; csv usually runs at 115200"), std::string::npos);
 }
 
 TEST(DeviceProbe, TheProtocolThatIsSpokenIsNamed) {
   RunningDevice device("csv", {});
   const std::string port = device.uri().substr(0, device.uri().find('?'));
   const std::string sentence = refusal(port + "?protocol=mark10&timeout_ms=800");
-  EXPECT_NE(sentence.find("does not speak mark10"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("does not use the protocol mark10"), std::string::npos) << sentence;
   EXPECT_NE(sentence.find("protocol=csv"), std::string::npos) << sentence;
 }
 
@@ -224,7 +224,7 @@ TEST(DeviceProbe, ASilentDeviceIsNamed) {
 TEST(DeviceProbe, PortsThatCannotBeOpenedSayWhy) {
   EXPECT_NE(refusal("serial:/dev/ttyNONE7?protocol=hbf1").find("there is no device"),
             std::string::npos);
-  EXPECT_NE(refusal("serial:/dev/null?protocol=hbf1").find("no serial port"), std::string::npos);
+  EXPECT_NE(refusal("serial:/dev/null?protocol=hbf1").find("not a serial port"), std::string::npos);
   EXPECT_NE(refusal("serial:/dev/ttyUSB0").find("protocol is missing"), std::string::npos);
   EXPECT_NE(refusal("serial:?protocol=hbf1").find("names no device"), std::string::npos);
   EXPECT_NE(refusal("serial:/dev/ttyUSB0?protocol=hbf1&bud=9600").find("did you mean baud"),

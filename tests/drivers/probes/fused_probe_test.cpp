@@ -125,9 +125,9 @@ TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
 
 TEST(FusedProbe, WhatCannotBeFusedIsNamed) {
   const auto sentence = [](const std::string& uri) { return open_probe(uri).error().sentence; };
-  EXPECT_NE(sentence("fused:").find("fuses nothing"), std::string::npos);
+  EXPECT_NE(sentence("fused:").find("fewer than two members"), std::string::npos);
   EXPECT_NE(sentence("fused:sim:ramp|sim:ramp").find("is a recording"), std::string::npos);
-  EXPECT_NE(sentence("fused:fused:x").find("cannot be a part"), std::string::npos);
+  EXPECT_NE(sentence("fused:fused:x").find("cannot be a member"), std::string::npos);
   std::vector<std::unique_ptr<Probe>> same;
   for (int i = 0; i < 2; ++i) {
     same.push_back(

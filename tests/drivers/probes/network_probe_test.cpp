@@ -92,11 +92,11 @@ TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
 
 TEST(NetworkProbe, WrongAddressesAreNamed) {
   for (const auto& [uri, sentence] :
-       {std::pair("udp:127.0.0.1:49827?protocol=mark10", "does not go over udp"),
-        std::pair("tcp:127.0.0.1:49827?protocol=ati_rdt", "does not go over tcp"),
-        std::pair("udp:127.0.0.1?protocol=csv", "name host and port"),
+       {std::pair("udp:127.0.0.1:49827?protocol=mark10", "is not available over udp"),
+        std::pair("tcp:127.0.0.1:49827?protocol=ati_rdt", "is not available over tcp"),
+        std::pair("udp:127.0.0.1?protocol=csv", "a host and a port are needed"),
         std::pair("tcp:127.0.0.1:49828?protocol=csv&columns=force_N", "cannot reach"),
-        std::pair("serial:/dev/null?protocol=ati_rdt", "over udp: alone")}) {
+        std::pair("serial:/dev/null?protocol=ati_rdt", "only available over udp:")}) {
     const auto probe = open_probe(uri);
     ASSERT_FALSE(probe.has_value()) << uri;
     EXPECT_NE(probe.error().sentence.find(sentence), std::string::npos) << probe.error().sentence;
@@ -114,7 +114,7 @@ TEST(LimitedProbe, ARecordedPressThatNoFingerBearsEndsWithASentence) {
   const auto second = probe.read(samples, milliseconds{0});
   ASSERT_FALSE(second.has_value());
   EXPECT_EQ(second.error(), ProbeError::kBadData);
-  EXPECT_NE(probe.error_message().find("raise [probe] max_force_N"), std::string::npos)
+  EXPECT_NE(probe.error_message().find("increase [probe] max_force_N"), std::string::npos)
       << probe.error_message();
   auto raised = open_probe("sim:ramp?force_N=113&wait_s=0.01&hold_s=0.05");
   LimitedProbe strong(std::move(*raised), {.force_N = 120.0});
