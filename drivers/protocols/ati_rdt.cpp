@@ -18,8 +18,8 @@ constexpr std::uint16_t kHeader = 0x1234;
 constexpr std::uint16_t kStop = 0;
 constexpr std::uint16_t kStream = 2;
 constexpr std::size_t kRequestBytes = 8;
-constexpr std::uint32_t kOverRange = 0x00020000;  ///< of the status: a gauge is out of range
-constexpr milliseconds kQuiet{500};               ///< a request is one datagram, which may get lost
+constexpr std::uint32_t kOverRange = 0x00020000;  ///< status bit: a gauge is out of range
+constexpr milliseconds kQuiet{500};               ///< a request is one datagram, which may be lost
 constexpr double kUsualCounts_per_N = 1e6;
 
 std::uint32_t read_u32_be(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
@@ -79,7 +79,7 @@ class AtiRdt final : public Protocol {
     asked_ = now;
     append_be(kHeader, 2, stream.outgoing);
     append_be(command, 2, stream.outgoing);
-    append_be(0, 4, stream.outgoing);  // until it is told to stop
+    append_be(0, 4, stream.outgoing);  // until a stop request
   }
 
   void read_record(nanoseconds arrival, DeviceStream& stream) {
@@ -94,8 +94,8 @@ class AtiRdt final : public Protocol {
     }
     if (status != status_ && status != 0) {
       std::array<char, 96> text{};
-      std::snprintf(text.data(), text.size(),
-                    "the Net F/T reports status 0x%08X: its web page explains it", status);
+      std::snprintf(text.data(), text.size(), "the Net F/T reports status 0x%08X: see its web page",
+                    status);
       stream.notice(text.data());
     }
     status_ = status;
@@ -115,7 +115,7 @@ class AtiRdt final : public Protocol {
   }
 
   double counts_per_N_;
-  double rate_Hz_;  ///< 0: not known
+  double rate_Hz_;  ///< 0: unknown
   SequenceCounter sequence_{32};
   std::array<std::uint8_t, kAtiRecordBytes> record_{};
   std::size_t length_ = 0;

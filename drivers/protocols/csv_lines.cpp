@@ -17,17 +17,17 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kNoise{2'000'000};  ///< by how much a device's clock may seem to go back
+constexpr nanoseconds kNoise{2'000'000};  ///< largest step back that is not a restart
 
 struct Column {
   enum class Kind : std::uint8_t { kSkip, kTime, kSequence, kValue };
   Kind kind = Kind::kSkip;
   DeviceChannel channel = DeviceChannel::kForce;
   double factor = 1.0;           ///< to N or mm
-  std::int64_t nanoseconds = 0;  ///< of one unit of time
+  std::int64_t nanoseconds = 0;  ///< per unit of time
 };
 
-/// What a column's name means; or a sentence.
+/// Parses a column's name, or returns an error.
 Expected<Column, std::string> column_named(std::string_view name) {
   if (name == "-") return Column{};
   if (name == "seq") return Column{.kind = Column::Kind::kSequence};
@@ -57,8 +57,9 @@ Expected<Column, std::string> column_named(std::string_view name) {
   }
   return Unexpected<std::string>(
       "the column " + std::string(name) +
-      " is not known: known are time_s, time_ms, time_us, seq, force_N, force_x_N, force_y_N, "
-      "force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - for none");
+      " is not known; the known ones are time_s,  time_ms, time_us, seq, force_N, force_x_N, "
+      "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - to ignore a "
+      "column");
 }
 
 Expected<std::vector<Column>, std::string> columns_named(std::string_view names, char separator) {
@@ -73,7 +74,7 @@ Expected<std::vector<Column>, std::string> columns_named(std::string_view names,
   }
   if (channels == 0U) {
     return Unexpected<std::string>(
-        "no column is a force, a depth or a position: name one, for example force_N");
+        "no column is a force, a depth or a position: add one, for example force_N");
   }
   return columns;
 }
@@ -83,7 +84,7 @@ struct CsvOptions {
   std::optional<CsvStyle> style;
   unsigned sequence_bits = 32;
   unsigned clock_bits = 32;
-  double rate_Hz = 0.0;  ///< 0: not known
+  double rate_Hz = 0.0;  ///< 0: unknown
 };
 
 class CsvLines final : public LineProtocol {
@@ -97,7 +98,7 @@ class CsvLines final : public LineProtocol {
   }
 
   void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {
-    lines_.reset(columns_.empty());  // a header may be the very first line
+    lines_.reset(columns_.empty());  // a header may be the first line
     unread_.clear();
   }
 
@@ -143,7 +144,7 @@ class CsvLines final : public LineProtocol {
     if (unread_.size() >= kLearnFrom) learn(stream);
   }
 
-  /// A header names all columns. One that comes again says that the device has started anew.
+  /// A header names all columns. A repeated header means that the device has restarted.
   bool read_header(std::string_view line) {
     for (const char separator : {',', ';', '\t', ' '}) {
       if (style_ && style_->separator != separator) continue;
@@ -158,7 +159,7 @@ class CsvLines final : public LineProtocol {
     return false;
   }
 
-  /// Whether a line is one of the named columns in the style that was given, or in the usual one.
+  /// True if a line has the named columns in the given style or the default style.
   bool suits(std::string_view line) {
     const char separator = separator_of_header_.value_or(',');
     const CsvStyle style = style_.value_or(CsvStyle{.separator = separator});
@@ -169,7 +170,7 @@ class CsvLines final : public LineProtocol {
     return true;
   }
 
-  /// Learns the style of lines, and their columns where they say them.
+  /// Learns the style of the lines, and their columns if the lines name them.
   void learn(DeviceStream& stream) {
     std::vector<std::string> lines;
     for (const auto& [line, arrival] : unread_) lines.push_back(line);
@@ -202,7 +203,7 @@ class CsvLines final : public LineProtocol {
     }
   }
 
-  /// The columns of a line that names them by labels and units; none where it does not.
+  /// The columns of a line with labels and units; empty if it has none.
   static std::vector<Column> columns_said(const std::string& line, const CsvStyle& style) {
     std::vector<Column> columns;
     bool measures = false;
@@ -227,7 +228,7 @@ class CsvLines final : public LineProtocol {
       names += names.empty() ? "force_N" : ",-";
     }
     return "its lines, such as \"" + line +
-           "\", do not say what they measure: name their columns and units, for example columns=" +
+           "\", do not name what they measure: add their columns and units, for example columns=" +
            names + ", or run merkel connect";
   }
 
@@ -283,7 +284,7 @@ class CsvLines final : public LineProtocol {
         }
         const CsvField field = parse_csv_field(part, decimal_comma);
         const auto& count = field.number;
-        // What follows the number may be its unit, but not another number.
+        // A unit may follow the number, but not another number.
         if (!count || field.unit.find_first_of("0123456789,;") != std::string_view::npos ||
             !(*count >= 0.0 && *count < 9e15 / static_cast<double>(column.nanoseconds))) {
           return false;
@@ -301,7 +302,7 @@ class CsvLines final : public LineProtocol {
         return true;
       }
       case Column::Kind::kValue: {
-        // Exact to the digit where it is a bare number, as most are.
+        // Exact for a number without a unit, the usual case.
         if (const auto value = decimal_comma ? std::nullopt : parse_number(part)) {
           reading.set(column.channel, *value * column.factor);
           return true;
@@ -322,8 +323,8 @@ class CsvLines final : public LineProtocol {
     return false;
   }
 
-  /// Whether the device's clock has gone back, otherwise than by its wrap, and stays there: one
-  /// wrong time is no restart.
+  /// True if the device's clock has gone back, other than by wrapping, and stays there. A single
+  /// wrong time is not a restart.
   bool restarted(nanoseconds time) noexcept {
     const bool back =
         last_time_ && time < *last_time_ - kNoise && (!wrap_ || *last_time_ - time < *wrap_ / 2);

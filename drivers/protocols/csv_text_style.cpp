@@ -28,7 +28,7 @@ std::string lower(std::string_view text) {
   return low;
 }
 
-/// Where the number of a field begins: after the last ':' or '=' if there is one.
+/// The start of the number in a field: after the last ':' or '=', if any.
 std::size_t number_begins(std::string_view text) noexcept {
   const auto mark = text.find_last_of(":=");
   std::size_t at = mark == std::string_view::npos ? 0 : mark + 1;
@@ -119,7 +119,7 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
       std::size_t fields = 0;
       bool good = true;
       std::string_view rest = line;
-      // A label and a unit may have blanks around them: only bare numbers are separated by blanks.
+      // Labels and units may contain blanks; only bare numbers are separated by blanks.
       while (!rest.empty()) {
         const CsvField field =
             parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
@@ -139,7 +139,7 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
     if (with_digits == 0 || 2 * read <= with_digits || 2 * alike <= read) continue;
     if (style.decimal_comma && !comma_used) continue;
     if (style.separator == ' ' && fields_of_first < 2) continue;
-    // More columns explain a line better; a style that needs no special mark is likelier.
+    // More columns explain a line better; without a special character, a style is likelier.
     const bool separates = fields_of_first > 1;
     candidates.push_back({style, static_cast<double>(alike) / static_cast<double>(with_digits) +
                                      (separates ? 0.1 : 0.0) + (units ? 0.2 : 0.0) +

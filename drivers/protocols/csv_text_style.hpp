@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// How lines of numbers are written: "0.300,12", "0,300;12", "Force: 0.300 N".
+/// The style of lines of numbers: "0.300,12", "0,300;12", "Force: 0.300 N".
 struct CsvStyle {
   char separator = ',';  ///< ',', ';', tab or ' '
   bool decimal_comma = false;
@@ -15,26 +15,26 @@ struct CsvStyle {
   friend bool operator==(const CsvStyle&, const CsvStyle&) = default;
 };
 
-/// One field of such a line: a number with or without a name before it and a unit after it.
+/// One field of such a line: a number optionally with a label before it and a unit after it.
 struct CsvField {
-  std::string_view label;  ///< without ':' or '='; empty for none
+  std::string_view label;  ///< without ':' or '='; empty: none
   std::optional<double> number;
-  std::string_view unit;  ///< empty for none
+  std::string_view unit;  ///< empty: none
 };
 
-/// Takes the text up to the next separator off `rest`, without surrounding blanks. Several blanks
-/// are one separator.
+/// Removes the text up to the next separator from `rest` and returns it without surrounding blanks.
+/// Several blanks are one separator.
 [[nodiscard]] std::string_view take_csv_part(std::string_view& rest, char separator) noexcept;
 
 /// Reads one field. Text without a number is a label.
 [[nodiscard]] CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept;
 
-/// Every style in which all fields of the lines are numbers, likeliest first. \param lines  as they
-/// came, without their ends; those without a digit are passed over
+/// All styles in which every field of the lines is a number, likeliest first. \param lines  without
+/// their line ends; lines without a digit are ignored
 [[nodiscard]] std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines);
 
-/// The column that a field's label and unit name, as in the option `columns` ("force_N"); "-" where
-/// they name something else, empty where they name nothing.
+/// The column that a field's label and unit name, as in the option `columns` ("force_N"); "-" if
+/// they name something else, empty if there are none.
 [[nodiscard]] std::string csv_column_of(const CsvField& field);
 
 /// "comma", "semicolon", "tab" or "space".

@@ -12,14 +12,14 @@
 
 namespace merkel {
 
-/// What a device may measure: forces in N (compression is positive), lengths in mm.
+/// The quantities that a device can measure: forces in N (compression is positive), lengths in mm.
 enum class DeviceChannel : std::uint8_t {
   kForce,   ///< along the probe's axis
-  kForceX,  ///< of a multi-axis sensor
+  kForceX,  ///< from a multi-axis sensor
   kForceY,
   kForceZ,
   kDepth,  ///< indentation depth
-  kX,      ///< of a stage, in its work coordinates
+  kX,      ///< from a stage, in its work coordinates
   kY,
   kZ,
 };
@@ -31,18 +31,18 @@ inline constexpr std::array<std::string_view, kDeviceChannels> kDeviceChannelNam
   return 1U << static_cast<std::uint32_t>(channel);
 }
 
-/// What one frame of a device says, in N and mm, before any calibration.
+/// The content of one frame of a device, in N and mm, before calibration.
 struct DeviceReading {
   std::array<double, kDeviceChannels> values{};
-  std::uint32_t channels = 0;  ///< which values are set: bit_of(channel)
-  std::uint32_t lost = 0;      ///< frames that the sequence numbers say were lost before this one
-  bool saturated = false;      ///< a value stands at the end of what the device can say
-  bool rebooted = false;       ///< the device has started anew since its last reading
-  /// By the device's own clock, as it stands on the wire: it may wrap (Protocol::clock_wrap).
+  std::uint32_t channels = 0;  ///< the values that are set: bit_of(channel)
+  std::uint32_t lost = 0;      ///< frames lost before this one, by sequence numbers
+  bool saturated = false;      ///< a value is at the limit of its format
+  bool rebooted = false;       ///< the device has restarted since its last reading
+  /// By the device's clock, as transmitted; it may wrap (Protocol::clock_wrap).
   std::optional<std::chrono::nanoseconds> device_time;
-  /// When its last byte was read, host-monotonic.
+  /// Time of reading its last byte, host-monotonic.
   std::chrono::nanoseconds arrival{0};
-  /// When it was asked for, host-monotonic; not set for a device that streams.
+  /// Time of its request, host-monotonic; not set for a device that streams.
   std::optional<std::chrono::nanoseconds> asked;
 
   void set(DeviceChannel channel, double value) noexcept {
@@ -57,7 +57,7 @@ struct DeviceReading {
   }
 };
 
-/// Whether every value is finite and of possible magnitude.
+/// True if all values are finite and within SampleLimits.
 [[nodiscard]] inline bool plausible(const DeviceReading& reading) noexcept {
   for (std::size_t i = 0; i < kDeviceChannels; ++i) {
     const double limit =

@@ -5,11 +5,11 @@
 
 namespace merkel {
 
-/// What one of a unit is in N, by the names that instruments use in any case: N, mN, kN, lbF, ozF,
-/// kgF, gF. Nothing for any other.
+/// A unit in N, by the names that instruments use, in any case: N, mN, kN, lbF, ozF, kgF, gF. Empty
+/// for any other name.
 [[nodiscard]] std::optional<double> newtons_per(std::string_view unit) noexcept;
 
-/// The same in mm: mm, um, m, in.
+/// A unit in mm: mm, um, m, in.
 [[nodiscard]] std::optional<double> millimetres_per(std::string_view unit) noexcept;
 
 /// The names above, for error messages.

@@ -22,7 +22,7 @@ constexpr milliseconds kPatience{300};
 constexpr std::uint32_t kChannels =
     bit_of(DeviceChannel::kX) | bit_of(DeviceChannel::kY) | bit_of(DeviceChannel::kZ);
 
-/// "1.000,-2.000,3.000", and further axes that we leave alone.
+/// Reads "1.000,-2.000,3.000"; ignores additional axes.
 std::optional<Vector> read_vector(std::string_view text) noexcept {
   Vector vector{};
   for (double& number : vector) {
@@ -45,7 +45,7 @@ class Grbl final : public LineProtocol {
     lines_.reset(true);
     timer_.reset(now);
     offset_.reset();
-    // The first report after an empty line and the settings says the offset soon.
+    // After an empty line and the settings request, one of the next reports has the offset.
     stream.send(asks_unit_ ? "\n$$\n" : "\n");
   }
 
@@ -109,7 +109,7 @@ class Grbl final : public LineProtocol {
       return;
     }
     if (!work) {
-      if (!offset_) return;  // it comes with one of the next reports
+      if (!offset_) return;  // one of the next reports has it
       work = machine;
       for (std::size_t i = 0; i < 3; ++i) (*work)[i] -= (*offset_)[i];
     }
@@ -161,7 +161,7 @@ class GrblDevice final : public SimulatedDevice {
 
   [[nodiscard]] bool started() const noexcept override { return asked_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{1};  // asked at any time, it knows where it is
+    return milliseconds{1};  // its position is available at any time
   }
 
  private:

@@ -9,10 +9,10 @@
 
 namespace merkel {
 
-/// GRBL 1.1 (115200 Bd): a small CNC machine that carries the indenter. It is asked `?` and reports
-/// its position; work coordinates are patch coordinates, so set the work zero (G10 L20) with the
-/// tip on the skin at the patch's corner: z = −depth. Moving it is up to you. Options: `rate_hz` (1
-/// to 100; default 25), `unit` = mm or in where `$13` cannot be asked.
+/// GRBL 1.1 (115200 Bd): a small CNC machine that carries the indenter. The host sends `?`, and the
+/// machine reports its position. Work coordinates are patch coordinates: set the work zero (G10
+/// L20) with the tip on the skin at the corner of the patch, so that z = −depth. The user moves the
+/// machine. Options: `rate_hz` (1 to 100; default 25), `unit` = mm or in if `$13` is not available.
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_grbl(UriOptions& options);
 [[nodiscard]] std::unique_ptr<SimulatedDevice> make_grbl_device();
 

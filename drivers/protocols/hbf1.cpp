@@ -20,17 +20,17 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kClockWrap = microseconds{std::int64_t{1} << 32U};
 constexpr milliseconds kAskAgain{250};
-constexpr milliseconds kQuiet{500};  ///< a started device that says nothing is started again
+constexpr milliseconds kQuiet{500};  ///< a started device that is silent this long is started again
 constexpr milliseconds kSyncEvery{1000};
 constexpr milliseconds kSyncSpacing{3};
 constexpr milliseconds kSyncPatience{150};
 constexpr int kSyncsARound = 8;
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
-constexpr nanoseconds kAhead = std::chrono::seconds{60};  ///< frames may have waited so long
+constexpr nanoseconds kAhead = std::chrono::seconds{60};  ///< longest delay of a frame
 
 /// One channel of a HELLO.
 struct Channel {
-  std::optional<DeviceChannel> channel;  ///< not set: nothing we use
+  std::optional<DeviceChannel> channel;  ///< not set: not used
   Hbf1Format format = Hbf1Format::kFloat;
   double scale = 1.0;
   double offset = 0.0;
@@ -39,8 +39,10 @@ struct Channel {
 
 constexpr std::size_t kChannelBytes = 11;
 constexpr std::uint8_t kLastKind = 9;
-constexpr std::array<std::string_view, 4> kStatusWords = {
-    "overload", "a saturated channel", "that it is not calibrated", "that its own buffer ran over"};
+constexpr std::array<std::string_view, 4> kStatusWords = {"overload", "a saturated channel",
+                                                          "that it is not calibrated",
+                                                          "that its own buffer "
+                                                          "overflowed"};
 constexpr unsigned kOverloadOrSaturated = 3;  ///< bits of the status
 
 float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {
@@ -57,7 +59,7 @@ class Hbf1Protocol final : public Protocol {
     reopened_ = true;
     syncs_sent_ = 0;
     ask_at_ = sync_at_ = now;
-    stream.outgoing.push_back(0);  // ends whatever the device has read so far
+    stream.outgoing.push_back(0);  // ends a partial frame on the device's side
     static_cast<void>(poll(now, stream));
   }
 
@@ -103,7 +105,7 @@ class Hbf1Protocol final : public Protocol {
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override {
-    // A round of SYNC tells the time before the first sample comes; old firmware may lack it.
+    // SYNC sets the time before the first sample; old firmware may not answer.
     return channels_ != 0U && said_hello_ &&
            (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
   }
@@ -142,22 +144,22 @@ class Hbf1Protocol final : public Protocol {
     command(Hbf1Command::kStart, {}, stream);
   }
 
-  /// Whether a frame is of the same run of the device as the one before it: a device's clock does
-  /// not get ahead of ours, and while the port was closed it went on at our pace.
+  /// True if a frame belongs to the same run of the device as the previous one: the device's clock
+  /// cannot get ahead of the host's, and while the port was closed it advanced at the host's rate.
   [[nodiscard]] bool continues(std::uint32_t time_us, nanoseconds arrival) const noexcept {
     const auto host = arrival - last_arrival_;
     const nanoseconds device = microseconds{time_us - last_time_us_};
-    // A sample's time is that of its latch: it may be before that of an answer already sent.
+    // A sample has the time of its latch, which may precede the time of an earlier answer.
     if (kClockWrap - device < kBehind) return true;
     if (!reopened_) return device <= host + kAhead;
     const nanoseconds ahead = (device - host % kClockWrap + kClockWrap) % kClockWrap;
     return ahead < kBehind || kClockWrap - ahead < kBehind;
   }
 
-  /// Follows sequence numbers and restarts. False for a frame that came before.
+  /// Tracks sequence numbers and restarts. False for a repeated frame.
   bool follow(const Hbf1Header& header, nanoseconds arrival, DeviceStream& stream) {
     const bool continued = last_arrival_ == nanoseconds{0} || continues(header.time_us, arrival);
-    // The next number with an impossible time is one wrong time, which ReadingTimes finds.
+    // The next number with an impossible time is a single wrong time; ReadingTimes handles it.
     const bool in_order =
         !reopened_ && header.sequence == static_cast<std::uint16_t>(last_sequence_ + 1U);
     if (!continued && !in_order) {
@@ -180,8 +182,8 @@ class Hbf1Protocol final : public Protocol {
 
   void read_frame(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
     if (frame.header.type >= Hbf1Type::kCommand) {
-      // Our own words: the line echoes. Not a frame of the device.
-      if (!echo_noticed_) stream.notice("the device sends back what it is sent: its echo is on");
+      // The host's own frame: the line echoes. Not a frame of the device.
+      if (!echo_noticed_) stream.notice("the device echoes the host's bytes: switch its echo off");
       echo_noticed_ = true;
       return;
     }
@@ -203,7 +205,7 @@ class Hbf1Protocol final : public Protocol {
                       std::to_string(read_u32(frame.body.subspan<2, 4>())));
         break;
       case Hbf1Type::kText:
-        stream.notice("the device says: " + printable(frame.body));
+        stream.notice("message of the device: " + printable(frame.body));
         break;
       case Hbf1Type::kSyncResponse:
         if (!read_sync(frame, arrival, stream)) ++malformed_;
@@ -265,7 +267,7 @@ class Hbf1Protocol final : public Protocol {
       if (unit > kHbf1LastUnit) {
         error_message_ = "its HELLO gives channel " + std::to_string(i + 1) +
                          " in the unknown unit " + std::to_string(unit) +
-                         ": known are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
+                         ": the known ones are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
         return false;
       }
       if (unit == kHbf1Micrometre) {
@@ -279,7 +281,7 @@ class Hbf1Protocol final : public Protocol {
       layout.push_back(channel);
     }
     if (channels == 0U) {
-      error_message_ = "its HELLO names no channel of force, depth or position";
+      error_message_ = "its HELLO has no channel of force, depth or position";
       return false;
     }
     layout_ = std::move(layout);
@@ -288,7 +290,7 @@ class Hbf1Protocol final : public Protocol {
     serial_number_ = names[0];
     if (!said_hello_) hello_ = arrival;
     said_hello_ = true;
-    if (wanted_) send_start(arrival, stream);  // it speaks again after a restart
+    if (wanted_) send_start(arrival, stream);  // it sends again after a restart
     return true;
   }
 
@@ -341,7 +343,7 @@ class Hbf1Protocol final : public Protocol {
     if (frame.body.size() != 8) return false;
     const std::uint32_t token = read_u32(frame.body.first<4>());
     Sent& sent = sent_[token % sent_.size()];
-    if (sent.token != token || sent.time == nanoseconds{0}) return true;  // of an earlier session
+    if (sent.token != token || sent.time == nanoseconds{0}) return true;  // from an earlier session
     ++answers_;
     stream.exchanges.push_back(
         {.sent = std::exchange(sent.time, nanoseconds{0}),
@@ -365,7 +367,7 @@ class Hbf1Protocol final : public Protocol {
   std::uint16_t status_ = 0;
   std::string serial_number_;
   std::string error_message_;
-  std::uint64_t malformed_ = 0;  ///< frames that pass their CRC and make no sense
+  std::uint64_t malformed_ = 0;  ///< invalid frames that pass their CRC
   bool said_hello_ = false;
   bool wanted_ = false;
   bool reopened_ = true;

@@ -9,9 +9,9 @@
 
 namespace merkel {
 
-/// HBF1, the frame of our own firmware (drivers/firmware): units and scales come from the device's
-/// HELLO, times from its latch, losses from its sequence numbers, and its clock is asked by SYNC.
-/// Options: `rate_hz` (1 to 20000; the firmware's own, if not given).
+/// HBF1, the protocol of the project's firmware (drivers/firmware). The device's HELLO gives units
+/// and scales, its latch the times, its sequence numbers the losses, and SYNC requests its clock.
+/// Options: `rate_hz` (1 to 20000; default: the firmware's).
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_hbf1(UriOptions& options);
 
 /// \param channels  ProbeSample::Channel bits of the trace

@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-// How a HELLO of HBF1 describes a channel, on the wire.
+// The wire format of a channel in a HELLO of HBF1.
 
 enum class Hbf1Format : std::uint8_t { kInt16 = 0, kInt32 = 1, kFloat = 2 };
 

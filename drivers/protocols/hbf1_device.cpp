@@ -112,7 +112,7 @@ class Hbf1Device final : public SimulatedDevice {
   std::uint16_t sequence_ = 0;
   bool started_ = false;
   long rate_Hz_ = 1000;
-  std::uint16_t asked_rate_Hz_ = 0;  ///< by the host; 0: as often as the trace
+  std::uint16_t asked_rate_Hz_ = 0;  ///< requested by the host; 0: the trace's
 };
 
 }  // namespace

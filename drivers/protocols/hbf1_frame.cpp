@@ -6,7 +6,7 @@ namespace {
 constexpr std::size_t kHeaderBytes = 8;
 constexpr std::size_t kCrcBytes = 2;
 
-/// Consistent Overhead Byte Stuffing. The result has no 0 and is one byte longer for up to 254.
+/// Consistent Overhead Byte Stuffing. The result has no 0 and is one byte longer per 254 bytes.
 void append_cobs(std::span<const std::uint8_t> bytes, Bytes& out) {
   std::size_t code = out.size();
   out.push_back(1);
@@ -20,7 +20,7 @@ void append_cobs(std::span<const std::uint8_t> bytes, Bytes& out) {
   }
 }
 
-/// Undoes it. Nothing where the text is not one that append_cobs makes.
+/// The inverse. Empty if the bytes are not valid COBS.
 std::optional<std::size_t> decode_cobs(std::span<const std::uint8_t> in,
                                        std::span<std::uint8_t> out) noexcept {
   std::size_t read = 0;

@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-/// What an HBF1 frame is about. Below 8: from the device; from 8: to the device.
+/// The type of an HBF1 frame. Below 8: from the device; from 8: to the device.
 enum class Hbf1Type : std::uint8_t {
   kHello = 0,
   kSample = 1,
@@ -29,11 +29,11 @@ enum class Hbf1Command : std::uint8_t { kStart = 1, kStop = 2, kRate = 3, kTare 
 struct Hbf1Header {
   Hbf1Type type = Hbf1Type::kSample;
   std::uint8_t stream = 0;
-  std::uint16_t sequence = 0;  ///< per direction, one more with every frame of any type
+  std::uint16_t sequence = 0;  ///< per direction; increases with every frame of any type
   std::uint32_t time_us = 0;   ///< device clock at the latch; wraps after 71.6 minutes
 };
 
-/// A frame that was received whole. The body is valid until the decoder takes the next byte.
+/// A received frame. The body is valid until the decoder takes the next byte.
 struct Hbf1Frame {
   Hbf1Header header;
   std::span<const std::uint8_t> body;
@@ -45,7 +45,7 @@ inline constexpr std::size_t kHbf1LongestBody = 244;  ///< header, body and CRC 
 /// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, not reflected; "123456789" gives 0x29B1.
 [[nodiscard]] std::uint16_t crc16_ccitt(std::span<const std::uint8_t> bytes) noexcept;
 
-/// Appends COBS(header | body | CRC) and the 0 that ends it.
+/// Appends COBS(header | body | CRC) and the final 0.
 /// \param body  at most kHbf1LongestBody bytes
 void append_hbf1_frame(const Hbf1Header& header, std::span<const std::uint8_t> body, Bytes& wire);
 
@@ -55,7 +55,7 @@ void append_hbf1_frame(const Hbf1Header& header, std::span<const std::uint8_t> b
 void append_u16(std::uint16_t number, Bytes& bytes);
 void append_u32(std::uint32_t number, Bytes& bytes);
 
-/// Finds the frames in a stream of bytes: every 0 ends one, so it recovers from anything.
+/// Finds frames in a stream of bytes. Every 0 ends a frame, so it resynchronises after errors.
 class Hbf1Decoder {
  public:
   struct Counts {
@@ -63,10 +63,10 @@ class Hbf1Decoder {
     std::uint64_t damaged = 0;  ///< too long or too short, not COBS, or with a wrong CRC
   };
 
-  /// Drops an unfinished frame. \param partial  what comes first may be the end of a frame: does
-  /// not count it as damaged
+  /// Drops an unfinished frame. \param partial  the next bytes may be the end of a frame; do not
+  /// count it as damaged
   void reset(bool partial) noexcept;
-  /// The frame that a byte completes, if it is whole and correct.
+  /// The frame that a byte completes, if it is complete and correct.
   [[nodiscard]] std::optional<Hbf1Frame> take(std::uint8_t byte) noexcept;
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 

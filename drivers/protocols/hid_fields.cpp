@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// What stands in a report; nothing, if that is too short.
+/// The raw value of a field; empty if the report is too short.
 std::optional<std::int64_t> read_field(const HidField& field,
                                        std::span<const std::uint8_t> report) {
   if (field.offset + field.bits > 8 * report.size()) return std::nullopt;
@@ -34,7 +34,7 @@ std::string_view consume_until(std::string_view& rest, char mark) noexcept {
   return part;
 }
 
-/// The field that a text means; or a sentence.
+/// Parses a field, or returns an error.
 Expected<HidField, std::string> field_of(std::string_view text) {
   std::string_view rest = text;
   const std::string_view name = consume_until(rest, ':');
@@ -70,8 +70,9 @@ Expected<HidField, std::string> field_of(std::string_view text) {
   const auto* const found = std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), stem);
   if (found == kDeviceChannelNames.end()) {
     return Unexpected<std::string>("the channel " + std::string(name) +
-                                   " is not known: known are force_N, force_x_N, force_y_N, "
-                                   "force_z_N, depth_mm, x_mm, y_mm, z_mm, time_us, time_ms, seq");
+                                   " is not known; the known ones are force_N,  force_x_N, "
+                                   "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm, time_us, "
+                                   "time_ms, seq");
   }
   field.channel = static_cast<DeviceChannel>(found - kDeviceChannelNames.begin());
   const bool force = field.channel <= DeviceChannel::kForceZ;
@@ -107,7 +108,7 @@ class HidFields final : public Protocol {
     stream.counts.bytes += bytes.size();
     if (report_id_ != 0) {
       if (bytes[0] != report_id_) {
-        ++stream.counts.frames;  // another report of the same device
+        ++stream.counts.frames;  // another report of the device
         return;
       }
       bytes = bytes.subspan(1);
@@ -117,19 +118,19 @@ class HidFields final : public Protocol {
     for (const HidField& field : fields_) {
       const auto raw = read_field(field, bytes);
       if (!raw) {
-        ++stream.counts.damaged;  // shorter than the map says
+        ++stream.counts.damaged;  // shorter than the map requires
         return;
       }
       if (field.has_range && (*raw < field.low || *raw > field.high)) {
         ++stream.counts.frames;
-        ++stream.counts.refused;  // the device has no value to tell
+        ++stream.counts.refused;  // the device has no value
         return;
       }
       const double value = static_cast<double>(*raw) * field.scale + field.bias;
       switch (field.kind) {
         case HidField::Kind::kValue:
           reading.set(field.channel, value);
-          // The low end of what is never negative is where nothing touches.
+          // The low end of an unsigned range means no contact, not saturation.
           reading.saturated =
               reading.saturated ||
               (field.has_range && (*raw == field.high || (field.is_signed && *raw == field.low)));
@@ -181,7 +182,7 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
   }
   if (!measures) {
     return bad_input(
-        "the option fields must name a force, a depth or a position in the reports, "
+        "the option fields must contain a force, a depth or a position in the reports, "
         "for example fields=force_N:0:16:s:0.001");
   }
   return map;

@@ -9,15 +9,15 @@
 
 namespace merkel {
 
-/// The map of a URI's options. `fields` lists it as CHANNEL_UNIT:OFFSET:BITS:SIGN:SCALE, separated
-/// by commas: the first bit after the report number, 1 to 32 bits, s or u, and what one count is in
-/// the unit, such as `force_N:0:16:s:0.001,depth_um:16:16:u:1`. Further names are `time_us`,
-/// `time_ms` (the device's clock, which wraps at its bits) and `seq` (a counter). Without it there
-/// are no fields, and the report descriptor is to be asked. `report_id` (0: reports have no
-/// number).
+/// The field map of a URI's options. `fields` lists CHANNEL_UNIT:OFFSET:BITS:SIGN:SCALE, separated
+/// by commas: the offset of the first bit after the report ID, 1 to 32 bits, s or u, and the value
+/// of one count, as in `force_N:0:16:s:0.001,depth_um:16:16:u:1`. Further names are `time_us`,
+/// `time_ms` (the device's clock, which wraps at its width) and `seq` (a counter). Without `fields`
+/// the map is empty, and the report descriptor must give it. `report_id` selects a report (0:
+/// reports have no ID).
 [[nodiscard]] Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options);
 
-/// HID input reports, read by a map of their fields; every call of take() is one report.
+/// Decodes HID input reports by a field map; every call of take() is one report.
 [[nodiscard]] std::unique_ptr<Protocol> make_hid_fields(HidFieldMap map);
 
 }  // namespace merkel

@@ -14,7 +14,7 @@ constexpr std::size_t kMostDescriptorBytes = 4096;
 constexpr std::size_t kMostUsages = 1024;
 constexpr std::size_t kDeepestStack = 16;
 
-// Items, without the bits of their size.
+// Items without their size bits.
 constexpr unsigned kInput = 0x80;
 constexpr unsigned kOutput = 0x90;
 constexpr unsigned kFeature = 0xb0;
@@ -22,17 +22,17 @@ constexpr unsigned kCollection = 0xa0;
 constexpr unsigned kEndCollection = 0xc0;
 constexpr unsigned kLongItem = 0xfe;
 
-constexpr std::uint32_t kConstant = 1U;  ///< of an input: padding
+constexpr std::uint32_t kConstant = 1U;  ///< flag of an input: padding
 constexpr std::uint32_t kVariable = 2U;
 constexpr std::uint32_t kRelative = 4U;
 
-// Usages, the page in the upper half.
+// Usages, with the page in the upper half.
 constexpr std::uint32_t kX = 0x0001'0030;
 constexpr std::uint32_t kY = 0x0001'0031;
 constexpr std::uint32_t kZ = 0x0001'0032;
 constexpr std::uint32_t kSensorForce = 0x0020'0494;
 
-// One of a unit in SI: force 1 g·cm/s² and 1 slug·inch/s² in N, length 1 cm and 1 inch in mm.
+// Units in SI: force 1 g·cm/s² and 1 slug·inch/s² in N, length 1 cm and 1 inch in mm.
 constexpr double kN_per_dyne = 1e-5;
 constexpr double kN_per_slug_inch = 14.593902937 * 0.0254;
 constexpr double kMm_per_cm = 10.0;
@@ -77,7 +77,7 @@ int signed_nibble(std::uint32_t value) noexcept {
 
 enum class Dimension { kNone, kForce, kLength, kTime, kOther };
 
-/// What is measured in a unit, and what one of it is in N, mm or ns.
+/// The dimension of a unit, and the unit in N, mm or ns.
 std::pair<Dimension, double> meaning_of(std::uint32_t unit) noexcept {
   if (unit == 0) return {Dimension::kNone, 1.0};
   const std::uint32_t system = unit & 0xfU;  // 1: cm, g, s; 3: inch, slug, s; others measure angles
@@ -90,7 +90,7 @@ std::pair<Dimension, double> meaning_of(std::uint32_t unit) noexcept {
   return {Dimension::kOther, 1.0};
 }
 
-/// What a field means; nothing, if nothing that a probe measures.
+/// The meaning of a field; empty if it is not a quantity of a probe.
 std::optional<HidField> field_of(const Globals& globals, std::uint32_t usage,
                                  std::size_t offset) noexcept {
   if (globals.bits == 0 || globals.bits > HidFieldMap::kMostBits || globals.low >= globals.high) {
@@ -138,7 +138,7 @@ class DescriptorReader {
  public:
   explicit DescriptorReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// The fields of each report with a meaning; or a sentence.
+  /// The known fields of each report, or an error.
   Expected<std::array<std::vector<HidField>, 256>, std::string> read() {
     while (!bytes_.empty()) {
       const auto item = next();
@@ -167,7 +167,7 @@ class DescriptorReader {
     return item;
   }
 
-  /// Returns what is wrong; nothing, if nothing.
+  /// Returns an error, or an empty string.
   std::string take(const Item& item) {
     switch (item.kind) {
       case kInput:
@@ -184,7 +184,7 @@ class DescriptorReader {
       case 0x14:
         globals_.low = item.signed_value();
         return {};
-      case 0x24:  // unsigned where the lowest value is not negative
+      case 0x24:  // unsigned if the lowest value is not negative
         globals_.high = globals_.low < 0 ? item.signed_value() : std::int64_t{item.value};
         return {};
       case 0x34:
@@ -204,7 +204,7 @@ class DescriptorReader {
         globals_.bits = item.value;
         return {};
       case 0x84:
-        if (item.value == 0 || item.value > 255) return "its reports have impossible numbers";
+        if (item.value == 0 || item.value > 255) return "its report IDs are out of range";
         globals_.report = static_cast<std::uint8_t>(item.value);
         return {};
       case 0x94:
@@ -215,7 +215,7 @@ class DescriptorReader {
         stack_.push_back(globals_);
         return {};
       case 0xb4:
-        if (stack_.empty()) return "its report descriptor restores what it has not kept";
+        if (stack_.empty()) return "its report descriptor has a Pop without a Push";
         globals_ = stack_.back();
         stack_.pop_back();
         return {};
@@ -249,10 +249,10 @@ class DescriptorReader {
     std::size_t& offset = offsets_[globals_.report];
     const std::uint64_t bits = std::uint64_t{globals_.bits} * globals_.count;
     if (bits > HidFieldMap::kLastBit || offset + bits > HidFieldMap::kLastBit) {
-      return "its report descriptor tells of reports that are too long";
+      return "its report descriptor defines reports that are too long";
     }
     if ((flags & (kConstant | kVariable | kRelative)) == kVariable) {
-      // Further ones are of the last usage again, of which the first counts.
+      // Further fields repeat the last usage, of which only the first counts.
       const std::size_t named = std::min<std::size_t>(globals_.count, locals_.usages.size());
       for (std::size_t i = 0; i < named; ++i) {
         add_field(field_of(globals_, locals_.usages[i], offset + i * globals_.bits));
@@ -300,7 +300,7 @@ Expected<HidFieldMap, std::string> map_report_descriptor(
     return HidFieldMap{.fields = std::move(fields), .report_id = static_cast<std::uint8_t>(id)};
   }
   return Unexpected<std::string>(
-      "its report descriptor names no force, depth or position with a unit");
+      "its report descriptor has no force, depth or position with a unit");
 }
 
 }  // namespace merkel

@@ -5,8 +5,8 @@
 
 namespace merkel {
 
-/// A protocol of lines of text: cuts the bytes, counts those of lines too long, and leaves each
-/// line to what knows the language.
+/// Base of protocols with text lines: splits the bytes, counts lines that are too long, and leaves
+/// the content to the derived class.
 class LineProtocol : public Protocol {
  public:
   void take(std::span<const std::uint8_t> bytes, std::chrono::nanoseconds arrival,
@@ -19,7 +19,7 @@ class LineProtocol : public Protocol {
   }
 
  protected:
-  /// \param line  not empty, without its end.  \param arrival  of its last byte
+  /// \param line  not empty, without its line end.  \param arrival  time of its last byte
   virtual void read_line(std::string_view line, std::chrono::nanoseconds arrival,
                          DeviceStream& stream) = 0;
 

@@ -8,9 +8,9 @@
 
 namespace merkel {
 
-/// Cuts a stream of bytes into lines that end with CR, LF or both, in bounded memory. The first
-/// line after a reset is dropped unless told to be whole: its beginning may be missing, and "5.2"
-/// of "15.2" is a number too.
+/// Splits a stream of bytes into lines that end with CR, LF or both, in bounded memory. The first
+/// line after a reset is dropped unless it is known to be whole: its start may be missing, and
+/// "5.2" from "15.2" is also a number.
 class LineSplitter {
  public:
   static constexpr std::size_t kLongestLine = 256;
@@ -20,7 +20,7 @@ class LineSplitter {
     dropping_ = !first_is_whole;
   }
 
-  /// The line that a byte completes, valid until the next call; empty lines are left out.
+  /// The line that a byte completes, valid until the next call; empty lines are skipped.
   [[nodiscard]] std::optional<std::string_view> take(std::uint8_t byte) noexcept {
     if (byte != '\n' && byte != '\r') {
       if (length_ < line_.size()) {
@@ -39,7 +39,7 @@ class LineSplitter {
     return std::string_view(line_.data(), length);
   }
 
-  /// How many lines were longer than any should be, since the last call.
+  /// The number of too long lines since the last call.
   [[nodiscard]] std::size_t take_too_long() noexcept {
     const std::size_t count = too_long_;
     too_long_ = 0;

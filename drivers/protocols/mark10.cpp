@@ -18,11 +18,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kQuiet{1000};  ///< a gauge silent for so long is told to stream again
+constexpr milliseconds kQuiet{1000};  ///< a gauge that is silent this long is restarted
 constexpr milliseconds kPatience{200};
-constexpr int kRateOfAout1 = 50;  ///< AOUT1 streams 50 readings a second
+constexpr int kRateOfAout1 = 50;  ///< AOUT1 streams 50 readings per second
 
-/// Reads "travel and force" in any order, told apart by their units.
+/// Reads travel and force in any order, distinguished by their units.
 bool parse_line(std::string_view line, double plain_factor, DeviceReading& reading,
                 std::string& error_message) {
   std::string_view rest = line;
@@ -46,11 +46,11 @@ bool parse_line(std::string_view line, double plain_factor, DeviceReading& readi
 }
 
 std::string_view meaning_of_error(std::string_view code) {
-  if (code == "*10") return "it does not know the command";
-  if (code == "*11") return "the command is not valid in its present state";
-  if (code == "*12") return "a parameter of the command is missing or wrong";
-  if (code == "*22") return "the command does not fit this model";
-  return "an error that is not documented";
+  if (code == "*10") return "unknown command";
+  if (code == "*11") return "command not valid in the present state";
+  if (code == "*12") return "missing or wrong parameter of the command";
+  if (code == "*22") return "command not supported by this model";
+  return "undocumented error";
 }
 
 class Mark10 final : public LineProtocol {
@@ -59,7 +59,7 @@ class Mark10 final : public LineProtocol {
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     lines_.reset(false);
-    stream.send("\r");  // ends whatever the gauge has read so far
+    stream.send("\r");  // ends a partial command on the gauge's side
     ask(now, stream);
   }
   void end(DeviceStream& stream) override { stream.send("AOUT0\r"); }
@@ -67,7 +67,7 @@ class Mark10 final : public LineProtocol {
   void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
     if (line.front() == '*') {
       ++stream.counts.frames;
-      stream.notice("the gauge answers " + std::string(line) + ": " +
+      stream.notice("the gauge reports " + std::string(line) + ": " +
                     std::string(meaning_of_error(line)));
       return;
     }
@@ -167,7 +167,7 @@ class EsmStand final : public LineProtocol {
 
 void append(std::string_view text, Bytes& out) { out.insert(out.end(), text.begin(), text.end()); }
 
-/// As a display shows it: so many decimals, never an exponent.
+/// A number with fixed decimals, without an exponent.
 std::string displayed(double value, int decimals) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
@@ -208,7 +208,7 @@ class Mark10Device final : public SimulatedDevice {
 
  private:
   std::string reading_ = "0.000 N\r\n";
-  int rate_Hz_ = 0;  ///< of its stream; 0: it is quiet
+  int rate_Hz_ = 0;  ///< of its stream; 0: not streaming
   LineSplitter lines_;
 };
 
@@ -229,7 +229,7 @@ class EsmDevice final : public SimulatedDevice {
   }
   [[nodiscard]] bool started() const noexcept override { return asked_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{1};  // asked at any time, it knows where it is
+    return milliseconds{1};  // its position is available at any time
   }
 
  private:

@@ -5,14 +5,14 @@
 
 namespace merkel {
 
-/// One reading as instruments display it: "-18.78 lbF", "4.285N", "12.5".
+/// A reading in the form of an instrument's display: "-18.78 lbF", "4.285N", "12.5".
 struct NumberWithUnit {
   double value = 0.0;
-  std::string_view unit;  ///< empty, where there is none
+  std::string_view unit;  ///< empty: none
 };
 
-/// Takes it off the beginning of `rest`, with the blanks and commas before and after it. Nothing
-/// where that is not a number.
+/// Removes such a reading from the start of `rest`, with the blanks and commas around it. Empty if
+/// `rest` does not start with a number.
 [[nodiscard]] std::optional<NumberWithUnit> take_number_with_unit(std::string_view& rest) noexcept;
 
 }  // namespace merkel

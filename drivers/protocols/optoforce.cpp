@@ -24,7 +24,7 @@ std::uint16_t sum_of(std::span<const std::uint8_t> bytes) noexcept {
   return static_cast<std::uint16_t>(std::accumulate(bytes.begin(), bytes.end(), 0U));
 }
 
-/// Big-endian.
+/// Reads a big-endian number.
 std::uint16_t read_u16(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
   return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
 }
@@ -54,7 +54,7 @@ class OptoForce final : public Protocol {
       drop_what_is_no_header(stream);
       if (length_ < kFrameBytes) continue;
       if (sum_of(std::span(frame_).first(kFrameBytes - 2)) != read_u16(frame_, kFrameBytes - 2)) {
-        // What looked like a header may have been data: search on from its second byte.
+        // The apparent header may have been data: continue at its second byte.
         lose_synchronism(stream);
         drop(1);
         drop_what_is_no_header(stream);
@@ -93,7 +93,7 @@ class OptoForce final : public Protocol {
     for (std::size_t i = 0; i < length_; ++i) frame_[i] = frame_[i + count];
   }
 
-  /// Leaves nothing in the buffer that cannot begin a frame.
+  /// Drops leading bytes that cannot start a frame.
   void drop_what_is_no_header(DeviceStream& stream) {
     while (length_ > 0 && !std::equal(frame_.begin(),
                                       frame_.begin() + static_cast<std::ptrdiff_t>(
@@ -104,7 +104,7 @@ class OptoForce final : public Protocol {
     }
   }
 
-  /// One stretch of bytes that are no frame is one damage.
+  /// Counts one damaged frame per stretch of invalid bytes.
   void lose_synchronism(DeviceStream& stream) {
     if (synchronised_) ++stream.counts.damaged;
     synchronised_ = false;
@@ -116,7 +116,7 @@ class OptoForce final : public Protocol {
     const std::uint16_t status = read_u16(frame_, 6);
     if (status != 0 && status_ == 0) {
       stream.notice("the sensor reports status " + std::to_string(status) +
-                    ": it may be overloaded or not connected");
+                    ": it may be overloaded or disconnected");
     }
     status_ = status;
     const auto step = sequence_.next(read_u16(frame_, 4));

@@ -14,19 +14,19 @@ namespace merkel {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What a parser counted. Every byte that came is in a good frame, a damaged one, or unread.
+/// Counters of a parser. Every received byte is in a good frame, a damaged one, or unread.
 struct ProtocolCounts {
-  std::uint64_t bytes = 0;     ///< received
-  std::uint64_t frames = 0;    ///< whole and correct, of any kind
-  std::uint64_t readings = 0;  ///< handed on
-  std::uint64_t lost = 0;      ///< frames missing by the sequence numbers; requests never answered
-  std::uint64_t damaged = 0;   ///< frames or lines that make no sense, or fail their check
-  std::uint64_t refused = 0;   ///< readings with a non-finite or impossible value
-  std::uint64_t duplicates = 0;  ///< frames that came twice
-  std::uint64_t reboots = 0;     ///< times the device started anew while it was open
+  std::uint64_t bytes = 0;       ///< received
+  std::uint64_t frames = 0;      ///< complete and correct, of any kind
+  std::uint64_t readings = 0;    ///< passed on
+  std::uint64_t lost = 0;        ///< missing frames by sequence numbers; unanswered requests
+  std::uint64_t damaged = 0;     ///< frames or lines that are invalid or fail their check
+  std::uint64_t refused = 0;     ///< readings with a non-finite or impossible value
+  std::uint64_t duplicates = 0;  ///< repeated frames
+  std::uint64_t reboots = 0;     ///< restarts of the device while it was open
 };
 
-/// One question to the device's clock and its answer (SYNC of HBF1).
+/// A request to the device's clock and its answer (SYNC of HBF1).
 struct ClockExchange {
   std::chrono::nanoseconds sent{0};      ///< host
   std::chrono::nanoseconds received{0};  ///< host
@@ -34,15 +34,15 @@ struct ClockExchange {
   std::chrono::nanoseconds device_sent{0};
 };
 
-/// What goes from a parser to the probe that owns it. The probe empties the lists.
+/// The output of a parser to its probe. The probe empties the lists.
 struct DeviceStream {
   std::vector<DeviceReading> readings;
   std::vector<ClockExchange> exchanges;
-  std::vector<std::string> notices;  ///< sentences for the user
+  std::vector<std::string> notices;  ///< messages for the user
   Bytes outgoing;                    ///< to be sent to the device
   ProtocolCounts counts;
 
-  /// Hands a reading on, unless it holds a value that no probe can measure.
+  /// Passes a reading on, unless it has a value beyond SampleLimits.
   void accept(const DeviceReading& reading) {
     if (reading.rebooted) ++counts.reboots;
     counts.lost += reading.lost;
@@ -61,7 +61,7 @@ struct DeviceStream {
       ++notices_left_out_;
     }
   }
-  /// Of sentences that found no room since the last call.
+  /// The number of notices that did not fit since the last call.
   std::uint64_t take_notices_left_out() { return std::exchange(notices_left_out_, 0); }
 
  private:
@@ -69,8 +69,8 @@ struct DeviceStream {
   std::uint64_t notices_left_out_ = 0;
 };
 
-/// The language of a device: bytes in, readings out, requests back. Knows no port and no clock;
-/// whoever owns it moves the bytes and says what time it is. Times are host-monotonic.
+/// The protocol of a device: bytes in, readings out, requests back. Has no port and no clock: the
+/// owner moves the bytes and passes the time. Times are host-monotonic.
 /// Real-time: no. Thread: probe.
 class Protocol {
  public:
@@ -79,40 +79,40 @@ class Protocol {
   Protocol& operator=(const Protocol&) = delete;
   virtual ~Protocol() = default;
 
-  /// The port was opened, or opened again: forgets unfinished frames and asks what must be known.
+  /// The port was opened or reopened: drops partial frames and requests the device's facts.
   virtual void begin(std::chrono::nanoseconds now, DeviceStream& stream) = 0;
-  /// From here on readings are wanted, across later calls of begin() too.
+  /// Starts the readings; also applies after later calls of begin().
   virtual void start(std::chrono::nanoseconds /*now*/, DeviceStream& /*stream*/) {}
-  /// The port is going to be closed: leaves the device quiet.
+  /// Called before the port is closed: stops the device's stream.
   virtual void end(DeviceStream& /*stream*/) {}
 
-  /// Bytes as they came, in any portions. \param arrival  when they were read
+  /// Takes received bytes, in any portions. \param arrival  the time of reading
   virtual void take(std::span<const std::uint8_t> bytes, std::chrono::nanoseconds arrival,
                     DeviceStream& stream) = 0;
-  /// Asks for what is due. Returns when it wants to be called again; never, if nothing.
+  /// Sends due requests. Returns the time of the next call; empty if none is needed.
   virtual std::optional<std::chrono::nanoseconds> poll(std::chrono::nanoseconds /*now*/,
                                                        DeviceStream& /*stream*/) {
     return std::nullopt;
   }
 
-  /// The channels of its readings; 0 until the device has said so.
+  /// The channels of its readings; 0 until known.
   [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
-  /// Whether all is known that start() needs; then channels() is not 0.
+  /// True if start() may be called; then channels() is not 0.
   [[nodiscard]] virtual bool ready() const noexcept { return channels() != 0U; }
-  /// Whether the device tells its channels by itself; of the others, the first reading is the
-  /// first sign that it is what it is taken for.
+  /// True if the device reports its channels. For other devices, the first reading is the first
+  /// sign that the protocol is right.
   [[nodiscard]] virtual bool describes_itself() const noexcept { return false; }
-  /// What is wrong for good, such as a unit that is not known. Empty if nothing.
+  /// A permanent error, such as an unknown unit; empty if none.
   [[nodiscard]] virtual const std::string& error_message() const noexcept { return kNone; }
-  /// Nominal period of the readings, where known.
+  /// Nominal period of the readings, if known.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> period() const noexcept {
     return std::nullopt;
   }
-  /// After how long the device's clock starts again from 0, where it does.
+  /// The period after which the device's clock wraps to 0, if it does.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> clock_wrap() const noexcept {
     return std::nullopt;
   }
-  /// The device's own serial number, where the protocol tells it.
+  /// The device's serial number, if the protocol transmits it.
   [[nodiscard]] virtual std::string serial_number() const { return {}; }
 
  private:

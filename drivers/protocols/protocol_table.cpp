@@ -36,7 +36,7 @@ const std::array<ProtocolEntry, 7> kTable = {{
 }};
 
 const ProtocolEntry kAtiRdt = {
-    "ati_rdt", "ATI Net F/T, over udp: alone", 0, make_ati_rdt, make_ati_rdt_device, "", kForce,
+    "ati_rdt", "ATI Net F/T, over udp: only", 0, make_ati_rdt, make_ati_rdt_device, "", kForce,
     true};
 
 }  // namespace
@@ -56,8 +56,9 @@ Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name) 
   }
   if (name.empty()) return bad_input("the option protocol is missing: give one of " + list);
   const std::string nearest = nearest_name(std::string(name), names);
-  return bad_input("there is no protocol \"" + std::string(name) + "\"" +
-                   (nearest.empty() ? "; known are " + list : ": did you mean " + nearest + "?"));
+  return bad_input(
+      "there is no protocol \"" + std::string(name) + "\"" +
+      (nearest.empty() ? "; the known ones are " + list : ": did you mean " + nearest + "?"));
 }
 
 std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
@@ -78,12 +79,12 @@ std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
       likely = entry.name;
     }
   };
-  // Lines of numbers with units are csv only where they are nothing else.
+  // Lines of numbers with units are csv only if no other protocol matches.
   for (const ProtocolEntry& entry : kTable) {
     if (entry.name != "csv") try_entry(entry);
   }
   if (likely.empty()) try_entry(**find_protocol("csv"));
-  // Columns that nobody has named are numbers all the same.
+  // Lines of numbers count as csv even without named columns.
   if (likely.empty() && lines_of_numbers(bytes) > 2 * kEnough) likely = "csv";
   return likely;
 }

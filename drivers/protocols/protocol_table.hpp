@@ -12,33 +12,33 @@
 
 namespace merkel {
 
-/// What the program must know to speak a protocol on a byte stream. A new one is one file and one
-/// line in the table.
+/// A protocol on a byte stream, as the program uses it. A new protocol is one file and one line in
+/// the table.
 struct ProtocolEntry {
   std::string_view name;  ///< in URIs: protocol=name
-  std::string_view what;  ///< for people
-  int baud = 115200;      ///< where the user gives none
+  std::string_view what;  ///< for display
+  int baud = 115200;      ///< default rate
   Expected<std::unique_ptr<Protocol>, SetupError> (*make)(UriOptions&) = nullptr;
   /// \param channels  ProbeSample::Channel bits of the trace to be played
   std::unique_ptr<SimulatedDevice> (*simulate)(std::uint32_t channels) = nullptr;
-  /// Options with which an unknown stream is tried.
+  /// Options for trying the protocol on an unknown stream.
   std::string_view options;
-  /// ProbeSample::Channel bits of which a trace must have one to be played.
+  /// ProbeSample::Channel bits; a trace must have one of them to be played.
   std::uint32_t plays = 0;
-  /// Only for datagrams: has no frames in a stream of bytes.
+  /// True if the protocol needs datagrams and has no framing in a byte stream.
   bool datagrams = false;
 };
 
-/// ATI's, which is spoken over UDP alone: not in the table of protocols for streams of bytes.
+/// ATI's protocol, only over UDP: not in the table of protocols for byte streams.
 [[nodiscard]] const ProtocolEntry& ati_rdt_entry() noexcept;
 
 [[nodiscard]] std::span<const ProtocolEntry> protocol_table() noexcept;
 
-/// An entry by its name; or a sentence that names the nearest.
+/// An entry by its name, or an error with the nearest name.
 [[nodiscard]] Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name);
 
-/// The protocol that bytes seem to be of: one whose parser finds at least two frames, and more good
-/// ones than damaged. Empty if none does.
+/// The protocol that bytes appear to have: its parser finds at least two frames, and more good ones
+/// than damaged ones. Empty if there is none.
 [[nodiscard]] std::string_view likely_protocol(std::span<const std::uint8_t> bytes);
 
 }  // namespace merkel

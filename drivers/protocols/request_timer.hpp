@@ -5,8 +5,8 @@
 
 namespace merkel {
 
-/// When a device that answers questions is to be asked: one question at a time, at a steady rate,
-/// and again if no answer comes.
+/// Schedules requests to a polled device: one at a time, at a steady rate, repeated if no answer
+/// comes.
 class RequestTimer {
  public:
   RequestTimer(std::chrono::nanoseconds period, std::chrono::nanoseconds patience) noexcept
@@ -18,7 +18,7 @@ class RequestTimer {
   }
 
   enum class Turn { kWait, kAsk, kAskAgain };
-  /// Whether to ask now; kAskAgain: the question before was never answered.
+  /// Whether to send a request now; kAskAgain: the previous one was not answered.
   Turn turn(std::chrono::nanoseconds now) noexcept {
     if (now < next()) return Turn::kWait;
     const Turn turn = asked_ ? Turn::kAskAgain : Turn::kAsk;
@@ -26,11 +26,11 @@ class RequestTimer {
     due_ = due_ + period_ > now ? due_ + period_ : now + period_;
     return turn;
   }
-  /// When turn() is to be asked again.
+  /// The time of the next call of turn().
   [[nodiscard]] std::chrono::nanoseconds next() const noexcept {
     return asked_ ? *asked_ + patience_ : due_;
   }
-  /// An answer has come. Returns when its question was asked; nothing, if none was open.
+  /// Reports an answer. Returns the time of its request; empty if none was open.
   std::optional<std::chrono::nanoseconds> answered() noexcept {
     const auto asked = asked_;
     asked_.reset();

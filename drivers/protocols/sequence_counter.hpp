@@ -5,19 +5,19 @@
 
 namespace merkel {
 
-/// Counts what is missing in a stream of numbers that go up by one and wrap after `bits` bits.
+/// Counts gaps in a sequence of numbers that increase by one and wrap after `bits` bits.
 class SequenceCounter {
  public:
   struct Step {
-    std::uint32_t lost = 0;  ///< numbers left out before this one
-    bool duplicate = false;  ///< this number again
-    bool restarted = false;  ///< it has gone back: whoever counts has started anew
+    std::uint32_t lost = 0;  ///< missing numbers before this one
+    bool duplicate = false;  ///< the same number again
+    bool restarted = false;  ///< the number went back: the sender has restarted
   };
 
   explicit SequenceCounter(unsigned bits) noexcept
       : mask_(bits >= 32 ? 0xFFFFFFFFU : (1U << bits) - 1U) {}
 
-  /// The next number is the first again.
+  /// Restarts with the next number.
   void forget() noexcept { last_.reset(); }
 
   Step next(std::uint32_t number) noexcept {

@@ -11,8 +11,8 @@
 
 namespace merkel {
 
-/// The other end of a protocol: what a device says while a trace is pressed against it. Knows no
-/// port and no clock; times are by its own clock.
+/// The device's side of a protocol: its output while a trace is pressed against it. Has no port;
+/// all times are of its own clock.
 class SimulatedDevice {
  public:
   SimulatedDevice() = default;
@@ -20,22 +20,22 @@ class SimulatedDevice {
   SimulatedDevice& operator=(const SimulatedDevice&) = delete;
   virtual ~SimulatedDevice() = default;
 
-  /// It is switched on, or starts anew. \param out  what it says, here and below
+  /// Switches the device on or restarts it. \param out  its output, here and below
   virtual void boot(std::chrono::nanoseconds /*now*/, Bytes& /*out*/) {}
-  /// Bytes from the host, in any portions.
+  /// Takes bytes from the host, in any portions.
   virtual void take(std::span<const std::uint8_t> /*bytes*/, std::chrono::nanoseconds /*now*/,
                     Bytes& /*out*/) {}
-  /// It measures: streaming devices say so at once, others when they are asked.
+  /// Takes a measurement. Streaming devices send it at once, others on request.
   virtual void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) = 0;
-  /// Whether the press may begin: nothing is lost on a host that has not started to listen.
+  /// True if the press may start: the host listens, so that no sample is lost.
   [[nodiscard]] virtual bool started() const noexcept { return true; }
-  /// How often it measures, where the host or its kind sets that; else as often as the trace.
+  /// The measuring period, if the host or the protocol sets it; default: the trace's.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> period() const noexcept {
     return std::nullopt;
   }
-  /// The rate of the trace that it plays, for a device that reports one.
+  /// Sets the rate of the played trace, for a device that reports a rate.
   virtual void set_rate(double /*rate_Hz*/) {}
-  /// Options without which the protocol cannot read it, as in a URI.
+  /// URI options that the protocol needs to read it.
   [[nodiscard]] virtual std::string uri_options() const { return {}; }
 };
 

@@ -36,7 +36,7 @@ std::optional<int> whole(std::string_view text, int radix) noexcept {
   return number;
 }
 
-/// Takes a checksum ":XX" off a message. False where it is wrong; a message may have none.
+/// Removes an optional checksum ":XX" from a message. False if it is wrong.
 bool take_checksum(std::string_view& message) noexcept {
   if (message.size() < 4 || message[message.size() - 3] != ':') return true;
   const auto given = whole(message.substr(message.size() - 2), 16);
@@ -88,14 +88,14 @@ class Zaber final : public LineProtocol {
 
  private:
   bool read_message(std::string_view message, nanoseconds arrival, DeviceStream& stream) {
-    if (message.front() == '#') return true;  // information, meant for people
+    if (message.front() == '#') return true;  // information for users
     std::string_view rest = message.substr(1);
     const auto address = whole(take_word(rest), 10);
     const auto axis = whole(take_word(rest), 10);
     if (!address || !axis) return false;
     if (*address != address_) return true;
     if (message.front() == '!') {
-      stream.notice("the stage raises an alert: " + std::string(message));
+      stream.notice("alert of the stage: " + std::string(message));
       return true;
     }
     const std::string_view verdict = take_word(rest);
@@ -105,7 +105,7 @@ class Zaber final : public LineProtocol {
       return false;
     }
     if (warning != warning_ && warning != "--") {
-      stream.notice("the stage warns " + std::string(warning) +
+      stream.notice("warning of the stage: " + std::string(warning) +
                     (warning.starts_with('F') ? ", a fault: see its manual" : ""));
     }
     warning_ = warning;
@@ -113,7 +113,7 @@ class Zaber final : public LineProtocol {
     if (verdict == "RJ") {
       timer_.answered();
       ++stream.counts.lost;
-      stream.notice("the stage rejects the question for its position: " + std::string(rest));
+      stream.notice("the stage rejected the request for its position: " + std::string(rest));
       return true;
     }
     const auto steps = parse_number(rest);
@@ -162,7 +162,7 @@ class ZaberDevice final : public SimulatedDevice {
   }
   [[nodiscard]] bool started() const noexcept override { return asked_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{1};  // asked at any time, it knows where it is
+    return milliseconds{1};  // its position is available at any time
   }
   [[nodiscard]] std::string uri_options() const override { return "um_per_step=0.9765625"; }
 

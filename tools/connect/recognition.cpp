@@ -48,7 +48,7 @@ Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int b
   if (uri.scheme == "serial") return open_serial({.device = uri.path, .baud = baud});
   const auto address = HostAndPort::parse(uri.path);
   if (!address) {
-    return bad_input("\"" + uri.text + "\"needs a host and a port, for example " + uri.scheme +
+    return bad_input("\"" + uri.text + "\" needs a host and a port, for example " + uri.scheme +
                      ":127.0.0.1:5000");
   }
   if (uri.scheme == "tcp") return open_tcp_port(*address);

@@ -1,7 +1,7 @@
 // HBF1 frames for a microcontroller: COBS(header | body | CRC) and a 0. No heap, no library.
 //
-// The layout is that of drivers/protocols/hbf1_frame.hpp; a test of the project encodes with this
-// file and decodes with that one. Needs a little-endian core (all Arduino and Teensy boards).
+// The layout is that of drivers/protocols/hbf1_frame.hpp; a test encodes with this file and decodes
+// with that one. Needs a little-endian core (all Arduino and Teensy boards).
 #pragma once
 
 #include <stddef.h>
@@ -28,7 +28,7 @@ inline uint16_t crc16(const uint8_t* bytes, size_t count) {
   return crc;
 }
 
-// What goes out. `wire` must hold 257 bytes. Returns how many bytes to send.
+// Encodes outgoing frames. `wire` must hold 257 bytes. Returns the number of bytes to send.
 class Encoder {
  public:
   size_t frame(Type type, uint32_t time_us, const void* body, size_t length, uint8_t* wire) {
@@ -60,7 +60,7 @@ class Encoder {
   uint16_t sequence_ = 0;
 };
 
-// What comes in. take() returns true when a whole, correct frame is there.
+// Decodes incoming frames. take() returns true at the end of a complete, correct frame.
 class Decoder {
  public:
   uint8_t type = 0;
@@ -94,7 +94,7 @@ class Decoder {
   }
 
  private:
-  uint8_t wire_[80];  // commands are short; what is longer is not for us
+  uint8_t wire_[80];  // commands are short; longer frames are ignored
   size_t count_ = 0;
 };
 

@@ -1,14 +1,14 @@
-// Reference firmware of an HBF1 probe for Arduino and Teensy boards: one load cell, one length.
-// Change read_force_N(), read_depth_mm() and serial_number; the rest can stay.
+// Reference firmware of an HBF1 probe for Arduino and Teensy boards: one load cell, one position sensor.
+// Change read_force_N(), read_depth_mm() and serial_number; keep the rest.
 //
-// 1 kHz needs a board with USB of its own (Teensy, RP2040, SAMD, ESP32-S3), where the baud rate
-// means nothing, or a UART of 460800 Bd and more.
+// 1 kHz needs a board with native USB (Teensy, RP2040, SAMD, ESP32-S3), where the baud rate has no
+// effect, or a UART with at least 460800 Bd.
 
 #include "hbf1.h"
 
 static const char* serial_number = "PROBE-001";
 static const char* firmware = "merkel_probe 1";
-const size_t kLongestName = 64;  // the rest of a longer one is not sent
+const size_t kLongestName = 64;  // longer names are truncated
 
 static hbf1::Encoder encoder;
 static hbf1::Decoder decoder;
@@ -85,14 +85,14 @@ static void obey(uint32_t heard_us) {
       hello();
       break;
     default:
-      answer[1] = 1;  // not known
+      answer[1] = 1;  // unknown command
   }
   send(hbf1::ACK, micros(), answer, sizeof answer);
 }
 
 void setup() {
   Serial.begin(460800);
-  Serial.write((uint8_t)0);  // ends whatever the host has read so far
+  Serial.write((uint8_t)0);  // ends a partial frame on the host's side
   hello();
 }
 
@@ -108,7 +108,7 @@ void loop() {
   if ((int32_t)(now - next_us) < 0) return;
   const uint32_t period_us = 1000000UL / rate_hz;
   next_us += period_us;
-  // A board that is too slow for the rate sends as often as it can: what it has missed is past.
+  // A board too slow for the rate sends as fast as it can; missed samples are skipped.
   if (now - next_us >= period_us && (int32_t)(now - next_us) > 0) next_us = now;
   struct __attribute__((packed)) {
     uint16_t status;

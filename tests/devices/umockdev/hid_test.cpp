@@ -73,7 +73,7 @@ TEST(MockedHid, ADescriptorThatNamesNothingMeasuredAsksForAMap) {
   MockMachine machine;
   const MockHidDevice device(machine, "hidraw0", "1-3", "HID77", kDescriptor);
   const std::string sentence = refusal(device.uri());
-  EXPECT_NE(sentence.find("names no force, depth or position"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("has no force, depth or position"), std::string::npos) << sentence;
   EXPECT_NE(sentence.find("add the option fields"), std::string::npos) << sentence;
 }
 

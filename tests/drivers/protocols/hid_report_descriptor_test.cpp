@@ -110,9 +110,9 @@ TEST(HidReportDescriptor, WhatMeasuresNothingOrIsBrokenIsNamed) {
             std::string::npos);
   EXPECT_NE(error_message({}).find("no force, depth or position"), std::string::npos);
   EXPECT_NE(error_message({0x26, 0xff}).find("ends within an item"), std::string::npos);
-  EXPECT_NE(error_message({0xb4}).find("restores what it has not kept"), std::string::npos);
+  EXPECT_NE(error_message({0xb4}).find("has a Pop without a Push"), std::string::npos);
   EXPECT_NE(error_message(Bytes(20, 0xa4)).find("nested too deeply"), std::string::npos);
-  EXPECT_NE(error_message({0x85, 0x00}).find("impossible numbers"), std::string::npos);
+  EXPECT_NE(error_message({0x85, 0x00}).find("out of range"), std::string::npos);
   EXPECT_NE(error_message({0x77, 0xff, 0xff, 0xff, 0xff, 0x97, 0xff, 0xff, 0xff, 0xff, 0x81, 0x02})
                 .find("too long"),
             std::string::npos);

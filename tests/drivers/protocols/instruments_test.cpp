@@ -81,7 +81,7 @@ TEST(Mark10, ReadsWhatTheGaugeDisplays) {
     EXPECT_NEAR(talk.stream.readings[i][DeviceChannel::kForce], forces[i], 1e-6);
   }
   talk.take("*10\r\n");
-  EXPECT_NE(talk.stream.notices.at(0).find("does not know the command"), std::string::npos);
+  EXPECT_NE(talk.stream.notices.at(0).find("unknown command"), std::string::npos);
   talk.take("4.2.8 N\r\nN\r\n12\r\n3 N 4 N x\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 4U);
   talk.take("1 stone\r\n");
@@ -280,7 +280,7 @@ TEST(HidFields, ReadsBitsWhereTheMapSays) {
 
 TEST(HidFields, BadMapsAreNamed) {
   for (const auto& [fields, sentence] : std::vector<std::pair<std::string, std::string>>{
-           {"seq:0:8:u", "must name a force"},
+           {"seq:0:8:u", "must contain a force"},
            {"force_N:0:33:s:1", "1 to 32 bits"},
            {"force_N:0:16:x:1", "must be CHANNEL_UNIT"},
            {"force_N:0:16:s:nan", "must be CHANNEL_UNIT"},
