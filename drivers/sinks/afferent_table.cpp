@@ -11,7 +11,7 @@ std::vector<AfferentRow> afferents_of(const SinkSetup& setup) {
   std::uint32_t patch = 0;
   for (const PatchParameters& parameters : setup.run.model.patches) {
     const auto layout = layout_of(parameters);
-    if (!layout) return {};  // a model of such a patch does not exist
+    if (!layout) return {};  // no model has such a patch
     for (const AfferentSite& site : layout->afferents) {
       rows.push_back({.number = static_cast<std::uint32_t>(rows.size() + 1),
                       .patch = patch,

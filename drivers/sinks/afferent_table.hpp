@@ -8,20 +8,20 @@
 
 namespace merkel {
 
-/// One afferent, as files describe it.
+/// One afferent, as described in files.
 struct AfferentRow {
   std::uint32_t number = 0;      ///< through all patches, from 1
   std::uint32_t patch = 0;       ///< from 0
-  double x_mm = 0.0;             ///< of the middle of its receptive field or subregion
+  double x_mm = 0.0;             ///< centre of its receptive field or subregion
   double y_mm = 0.0;             ///< patch coordinate across the finger
-  double field_radius_mm = 0.0;  ///< of the circle about a subregion
+  double field_radius_mm = 0.0;  ///< of a subregion: its circumscribed circle
   std::uint32_t receptors = 0;
 };
 
 /// All afferents of a run, in order of their numbers. Empty for a run without a simulation.
 [[nodiscard]] std::vector<AfferentRow> afferents_of(const SinkSetup& setup);
 
-/// The same as CSV with a header; empty where there are none.
+/// The same as CSV with a header; empty if there are none.
 [[nodiscard]] std::string afferent_csv(const std::vector<AfferentRow>& afferents);
 
 }  // namespace merkel

@@ -27,7 +27,7 @@ std::optional<HostAndPort> HostAndPort::parse(std::string_view text) {
 
 bool HostAndPort::loopback() const {
   if (host == "localhost") return true;
-  // Only what is wholly an address counts: 127.evil.example is a name.
+  // Only a complete address counts: 127.evil.example is a name.
   std::array<unsigned char, 16> bytes{};
   if (::inet_pton(AF_INET, host.c_str(), bytes.data()) == 1) return bytes[0] == 127;
   return host == "::1";
@@ -42,7 +42,7 @@ bool HostAndPort::known() const {
 
 Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host) {
   return bad_input("\"" + uri + "\": " + host +
-                   " is not this machine's loopback address: give --allow-remote if others may "
+                   " is not a loopback address of this machine: add --allow-remote if others may "
                    "see the spikes, or use 127.0.0.1");
 }
 

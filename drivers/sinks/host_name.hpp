@@ -14,12 +14,12 @@ struct HostAndPort {
   std::string host;
   std::uint16_t port = 0;
 
-  /// Nothing where the port is missing, 0 or not a number, or the host is empty.
+  /// Empty if the port is missing, 0 or not a number, or if the host is empty.
   [[nodiscard]] static std::optional<HostAndPort> parse(std::string_view text);
 
-  /// Whether the host is this machine, and reachable from it alone.
+  /// True if the host is a loopback address or name.
   [[nodiscard]] bool loopback() const;
-  /// Whether the host is an address, or a name that is known by now. May take seconds.
+  /// True if the host is an address or a name that resolves. May take seconds.
   [[nodiscard]] bool known() const;
 };
 

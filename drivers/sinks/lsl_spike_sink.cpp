@@ -13,19 +13,19 @@
 namespace merkel {
 namespace {
 
-/// What an inlet may be behind. liblsl reckons 100 samples a second at an irregular rate.
+/// The buffer of an inlet. liblsl assumes 100 samples per second for an irregular rate.
 constexpr int kBuffered_s = 10'000;
 constexpr std::chrono::milliseconds kFarewell{500};
 constexpr double kLongestWait_s = 3600.0;
 
-/// One int32 channel of neuron numbers at an irregular rate, stamped in LSL's own time, which is
-/// CLOCK_MONOTONIC in seconds: the probe time of a device is that already.
+/// One int32 channel of neuron numbers at an irregular rate, stamped in LSL's time: CLOCK_MONOTONIC
+/// in seconds. The probe time of a device is on this clock already.
 class LslSpikeSink final : public SpikeSink {
  public:
   LslSpikeSink(std::string uri, const lsl::stream_info& info)
       : uri_(std::move(uri)), outlet_(info, 0, kBuffered_s) {}
 
-  /// Whether an inlet has come in time.
+  /// Waits for an inlet. False on a timeout.
   bool wait_for_consumers(double wait_s) { return outlet_.wait_for_consumers(wait_s); }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -33,7 +33,7 @@ class LslSpikeSink final : public SpikeSink {
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     for (const SpikeEvent& spike : spikes) {
       const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(spike.neuron)};
-      // What is pushed without being pushed through waits for the next that is.
+      // Samples without pushthrough are sent with the next one that has it.
       const bool last = &spike == &spikes.back();
       outlet_.push_sample(neuron.data(), units::s_from(spike.time), last);
     }
@@ -41,8 +41,8 @@ class LslSpikeSink final : public SpikeSink {
     return {};
   }
 
-  /// The outlet sends from a thread of its own, does not tell how far it is, and forgets what is
-  /// left when it goes.
+  /// The outlet sends from its own thread and does not report its progress. Its destructor discards
+  /// unsent samples.
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (outlet_.have_consumers()) std::this_thread::sleep_for(kFarewell);
     return {};
@@ -61,10 +61,10 @@ OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const double wait_s = options.number("wait_s", 0.0, 0.0, kLongestWait_s);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  if (uri.path.empty()) return bad_input("\"" + uri.text + "\": name the stream: lsl:NAME");
+  if (uri.path.empty()) return bad_input("\"" + uri.text + "\": give the stream a name: lsl:NAME");
   if (!setup.allow_remote) {
     return bad_input("\"" + uri.text +
-                     "\": the Lab Streaming Layer announces itself to the whole network: give "
+                     "\": the Lab Streaming Layer announces its streams to the whole network: add "
                      "--allow-remote if others may see the spikes");
   }
   try {
@@ -77,11 +77,12 @@ OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
     info.desc().append_child_value("scene", setup.run.scene);
     auto sink = std::make_unique<LslSpikeSink>(uri.text, info);
     if (wait_s > 0.0 && !sink->wait_for_consumers(wait_s)) {
-      return unavailable("\"" + uri.text + "\": no inlet has connected in time");
+      return unavailable("\"" + uri.text +
+                         "\": no inlet connected in time; start it, then run again");
     }
     return sink;
   } catch (const std::exception& error) {
-    return unavailable("\"" + uri.text + "\": liblsl refused: " + error.what());
+    return unavailable("\"" + uri.text + "\": liblsl failed: " + error.what());
   }
 }
 

@@ -23,9 +23,9 @@ OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
 struct Scheme {
   std::string_view name;
   std::string_view usage;
-  OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null where the library is missing
+  OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null if the library is missing
   std::string_view remedy;                           ///< how to get the library
-  bool file = false;                                 ///< writes a file, so that %t is the time
+  bool file = false;  ///< writes a file, in whose name %t is the time
 };
 
 constexpr Scheme kSchemes[] = {
@@ -76,7 +76,7 @@ constexpr Scheme kSchemes[] = {
 #else
      nullptr,
 #endif
-     "liblsl, which Debian does not have: install a package from "
+     "liblsl, which is not in Debian: install a package from "
      "https://github.com/sccn/liblsl/releases"},
     {"view", "view:8080",
 #ifdef MERKEL_WITH_BEAST
@@ -87,7 +87,7 @@ constexpr Scheme kSchemes[] = {
      "Boost.Beast: install libboost-dev"},
 };
 
-/// What killed runs of the same pattern of names have left gets its names.
+/// Renames the files that killed runs left for this pattern of names.
 void recover_runs(const Uri& uri, const SinkSetup& setup) {
   for (const std::string& name : unfinished_names(uri.path)) {
     if (uri.scheme == "phy" || recover_file(name, setup.notice).empty()) continue;
@@ -120,7 +120,7 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text
     return scheme.open(*uri, setup);
   }
   return bad_input("\"" + uri->text + "\": there is no sink scheme \"" + uri->scheme +
-                   "\"; known are " + sink_schemes());
+                   "\"; the known ones are " + sink_schemes());
 }
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view uri,

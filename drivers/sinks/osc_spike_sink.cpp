@@ -21,8 +21,8 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kSpikesPerBundle = 16;         ///< well below a network's smallest packets
-constexpr std::int64_t kNtpEpoch_s = 2'208'988'800;  ///< 1970 in seconds since 1900
+constexpr std::size_t kSpikesPerBundle = 16;  ///< well below the smallest packet size of networks
+constexpr std::int64_t kNtpEpoch_s = 2'208'988'800;  ///< seconds from 1900 to 1970
 
 struct FreeBundle {
   void operator()(lo_bundle bundle) const { lo_bundle_free_recursive(bundle); }
@@ -36,8 +36,8 @@ lo_timetag time_tag(std::chrono::nanoseconds utc) {
           .frac = static_cast<std::uint32_t>((rest << 32U) / 1'000'000'000U)};
 }
 
-/// A message a spike, `,ihdii`: neuron, sequence number, probe time in seconds, patch, flags; in
-/// bundles whose time tag is the time of sending.
+/// One message per spike, `,ihdii`: neuron, sequence number, probe time in seconds, patch, flags.
+/// Messages are sent in bundles with the time of sending as time tag.
 class OscSpikeSink final : public SpikeSink {
  public:
   OscSpikeSink(std::string uri, OwnedDescriptor socket, std::string path)
@@ -63,7 +63,7 @@ class OscSpikeSink final : public SpikeSink {
       std::size_t size = lo_bundle_length(bundle.get());
       packet_.resize(size);
       lo_bundle_serialise(bundle.get(), packet_.data(), &size);
-      // Nobody listening is no failure: who comes later sees by the numbers what was missed.
+      // A missing receiver is no error: a late one sees the loss by the sequence numbers.
       if (::send(socket_.get(), packet_.data(), size, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
         sent_ += some.size();
       } else if (errno != ECONNREFUSED && errno != EAGAIN && errno != ENOBUFS) {
@@ -86,8 +86,8 @@ class OscSpikeSink final : public SpikeSink {
   std::uint64_t sent_ = 0;
 };
 
-/// A UDP socket to one address, IPv4 or IPv6. (liblo makes the packets; its own addresses are
-/// IPv4.)
+/// A UDP socket to one address, IPv4 or IPv6. (liblo builds the packets, but its own addresses are
+/// IPv4 only.)
 Expected<OwnedDescriptor, std::string> connected_socket(const HostAndPort& to) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_DGRAM;
@@ -125,8 +125,8 @@ OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
   if (!address->known()) {
-    return bad_input("\"" + uri.text + "\": there is no host \"" + address->host +
-                     "\": check its name, or write its address");
+    return bad_input("\"" + uri.text + "\": cannot find the host \"" + address->host +
+                     "\": check its name, or use its address");
   }
   auto socket = connected_socket(*address);
   if (!socket) {

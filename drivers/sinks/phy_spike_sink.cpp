@@ -19,11 +19,11 @@
 namespace merkel {
 namespace {
 
-constexpr std::uint64_t kBuffered = 65536;  ///< spikes that wait for a flush
+constexpr std::uint64_t kBuffered = 65536;  ///< spikes buffered for a flush
 
 std::int64_t sample_of(std::chrono::nanoseconds time, double sample_rate_hz) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(time);
-  // Whole seconds apart, so that large times lose no digits.
+  // Whole seconds are converted separately, so that large times keep all digits.
   return static_cast<std::int64_t>(sample_rate_hz) * whole.count() +
          std::llround(units::s_from(time - whole) * sample_rate_hz);
 }
@@ -57,14 +57,14 @@ Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::
   Folder folder{.path = path, .lock = -1, .made = ::mkdir(path.c_str(), 0777) == 0};
   if (!folder.made && errno != EEXIST) {
     return bad_input("cannot make the folder " + path + ": " + std::strerror(errno) +
-                     (errno == ENOENT ? "; make its parent first" : ""));
+                     (errno == ENOENT ? "; create its parent first" : ""));
   }
   folder.lock = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder.lock < 0) return bad_input("cannot open " + path + ": " + std::strerror(errno));
   if (::flock(folder.lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     ::close(folder.lock);
     return bad_input("cannot write " + path +
-                     ": another sink or another merkel is writing it; give another name");
+                     ": another sink or merkel process is writing it; give another name");
   }
   if (folder.made || setup.overwrite) return folder;
   const std::string times = path + "/spike_times.npy";
@@ -72,7 +72,7 @@ Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::
     ::close(folder.lock);
     return bad_input(path + " already exists: add --overwrite, or give another name");
   }
-  // A killed run has left it.
+  // Left by a killed run.
   struct stat status {};
   static_cast<void>(::stat((times + ".part").c_str(), &status));
   const std::string kept =
@@ -94,7 +94,7 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& u
   const TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (uri.path.empty()) {
-    return bad_input("\"" + uri.text + "\": name the folder to write: phy:DIR");
+    return bad_input("\"" + uri.text + "\": give the folder to write: phy:DIR");
   }
   auto folder = lock_folder(uri.path, setup);
   if (!folder) return Unexpected<SetupError>(folder.error());
@@ -116,7 +116,7 @@ Expected<void, SetupError> PhySpikeSink::open_files() {
 }
 
 PhySpikeSink::~PhySpikeSink() {
-  files_.clear();  // a file without spikes removes itself
+  files_.clear();  // files without spikes are removed
   if (!begun_ && !closed_ && folder_.made) ::rmdir(folder_.path.c_str());
   ::close(folder_.lock);
 }

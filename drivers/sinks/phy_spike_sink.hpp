@@ -17,16 +17,16 @@
 
 namespace merkel {
 
-/// Writes spikes as a folder that Phy and Neo read: `spike_times.npy` (samples of 1 µs, or of the
+/// Writes spikes to a folder for Phy and Neo: `spike_times.npy` (in samples of 1 µs, or of the
 /// option sample_rate), `spike_clusters.npy` and `spike_templates.npy` (neurons from 1),
-/// `channel_map.npy` and `channel_positions.npy` (an afferent each, in µm), `afferents.csv` and
-/// `params.py`. The folder is locked; each file is NAME.part until the run is over.
+/// `channel_map.npy` and `channel_positions.npy` (one entry per afferent, µm), `afferents.csv` and
+/// `params.py`. The folder is locked; files are NAME.part until the end of the run.
 class PhySpikeSink final : public SpikeSink {
  public:
-  /// Makes the folder that the URI's path names; its parent must exist. Options: sample_rate, time.
+  /// Creates the folder of the URI's path; its parent must exist. Options: sample_rate, time.
   [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
       const Uri& uri, const SinkSetup& setup);
-  /// Removes the folder again if nothing was written and close() was not called.
+  /// Removes the folder if nothing was written and close() was not called.
   ~PhySpikeSink() override;
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -59,7 +59,7 @@ class PhySpikeSink final : public SpikeSink {
   double sample_rate_hz_;
   TimeBase time_;
   std::vector<AfferentRow> afferents_;
-  std::vector<NpyFile> files_;  ///< by File
+  std::vector<NpyFile> files_;  ///< indexed by File
   bool begun_ = false;
   bool closed_ = false;
   std::uint64_t taken_ = 0;

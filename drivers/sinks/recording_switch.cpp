@@ -9,7 +9,7 @@
 namespace merkel {
 namespace {
 
-/// "session-20260131-154500.xdf", by local time.
+/// "session-20260131-154500.xdf", in local time.
 std::string dated_name() {
   const std::time_t now = std::time(nullptr);
   std::tm local{};
@@ -68,13 +68,13 @@ class SessionOnRequest final : public SpikeSink {
     stop();
     return {};
   }
-  /// Spikes that nobody asked to record count as delivered.
+  /// Spikes outside a recording count as delivered.
   [[nodiscard]] std::uint64_t delivered() const noexcept override {
     return unasked_ + recorded_ + (session_ ? session_->delivered() : 0);
   }
 
  private:
-  /// Between the records of two ticks, so that a recording holds whole ticks only.
+  /// Called between ticks, so that a recording holds only complete ticks.
   void follow_switch() {
     if (recording_->wanted() == static_cast<bool>(session_)) return;
     if (session_) return stop();
@@ -99,7 +99,7 @@ class SessionOnRequest final : public SpikeSink {
     recording_->report(false, closed ? "recorded " + path_ : closed.error().sentence);
   }
 
-  /// Hands something to the session; if that fails, the recording is over and not the run.
+  /// Writes to the session. An error ends the recording but not the run.
   template <class Write>
   Expected<void, SinkError> pass(const Write& write) {
     if (!session_) return {};
@@ -115,7 +115,7 @@ class SessionOnRequest final : public SpikeSink {
   std::string uri_ = "xdf:on-request";
   std::shared_ptr<RecordingSwitch> recording_;
   SinkSetup setup_;
-  std::unique_ptr<SpikeSink> session_;  ///< null while nothing is recorded
+  std::unique_ptr<SpikeSink> session_;  ///< null without a recording
   std::string path_;
   RunOrigin origin_;
   std::uint64_t unasked_ = 0;

@@ -11,17 +11,17 @@
 
 namespace merkel {
 
-/// Through which one sink starts and stops the recording that another makes. Thread: any.
+/// Lets one sink start and stop the recording of another one. Thread: any.
 class RecordingSwitch {
  public:
-  /// Says that somebody will use the switch.
+  /// Announces that the switch will be used.
   void offer() noexcept { offered_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool offered() const noexcept { return offered_.load(std::memory_order_relaxed); }
 
   void want(bool on) noexcept { wanted_.store(on, std::memory_order_relaxed); }
   [[nodiscard]] bool wanted() const noexcept { return wanted_.load(std::memory_order_relaxed); }
 
-  /// What became of it: whether a recording goes on, and a sentence for a person.
+  /// Reports whether a recording is active, with a message for the user.
   void report(bool recording, std::string sentence) {
     recording_.store(recording, std::memory_order_relaxed);
     const std::lock_guard lock(mutex_);
@@ -43,9 +43,9 @@ class RecordingSwitch {
   std::vector<std::string> notices_;
 };
 
-/// A sink that records sessions while its switch is on, each into a file of its own in the current
-/// folder: session-YYYYMMDD-HHMMSS.xdf. A recording that fails is reported through the switch, and
-/// the run goes on.
+/// A sink that records sessions while its switch is on. Each is a new file in the current folder:
+/// session-YYYYMMDD-HHMMSS.xdf. The switch reports the failure of a recording, and the run
+/// continues.
 [[nodiscard]] std::unique_ptr<SpikeSink> session_on_request(
     std::shared_ptr<RecordingSwitch> recording, SinkSetup setup);
 

@@ -6,13 +6,13 @@
 
 namespace merkel {
 
-/// Where a session is being played, shared by the player and by sinks that steer it. Thread: any.
+/// The position in a played session, shared by the player and controlling sinks. Thread: any.
 struct SessionPosition {
-  std::chrono::nanoseconds start{0};  ///< probe time of the session's first tick begins here
+  std::chrono::nanoseconds start{0};  ///< probe time of the start of the session's first tick
   double length_s = 0.0;
-  std::atomic<bool> hold{false};        ///< the player waits
-  std::atomic<double> seek_s{-1.0};     ///< where to go, from the start; negative: nowhere
-  std::atomic<std::uint32_t> jumps{0};  ///< how often the player has gone elsewhere
+  std::atomic<bool> hold{false};        ///< the player is paused
+  std::atomic<double> seek_s{-1.0};     ///< target of a seek, from the start; negative: none
+  std::atomic<std::uint32_t> jumps{0};  ///< number of seeks of the player
 };
 
 }  // namespace merkel

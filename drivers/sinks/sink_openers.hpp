@@ -10,13 +10,14 @@ namespace merkel {
 
 using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
 
-// The sinks that need a library, one a source file, so that no other includes that library. All
-// but that of sessions are defined only where the library was found (sinks.cmake).
+// Openers of the sinks that need a library, one source file each, so that no other file includes
+// the library. All except the session sink are defined only if their library was found
+// (sinks.cmake).
 
 /// Open Ephys Event Broadcaster messages over ZeroMQ: tcp://HOST:PORT, ipc://FILE.
 /// Options: topic (follows the type in a message's first part), stream (name in the JSON; default:
-/// the scene's), hwm (messages that wait for a slow subscriber), when_full (drop: it loses more
-/// than that; wait: it holds up this sink), subscribers and wait_s (wait for so many at start).
+/// the scene's), hwm (messages queued for a slow subscriber), when_full (drop: further ones
+/// are lost; wait: the sink waits), subscribers and wait_s (wait for this many at the start).
 [[nodiscard]] OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup);
 
 /// OSC bundles with time tags over UDP, through liblo: HOST:PORT. Options: path.
@@ -25,10 +26,11 @@ using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
 /// SONATA spikes, through HDF5: FILE.h5. Options: population.
 [[nodiscard]] OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup);
 
-/// Makes a SONATA file of the rows of text that a killed run has left, which have its name by now.
+/// Converts a killed run's rows of text, already renamed, to a SONATA file.
 void convert_recovered_sonata(const Uri& uri, const std::string& recovered, const SinkSetup& setup);
 
-/// A Lab Streaming Layer outlet, through liblsl: NAME. Options: wait_s (for an inlet, at start).
+/// A Lab Streaming Layer outlet, through liblsl: NAME. Options: wait_s (for an inlet, at the
+/// start).
 [[nodiscard]] OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup);
 
 /// The samples of the run's one probe as a trace: FILE.csv. Options: time.

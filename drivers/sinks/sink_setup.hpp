@@ -28,24 +28,24 @@ struct RunDescription {
   EncodingParameters encoding = {};    ///< without electrodes: nothing is encoded
 };
 
-/// What the times in a file are counted from.
+/// The zero of times in a file.
 enum class TimeZero {
-  kRun,     ///< the start of the run; of a recording, the zero of its own times
+  kRun,     ///< the start of the run; for a recording, the zero of its time base
   kUnix,    ///< 1970-01-01 UTC
   kDevice,  ///< the probe's own time: for a device, the host's monotonic clock
 };
 
-/// How sinks are opened.
+/// The settings for opening sinks.
 struct SinkSetup {
   std::uint32_t neurons = 0;  ///< of the model; spikes number them from 1
   bool overwrite = false;     ///< existing files may be replaced
-  bool allow_remote = false;  ///< other machines may be sent to, or connect
+  bool allow_remote = false;  ///< connections to and from other machines are allowed
   RunDescription run;
-  /// Receives sentences about what a sink does while it opens. May be empty.
+  /// Receives messages of a sink while it opens. May be empty.
   std::function<void(const std::string&)> notice = {};
-  TimeZero time_zero = TimeZero::kRun;  ///< of file sinks without the option `time`
-  std::shared_ptr<RecordingSwitch> recording = nullptr;  ///< null: nothing is recorded on request
-  std::shared_ptr<SessionPosition> session = nullptr;    ///< of a session that is played; else null
+  TimeZero time_zero = TimeZero::kRun;  ///< for file sinks without the option `time`
+  std::shared_ptr<RecordingSwitch> recording = nullptr;  ///< null: no recording on request
+  std::shared_ptr<SessionPosition> session = nullptr;    ///< of a played session; else null
 };
 
 }  // namespace merkel

@@ -21,12 +21,12 @@
 namespace merkel {
 namespace {
 
-constexpr hsize_t kChunk = 16384;         ///< spikes of a chunk of the file
-constexpr std::uint32_t kMagic = 0x0A7A;  ///< of every SONATA file
+constexpr hsize_t kChunk = 16384;         ///< spikes per chunk of the file
+constexpr std::uint32_t kMagic = 0x0A7A;  ///< in every SONATA file
 
-/// The library keeps state of its own and is not built for several threads: one file at a time. A
-/// file that could not be closed would be written again at the program's end, and crash it: the
-/// library's own ending is switched off, and every file is closed here.
+/// The library has global state and is not built for threads: one file at a time. The library would
+/// write a file that it failed to close again at the end of the program, and crash. Its exit
+/// handler is therefore disabled, and every file is closed here.
 std::mutex& hdf5_mutex() {
   static std::mutex mutex;
   static const herr_t no_ending = H5dont_atexit();
@@ -59,7 +59,7 @@ bool write_scalar(hid_t object, const char* name, hid_t type, const void* value)
   return write_attribute(object, name, type, space.id(), value);
 }
 
-/// Of variable length: readers expect that of SONATA's attributes.
+/// Of variable length, as readers expect of SONATA's attributes.
 bool write_text(hid_t object, const char* name, const std::string& text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.id(), H5T_VARIABLE);
@@ -68,7 +68,7 @@ bool write_text(hid_t object, const char* name, const std::string& text) {
   return write_scalar(object, name, type.id(), &value);
 }
 
-/// How the spikes are ordered: by time.
+/// Writes the order of the spikes: by time.
 bool write_sorting(hid_t group) {
   const Handle type(H5Tenum_create(H5T_STD_U8LE), H5Tclose);
   std::uint8_t value = 0;
@@ -135,7 +135,7 @@ Handle group_in(hid_t place, const std::string& name) {
   return {H5Gcreate2(place, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
 }
 
-/// The comment lines and the header of the rows.
+/// Copies the comment lines and checks the header of the rows.
 bool read_head(LineReader& lines, hid_t group) {
   while (lines.next() == LineReader::Outcome::kLine) {
     const std::string line(lines.line());
@@ -149,7 +149,7 @@ bool read_head(LineReader& lines, hid_t group) {
   return false;
 }
 
-/// The spikes, from their rows.
+/// Writes the spikes from their rows.
 bool write_spikes(hid_t file, const SonataContent& content) {
   Handle spikes = group_in(file, "spikes");
   Handle group = group_in(spikes.id(), content.population);
@@ -187,7 +187,7 @@ bool write_spikes(hid_t file, const SonataContent& content) {
          node_ids.dataset().close() && group.close() && spikes.close();
 }
 
-/// The afferents, as SONATA describes nodes: one type, one group of attributes.
+/// Writes the afferents as SONATA nodes: one type, one group of attributes.
 bool write_nodes(hid_t file, const SonataContent& content) {
   if (content.afferents.empty()) return true;
   Handle nodes = group_in(file, "nodes");

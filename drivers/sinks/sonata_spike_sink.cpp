@@ -17,9 +17,9 @@
 namespace merkel {
 namespace {
 
-/// Collects the spikes as rows of text in FILE.h5.part, which nothing can damage, and makes the
-/// HDF5 file of them when the run is over. HDF5 itself promises nothing about a file that was not
-/// closed, and cannot go on after a failed write.
+/// Collects the spikes as rows of text in FILE.h5.part, which survives any crash, and converts it
+/// to HDF5 at the end of the run. HDF5 does not guarantee that an unclosed file can be read, and it
+/// cannot continue after a failed write.
 class SonataSpikeSink final : public SpikeSink {
  public:
   SonataSpikeSink(std::string uri, std::string population, OutputFile rows, TimeBase time,

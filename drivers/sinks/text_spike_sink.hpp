@@ -11,13 +11,13 @@
 
 namespace merkel {
 
-/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. Where the times
-/// are not the probe's own, comment lines (`# time_offset_ns=…`) at the head say how to turn them
-/// back.
+/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. If the times are
+/// not the probe's, comment lines (`# time_offset_ns=…`) at the start of the file hold the
+/// conversion.
 class TextSpikeSink final : public SpikeSink {
  public:
   enum class Form {
-    kCsv,  ///< `time_s,neuron`, with that header
+    kCsv,  ///< `time_s,neuron`, with this header
     kGdf,  ///< NEST's: neuron, tab, time in ms; no header
   };
 

@@ -11,27 +11,27 @@
 
 namespace merkel {
 
-/// What the times in a file are counted from: the option `time` of every file sink.
+/// The zero of the times in a file: the option `time` of every file sink.
 class TimeBase {
  public:
   explicit TimeBase(TimeZero zero) : zero_(zero) {}
   /// Reads the option `time=run|unix|device`.
   [[nodiscard]] static TimeBase read(UriOptions& options, const SinkSetup& setup);
 
-  /// The run's origin, once it is known.
+  /// Sets the run's origin.
   void set(const RunOrigin& origin) noexcept;
 
-  /// A probe time as it stands in the file.
+  /// Converts a probe time to a time in the file.
   [[nodiscard]] std::chrono::nanoseconds operator()(std::chrono::nanoseconds time) const noexcept {
     return time - offset_;
   }
 
-  /// Names and values that turn a file's times back: `time_zero` (run, unix or device),
-  /// `time_offset_ns` (probe time = time in the file + offset), `start_device_ns` and, where it is
-  /// known, `start_utc_ns` of the run.
+  /// Facts that convert a file's times back: `time_zero` (run, unix or device),
+  /// `time_offset_ns` (probe time = time in the file + offset), `start_device_ns` and, if known,
+  /// `start_utc_ns` of the run.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts() const;
 
-  /// Whether the file's times are those of the probe, so that nothing need be noted.
+  /// True if the file's times are probe times and need no facts.
   [[nodiscard]] bool plain() const noexcept { return offset_.count() == 0; }
 
  private:

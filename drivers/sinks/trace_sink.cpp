@@ -10,7 +10,7 @@
 namespace merkel {
 namespace {
 
-/// Writes the samples of the run's probe as a trace, whose replay gives the same spikes.
+/// Writes the samples of the run's probe as a trace. Its replay gives the same spikes.
 class TraceSink final : public SpikeSink {
  public:
   TraceSink(std::string uri, TraceWriter trace, TimeBase time)
@@ -29,7 +29,7 @@ class TraceSink final : public SpikeSink {
     return result_of(trace_.write_header(comment));
   }
 
-  /// The trace holds what the spikes came from: none is lost, and none is written.
+  /// The trace determines the spikes, so none is written and none is lost.
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     delivered_ += spikes.size();
     return {};
@@ -73,7 +73,7 @@ OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (setup.run.probes.size() > 1) {
     return bad_input("\"" + uri.text +
-                     "\": a trace holds one probe, this scene has several: record a session "
+                     "\": a trace holds one probe, but this scene has several: record a session "
                      "(xdf:FILE) instead");
   }
   const std::uint32_t channels =

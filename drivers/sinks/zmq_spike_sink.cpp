@@ -16,7 +16,7 @@ namespace merkel {
 namespace {
 
 constexpr std::uint16_t kSpikeMessage = 1;
-constexpr std::uint16_t kStartMessage = 0x4D01;  ///< "\x01M": no type of Open Ephys
+constexpr std::uint16_t kStartMessage = 0x4D01;  ///< "\x01M": not a type of Open Ephys
 constexpr std::int64_t kSampleRate_hz = 1'000'000;
 constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5557";
 

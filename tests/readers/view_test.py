@@ -384,7 +384,7 @@ class InBrowser(Page):
         program = self.open(probe="replay:tests/traces/taps.csv")
         summary = self.summary(program)
         self.wait(f"document.getElementById('spikes').textContent === '{summary['spikes']}'")
-        self.assertEqual(self.page.text("state"), "Run over")
+        self.assertEqual(self.page.text("state"), "Run ended")
         self.assertEqual(self.page.text("scene"), "paper")
         for canvas in ("raster", "skin", "latency", "legend"):
             self.assertGreater(self.page.ask(painted % canvas), 500, canvas)
@@ -605,10 +605,10 @@ class InBrowser(Page):
             say({trend: trendOf((t) => ({samples_late: 20 * t}))}),
           ]; })""")
         self.assertEqual(titles, [
-            "warn Connecting", "bad Connection lost", "over Run over", "good Connected, not touching",
+            "warn Connecting", "bad Connection lost", "over Run ended", "good Connected, not touching",
             "good Connected, pressing", "bad Unplugged: thumb", "bad Released: index", "warn Silent: thumb",
             "good Connected, not touching", "warn Too slow: 40 ticks skipped", "good Connected, not touching",
-            "warn Overruns last", "warn Late samples: 2.0 %"])
+            "warn Repeated overruns", "warn Late samples: 2.0 %"])
         program.terminate()
 
     def test_missed_frames_and_outages_are_shaded_and_named(self):
@@ -721,7 +721,7 @@ class InBrowser(Page):
             self.page.press(key)
             self.assertEqual(self.page.ask("document.getElementById('window').value"), value)
         self.page.press(" ")
-        self.assertEqual(self.page.text("pause"), "Go on")
+        self.assertEqual(self.page.text("pause"), "Resume")
         frozen = self.page.text("depth-of")
         self.wait("merkel.frame.t > merkel.paused.t + 0.5")
         self.assertEqual(self.page.text("depth-of"), frozen)

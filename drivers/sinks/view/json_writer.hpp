@@ -9,7 +9,7 @@
 
 namespace merkel {
 
-/// A JSON object or list, written from front to back.
+/// A JSON object or list, written sequentially.
 class JsonWriter {
  public:
   explicit JsonWriter(char opening = '{') : text_(1, opening) {}

@@ -6,18 +6,18 @@
 
 namespace merkel {
 
-/// Who may use the live page, and how many at once.
+/// Access control and connection limits of the live page.
 
-/// How many sockets there may be: a quarter of the process's descriptors, at most `most`, so that
-/// devices find theirs.
+/// The limit of open sockets: a quarter of the process's descriptors, at most `most`, so that
+/// enough remain for devices.
 [[nodiscard]] std::size_t most_view_sockets(std::size_t most) noexcept;
 
-/// Keeps pages of other sites out by the headers Host and Origin. A page that listens on loopback
-/// is reached by a loopback name only; another one by an address or by this machine's name, because
-/// another site's name can be bound to this address (DNS rebinding).
+/// Rejects pages of other sites by the headers Host and Origin. A page on loopback is only reached
+/// by a loopback name; another page by an address or by this machine's name, because another site's
+/// name can be bound to this address (DNS rebinding).
 [[nodiscard]] bool may_view(std::string_view host, std::string_view origin, bool loopback_only);
 
-/// Whether a target "/socket?token=…" carries the token. Takes the same time for every wrong one.
+/// True if a target "/socket?token=…" has the token. Takes the same time for any wrong token.
 [[nodiscard]] bool has_view_token(std::string_view target, std::string_view token) noexcept;
 
 }  // namespace merkel

@@ -43,13 +43,13 @@ void ViewDesk::tare(std::uint32_t probe) {
 
 void ViewDesk::mark(std::string label) {
   RunControl* const control = control_.load();
-  if (control == nullptr) return notice("nothing can be marked: no run goes on");
+  if (control == nullptr) return notice("cannot set a mark: no run is active");
   control->mark({.time = std::chrono::nanoseconds{newest_ns_.load(std::memory_order_relaxed)},
                  .label = std::move(label)});
 }
 
 void ViewDesk::record(bool on) {
-  if (!recording_) return notice("nothing can be recorded here: this is no live run");
+  if (!recording_) return notice("cannot record: this is not a live run");
   recording_->want(on);
 }
 

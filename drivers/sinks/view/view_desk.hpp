@@ -15,21 +15,21 @@
 
 namespace merkel {
 
-/// Carries out what pages ask for, and keeps the answers until the next frame. Thread: any.
+/// Executes the requests of pages and keeps the answers until the next frame. Thread: any.
 class ViewDesk {
  public:
-  /// \param steers  whether pages may change the run
+  /// \param steers  whether pages may control the run
   ViewDesk(const SinkSetup& setup, bool steers);
 
-  /// \param control  outlives the desk's use
+  /// \param control  must outlive the use of the desk
   void attach(RunControl& control) noexcept { control_.store(&control); }
-  /// The newest tick, at which marks are placed.
+  /// Sets the time of the newest tick, which marks get.
   void set_time(std::chrono::nanoseconds newest) noexcept {
     newest_ns_.store(newest.count(), std::memory_order_relaxed);
   }
   void carry_out(const ViewRequest& request);
 
-  /// Sentences for the people at the pages.
+  /// Messages for the users of the pages.
   [[nodiscard]] std::vector<std::string> take_notices();
   [[nodiscard]] bool recording() const noexcept { return recording_ && recording_->recording(); }
   [[nodiscard]] RunControl* control() const noexcept { return control_.load(); }

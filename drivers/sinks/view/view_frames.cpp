@@ -21,7 +21,7 @@ constexpr std::size_t kMostPoints = 2000;
 constexpr std::size_t kMostSpikes = 20'000;
 constexpr std::size_t kMostWatchedSamples = 40'000;
 constexpr std::size_t kLongestNews = 16'384;
-constexpr std::size_t kMostStates = 16;  ///< probes whose state fits into a point
+constexpr std::size_t kMostStates = 16;  ///< probes that fit into the states of a point
 constexpr double kBinsPerDecade = 8.0;
 
 template <class T>
@@ -242,7 +242,7 @@ void ViewFrames::append_spikes(std::string& bytes) const {
   }
 }
 
-/// Neuron by neuron, in the order in which they first come.
+/// Neuron by neuron, in order of first appearance.
 void ViewFrames::append_watched(std::string& bytes) const {
   std::vector<std::uint32_t> numbers;
   for (const NeuronSample& sample : watched_) {

@@ -20,18 +20,18 @@
 
 namespace merkel {
 
-/// Gathers what happens between two frames of the live page and writes it as bytes.
+/// Collects the data between two frames of the live page and encodes it.
 ///
 /// A frame is little-endian, without padding (page/frames.js reads it):
 ///   u32 number · u32 flags (Flag) · f64 origin_s (probe time of the start) ·
-///   f64 from_s, to_s: the span that the frame covers, since the start ·
+///   f64 from_s, to_s: the time span of the frame, from the start ·
 ///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
 ///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, u32 state
 ///     (TickRecord::State in the low byte, RunControl::Link above it) ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
 ///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
 ///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
-///   u32 n · u32×n ticks of a latency from 1 µs up, 8 bins a decade ·
+///   u32 n · u32×n ticks by latency from 1 µs up, 8 bins per decade ·
 ///   u32 watched · per neuron u32 number, u32 samples, per sample f32 seconds before to_s, drive,
 ///     potential ·
 ///   u32 electrodes · per electrode f32 amplitude_uA, f32 frequency_Hz, u32 stop
@@ -43,9 +43,9 @@ class ViewFrames {
   static constexpr std::size_t kLatencyBins = 40;
   enum Flag : std::uint32_t {
     kOver = 1U << 0U,       ///< the run has ended
-    kForget = 1U << 1U,     ///< time has jumped: forget what came before
+    kForget = 1U << 1U,     ///< time has jumped: discard earlier data
     kRecording = 1U << 2U,  ///< a session is being recorded on request
-    kStill = 1U << 3U,      ///< a replay that waits
+    kStill = 1U << 3U,      ///< a paused replay
   };
 
   explicit ViewFrames(const SinkSetup& setup);
@@ -61,10 +61,10 @@ class ViewFrames {
   void set(const RunStatus& status) { status_ = status; }
 
   void set_links(const RunControl& control);
-  /// Drops what was added since the last frame: time has jumped.
+  /// Drops the data since the last frame, because time has jumped.
   void forget();
 
-  /// The frame of everything added since the last. \param flags  Flag bits
+  /// The frame of all data since the last one. \param flags  Flag bits
   [[nodiscard]] std::string take(std::uint32_t flags);
 
  private:
@@ -104,7 +104,7 @@ class ViewFrames {
 
   std::chrono::nanoseconds tick_;
   std::vector<Probe> probes_;
-  std::optional<std::chrono::nanoseconds> start_;  ///< of a session that is played
+  std::optional<std::chrono::nanoseconds> start_;  ///< of a played session
   std::optional<std::chrono::nanoseconds> origin_;
   std::chrono::nanoseconds newest_{0};
   std::chrono::nanoseconds sent_{0};  ///< end of the last frame
@@ -116,7 +116,7 @@ class ViewFrames {
   std::vector<Stimulation> electrodes_;
   std::string news_;
   std::array<std::uint32_t, kLatencyBins> latency_{};
-  std::uint64_t left_out_ = 0;  ///< spikes and points beyond what a frame takes
+  std::uint64_t left_out_ = 0;  ///< spikes and points that did not fit into a frame
   RunStatus status_;
   std::uint32_t number_ = 0;
   bool jumped_ = false;  ///< the next tick does not follow the last

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kLongestSession_s = 1e7;
 
-/// The next word of a text, which is taken off.
+/// Removes the next word from a text and returns it.
 std::string_view take_word(std::string_view& text) {
   while (text.starts_with(' ')) text.remove_prefix(1);
   const std::string_view word = text.substr(0, text.find(' '));

@@ -9,14 +9,14 @@
 
 namespace merkel {
 
-/// What a page asks of the run: one line of text.
+/// A request of a page to its run: one line of text.
 ///
 ///   watch [NEURON]…         send drive and potential of these afferents, at most kMostWatched
-///   tare PROBE              take the probe's present reading as zero; probes count from 0
-///   mark LABEL              note the moment, with a label of at most kLongestLabel bytes
+///   tare PROBE              tare a probe; probes count from 0
+///   mark LABEL              mark this instant with a label of at most kLongestLabel bytes
 ///   record start | stop     record a session
-///   seek SECONDS            of a replay: go to a time
-///   hold | play             of a replay: wait; go on
+///   seek SECONDS            replay only: go to a time
+///   hold | play             replay only: pause; continue
 struct ViewRequest {
   enum class Kind { kWatch, kTare, kMark, kRecordStart, kRecordStop, kSeek, kHold, kPlay };
   static constexpr std::size_t kMostWatched = 4;
@@ -28,13 +28,13 @@ struct ViewRequest {
   double time_s = 0.0;
   std::string label = {};
 
-  /// Whether only a page with the token may ask for it: what changes a run or its recording.
+  /// True for requests that change a run or its recording; they need the token.
   [[nodiscard]] bool steers() const noexcept {
     return kind == Kind::kTare || kind == Kind::kMark || kind == Kind::kRecordStart ||
            kind == Kind::kRecordStop;
   }
 
-  /// Nothing where the text is not one of the above. Accepts any bytes.
+  /// Empty if the text is not one of the above. Accepts any bytes.
   [[nodiscard]] static std::optional<ViewRequest> parse(std::string_view text);
 };
 

@@ -13,9 +13,9 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostReceptors = 15'000;  ///< of a patch, that are sent
+constexpr std::size_t kMostReceptors = 15'000;  ///< most receptors sent per patch
 
-/// To 0.01 mm: finer than a screen shows.
+/// Rounded to 0.01 mm, finer than a screen pixel.
 std::string place(double mm) { return JsonWriter::number_of(std::round(mm * 100.0) / 100.0); }
 
 std::string list_of(const std::vector<double>& values) {
@@ -104,7 +104,7 @@ std::string view_scene_json(const SinkSetup& setup, bool control) {
   for (const auto& field : kRunCounterFields<>) {
     add_counter(field.name, field.unit, field.meaning, field.fault);
   }
-  add_counter("page_lost", "", "spikes and points that this page did not get", true);
+  add_counter("page_lost", "", "spikes and points that this page did not receive", true);
   json.raw("counters", counters.end());
   JsonWriter patches('[');
   for (const PatchParameters& patch : run.model.patches) patches.item(json_of(patch));

@@ -6,9 +6,9 @@
 
 namespace merkel {
 
-/// What stays the same during a run: scene, patches, receptors, probes, parameters. The JSON object
-/// that a page receives first.
-/// \param control  whether the page may steer the run
+/// The constant description of a run: scene, patches, receptors, probes, parameters. It is the JSON
+/// object that a page receives first.
+/// \param control  whether the page may control the run
 [[nodiscard]] std::string view_scene_json(const SinkSetup& setup, bool control);
 
 }  // namespace merkel

@@ -47,7 +47,7 @@ class ViewServer::Thread {
     room_.clients.clear();
   }
 
-  /// What went wrong, if anything.
+  /// \return the error, if any
   boost::system::error_code listen(const std::string& host, std::uint16_t port) {
     boost::system::error_code error;
     const auto address = net::ip::make_address(host == "localhost" ? "127.0.0.1" : host, error);
@@ -95,7 +95,7 @@ class ViewServer::Thread {
     acceptor_.async_accept([this](beast::error_code error, tcp::socket socket) {
       if (!acceptor_.is_open()) return;
       if (error) {
-        // Out of descriptors, perhaps: wait until some client leaves.
+        // Possibly out of descriptors: wait until a client disconnects.
         timer_.expires_after(std::chrono::milliseconds{100});
         timer_.async_wait([this](beast::error_code) { accept(); });
         return;
@@ -143,13 +143,13 @@ Expected<std::unique_ptr<ViewServer>, SetupError> ViewServer::start(Parameters p
   if (error == boost::system::errc::address_in_use) {
     return unavailable(
         "the port " + port +
-        " of the live page is in use, perhaps by another merkel: name another, as in "
+        " of the live page is in use, perhaps by another merkel process: choose another one, as in "
         "view:" +
         std::to_string(parameters.port == 65535 ? 8081 : parameters.port + 1));
   }
   if (error) {
     return unavailable("cannot serve the live page at " + parameters.host + ":" + port + ": " +
-                       error.message() + "; name a port such as view:8080");
+                       error.message() + "; choose a port such as view:8080");
   }
   thread->start();
   return std::unique_ptr<ViewServer>(new ViewServer(std::move(thread)));

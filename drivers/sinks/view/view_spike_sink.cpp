@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// The live page: what happens, some 25 times a second, to every browser that looks.
+/// The live page: sends the run's state to every open browser about 25 times a second.
 class ViewSpikeSink final : public SpikeSink {
  public:
   ViewSpikeSink(std::string uri, std::string address, ViewFrames frames,
@@ -82,11 +82,11 @@ class ViewSpikeSink final : public SpikeSink {
     server_->finish();
     return {};
   }
-  /// Given to the page's server; the page itself reports what a slow browser missed.
+  /// Spikes handed to the page's server; the page reports the frames that it missed.
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  /// A session that is played elsewhere from now on: pages forget what came before.
+  /// After a seek in a played session, pages discard earlier data.
   void follow_jumps() {
     const SessionPosition* const session = desk_->session();
     if (session == nullptr || session->jumps.load() == jumps_) return;
@@ -116,7 +116,7 @@ class ViewSpikeSink final : public SpikeSink {
   std::string address_;
   ViewFrames frames_;
   std::shared_ptr<ViewDesk> desk_;
-  std::unique_ptr<ViewServer> server_;  ///< ends before the desk that it asks
+  std::unique_ptr<ViewServer> server_;  ///< destroyed before the desk that it uses
   steady_clock::duration period_;
   steady_clock::time_point next_{};
   std::uint64_t delivered_ = 0;
@@ -146,7 +146,7 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
   const bool port_only = uri.path.find(':') == std::string::npos;
   const auto address = HostAndPort::parse(port_only ? "127.0.0.1:" + uri.path : uri.path);
   if (!address) {
-    return bad_input("\"" + uri.text + "\": name a port, as in view:8080, or an address and port");
+    return bad_input("\"" + uri.text + "\": give a port, as in view:8080, or an address and port");
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
   const std::string token = steers ? random_token() : "";

@@ -43,7 +43,7 @@ TEST(OpenSink, OtherMachinesNeedToBeAllowed) {
   }
   EXPECT_EQ(refusal("osc:192.0.2.1:9000", setup(false, true)), "");
   EXPECT_TRUE(
-      has(refusal("osc:no.such.host.invalid:9000", setup(false, true)), "there is no host"));
+      has(refusal("osc:no.such.host.invalid:9000", setup(false, true)), "cannot find the host"));
 }
 
 TEST(OpenSink, TheLabStreamingLayerIsOpenedOrSaysWhatIsMissing) {

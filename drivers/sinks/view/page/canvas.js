@@ -1,4 +1,4 @@
-// A canvas as sharp as the screen, and the readings under its pointer or its keyboard's place.
+// Canvases in screen resolution, and readings at the pointer or at the keyboard position.
 
 export const byId = (id) => document.getElementById(id);
 export const pixelRatio = () => Math.min(window.devicePixelRatio || 1, 3);
@@ -39,7 +39,7 @@ export function context(canvas) {
 
 const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-/// Follows the pointer, or in a canvas with the focus the arrows, and tells what lies there.
+/// Follows the pointer or, in a focused canvas, the arrow keys, and shows the reading there.
 /// \param describe  (x, y) → text.  \param choose  (x, y, event): a click or Enter
 export function follow(canvas, output, { describe, choose = () => {} }) {
   let place = null;

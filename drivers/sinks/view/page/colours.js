@@ -1,12 +1,12 @@
-// Colours of values, the same for every eye: the scale is "mako" of seaborn, even in lightness.
+// Colours of values, distinguishable with any colour vision: seaborn's "mako", uniform in lightness.
 
 const kMako = ['#0b0405', '#2e1e3c', '#413d7b', '#37659e', '#348fa7', '#40b7ad', '#8ad9b1', '#def5e5'];
-/// Of pinned afferents: Okabe and Ito's palette.
+/// Colours of pinned afferents: Okabe and Ito's palette.
 export const kPins = ['#e69f00', '#56b4e9', '#d55e00', '#cc79a7'];
 
 const channels = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
-/// 256 colours from nothing to most, in the current theme: pale to dark by day, dark to pale at night.
+/// 256 colours from zero to the largest value: from pale to dark in the light theme, reversed in the dark one.
 function makeScale(isDark) {
   const stops = (isDark ? kMako.slice(2) : kMako.slice(1).reverse()).map(channels);
   return Array.from({ length: 256 }, (unused, i) => {
@@ -24,12 +24,12 @@ export function colourOf(value) {
   const [r, g, b] = scale()[Math.max(0, Math.min(255, Math.round(255 * value)))];
   return `rgb(${r},${g},${b})`;
 }
-/// For ImageData: 0xAABBGGRR.
+/// A colour for ImageData: 0xAABBGGRR.
 export const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 export const packedHex = (hex) => packed(channels(hex));
 
 let cached = {}, cachedTheme = '';
-/// A colour of page.css, by its name.
+/// A colour of page.css by its name.
 export function css(name) {
   if (cachedTheme !== theme()) { cached = {}; cachedTheme = theme(); }
   return cached[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -1,8 +1,8 @@
-// The way to the program: connects, connects again, and sends what the page asks for.
+// The connection to the program: connects, reconnects, and sends the page's requests.
 
 const kFirstWait_ms = 500, kLongestWait_ms = 4000;
 
-/// The token of the printed address, kept for reloads and taken out of the address bar.
+/// The token of the printed address; kept for reloads and removed from the address bar.
 function takeToken() {
   const url = new URL(location.href);
   const token = url.searchParams.get('token');

@@ -1,4 +1,4 @@
-// What steers the run, where the program allows it; and the slider of a replayed session.
+// The controls of the run, if permitted, and the slider of a replayed session.
 import { byId } from './canvas.js';
 
 const kNotice_ms = 6000;

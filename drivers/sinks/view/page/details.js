@@ -24,7 +24,7 @@ export class Details {
 
   get afferents() { return this.chosen.map(({ afferent }) => afferent); }
 
-  /// Shows an afferent in place of the last one that is not pinned; again: takes it away.
+  /// Shows an afferent in place of the last unpinned one; removes it if it is already shown.
   choose(afferent) {
     const at = this.chosen.findIndex((each) => each.afferent === afferent);
     if (at >= 0) { if (!this.chosen[at].pinned) this.chosen.splice(at, 1); } else {
@@ -126,7 +126,7 @@ export class Details {
 
   #drive(c, watched, time, { x, y, w, h }) {
     c.strokeStyle = css('--line'); c.strokeRect(x + 0.5, y + 0.5, w, h - 1);
-    if (!watched?.length) { this.#caption(c, 'drive, potential: from now on', x + 3, y + 1); return; }
+    if (!watched?.length) { this.#caption(c, 'drive, potential: waiting for data', x + 3, y + 1); return; }
     const first = watched.firstAfter(time.from), last = watched.firstAfter(time.to);
     const hasPotential = first < last && Number.isFinite(watched.potential[last - 1]);
     const curve = (column, colour) => {

@@ -10,7 +10,7 @@ const kFound_px = 14;        // radius of the ring around a contact that is too 
 export class Finger {
   constructor(canvas) {
     this.canvas = canvas;
-    this.view = { zoom: 1, u: 0, v: 0 };    // what lies in the middle, relative to the bounds' middle
+    this.view = { zoom: 1, u: 0, v: 0 };    // centre of the view, relative to the centre of the bounds
     canvas.addEventListener('wheel', (event) => {
       if (!this.layout) return;
       this.zoomBy(event.deltaY < 0 ? 1.25 : 0.8, event.offsetX, event.offsetY);
@@ -128,7 +128,7 @@ export class Finger {
     active.sort((a, b) => rates[first + a] - rates[first + b]);
     for (const n of active) {
       c.fillStyle = colourOf(0.15 + 0.85 * rates[first + n] / most);
-      // A field that fires seldom is hardly seen, nor does it hide what it overlaps.
+      // A field with a low rate is faint and does not hide the fields that it overlaps.
       c.globalAlpha = placed.fields ? 0.2 + 0.7 * rates[first + n] / most : 1;
       this.#field(c, placed, n);
       c.fill();

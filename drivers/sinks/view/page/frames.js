@@ -1,4 +1,4 @@
-// The bytes of a frame, as view_frames.hpp describes them.
+// Decodes a frame; view_frames.hpp describes the format.
 
 const kOver = 1, kForget = 2, kRecording = 4, kStill = 8;
 
@@ -15,7 +15,7 @@ class Reader {
   }
 }
 
-/// One frame as an object. Times are seconds since the first tick; `origin_s` is the probe time there.
+/// Decodes one frame. Times are seconds since the first tick; `origin_s` is the probe time of that tick.
 export function readFrame(buffer, scene) {
   const r = new Reader(buffer);
   const missed = r.u32();

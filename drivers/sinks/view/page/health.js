@@ -1,4 +1,4 @@
-// What the banner says: the worst thing that is true now, and what to do about it.
+// The banner: the most severe present problem, and what to do about it.
 
 const kFollowing = 0, kHeld = 1, kReleased = 2, kEnded = 3;
 const kUnplugged = 2;
@@ -7,7 +7,7 @@ const kUnplugged = 2;
 export const isBlind = (probe) => probe.state === kReleased || probe.link === kUnplugged;
 const kSpan_s = 5;
 
-/// Remembers the counters of the last seconds, to tell what lasts from what happened once.
+/// Keeps the counters of the last seconds, to distinguish lasting problems from single events.
 export class Trend {
   constructor() { this.rows = []; }
   clear() { this.rows = []; }
@@ -20,9 +20,9 @@ export class Trend {
     const newest = this.rows.at(-1);
     return this.rows.find((row) => row.t >= newest.t - ago) ?? newest;
   }
-  /// How much a counter has risen between two moments, in seconds before the newest frame.
+  /// The increase of a counter between two times, in seconds before the newest frame.
   rise(name, from_ago, to_ago = 0) { return this.#row(to_ago).counters[name] - this.#row(from_ago).counters[name]; }
-  /// A counter that rose by more than a share of the ticks, both lately and just before.
+  /// True if a counter rose by more than a share of the ticks in both halves of the last seconds.
   lasts(name, share) {
     if (this.rows.length < 3) return false;
     return [[kSpan_s, kSpan_s / 2], [kSpan_s / 2, 0]].every(([from, to]) => {
@@ -45,7 +45,7 @@ function ofProbes(scene, frame, heldFor_s) {
   const named = (test) => scene.probes.filter((probe, i) => test(frame.probes[i], i)).map((probe) => probe.name);
   const unplugged = named((p) => p.link === kUnplugged);
   if (unplugged.length) {
-    return { level: 'bad', title: `Unplugged: ${quoted(unplugged)}`, advice: 'Reconnecting. Plug the cable in again; the run goes on by itself.' };
+    return { level: 'bad', title: `Unplugged: ${quoted(unplugged)}`, advice: 'Reconnecting. Plug the cable in again; the run continues automatically.' };
   }
   const released = named((p) => p.state === kReleased);
   if (released.length) {
@@ -53,7 +53,7 @@ function ofProbes(scene, frame, heldFor_s) {
   }
   const silent = named((p, i) => p.state === kHeld && heldFor_s[i] > 0.02);
   if (silent.length) {
-    return { level: 'warn', title: `Silent: ${quoted(silent)}`, advice: 'The last sample is held. If it stays silent the press is released.' };
+    return { level: 'warn', title: `Silent: ${quoted(silent)}`, advice: 'The last sample is held. If the probe stays silent, the press is released.' };
   }
   return null;
 }
@@ -62,32 +62,32 @@ function ofMachine(trend) {
   if (trend.rows.length < 2) return null;
   const skipped = trend.rise('skipped_ticks', kSpan_s);
   if (skipped > 0) {
-    return { level: 'warn', title: `Too slow: ${skipped} ticks skipped`, advice: 'Close other programs, or compute less: merkel plan shows what costs most.' };
+    return { level: 'warn', title: `Too slow: ${skipped} ticks skipped`, advice: 'Close other programs, or simplify the scene: merkel plan shows the cost of its parts.' };
   }
   if (trend.lasts('overruns', 0.02)) {
-    return { level: 'warn', title: 'Overruns last', advice: 'Spikes come late. merkel doctor says which real-time right is missing.' };
+    return { level: 'warn', title: 'Repeated overruns', advice: 'Spikes are late. Find the cause with merkel doctor.' };
   }
   const dropped = trend.rise('samples_dropped', kSpan_s) + trend.rise('spikes_dropped', kSpan_s);
-  if (dropped > 0) return { level: 'warn', title: `Dropped: ${dropped} samples or spikes`, advice: 'A queue was full. Close a sink that is slow.' };
+  if (dropped > 0) return { level: 'warn', title: `Dropped: ${dropped} samples or spikes`, advice: 'A queue was full. Close slow sinks.' };
   const late = trend.rise('samples_late', kSpan_s), samples = trend.rise('samples', kSpan_s);
   if (late > 0 && late > 0.005 * samples) {
     const share = samples > 0 ? `: ${(100 * late / samples).toFixed(late < 0.1 * samples ? 1 : 0)} %` : '';
-    return { level: 'warn', title: `Late samples${share}`, advice: 'Raise delay_ms of the probe in the scene, or lower the latency timer of the port.' };
+    return { level: 'warn', title: `Late samples${share}`, advice: 'Increase delay_ms of the probe in the scene, or reduce the latency timer of the port.' };
   }
   return null;
 }
 
-/// {level, title, advice} of the moment. \param socket  'connecting', 'live' or 'lost'
+/// The present {level, title, advice}. \param socket  'connecting', 'live' or 'lost'
 export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
-  if (frame?.over) return { level: 'over', title: 'Run over', advice: 'The picture stays. Start merkel again and this page follows.' };
-  if (socket === 'lost') return { level: 'bad', title: 'Connection lost', advice: 'Trying again. Does merkel still run? Its terminal tells.' };
+  if (frame?.over) return { level: 'over', title: 'Run ended', advice: 'The page keeps the last picture. If merkel starts again, the page reconnects.' };
+  if (socket === 'lost') return { level: 'bad', title: 'Connection lost', advice: 'Reconnecting. Check in the terminal that merkel is running.' };
   if (socket === 'connecting' || !frame) return { level: 'warn', title: 'Connecting', advice: 'Waiting for the first data.' };
   const problem = ofProbes(scene, frame, heldFor_s) ?? ofMachine(trend);
   if (problem) return problem;
-  if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Play goes on; the slider moves in time.' };
+  if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Press Play to continue; drag the slider to seek.' };
   const touching = scene.probes.filter((probe, i) => frame.probes[i].depth > 0);
   const what = scene.session ? 'Replay' : 'Connected';
-  if (frame.probes.every((p) => p.state === kEnded)) return { level: 'over', title: 'Recording over', advice: 'The last sample is held.' };
+  if (frame.probes.every((p) => p.state === kEnded)) return { level: 'over', title: 'Recording ended', advice: 'The last sample is held.' };
   return touching.length
     ? { level: 'good', title: `${what}, pressing`, advice: scene.probes.length > 1 ? quoted(touching.map((p) => p.name)) : '' }
     : { level: 'good', title: `${what}, not touching`, advice: '' };

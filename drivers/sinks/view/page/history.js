@@ -1,9 +1,9 @@
-// What the page has received and still remembers, ordered by time.
+// The data that the page has received and kept, ordered by time.
 
 export const kKept_s = 61;
 const kMostRows = 1 << 22;
 
-/// Columns of numbers whose first, t, never decreases. Old rows are forgotten from the front.
+/// Columns of numbers; the first one, t, never decreases. Old rows are dropped from the front.
 export class Columns {
   /// \param types  name to typed array, as in {t: Float64Array, n: Uint32Array}
   constructor(types) {
@@ -20,7 +20,7 @@ export class Columns {
     for (const name of this.names) this[name][this.end] = row[name];
     ++this.end;
   }
-  /// Index of the first row that is not before a time.
+  /// Index of the first row at or after a time.
   firstAfter(t) {
     let low = this.begin, high = this.end;
     while (low < high) {
@@ -44,7 +44,7 @@ export class Columns {
   }
 }
 
-/// Spans of time with a cause: held, released, ticks left out, frames that this page missed, marks.
+/// The received data, and spans of time with a cause: held, released, skipped ticks, missed frames, marks.
 export class History {
   constructor(scene) {
     this.scene = scene;
@@ -67,7 +67,7 @@ export class History {
     this.started = false;
   }
 
-  /// Takes a frame. \param keepFrom  what is shown while paused must not be forgotten
+  /// Takes a frame. \param keepFrom  start of the data to keep while the page is paused
   add(frame, keepFrom = frame.t) {
     if (frame.forget || (this.started && frame.t < this.t)) this.clear();
     if (this.started && frame.from > this.t + 1e-9) {
@@ -116,7 +116,7 @@ export class History {
     if (item.kind === 'neuron_reset') this.spans.push({ from: item.t, to: item.t, kind: 'mark', label: `afferent ${item.subject} reset` });
   }
 
-  /// Spikes per afferent, counted from a time to another; index 0 is afferent 1.
+  /// Spikes per afferent in a span of time; index 0 is afferent 1.
   counts(from, to) {
     const all = new Uint32Array(this.scene.neurons);
     const last = this.spikes.firstAfter(to + 1e-9);

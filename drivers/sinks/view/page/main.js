@@ -72,7 +72,7 @@ class Page {
     this.showPause();
   }
 
-  /// A probe is called by its patch, unless the patch has no name or several probes.
+  /// A probe has the name of its patch, unless the patch has no name or several probes.
   #nameOf(scene, i) {
     const { patch } = scene.probes[i], name = scene.patches[patch].name;
     const alone = scene.probes.filter((other) => other.patch === patch).length === 1;
@@ -141,7 +141,7 @@ class Page {
     this.#measure(performance.now() - started);
   }
 
-  /// How long drawing takes, for the curious and for tests.
+  /// Records the drawing time, for the console and for tests.
   #measure(ms) {
     (this.costs ??= []).push(ms);
     if (this.costs.length > 200) this.costs.shift();
@@ -187,7 +187,7 @@ class Page {
   }
   showPause() {
     byId('pause').setAttribute('aria-pressed', this.paused !== null);
-    byId('pause').textContent = this.paused ? 'Go on' : 'Pause';
+    byId('pause').textContent = this.paused ? 'Resume' : 'Pause';
     this.dirty = true;
   }
 }

@@ -7,7 +7,7 @@ const edge_us = (bin) => 10 ** (bin / 8);
 const short = (v) => (v < 10 ? v.toFixed(1) : v.toFixed(0));
 export const duration = (us) => (us < 1000 ? `${short(us)} µs` : `${short(us / 1000)} ms`);
 
-/// The upper edge of the bin in which a quantile lies, µs; NaN without ticks.
+/// The upper edge of the bin that contains a quantile, µs; NaN without ticks.
 export function quantile_us(bins, q) {
   const all = bins.reduce((a, b) => a + b, 0);
   let sum = 0;
@@ -29,7 +29,7 @@ export function fill(list, rows) {
 
 export function showCounters(frame, trend, scene) {
   const number = (v) => (Number.isInteger(v) ? v.toLocaleString('en').replaceAll(',', '\u2009') : v.toFixed(3));
-  // A fault is coloured as soon as it happens; overruns, which every host has, only while they last.
+  // A fault is coloured as soon as it happens; overruns, which occur on every host, only while they persist.
   const bad = ({ name, fault }) => (name === 'overruns' ? trend.lasts(name, 0.02) : fault && frame.counters[name] > 0);
   const rows = scene.counters.map((each) => {
     const value = frame.counters[each.name], ns = each.unit === 'ns';

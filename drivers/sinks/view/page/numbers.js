@@ -19,7 +19,7 @@ export class Numbers {
     byId('probes').replaceChildren(...this.rows);
   }
 
-  /// The probe whose numbers are big: the chosen one, else the one that presses hardest.
+  /// The probe shown by the large numbers: the selected one, else the one that presses hardest.
   #shown(probes) {
     if (this.selected !== null) return this.selected;
     return probes.reduce((best, p, i) => (p.force > probes[best].force ? i : best), 0);

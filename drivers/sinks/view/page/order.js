@@ -1,4 +1,4 @@
-// In which order the raster shows the afferents.
+// The order of the afferents in the raster.
 
 const kAgain_s = 0.5, kMoved_mm = 0.5;
 
@@ -7,7 +7,7 @@ export class RowOrder {
   constructor(scene, layout) {
     this.scene = scene;
     this.layout = layout;
-    this.last = scene.probes.map(() => null);    // where each probe pressed last
+    this.last = scene.probes.map(() => null);    // last position of each probe's press
     this.places = null;
     this.key = '';
     this.rows = new Uint32Array(0);
@@ -36,8 +36,8 @@ export class RowOrder {
     this.rows.forEach((afferent, row) => { this.rowOf[afferent] = row; });
   }
 
-  /// Where rows begin, from 0 at the top to 1. Rows too many for the screen that are sorted by distance
-  /// get thinner with the square root of their number: then the height is about to scale in mm.
+  /// The start of each row, from 0 at the top to 1. If there are too many rows for the screen, rows sorted
+  /// by distance get thinner with the square root of their number; height is then roughly to scale in mm.
   edgesFor(dense) {
     const { rows } = this, curved = dense && this.by === 'distance';
     if (this.edges.rows !== rows || this.edges.curved !== curved) {
@@ -50,8 +50,8 @@ export class RowOrder {
   /// The row at a height from 0 to 1.
   rowAt(height) { return Math.floor((this.edges.curved ? height * height : height) * this.rows.length); }
 
-  /// Whether a probe presses elsewhere than where it did. While it is away, its last place counts: rows
-  /// that changed with every tap could not be read.
+  /// True if a probe presses at a new position. Between presses its last position counts; otherwise the
+  /// rows would change with every tap.
   #moved() {
     return !this.places || this.last.some((place, i) => {
       const before = this.places[i];

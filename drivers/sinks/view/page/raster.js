@@ -4,8 +4,8 @@ import { css, kPins, packed, packedHex, scale } from './colours.js';
 import { Density } from './density.js';
 
 const kFoot = 18;
-const kThinnest = 2;     // device pixels a row, below which it is a density
-const kCell = 2;         // device pixels a side, of a density
+const kThinnest = 2;     // device pixels per row, below which the density is drawn
+const kCell = 2;         // device pixels per side of a density cell
 
 export class Raster {
   constructor(canvas) { this.canvas = canvas; this.density = new Density(); }
@@ -23,7 +23,7 @@ export class Raster {
     return { afferent: order.rows[row], t };
   }
 
-  /// \return 'ticks' or 'density', as it was drawn
+  /// \return 'ticks' or 'density', the mode of drawing
   draw({ spikes, time, order, margins, spans, pins }) {
     const { c, height, ratio } = context(this.canvas);
     const { left, w, h } = this.frame(margins);
@@ -111,7 +111,7 @@ export class Raster {
       if (y < free + 15 || y > h - 14) continue;
       free = y;
       const away = order.distance[order.rows[row]];
-      // Where a label stands for many rows, their distance says more than one of their numbers.
+      // A label that stands for many rows shows their distance instead of a number.
       c.fillText(order.edges.curved ? (Number.isFinite(away) ? (away < 9.95 ? away.toFixed(1) : away.toFixed(0)) : '–') : order.rows[row], left - 6, y);
     }
     pins.forEach((afferent, i) => {

@@ -1,4 +1,4 @@
-// What is seen, as a file: a picture of the window, and tables of the span that it shows.
+// Saves the view to files: a picture of the window, and tables of its time span.
 import { byId, pixelRatio } from './canvas.js';
 import { css } from './colours.js';
 
@@ -47,14 +47,14 @@ export function savePicture(scene, time, health) {
   drawPicture(scene, time, health).toBlob((blob) => download(blob, `${stem(scene, time)}.png`));
 }
 
-/// time_s,neuron as merkel's own spike files have it: times are probe time.
+/// A table time_s,neuron in the format of merkel's spike files: times are probe time.
 export function spikeTable({ spikes }, time, origin_s) {
   const lines = ['time_s,neuron'], last = spikes.firstAfter(time.to + 1e-9);
   for (let i = spikes.firstAfter(time.from); i < last; ++i) lines.push(`${(origin_s + spikes.t[i]).toFixed(9)},${spikes.n[i]}`);
   return `${lines.join('\n')}\n`;
 }
 
-/// A row a point: time, then depth and force of each probe.
+/// One row per point: time, then depth and force of each probe.
 export function pressTable({ points, scene }, time, origin_s) {
   const column = (name, unit, i) => (scene.probes.length > 1 ? `${name}_${i + 1}_${unit}` : `${name}_${unit}`);
   const lines = [['time_s', ...scene.probes.flatMap((probe, i) => [column('depth', 'mm', i), column('force', 'N', i)])].join(',')];

@@ -1,4 +1,4 @@
-// Light or dark, and the keys.
+// Theme and keyboard shortcuts.
 import { byId } from './canvas.js';
 
 const kThemes = ['auto', 'light', 'dark'];

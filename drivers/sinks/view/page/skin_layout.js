@@ -1,6 +1,6 @@
-// Where each patch of skin lies in the picture, in mm: u to the right, v up; and the outline around it.
-// A single patch is a finger that points to the left. Patches named as the parts of a hand make a right
-// hand, seen on its palm with the fingers to the left. Any others lie side by side.
+// The position of each patch of skin in the picture, in mm (u to the right, v up), and its outline.
+// A single patch is a finger that points to the left. Patches named after the parts of a hand form a
+// right hand in palmar view, with the fingers to the left. Other patches are placed side by side.
 
 const kHand = {
   thumb: { at: [0, 105], angle: -0.78, length: 76 },
@@ -14,7 +14,7 @@ const kFingerWidth = 20;
 
 const unit = (angle) => ({ cos: Math.cos(angle), sin: Math.sin(angle) });
 
-/// A finger's outline from its tip, of patches `width` across: a blunt, open curve.
+/// A finger's outline from its tip, for patches of this `width`: a blunt, open curve.
 function fingerPath(width, length) {
   const path = new Path2D();
   const half = width / 2, b = 1.2 * half, a = half + 5, steps = 40;
@@ -34,7 +34,7 @@ function palmPath({ u, v, length, width }) {
   return path;
 }
 
-/// A patch set into the picture. to(x, y) gives {u, v}; from(u, v) gives {x, y}, both in mm.
+/// A patch placed in the picture. to(x, y) gives {u, v}; from(u, v) gives {x, y}, both in mm.
 function place(patch, index, first, u0, v0, angle = 0) {
   const { cos, sin } = unit(angle);
   const fields = patch.field_radius_mm > 0;
@@ -66,7 +66,7 @@ function laySideBySide(patches, firsts) {
   let u = 0, tall = 0;
   patches.forEach((patch, i) => {
     placed.push(place(patch, i, firsts[i], u, 0));
-    // A single finger runs out of the picture.
+    // A single finger extends beyond the picture.
     const reach = patch.length_mm + (patches.length === 1 ? 1000 : 5);
     outlines.push({ path: fingerPath(patch.width_mm, reach), u0: u, v0: 0, angle: 0 });
     u += patch.length_mm + patch.width_mm * 0.3 + 12;
@@ -87,12 +87,12 @@ export function layOut(patches) {
   return isHand ? layHand(patches, firsts) : laySideBySide(patches, firsts);
 }
 
-/// The patch of an afferent, which counts from 1 through all of them.
+/// The patch of an afferent; afferents are numbered from 1 through all patches.
 export function placeOf(layout, afferent) {
   return layout.placed.find((p) => afferent > p.first && afferent <= p.first + p.count);
 }
 
-/// The afferent whose field holds a place of a patch, from 1 through all patches; 0 for none.
+/// The afferent whose field contains a position in a patch, numbered from 1 through all patches; 0: none.
 export function afferentAt(placed, x, y) {
   const { patch, count, first } = placed;
   if (!placed.fields) {

@@ -1,12 +1,12 @@
-// Spikes as clicks, of the chosen afferents or of all. Silent until it is asked for.
+// Plays spikes as clicks, of the chosen afferents or of all. Silent until switched on.
 
-const kAhead_s = 0.08;      // of the speaker after the page: covers the frames' jitter
-const kLongest_s = 0.5;     // of one frame's sound: a burst of history is not played
+const kAhead_s = 0.08;      // delay of the sound after the page: covers the frames' jitter
+const kLongest_s = 0.5;     // longest frame that is played: not a burst of history
 
 export class Sound {
   constructor() { this.on = false; this.all = true; this.volume = 0.3; this.clicks = 0; }
 
-  /// Must be called from a click or a key: browsers start no sound by themselves.
+  /// Must be called from a click or a key press: browsers do not start sound otherwise.
   toggle() {
     this.on = !this.on;
     if (this.on && !this.audio) {
@@ -29,7 +29,7 @@ export class Sound {
     return Float32Array.from({ length }, (unused, i) => Math.sin(2 * Math.PI * 1800 * i / this.audio.sampleRate) * Math.exp(-6 * i / length));
   }
 
-  /// All clicks of a frame as one buffer, so that thousands of spikes cost as much as one.
+  /// Plays all clicks of a frame as one buffer, so that thousands of spikes cost as much as one.
   play(frame, chosen) {
     if (!this.on || !frame.spikes.t.length || frame.t - frame.from > kLongest_s) return;
     const rate = this.audio.sampleRate, length = Math.ceil((frame.t - frame.from) * rate) + this.click.length;
@@ -44,7 +44,7 @@ export class Sound {
     });
     if (!played) return;
     this.clicks += played;
-    // Many at once would only clip.
+    // Normalised, because simultaneous clicks would clip.
     const loud = samples.reduce((most, value) => Math.max(most, Math.abs(value)), 1);
     if (loud > 1) for (let i = 0; i < length; ++i) samples[i] /= loud;
     const source = this.audio.createBufferSource();

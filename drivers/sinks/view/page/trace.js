@@ -1,10 +1,10 @@
-// Force and depth against time, drawn by uPlot; the raster below takes its margins from here.
+// Force and depth against time, drawn by uPlot; the raster below uses the margins of this plot.
 import { byId } from './canvas.js';
 import { css } from './colours.js';
 import { drawSpans } from './raster.js';
 
 const kDashes = [[], [6, 4], [2, 3], [8, 3, 2, 3], [1, 4], [10, 6]];
-const kMostPoints = 4000;    // of all curves together
+const kMostPoints = 4000;    // for all curves together
 
 export class Trace {
   constructor(place) { this.place = place; }
@@ -23,7 +23,7 @@ export class Trace {
       series.push({ ...look, label: `${which}force, N`, scale: 'N', stroke: () => css('--force') });
     });
     const axis = (more) => ({ stroke: () => css('--soft'), grid: { stroke: () => css('--line'), width: 1 }, ticks: { show: false }, ...more });
-    // Two ranges, so that curves of the same shape do not lie on each other.
+    // Two ranges, so that curves of the same shape do not overlap.
     const upward = (room) => (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * room];
     this.plot = new uPlot({
       ...this.#size(), series, legend: { show: false }, padding: [6, 0, 8, 0],
@@ -39,7 +39,7 @@ export class Trace {
   #size() { return { width: this.place.clientWidth, height: this.place.clientHeight || 120 }; }
   resize() { if (this.plot) this.plot.setSize(this.#size()); }
 
-  /// Of the plot area, in CSS pixels.
+  /// The margins of the plot area, in CSS pixels.
   margins() {
     const ratio = window.devicePixelRatio || 1;
     return { left: this.plot.bbox.left / ratio, width: this.plot.bbox.width / ratio };
