@@ -93,9 +93,9 @@ TEST(Recordings, OtherConditionsHaveAFormToo) {
 }
 
 TEST(Recordings, NamesTheFieldAndTheMend) {
-  EXPECT_EQ(fault_of("{"), "d.json:1: this is not JSON");
-  EXPECT_EQ(fault_of("[1e999]"), "d.json: holds a number that is too large for any program");
-  EXPECT_EQ(fault_of("{}"), "d.json: holds no data: give it a section such as curvature_force");
+  EXPECT_EQ(fault_of("{"), "d.json:1: this is not valid JSON");
+  EXPECT_EQ(fault_of("[1e999]"), "d.json: holds a number that is too large");
+  EXPECT_EQ(fault_of("{}"), "d.json: holds no data: add a section such as curvature_force");
   EXPECT_EQ(fault_of(R"({"curvature_forse": {}})"),
             "d.json: the field curvature_forse is not known: did you mean curvature_force?");
   EXPECT_EQ(fault_of(spheres(R"("curvature_per_m": [1], "rate_hz": {"0.1N": [3]}, "depht": 1)"))
@@ -112,9 +112,9 @@ TEST(Recordings, NamesTheFieldAndTheMend) {
             "d.json: curvature_force.rate_hz.0.1N must have as many numbers as curvature_per_m: 2, "
             "but has 1");
   EXPECT_EQ(fault_of(R"({"vibration": {"cite": "x", "20": {"um": [1], "hz": [1]}}})"),
-            "d.json: vibration.20 has no unit: name it with one, as in \"20Hz\" or \"0.65mm\"");
+            "d.json: vibration.20 has no unit: add one to the name, as in \"20Hz\" or \"0.65mm\"");
   EXPECT_EQ(fault_of(R"({"vibration": {"20Hz": {"um": [1], "hz": [1]}}})"),
-            "d.json: vibration.cite is missing: say where the data are from");
+            "d.json: vibration.cite is missing: give the source of the data");
   EXPECT_EQ(fault_of(R"({"hold_adaptation": {"cite": "x",
                          "decline_over_first_12s": {"0.65mm": 38}}})"),
             "d.json: hold_adaptation.decline_over_first_12s.0.65mm must be a fraction of the rate, "

@@ -155,7 +155,7 @@ TEST(Fit, RefusesWhatItCannotFit) {
             "no parameter \"fast_wieght\" can be fitted; did you mean fast_weight?");
   TactileModel::Parameters paper = preset_scene("paper")->model;
   EXPECT_EQ(fit(paper, sets, {"gain_Hz_per_kPa"}, 1, 10, {}).error().sentence,
-            "only neurons that energy density drives can be fitted: start from goodwin or "
+            "only neurons driven by energy density can be fitted: start from goodwin or "
             "goodwin-cs");
 }
 

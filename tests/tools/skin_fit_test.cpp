@@ -104,7 +104,7 @@ TEST(SkinFit, RefusesWhatIsNoPress) {
             std::string::npos);
   EXPECT_NE(fit_skin({{0.5, -1.0}, {1.0, -2.0}, {1.5, -3.0}, {2.0, -5.0}}, kPlate, kFinger)
                 .error()
-                .sentence.find("does not grow with the depth"),
+                .sentence.find("does not increase with the depth"),
             std::string::npos);
 }
 

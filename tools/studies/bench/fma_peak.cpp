@@ -2,7 +2,7 @@
 #define HWY_TARGET_INCLUDE "tools/studies/bench/fma_peak.cpp"
 #include "tools/studies/bench/fma_peak.hpp"
 
-#include <hwy/foreach_target.h>  // before highway.h: compiles this file once for each target
+#include <hwy/foreach_target.h>  // must precede highway.h: compiles this file once per target
 #include <hwy/highway.h>
 
 #include "tools/studies/bench/measure.hpp"
@@ -14,10 +14,10 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr int kRounds = 10'000;
-constexpr int kChains = 10;  // independent of each other: more than latency times ports
+constexpr int kChains = 10;  // independent; more than latency × ports
 
-/// Ten chains of multiply-adds. \return the operations done; the sum keeps them from being left
-/// out.
+/// Ten chains of multiply-adds. \return the number of operations; the sum prevents their removal by
+/// the compiler
 template <class Real>
 double run_chains(Real seed, Real& sum) {
   const hn::ScalableTag<Real> d;

@@ -4,9 +4,8 @@
 
 namespace merkel {
 
-/// What one core of this machine reaches in fused multiply-adds on registers, GFLOP/s (a
-/// multiply-add counts as two), with the instruction set in use: the roof that the kernels stand
-/// under.
+/// The rate of fused multiply-adds on registers of one core, GFLOP/s (a multiply-add counts as
+/// two), with the present instruction set: an upper bound for the kernels.
 [[nodiscard]] double fma_peak_gflops(Precision precision);
 
 }  // namespace merkel

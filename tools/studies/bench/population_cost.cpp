@@ -12,7 +12,7 @@ Measurement neuron_step_cost(const PopulationCase& which, int runs, double run_s
   constexpr int kSteps = 40;
   std::optional<LatticeCoupling> network;
   if (which.coupled) {
-    // The most square grid of so many neurons.
+    // The most square grid for this number of neurons.
     int rows = static_cast<int>(std::sqrt(static_cast<double>(which.neurons)));
     while (static_cast<int>(which.neurons) % rows != 0) --rows;
     network = *LatticeCoupling::create({}, static_cast<int>(which.neurons) / rows, rows);

@@ -8,7 +8,7 @@
 
 namespace merkel {
 
-/// Neurons to be timed, all of them firing: driven by 8 to 14 µA/cm².
+/// A network to time. All neurons fire, driven by 8 to 14 µA/cm².
 struct PopulationCase {
   std::size_t neurons = 20;
   IntegrationMethod method = IntegrationMethod::kCrankNicolson;
@@ -31,7 +31,7 @@ struct PopulationCase {
 /// multiply-add counted as two, a division as one; comparisons and choices not counted.
 [[nodiscard]] constexpr double operations_of_neuron_step(Precision precision) noexcept {
   // w 1; b by a polynomial in w (9 or 5 multiply-adds); its powers 8; p, D, s of three gates 19;
-  // their new values by one division 25; channels 12; current, imbalance and potential 9.
+  // new values by one division 25; channels 12; current, imbalance and potential 9.
   return (precision == Precision::kDouble ? 18.0 : 10.0) + 1.0 + 8.0 + 19.0 + 25.0 + 12.0 + 9.0;
 }
 

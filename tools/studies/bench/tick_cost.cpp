@@ -34,7 +34,7 @@ Expected<Measurement, ParameterError> tick_cost(const TactileModel::Parameters& 
     model->step(now, time);
     time += scene.tick;
   };
-  // Let whatever is not touched come to rest first.
+  // First let untouched neurons come to rest.
   for (int k = 0; k < 300; ++k) tick();
   return measure(tick, runs);
 }

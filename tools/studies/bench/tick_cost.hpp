@@ -8,9 +8,9 @@
 
 namespace merkel {
 
-/// Time of one tick of a scene while its probes press, s. The presses change a little at every
-/// tick, as a real probe's do, so that nothing is left out because it is the same as before. \param
-/// presses  one an indenter; depth 0 does not touch
+/// Time of one tick of a scene under constant presses, s. The presses change slightly at every
+/// tick, as a real probe's do, so that no computation is skipped because of equal input.
+/// \param presses  one per indenter; depth 0 does not touch
 [[nodiscard]] Expected<Measurement, ParameterError> tick_cost(const TactileModel::Parameters& scene,
                                                               std::span<const ContactInput> presses,
                                                               WorkerTeam* team = nullptr,

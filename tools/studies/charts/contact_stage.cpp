@@ -53,7 +53,7 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
   const SkinParameters skin;
   const TipContact tip(Indenter{}, skin);
   const auto receptors = *place_receptors({}, {});
-  // Not at the paper's centre: there the threshold of nothing is near.
+  // Not at the paper's centre, where no afferent is near its threshold.
   const PlacedContact placed{.contact = tip.sphere()->at_depth(1.5), .x_mm = 8.0, .y_mm = 10.0};
   const auto superposition = [&](double tolerance) {
     return [&, tolerance](double r) {
@@ -66,12 +66,11 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
   };
   const auto reference = currents(receptors, placed, superposition(1e-13));
   std::string text =
-      "## Speed against accuracy of the contact stage\n\nA sphere of 2 mm radius 1.5 mm deep, off "
+      "## Speed against accuracy of the contact stage\n\nA sphere of 2 mm radius, 1.5 mm deep, off "
       "the centre, on 450 receptors: the largest error of an afferent's summed drive against "
       "brute-force superposition at a tolerance of 1e-13, and the cost of a tick "
-      "(`contact_stage.csv`).\n\n| method | cost a tick (µs) | error (µA/cm²) | afferents looked "
-      "at "
-      "|\n|---|---|---|---|\n";
+      "(`contact_stage.csv`).\n\n| method | cost per tick (µs) | error (µA/cm²) | afferents "
+      "reached |\n|---|---|---|---|\n";
   const auto row = [&](const std::string& name, double parameter, double cost_s, double error,
                        std::size_t reached) {
     table->row(name, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});

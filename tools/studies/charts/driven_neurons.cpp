@@ -14,7 +14,7 @@ DrivenNeurons drive_neurons(const std::vector<double>& current, double duration_
   HodgkinHuxleyGroup population(
       {.method = method, .precision = precision, .step = step, .freeze_resting = false},
       current.size(), network);
-  // A call at a time that holds a few milliseconds: no neuron fires more often in it.
+  // A call spans a few milliseconds, in which a neuron fires at most once.
   const int steps_a_call = std::max(1, static_cast<int>(2000.0 / step_us));
   const auto steps = static_cast<int>(1e3 * duration_ms / step_us);
   SpikeBuffer spikes(current.size() * static_cast<std::size_t>(steps_a_call + 1));

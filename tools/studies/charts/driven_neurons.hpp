@@ -7,13 +7,13 @@
 
 namespace merkel {
 
-/// The spikes of neurons under constant currents from rest, for a while.
+/// The spikes of neurons under constant currents, from rest.
 struct DrivenNeurons {
   std::vector<SpikeEvent> spikes;  ///< in order of time
-  std::size_t resets = 0;          ///< states that turned non-finite
+  std::size_t resets = 0;          ///< states that became non-finite
 };
 
-/// \param current  of each neuron, µA/cm².  \param duration_ms  cut to whole steps
+/// \param current  of each neuron, µA/cm².  \param duration_ms  rounded down to whole steps
 [[nodiscard]] DrivenNeurons drive_neurons(const std::vector<double>& current, double duration_ms,
                                           IntegrationMethod method, Precision precision,
                                           double step_us,

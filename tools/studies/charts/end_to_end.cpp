@@ -22,7 +22,7 @@ double constant(double /*time_s*/) { return 1.5; }
 double ramp_and_hold(double t) {
   return 1.5 * std::clamp(std::min((t - 0.1) / 0.05, (0.9 - t) / 0.05), 0.0, 1.0);
 }
-/// About the depth at which the pressed afferents begin to fire.
+/// Close to the depth at which the pressed afferents begin to fire.
 double near_threshold(double t) { return 0.62 + 0.06 * std::sin(2.0 * std::numbers::pi * 7.0 * t); }
 
 struct PressShape {
@@ -96,8 +96,9 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
   std::string text =
       "## The whole chain\n\nThe default scene for a second under three presses; spikes against "
       "RK4 "
-      "at 2.5 µs with nothing left out (`end_to_end.csv`). Near threshold a spike more or less is "
-      "chance: there the median error and the share of spikes without a partner are what counts.\n";
+      "at 2.5 µs with nothing skipped (`end_to_end.csv`). Near threshold, single spikes appear or "
+      "vanish by "
+      "chance: there the median error and the share of unmatched spikes are meaningful.\n";
   for (const PressShape& press : kPresses) {
     TactileModel exact = model_of({.name = "",
                                    .method = IntegrationMethod::kRk4,
@@ -106,8 +107,8 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
                                    .freeze_resting = false});
     const auto reference = run(exact, press.depth_mm);
     text += format(
-        "\n| %s: %zu spikes | step (µs) | µs a tick | rms error (ms) | median error (ms) | without "
-        "a "
+        "\n| %s: %zu spikes | step (µs) | µs per tick | rms error (ms) | median error (ms) | "
+        "without a "
         "partner |\n|---|---|---|---|---|---|\n",
         press.name, reference.size());
     for (const Variant& variant : variants()) {

@@ -52,7 +52,7 @@ const char* enumerator_of(IntegrationMethod method) {
   return "";
 }
 
-/// Cost of a neuron for a simulated second, µs.
+/// Cost of a neuron per simulated second, µs.
 double cost_us(double s_per_step, double step_us) { return 1e6 * s_per_step * 1e6 / step_us; }
 
 /// Cost of a step, s: the median of pairs with one and the same method, so that what else the
@@ -122,11 +122,11 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
       drive_neurons(currents(), kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 0.5);
   std::string text =
       "## Speed against accuracy of the integrators\n\nEight neurons under 8 to 14 µA/cm² for "
-      "500 ms; spike times against RK4 at 0.5 µs; cost of one neuron for a simulated second among "
+      "500 ms; spike times against RK4 at 0.5 µs; cost of one neuron per simulated second among "
       "2000 uncoupled on one core (`integrators.csv`). \"–\": wrong spike counts or diverged.\n\n"
       "| method | precision | 100 µs | 50 µs | 25 µs | 12.5 µs |\n|---|---|---|---|---|---|\n";
   const std::vector<double> steps_us = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
-  // What `merkel plan` knows beforehand: tools/studies/plan/method_table.inc is renewed with this.
+  // The prior knowledge of `merkel plan`: replaces tools/studies/plan/method_table.inc.
   auto known = OutputFile::create(folder.path("method_table.inc"), folder.overwrite);
   if (!known) return Unexpected<SetupError>(known.error());
   std::string known_text =
@@ -176,7 +176,7 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
     text += format("| 1e-%d | %.0f µs | %.2g ms |\n", power, run.cost_us, error.rms_ms);
   }
 #else
-  text += "\nCVODE is not in this build: install libsundials-dev and build again.\n";
+  text += "\nCVODE is not in this build: install libsundials-dev and rebuild.\n";
 #endif
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   if (!known->write(known_text) || !known->close()) return unavailable(known->error());

@@ -1,4 +1,4 @@
-// Chart 4: where the methods give right spike counts, wrong ones, or diverge.
+// Chart 4: where the methods give correct or wrong spike counts, or diverge.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -21,7 +21,7 @@ std::vector<int> counts(const DrivenNeurons& driven, std::size_t neurons) {
   return of_neuron;
 }
 
-/// A spike more or less at the end of the time is none of the method's fault.
+/// One spike more or less at the end of the interval is not an error of the method.
 Outcome outcome_of(int spikes, int expected, bool diverged) {
   if (diverged) return kDiverged;
   return std::abs(spikes - expected) <= 1 + expected / 50 ? kRight : kWrongCount;
@@ -59,8 +59,8 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
       "## Stability map\n\nSpike counts in 300 ms against RK4 at 2.5 µs, for single neurons under "
       "0 "
       "to 160 µA/cm² and for a network of 20 under 0 to 19 µA/cm² with gains up to 500 mS/cm² "
-      "(`stability.csv`). The largest step of the map at which all is right:\n\n| method | under "
-      "10 "
+      "(`stability.csv`). The largest step of the map at which all counts are correct:\n\n| method "
+      "| under 10 "
       "µA/cm² | up to 60 µA/cm² | in the network, gain 0.1 | gain 25 |\n|---|---|---|---|---|\n";
   const auto& names = integration_method_names();
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -82,7 +82,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
         const auto network = LatticeCoupling::create({.gain = gains[i]}, 5, 4);
         const auto driven =
             drive_neurons(on_grid, kDuration_ms, method, Precision::kDouble, step_us, *network);
-        // Of all neurons together: their times are ill-conditioned near threshold.
+        // Counts of all neurons together: single spike times are ill-conditioned near threshold.
         const int spikes = static_cast<int>(driven.spikes.size());
         const bool close = std::abs(spikes - expected_on_grid[i]) <= 5 + expected_on_grid[i] / 10;
         const Outcome outcome = driven.resets > 0 ? kDiverged : close ? kRight : kWrongCount;

@@ -1,4 +1,4 @@
-// Chart 5: what a tick costs against what is touched.
+// Chart 5: cost of a tick against the touched area.
 #include <numbers>
 #include <vector>
 
@@ -29,9 +29,10 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
                                 folder.overwrite);
   if (!table) return Unexpected<SetupError>(table.error());
   std::string text =
-      "## Cost against what is touched\n\nA sphere of 5 mm radius on the middle of patches without "
+      "## Cost against the touched area\n\nA sphere of 5 mm radius on the centre of patches "
+      "without "
       "a network, pressed to 3 mm (`touch.csv`). Active are afferents that are not at rest.\n\n| "
-      "receptors | afferents | depth (mm) | contact (mm²) | reached | active | µs a tick |\n"
+      "receptors | afferents | depth (mm) | contact (mm²) | reached | active | µs per tick |\n"
       "|---|---|---|---|---|---|---|\n";
   for (const Skin& skin : kSkins) {
     TactileModel::Parameters parameters = preset_scene("paper")->model;
@@ -39,7 +40,7 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
     parameters.patches[0].receptors.count = skin.receptors;
     parameters.network.gain = 0.0;
     parameters.indenters[0].radius_mm = 5.0;
-    // The same current per receptor would silence large patches and block small ones.
+    // An equal current per receptor would silence large patches and block small ones.
     parameters.transduction.alpha_uA_per_cm2 =
         22.5 * skin.patch.subregions() / static_cast<double>(skin.receptors);
     TactileModel model = *TactileModel::create(parameters);
@@ -50,7 +51,7 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
                          .y_mm = 0.5 * skin.patch.width_mm};
       std::chrono::nanoseconds time{0};
       const auto tick = [&] {
-        // A probe is never quite still.
+        // A probe is never completely still.
         input.depth_mm = depth_mm * ((time / parameters.tick) % 2 == 0 ? 1.0 : 1.0 - 1e-6);
         model.step({&input, 1}, time);
         time += parameters.tick;

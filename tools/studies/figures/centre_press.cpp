@@ -36,7 +36,7 @@ struct Statistics {
   int far_above_near = 0;
   int far_has_more = 0;
 
-  /// Whether nine draws of ten have rates fall with distance and rise with the receptor count.
+  /// True if rates fall with distance and rise with the receptor count in nine of ten draws.
   [[nodiscard]] bool joint() const {
     return percentile(with_distance, 0.95) < 0.0 && percentile(with_count, 0.05) > 0.0;
   }
@@ -71,7 +71,7 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
       "the "
       "20 afferents: mean (5th … 95th percentile).\n\n| set | rate with distance, given the count "
       "| "
-      "rate with count, given the distance | both at once | 13 alone on top | 18 above 8, where it "
+      "rate with count, given the distance | both | 13 alone highest | 18 above 8, if it "
       "has more receptors |\n|---|---|---|---|---|---|\n",
       seeds, seeds);
   const std::vector<std::string> sets = {"paper", "paper-wide"};
@@ -105,11 +105,11 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
     if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   }
   report +=
-      "\nThe joint dependence on distance and receptor count is **reproduced** by a set that says "
-      "\"yes\": nine draws of ten have both signs. The paper's own picture, 13 on top and 18 above "
-      "8, takes the wide set and a rare draw of receptors; with the default set, 8 and 13 share "
-      "the "
-      "top by symmetry and 18 is silent.\n\n";
+      "\nThe joint dependence on distance and receptor count is **reproduced** by a set with "
+      "\"yes\": nine of ten draws have both signs. The paper's own picture, 13 highest and 18 "
+      "above 8, needs the wide set and a rare draw of receptors. With the default set, 8 and 13 "
+      "share the "
+      "highest rate by symmetry, and 18 is silent.\n\n";
   return report;
 }
 

@@ -1,4 +1,4 @@
-// Force against depth by all contact laws.
+// Force against depth for all contact laws.
 #include "core/contact/sphere_law.hpp"
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"

@@ -1,4 +1,4 @@
-// Fig. 5: strain energy density against distance, by depth.
+// Fig. 5: strain energy density against distance, for several depths.
 #include <algorithm>
 #include <vector>
 
@@ -18,7 +18,7 @@ struct Peak {
   double height_kPa = 0.0;
   double deepest_kPa = 0.0;  ///< energy density on the axis
   double printed_kPa = 0.0;  ///< the same by the printed formula
-  int others = 0;            ///< further maxima outside of it, each beyond a minimum
+  int others = 0;            ///< further maxima at larger r, each after a minimum
 };
 
 }  // namespace
@@ -76,7 +76,7 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
   const bool turns = peaks[0].at_mm == 0.0 && peaks[1].at_mm > 0.0;
   report += format(
       "\nAmplitude grows with depth: **%s**. Single peak at 1 mm, annular from 2 mm: "
-      "**%s**. The smaller sphere gives more at equal depth: **%s**.\n\n",
+      "**%s**. The smaller sphere gives a higher peak at equal depth: **%s**.\n\n",
       grows ? "reproduced" : "not reproduced", turns ? "reproduced" : "not reproduced",
       peaks[5].height_kPa > peaks[0].height_kPa ? "reproduced" : "not reproduced");
   const auto falls = [&](double Peak::*value) {

@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// Each computes one figure of the paper from this model, as a part of a report.
+/// Each function computes one figure of the paper from this model, as a part of a report.
 [[nodiscard]] Expected<std::string, SetupError> make_grating(const ReportFolder& options);
 [[nodiscard]] Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& options);
 /// \param seeds  receptor draws for the statistics
@@ -16,7 +16,7 @@ namespace merkel {
 /// \param seeds  receptor draws
 [[nodiscard]] Expected<std::string, SetupError> make_position_scan(const ReportFolder& options,
                                                                    int seeds);
-/// Not of the paper: force against depth by all contact laws.
+/// Not in the paper: force against depth for all contact laws.
 [[nodiscard]] Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options);
 /// Not of the paper: bars on a curved finger against boundary elements.
 [[nodiscard]] Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options);

@@ -16,11 +16,11 @@ namespace merkel {
 namespace {
 
 constexpr double kDepth_mm = 1.0;
-constexpr double kReceptors = 22.5;  // the mean number of one afferent, 450/20
+constexpr double kReceptors = 22.5;  // mean number per afferent, 450/20
 constexpr double kSpacing_mm = 0.1;
 constexpr double kReach_mm = 18.0;
 
-/// Mean rates over a second of neurons under constant currents.
+/// Mean rates of neurons over a second under constant currents.
 std::vector<double> steady_rates(const std::vector<double>& currents) {
   HodgkinHuxleyGroup neurons({}, currents.size(), std::nullopt);
   SpikeBuffer spikes(currents.size() * 1000);
@@ -82,7 +82,7 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
       {"gap of 3 mm", first + 5.0}, {"gap of 5 mm", first + 13.0}, {"open skin", first + 23.0}};
   std::string report =
       "## Fig. 4: bar edges\n\nThree bars of 5 mm, gaps of 3 and 5 mm, 1 mm deep; an afferent of "
-      "22.5 receptors at each place on the middle line (`fig4_grating.csv`).\n\n"
+      "22.5 receptors at each position on the centre line (`fig4_grating.csv`).\n\n"
       "| place | peak SED (kPa) | peak rate (Hz) |\n|---|---|---|\n";
   std::vector<double> rates;
   std::vector<double> energies;

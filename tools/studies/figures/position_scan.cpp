@@ -1,4 +1,4 @@
-// Fig. 8: the whole network's rate against the receptors of the pressed subregion.
+// Fig. 8: the rate of the network against the receptors of the pressed subregion.
 #include <algorithm>
 #include <numeric>
 #include <vector>
@@ -43,7 +43,8 @@ Expected<std::string, SetupError> make_position_scan(const ReportFolder& options
   return format(
       "## Fig. 8: twenty positions\n\nSphere of 2 mm radius, 1.5 mm deep, for 1 s at the centre of "
       "each of the 20 subregions, over %d receptor draws (`fig8_positions.csv`). Rank correlation "
-      "of the whole network's rate with the pressed subregion's receptors: mean %.3f, least %.3f. "
+      "of the network's rate with the number of receptors of the pressed subregion: mean %.3f, "
+      "minimum %.3f. "
       "More receptors, higher rate: **%s**.\n\n",
       seeds, mean, least, mean >= 0.95 ? "reproduced" : "not reproduced");
 }

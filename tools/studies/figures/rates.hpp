@@ -7,11 +7,11 @@
 
 namespace merkel {
 
-/// What a figure needs to know of one receptor draw under one press.
+/// The result of one receptor draw under one press.
 struct PressedPatch {
-  std::vector<double> rate_hz;           ///< of every neuron
-  std::vector<double> receptors;         ///< of every neuron
-  std::vector<double> mean_distance_mm;  ///< of every neuron's receptors from the press
+  std::vector<double> rate_hz;           ///< of each neuron
+  std::vector<double> receptors;         ///< of each neuron
+  std::vector<double> mean_distance_mm;  ///< between each neuron's receptors and the press
 };
 
 /// The paper's fingertip under a constant press: a sphere of radius R, `depth_mm` deep at (x, y),

@@ -19,14 +19,14 @@
 namespace merkel {
 namespace {
 
-/// Steps of RK4 so fine that its own error is far below any that is asked for.
+/// RK4 step of the reference: its error is far below any requested one.
 constexpr std::chrono::nanoseconds kReferenceStep{2'500};
-/// Steps of RK4 whose error is below 2 ns: what remains is the tick's.
+/// RK4 step with an error below 2 ns: the remaining error is the tick's.
 constexpr std::chrono::nanoseconds kFineStep{12'500};
 constexpr std::chrono::nanoseconds kShortestTick{60'000};
-constexpr std::int64_t kReferenceTicks = 16;  ///< of the reference in one of the scene's, at least
+constexpr std::int64_t kReferenceTicks = 16;  ///< fewest reference ticks per tick of the scene
 
-/// The longest part of an interval that divides it and is at most so long.
+/// The longest divisor of an interval that is at most `most`.
 std::chrono::nanoseconds part_of(std::chrono::nanoseconds whole, std::chrono::nanoseconds most) {
   std::int64_t parts =
       std::max<std::int64_t>(1, (whole + most - std::chrono::nanoseconds{1}) / most);
@@ -43,7 +43,7 @@ std::vector<std::chrono::nanoseconds> ticks_of(std::chrono::nanoseconds tick) {
   return ticks;
 }
 
-/// The shares of afferents that are reached and of neurons that are active, over touched ticks.
+/// Sets the shares of reached afferents and of active neurons, over ticks with contact.
 Expected<void, SetupError> note_shares(const Scene& scene, const Rehearsal& rehearsal, Plan& plan) {
   auto model = TactileModel::create(scene.model);
   if (!model) return bad_input(scene.sentence(model.error()));
@@ -84,7 +84,7 @@ PlanOption option_of(const TactileModel::Parameters& model) {
   return option;
 }
 
-/// What is known of a method before the scene is looked at.
+/// Prior knowledge of a method, independent of the scene.
 struct KnownMethod {
   IntegrationMethod method;
   Precision precision;
@@ -98,11 +98,11 @@ constexpr KnownMethod kKnown[] = {
 #include "tools/studies/plan/method_table.inc"
 };
 
-/// How far a scene's errors may lie from the table's, which are of neurons that fire at 70 Hz for
-/// half a second: near threshold they are larger.
+/// Largest ratio of a scene's error to the table's. The table is for neurons that fire at 70 Hz for
+/// half a second; near threshold, errors are larger.
 constexpr double kTableDoubt = 20.0;
 
-/// What may meet the budget and divides the tick, from the cheapest.
+/// Options that may meet the budget and divide the tick, in order of cost.
 std::vector<PlanOption> options_by_cost(std::chrono::nanoseconds tick, double budget_us) {
   struct Costed {
     double cost;
@@ -128,17 +128,17 @@ std::vector<PlanOption> options_by_cost(std::chrono::nanoseconds tick, double bu
   return options;
 }
 
-/// Performs a scene's rehearsal in several ways and compares each with the reference.
+/// Rehearses a scene with several options and compares each with the reference.
 class Rehearser {
  public:
   Rehearser(const Scene& scene, const ProbeRecording& recording)
       : scene_(scene), recording_(recording) {}
 
-  /// \param ticks  that may be chosen
+  /// \param ticks  candidates
   Expected<void, SetupError> make_reference(const std::vector<std::chrono::nanoseconds>& ticks) {
     Scene exact = scene_;
     auto tick = scene_.model.tick;
-    // Another step would be other noise: of noisy neurons, only what is left out can be judged.
+    // Another step changes the noise: for noisy neurons, only the effect of skipping is measured.
     if (!scene_.model.energy_driven()) {
       tick = part_of(ticks.back(), std::min(ticks.back() / 4, ticks.front() / kReferenceTicks));
       set_option(exact.model, {.method = IntegrationMethod::kRk4,
@@ -158,7 +158,7 @@ class Rehearser {
     return {};
   }
 
-  /// \param runs  whose median is the cost
+  /// \param runs  number of runs; the cost is their median
   Expected<PlanOption, SetupError> perform(PlanOption option, int runs) {
     Scene variant = scene_;
     set_option(variant.model, option);
@@ -201,12 +201,12 @@ class Rehearser {
   std::size_t receptors_ = 0;
 };
 
-/// The cheapest option that meets the budget; `tried` gets all that were looked at.
+/// The cheapest option that meets the budget; `tried` receives all tested options.
 Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene,
                                         const std::vector<std::chrono::nanoseconds>& ticks,
                                         double budget_us, std::vector<PlanOption>& tried) {
   for (const auto tick : ticks) {
-    // What the tick alone costs in accuracy: no method can do better.
+    // The error of the tick alone, a lower bound for every method.
     const auto finest = rehearser.perform({.method = IntegrationMethod::kRk4,
                                            .precision = Precision::kDouble,
                                            .step = part_of(tick, kFineStep),
@@ -219,7 +219,7 @@ Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene
     }
     for (const PlanOption& option : options_by_cost(tick, budget_us)) {
       const auto performed = rehearser.perform(option, 1);
-      if (!performed) continue;  // the scene's network does not allow the step
+      if (!performed) continue;  // the scene's network does not permit this step
       tried.push_back(*performed);
       if (performed->meets(budget_us)) return rehearser.perform(option, 3);
     }
@@ -235,7 +235,7 @@ Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene
       best == tried.end()
           ? "cannot be met by any method"
           : format("cannot be met: the best is %.3g µs%s, with %s", best->error_us(),
-                   best->error.unmatched > 0 ? " and some spikes too many or too few" : "",
+                   best->error.unmatched > 0 ? " and unmatched spikes" : "",
                    name_of_option(*best).c_str());
   return bad_input(scene.sentence({.key = "accuracy.spike_time_us", .reason = what}));
 }
@@ -248,17 +248,17 @@ std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
   }
   if (model.accuracy.cull_tolerance > 0.0) {
     sentences.push_back(
-        format("receptors beyond reach: %.0f %% of the afferents on average, whose currents the "
-               "press moves by less than %g of a receptor's largest each",
+        format("receptors beyond reach: %.0f %% of the afferents on average (current change below "
+               "%g of a receptor's largest)",
                100.0 * (1.0 - plan.reached_share), model.accuracy.cull_tolerance));
   }
   if (!model.energy_driven() && model.accuracy.freeze_resting) {
-    sentences.push_back(format("neurons at rest, in blocks of 16: %.0f %% of all steps",
+    sentences.push_back(format("neurons at rest, in blocks of 16: %.0f %% of the steps",
                                100.0 * (1.0 - plan.active_share)));
   }
-  sentences.push_back(format("transduction where nothing touches: %.0f %% of the ticks",
-                             100.0 * plan.untouched_share));
-  if (scene.sinks.empty()) sentences.emplace_back("sinks: none is asked for");
+  sentences.push_back(
+      format("transduction without contact: %.0f %% of the ticks", 100.0 * plan.untouched_share));
+  if (scene.sinks.empty()) sentences.emplace_back("sinks: the scene has none");
   return sentences;
 }
 
@@ -268,9 +268,10 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   if (scene.model.energy_driven() && scene.spike_time_us) {
     return bad_input(scene.sentence(
         {.key = "accuracy.spike_time_us",
-         .reason = "is for Hodgkin-Huxley neurons: noise moves the spikes of others anyway"}));
+         .reason =
+             "applies only to Hodgkin-Huxley neurons, because the others have noise: remove it"}));
   }
-  // Large scenes are rehearsed for less time: the reference is what takes long.
+  // Large scenes have a shorter rehearsal, because the reference is slow.
   std::size_t neurons = 0;
   for (const PatchParameters& patch : scene.model.patches) {
     const auto layout = layout_of(patch);

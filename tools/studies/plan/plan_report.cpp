@@ -17,10 +17,10 @@ std::string name_of_option(const PlanOption& option) {
 
 namespace {
 
-/// How the neurons will be stepped.
+/// The neurons with their method and step.
 std::string name_of_neurons(const Plan& plan) {
   const std::string step = " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) +
-                           " µs, a tick of " + shortest_decimal(units::ms_from(plan.chosen.tick)) +
+                           " µs, tick " + shortest_decimal(units::ms_from(plan.chosen.tick)) +
                            " ms";
   switch (plan.kind) {
     case NeuronKind::kIntegrateAndFire:
@@ -38,31 +38,31 @@ std::string name_of_neurons(const Plan& plan) {
 std::string plan_text(const Plan& plan) {
   std::string text =
       format("rehearsed %.3g s%s: %zu neurons, %zu receptors, %zu spikes\n", plan.rehearsed_s,
-             plan.stand_in ? " with a ramp-and-hold in the device's place" : "", plan.neurons,
+             plan.stand_in ? " with a ramp-and-hold instead of the device" : "", plan.neurons,
              plan.receptors, plan.spikes);
   if (plan.budget_us) {
-    text += format("spike times are to be within %g µs (rms): tried, from the cheapest:\n",
+    text += format("spike-time error to meet: %g µs (rms); tried, in order of cost:\n",
                    *plan.budget_us);
     for (const PlanOption& option : plan.tried) {
-      text += format("  %-58s %8.2f µs a tick, error %.3g µs%s\n", name_of_option(option).c_str(),
+      text += format("  %-58s %8.2f µs per tick, error %.3g µs%s\n", name_of_option(option).c_str(),
                      option.tick_us, option.error_us(),
                      option.error.unmatched > 0
-                         ? format(", %zu spikes without a partner", option.error.unmatched).c_str()
+                         ? format(", %zu unmatched spikes", option.error.unmatched).c_str()
                          : "");
     }
   }
-  text += "will be computed with " + name_of_neurons(plan) + "\n";
+  text += "chosen: " + name_of_neurons(plan) + "\n";
   if (units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
     text += format(
-        "the tick is shorter than loop.tick_us, %g ms: within longer ones the currents "
-        "do not run straight enough for this budget\n",
+        "the tick is shorter than loop.tick_us, %g ms: within longer ticks, the currents deviate "
+        "too much from straight lines for this budget\n",
         plan.scene_tick_ms);
   }
   text += format(
-      "predicted: %.2f µs a tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
+      "predicted: %.2f µs per tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
       plan.chosen.tick_us, units::ms_from(plan.chosen.tick),
       units::us_from(plan.chosen.tick) / plan.chosen.tick_us, plan.chosen.error_us(),
-      plan.chosen.error.unmatched > 0 ? format(" and %.1f %% of the spikes without a partner",
+      plan.chosen.error.unmatched > 0 ? format(" and %.1f %% of the spikes unmatched",
                                                100.0 * plan.chosen.error.share_unmatched())
                                             .c_str()
                                       : "");

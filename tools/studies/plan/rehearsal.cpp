@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kBeforeTouch{20};
 
 bool touches(const ProbeSample& sample) { return sample.depth_mm > 0.0 || sample.force_mN > 0.0; }
 
-/// The samples of a probe until `most` after its first touch.
+/// The samples of a probe up to `most` after its first touch.
 std::vector<ProbeSample> read_samples(Probe& probe, std::chrono::nanoseconds most) {
   std::vector<ProbeSample> all;
   std::vector<ProbeSample> batch(1024);
@@ -60,14 +60,14 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
     recording.end_ = std::max(recording.end_, samples.back().time);
   }
   if (first == std::chrono::nanoseconds::max()) {
-    return bad_input("the scene's probes give nothing to plan with");
+    return bad_input("the scene's probes have no samples to plan with");
   }
   if (touch > recording.end_) touch = recording.end_ - std::min(recording.end_, most);  // never
   const auto before = std::max(touch - first, std::chrono::nanoseconds{0});
   recording.start_ = first + before / scene.model.tick * scene.model.tick;
   recording.end_ = std::min(recording.end_, recording.start_ + most);
   if (recording.end_ - recording.start_ < scene.model.tick) {
-    return bad_input("the scene's probes give nothing to plan with");
+    return bad_input("the scene's probes have no samples to plan with");
   }
   return recording;
 }

@@ -11,25 +11,25 @@
 
 namespace merkel {
 
-/// What a scene's probes do for a while, tick by tick.
+/// The contacts of a scene's probes, tick by tick.
 struct Rehearsal {
-  std::vector<std::vector<ContactInput>> ticks;  ///< of each tick: one contact an indenter
+  std::vector<std::vector<ContactInput>> ticks;  ///< per tick, one contact per indenter
   std::chrono::nanoseconds tick{0};
-  std::size_t untouched = 0;  ///< ticks in which no probe touches
+  std::size_t untouched = 0;  ///< ticks without contact
 };
 
-/// The samples of a scene's probes around the first touch, to be read at any tick.
+/// The samples of a scene's probes around the first touch, for use with any tick.
 class ProbeRecording {
  public:
-  /// Reads recorded and simulated probes; `scene`'s indenters get their control. Fails where one
-  /// cannot be opened. \param most  how long from shortly before the first touch on, at most
+  /// Reads recorded and simulated probes and sets the control of `scene`'s indenters. Fails if one
+  /// cannot be opened. \param most  longest duration, from shortly before the first touch
   [[nodiscard]] static Expected<ProbeRecording, SetupError> read(Scene& scene,
                                                                  std::chrono::nanoseconds most);
 
-  /// The contacts at the ends of the ticks. Ticks that divide the scene's own share its grid, which
-  /// is that of a run: it begins at the first sample.
+  /// The contacts at the ends of the ticks. Ticks that divide the scene's tick share its grid,
+  /// which starts at the first sample as in a run.
   [[nodiscard]] Rehearsal at(std::chrono::nanoseconds tick) const;
-  /// A device cannot be asked beforehand: a 1.5 mm ramp-and-hold stands in for it.
+  /// True if a 1.5 mm ramp-and-hold replaces a device, which cannot be read in advance.
   [[nodiscard]] bool stand_in() const noexcept { return stand_in_; }
 
  private:
@@ -40,8 +40,7 @@ class ProbeRecording {
   bool stand_in_ = false;
 };
 
-/// All spikes of a model, from rest, as a rehearsal's probes press it; the rehearsal's tick is the
-/// model's.
+/// All spikes of a model, from rest, under a rehearsal's contacts. Both must have the same tick.
 [[nodiscard]] std::vector<SpikeEvent> run_through(TactileModel& model, const Rehearsal& rehearsal);
 
 }  // namespace merkel

@@ -11,8 +11,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Displacement at (x, y) from the middle of a rectangle of half sides a and b under the pressure
-/// 1, times πE*.
+/// Displacement at (x, y) from the centre of a rectangle with half sides a and b under unit
+/// pressure, times πE*.
 double love(double x, double y, double a, double b) {
   const auto term = [](double s, double t) { return t + std::hypot(s, t); };
   return (x + a) * std::log(term(x + a, y + b) / term(x + a, y - b)) +
@@ -24,7 +24,7 @@ double love(double x, double y, double a, double b) {
 }  // namespace
 
 BarBoundaryElements::BarBoundaryElements(const Parameters& p) : poisson_ratio_(p.poisson_ratio) {
-  // Quarter of the contact; along y no farther than where the undeformed skin lies below the bar.
+  // Quarter of the contact; along y, at most to the edge of the undeformed skin below the bar.
   const double half_width = 0.5 * p.width_mm;
   const double reach = std::min(0.5 * p.length_mm, std::sqrt(2.0 * p.skin_radius_mm * p.depth_mm));
   const auto edges = [](double end, int count, bool crowded) {

@@ -7,8 +7,8 @@
 namespace merkel::reference {
 
 /// A straight rigid bar pressed without friction into a finger that is curved across it, by
-/// boundary elements: even pressures on rectangles (Love 1929; Johnson, Contact Mechanics,
-/// Eq. 3.25), the contact by an active set. Shares no formula with core/contact.
+/// boundary elements: uniform pressures on rectangles (Love 1929; Johnson, Contact Mechanics, Eq.
+/// 3.25), with an active-set contact. Independent of the formulas of core/contact.
 class BarBoundaryElements {
  public:
   struct Parameters {
@@ -18,15 +18,15 @@ class BarBoundaryElements {
     double length_mm = 20.0;  ///< along y
     double skin_radius_mm = 7.0;
     double depth_mm = 1.0;
-    int columns = 24;  ///< of elements across the bar, crowded at its edges
+    int columns = 24;  ///< of elements across the bar, refined at its edges
     int rows = 60;     ///< along its contact
   };
   explicit BarBoundaryElements(const Parameters& parameters);
 
   [[nodiscard]] double force_mN() const noexcept { return force_mN_; }
-  /// How far along the bar the contact reaches, both ways together.
+  /// Total length of the contact along the bar.
   [[nodiscard]] double contact_length_mm() const noexcept { return contact_length_mm_; }
-  /// By superposition of point loads; z of the order of an element or more.
+  /// Superposes point loads; z must be at least about one element.
   [[nodiscard]] CartesianStress stress(double x_mm, double y_mm, double z_mm) const;
 
  private:

@@ -61,7 +61,7 @@ std::vector<double> connor_stevens_spikes(const Current& current, double end_ms)
   require(CVodeSetLinearSolver(solver, linear, matrix));
   require(CVodeSetMaxNumSteps(solver, 100'000'000));
   double t = 0.0;
-  // First to the exact rest, then the current.
+  // First integrate to rest, then apply the current.
   require(CVodeSetUserData(solver, &none));
   require(CVode(solver, 2000.0, y, &t, CV_NORMAL));
   Current own = current;

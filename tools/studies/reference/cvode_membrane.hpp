@@ -5,15 +5,15 @@
 
 namespace merkel::reference {
 
-/// The paper's membranes (MODEL: Hodgkin-Huxley with an L-type calcium term, leak rebalanced),
-/// written out once more and solved by SUNDIALS CVODE (BDF, dense Newton, root finding at the spike
-/// threshold).
+/// The paper's membranes (Hodgkin-Huxley with an L-type calcium term, leak rebalanced): an
+/// independent implementation, solved with SUNDIALS CVODE (BDF, dense Newton, root finding at the
+/// spike threshold).
 struct CvodeMembranes {
   int neurons = 1;
   double g_CaL = 0.1;
   double relative_tolerance = 1e-10;
   double absolute_tolerance = 1e-12;
-  /// Injected current of a neuron (from 0) at a time in ms, µA/cm².
+  /// Injected current, µA/cm², of a neuron (from 0) at a time in ms.
   std::function<double(int, double)> current;
   /// Times in ms at which the current is not smooth: the solver restarts there.
   std::vector<double> corners;

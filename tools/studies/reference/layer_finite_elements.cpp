@@ -12,7 +12,7 @@ namespace {
 
 using Shape = Eigen::Matrix<double, 4, 8>;  // ε_r, ε_θ, ε_z, γ_rz of the nodes' (u_r, u_z)
 
-/// Mesh lines: even up to a place, then growing by a tenth from element to element.
+/// Mesh lines: uniform up to `even_to`, then each element is a tenth larger.
 std::vector<double> graded(double even_to, double end, double size) {
   std::vector<double> lines{0.0};
   while (lines.back() < even_to) lines.push_back(lines.back() + size);

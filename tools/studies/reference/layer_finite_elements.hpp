@@ -8,9 +8,8 @@
 namespace merkel::reference {
 
 /// A paraboloid pressed without friction into a layer bonded to a rigid base, by axisymmetric
-/// finite elements: four-node elements with the mean dilatation of each (B-bar), the contact by an
-/// active set of surface nodes. Shares no formula with core/contact. Second order in the element
-/// size.
+/// finite elements: four-node elements with mean dilatation (B-bar) and an active set of surface
+/// nodes. Independent of the formulas of core/contact. Second order in the element size.
 class LayerFiniteElements {
  public:
   struct Parameters {
@@ -21,7 +20,7 @@ class LayerFiniteElements {
     double depth_mm = 1.0;
     double element_mm = 0.05;  ///< near the contact; elements grow away from it
   };
-  /// Solves the contact: some seconds.
+  /// Solves the contact; takes seconds.
   explicit LayerFiniteElements(const Parameters& parameters);
 
   [[nodiscard]] double force_mN() const noexcept { return force_mN_; }

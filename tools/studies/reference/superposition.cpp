@@ -10,7 +10,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Several integrals over the same points at once.
+/// Integrates several functions at the same points.
 template <std::size_t kCount>
 using Values = std::array<double, kCount>;
 
@@ -53,8 +53,8 @@ Values<kCount> tanh_sinh(Function f, double a, double b, double tolerance) {
   return last;
 }
 
-/// Integrates p·kernel over the disc. The kernel gets the distance ρ from the point (r, 0) and the
-/// direction ψ seen from it, and is smooth in asinh(ρ/scale).
+/// Integrates p·kernel over the disc. The kernel receives the distance ρ from the point (r, 0) and
+/// the direction ψ from it, and is smooth in asinh(ρ/scale).
 template <std::size_t kCount, class Kernel>
 Values<kCount> over_disc(double p0, double a, double r, double scale, double tolerance,
                          Kernel kernel) {
@@ -89,7 +89,7 @@ Values<kCount> over_disc(double p0, double a, double r, double scale, double tol
         },
         t_near, t_far, 0.1 * tolerance);
   };
-  // ψ from 0 to π stands for both halves. Outside, only directions towards the disc count.
+  // ψ from 0 to π covers both halves by symmetry. Outside, only directions to the disc count.
   const double widest = r > a ? std::asin(a / r) : pi;
   Values<kCount> total = tanh_sinh<kCount>(
       [&](double, double from_end, bool near_start) {
@@ -120,7 +120,7 @@ Stress superposed_stress(double p0, double a, double nu, double r, double z, dou
         const double vertical = -3.0 * z * z * z / (2.0 * pi * R5);
         const double shear = -3.0 * rho * z * z / (2.0 * pi * R5);
         const double cos2 = cos_psi * cos_psi;
-        // The point lies from the source in the direction opposite to ψ.
+        // Seen from the source, the point lies in the direction opposite to ψ.
         return {radial * cos2 + hoop * sin2_psi, radial * sin2_psi + hoop * cos2, vertical,
                 -shear * cos_psi};
       });
@@ -128,7 +128,7 @@ Stress superposed_stress(double p0, double a, double nu, double r, double z, dou
 }
 
 double superposed_displacement_mm(double p0, double a, double E, double r) {
-  // The kernel 1/ρ cancels the area's ρ; any length of the problem will do as the scale.
+  // The kernel 1/ρ cancels the area's ρ; any length of the problem can be the scale.
   return over_disc<1>(p0, a, r, a, 1e-13, [E](double rho, double, double) -> Values<1> {
     return {1.0 / (pi * E * rho)};
   })[0];

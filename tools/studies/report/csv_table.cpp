@@ -25,7 +25,7 @@ Expected<CsvTable, SetupError> CsvTable::create(const std::string& path, const s
   return table;
 }
 
-// A failed write shows when the table is closed.
+// A write error is reported when the table is closed.
 void CsvTable::row(std::initializer_list<double> values) {
   static_cast<void>(file_.write(joined(values) + "\n"));
 }

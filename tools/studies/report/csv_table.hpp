@@ -15,9 +15,9 @@ class CsvTable {
   [[nodiscard]] static Expected<CsvTable, SetupError> create(const std::string& path,
                                                              const std::string& header,
                                                              bool overwrite);
-  /// One row; numbers are written so that they read back to the same double.
+  /// Appends a row; its numbers read back to the same doubles.
   void row(std::initializer_list<double> values);
-  /// The same after a text field.
+  /// Appends a row that starts with a text field.
   void row(const std::string& label, std::initializer_list<double> values);
   [[nodiscard]] Expected<void, SetupError> close();
 

@@ -21,13 +21,13 @@ extern const std::size_t kPlotScriptCount;
 
 namespace {
 
-/// Debian's own interpreter first: its packages are not seen by others.
+/// Prefers Debian's interpreter, because other ones do not see Debian's packages.
 const char* python() {
   constexpr const char* kDebian = "/usr/bin/python3";
   return ::access(kDebian, X_OK) == 0 ? kDebian : "python3";
 }
 
-/// Runs a program; its exit code, or -1 where it could not be started or was killed.
+/// Runs a program. \return its exit code, or -1 if it did not start or was killed
 int run_and_wait(const std::vector<std::string>& arguments) {
   return ChildProcess(arguments, ChildProcess::Output::kInherited).wait();
 }
@@ -62,8 +62,8 @@ Expected<void, SetupError> run_script(const std::string& script,
 
 Expected<void, SetupError> draw_plots(const std::string& script, const std::string& folder) {
   if (!python_has("matplotlib")) {
-    return unavailable("the tables are written to " + folder +
-                       ", but not drawn: install python3-matplotlib and run again");
+    return unavailable("wrote the tables to " + folder +
+                       ", but not the pictures: install python3-matplotlib and run again");
   }
   return run_script(script, {folder});
 }

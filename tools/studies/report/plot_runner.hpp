@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// Whether Debian's Python has a module.
+/// True if Debian's Python has a module.
 [[nodiscard]] bool python_has(const std::string& module);
 
 /// Runs one of the Python scripts that are built into the program (tools/plots/*.py).
@@ -15,10 +15,10 @@ namespace merkel {
 [[nodiscard]] Expected<void, SetupError> run_script(const std::string& script,
                                                     const std::vector<std::string>& arguments);
 
-/// Draws the CSV tables of a folder as PNG files beside them, with one of the plot scripts that
-/// are built into the program (tools/plots/*.py), run by Debian's Python with matplotlib.
+/// Draws the CSV tables of a folder as PNG files in the same folder, with one of the plot scripts
+/// that are built into the program (tools/plots/*.py), by Debian's Python with matplotlib.
 /// \param script  its name without ".py"
-/// Fails, with what to install, where there is no such Python; the tables are there all the same.
+/// Without such a Python, fails with the package to install; the tables remain.
 [[nodiscard]] Expected<void, SetupError> draw_plots(const std::string& script,
                                                     const std::string& folder);
 

@@ -8,12 +8,13 @@
 
 namespace merkel {
 
-/// Where a report's tables go, and who is told how far it is.
+/// The folder of a report's tables, and its progress callback.
 struct ReportFolder {
   std::string folder;
   std::string file = "report.md";  ///< for the text
   bool overwrite = false;
-  std::function<void(double)> progress;  ///< called with the fraction done of a part; may be empty
+  std::function<void(double)>
+      progress;  ///< called with the completed fraction of a part; may be empty
 
   void report(double fraction) const {
     if (progress) progress(fraction);
@@ -26,9 +27,8 @@ struct ReportPart {
   const char* name;
   std::function<Expected<std::string, SetupError>(const ReportFolder&)> make;
 };
-
 /// Makes all parts, writes the text to the folder's file, prints it, and draws the tables with a
-/// plot script. \param heading  the beginning of the text.  Returns the program's exit code.
+/// plot script. \param heading  start of the text. Returns the program's exit code.
 int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
                 const std::string& plot_script);
 

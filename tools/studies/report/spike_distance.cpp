@@ -11,7 +11,7 @@ namespace merkel {
 
 double victor_purpura_distance(std::span<const double> a, std::span<const double> b,
                                double cost_per_s) {
-  // row[j]: the cost of turning the first i spikes of a into the first j of b.
+  // row[j]: the cost of transforming the first i spikes of a into the first j of b.
   std::vector<double> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = static_cast<double>(j);
   for (std::size_t i = 0; i < a.size(); ++i) {

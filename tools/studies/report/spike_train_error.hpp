@@ -7,12 +7,12 @@
 
 namespace merkel {
 
-/// How far spike trains are from a reference.
+/// The deviation of spike trains from a reference.
 struct SpikeTrainError {
   std::size_t matched = 0;
-  std::size_t unmatched = 0;  ///< spikes of either side without a partner
-  double rms_ms = 0.0;        ///< of the matched
-  double median_ms = 0.0;     ///< of the matched, absolute
+  std::size_t unmatched = 0;  ///< spikes without a partner on either side
+  double rms_ms = 0.0;        ///< of matched spikes
+  double median_ms = 0.0;     ///< of matched spikes, absolute
 
   [[nodiscard]] double share_unmatched() const noexcept {
     const std::size_t all = 2 * matched + unmatched;
@@ -20,8 +20,9 @@ struct SpikeTrainError {
   }
 };
 
-/// Compares neuron by neuron. Where a neuron has as many spikes on either side, they are partners
-/// in order; else each spike's partner is the nearest free one within 5 ms. Both in order of time.
+/// Compares neuron by neuron. If a neuron has the same number of spikes on both sides, they are
+/// matched in order; otherwise each spike is matched with the nearest free one within 5 ms. Both in
+/// order of time.
 [[nodiscard]] SpikeTrainError spike_train_error(std::span<const SpikeEvent> spikes,
                                                 std::span<const SpikeEvent> reference);
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kWidest = 20.0;
 
-/// What `merkel fit` may change in a model.
+/// The parameters that `merkel fit` may change.
 BoundFields fitted_keys(TactileModel::Parameters& model) {
   BoundFields keys = bind_fields(model.adaptation);
   for (BoundField& key : neuron_fields(model)) keys.push_back(std::move(key));
@@ -41,20 +41,21 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
       for (const std::string& each : known) list.append(list.empty() ? "" : ", ").append(each);
       return bad_input(
           "no parameter \"" + name + "\" can be fitted" +
-          (nearest.empty() ? ": there are " + list : "; did you mean " + nearest + "?"));
+          (nearest.empty() ? ": the parameters are " + list : "; did you mean " + nearest + "?"));
     }
     const FitParameter& parameter = all[static_cast<std::size_t>(at - known.begin())];
     if (std::any_of(found.begin(), found.end(),
                     [&](const FitParameter& other) { return other.name == name; })) {
-      return bad_input("the parameter " + name + " is named twice: leave one out");
+      return bad_input("the parameter " + name + " is given twice: remove one");
     }
     TactileModel::Parameters copy = scene;
     if (!(*parameter.in(copy) > 0.0)) {
-      return bad_input("the parameter " + name + " is 0 in the scene: give it a positive start");
+      return bad_input("the parameter " + name +
+                       " is 0 in the scene: give it a positive starting value");
     }
     found.push_back(parameter);
   }
-  if (found.empty()) return bad_input("name at least one parameter to fit");
+  if (found.empty()) return bad_input("give at least one parameter to fit");
   return found;
 }
 
@@ -146,7 +147,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     const std::function<void(double)>& progress) {
   if (!scene.energy_driven()) {
     return bad_input(
-        "only neurons that energy density drives can be fitted: start from goodwin or goodwin-cs");
+        "only neurons driven by energy density can be fitted: start from goodwin or goodwin-cs");
   }
   std::vector<DataSet> sets = given;
   std::erase_if(sets, [](const DataSet& set) { return !set.fit; });

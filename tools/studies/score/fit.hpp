@@ -14,14 +14,14 @@ namespace merkel {
 /// A parameter of a scene that can be fitted.
 struct FitParameter {
   std::string name;   ///< for example "fast_weight"
-  std::string table;  ///< of a scene file: "afferent" or "neuron"
+  std::string table;  ///< table of a scene file: "afferent" or "neuron"
   /// Its value in a model. The model's neurons must have it.
   [[nodiscard]] double* in(TactileModel::Parameters& model) const;
 };
-/// All there are; those that a neuron does not have are left out.
+/// All parameters of a kind of neuron.
 [[nodiscard]] std::vector<FitParameter> fit_parameters(NeuronKind kind);
 
-/// How well the data fix a fitted parameter.
+/// A fitted parameter and its standard error.
 struct FittedParameter {
   std::string name;
   std::string table;
@@ -34,23 +34,23 @@ struct FitResult {
   double cost_before = 0.0;  ///< Hz²
   double cost_after = 0.0;
   std::vector<FittedParameter> parameters;
-  std::vector<std::vector<double>> correlation;  ///< of the errors of two parameters
-  /// Largest over smallest curvature of the cost in the logarithms of the parameters: beyond 1e4, a
-  /// combination of them is not fixed by the data.
+  std::vector<std::vector<double>> correlation;  ///< between the errors of two parameters
+  /// Largest over smallest curvature of the cost in the logarithms of the parameters. Above 1e4,
+  /// the data do not determine some combination of them.
   double condition = 0.0;
   int evaluations = 0;
   std::size_t measurements = 0;
 
-  /// Beyond this relative standard error, the data do not determine a parameter.
+  /// Above this relative standard error, the data do not determine a parameter.
   static constexpr double kLargestError = 0.3;
   static constexpr double kLargestCondition = 1e4;
-  /// Whether there are more measurements than parameters, each parameter's error is below
-  /// kLargestError, and no combination of them is left open.
+  /// True if there are more measurements than parameters, each parameter's error is below
+  /// kLargestError, and all combinations are determined.
   [[nodiscard]] bool determined() const;
 };
 
-/// Fits parameters of a scene whose neurons energy density drives, by the subplex method of Rowan
-/// (NLopt, LN_SBPLX) in their logarithms, each within a factor of 20 of its start.
+/// Fits parameters of a scene with neurons driven by energy density, by Rowan's subplex method
+/// (NLopt, LN_SBPLX) in the logarithms of the parameters, each within a factor of 20 of its start.
 ///
 /// The cost is the mean over all data sets of the mean square error, in Hz²; a decline that is
 /// wrong by 1 % counts as 1 Hz. All evaluations have the same noise. The stimuli's energy densities

@@ -80,14 +80,14 @@ void JsonFields::finish() {
     double bare = 0.0;
     const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), bare);
     if (error == std::errc() && end == key.data() + key.size()) {
-      refuse_field(full(key), "has no unit: name it with one, as in \"20Hz\" or \"0.65mm\"");
+      refuse_field(full(key), "has no unit: add one to the name, as in \"20Hz\" or \"0.65mm\"");
     }
     const std::string nearest = nearest_name(key, known_);
     std::string list;
     for (const std::string& known : known_) list.append(list.empty() ? "" : ", ").append(known);
     refuse_field("the field " + full(key),
-                 "is not known" +
-                     (nearest.empty() ? "; known are " + list : ": did you mean " + nearest + "?"));
+                 "is not known" + (nearest.empty() ? "; the known ones are " + list
+                                                   : ": did you mean " + nearest + "?"));
   }
 }
 

@@ -7,14 +7,14 @@
 
 namespace merkel {
 
-/// One sentence about a field of a data file; caught at the file's border.
+/// An error in a field of a data file; caught where the file is read.
 struct JsonFault {
   std::string sentence;
 };
 
 [[noreturn]] void refuse_field(const std::string& field, const std::string& reason);
 
-/// The fields of one JSON object. Each that is looked up is known; finish() names one that is not.
+/// The fields of one JSON object. Looked-up fields are known; finish() reports an unknown one.
 /// All throw JsonFault.
 class JsonFields {
  public:
@@ -25,7 +25,7 @@ class JsonFields {
   [[nodiscard]] std::string full(const std::string& key) const {
     return name_.empty() ? key : name_ + "." + key;
   }
-  /// Null where it is not there.
+  /// Null if absent.
   const Json* find(const std::string& key);
   const Json& need(const std::string& key);
   std::string text(const std::string& key);

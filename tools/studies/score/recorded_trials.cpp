@@ -18,7 +18,7 @@ namespace {
 
 using Trains = std::vector<std::vector<double>>;
 
-/// Rows of time_s and the number of the trial or neuron. Times from `begin_s` on.
+/// Reads rows of time_s and the number of the trial or neuron.
 Expected<Trains, SetupError> read_spikes(const std::string& path) {
   std::ifstream file(path);
   if (!file) return bad_input("cannot read the spikes " + path);
@@ -63,7 +63,7 @@ std::vector<double> within(const std::vector<double>& train, double begin, doubl
   return part;
 }
 
-/// The mean over all pairs of trains, one of either side; of one with itself, over different
+/// The mean over all pairs of trains, one from each side; of a side with itself, over different
 /// trains.
 template <class Distance>
 double mean_distance(const Trains& a, const Trains& b, Distance distance) {
@@ -187,7 +187,7 @@ Expected<void, SetupError> load_trials(Recordings& recordings, const std::string
                               .stimulus = stimulus});
     }
     if (rates.points.empty()) {
-      return bad_input(resolved(set.trace_file) + " never presses: there is nothing to compare");
+      return bad_input(resolved(set.trace_file) + " has no contact to compare");
     }
     recordings.sets.push_back(std::move(rates));
   }

@@ -12,14 +12,14 @@
 
 namespace merkel {
 
-/// Reads the traces and spike files that a data file names, relative to its folder, and adds the
-/// recorded rate of every phase of a press to the data sets, so that a fit uses them too.
+/// Loads the traces and spike files of a data file, relative to its folder, and adds the recorded
+/// rate of every phase of a press to the data sets, so that fits use them.
 [[nodiscard]] Expected<void, SetupError> load_trials(Recordings& recordings,
                                                      const std::string& folder);
 
-/// Rates by phase, PSTH, spike distances and phase locking of the model's afferent under every
-/// recorded press, beside the recorded ones. Writes trials.csv (all spikes), psth.csv and
-/// press.csv. Text: Markdown.
+/// Compares the model's afferent with the recorded ones under every recorded press: rates by phase,
+/// PSTH, spike distances and phase locking. Writes trials.csv (all spikes), psth.csv and press.csv.
+/// \return Markdown
 [[nodiscard]] Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& scene,
                                                              const Recordings& recordings,
                                                              std::size_t repetitions,

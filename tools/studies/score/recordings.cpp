@@ -19,9 +19,9 @@ Expected<Recordings, SetupError> read_recordings(const std::string& path) {
   if (!file) return bad_input("cannot read the data file " + path + ": " + std::strerror(errno));
   std::string text(kLargest + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) return bad_input("cannot read the data file " + path + ": is it a file?");
+  if (file.bad()) return bad_input("cannot read the data file " + path + ": is it a regular file?");
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kLargest) return bad_input(path + " is larger than any data file (1 MiB)");
+  if (text.size() > kLargest) return bad_input(path + " is larger than 1 MiB: is it a data file?");
   auto recordings = parse_recordings(text, path);
   if (!recordings) return recordings;
   const std::size_t slash = path.rfind('/');

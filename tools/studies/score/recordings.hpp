@@ -13,10 +13,10 @@ namespace merkel {
 
 class PressTrace;
 
-/// How an afferent was pressed, and what of its answer was measured.
+/// A press of an afferent, and the measured part of its response.
 struct Stimulus {
   Indenter indenter;           ///< tip and control
-  double level = 0.0;          ///< of the hold: mm of depth or mN of force, as the control says
+  double level = 0.0;          ///< of the hold: depth, mm, or force, mN, depending on the control
   double ramp_s = 0.05;        ///< from touch to the hold
   double offset_mm = 0.0;      ///< of the tip's axis from the receptive field's centre
   bool offset_across = false;  ///< the finger, and not along it
@@ -25,13 +25,13 @@ struct Stimulus {
       0.0;  ///< depth to which a plate around the tip is lowered before `settle_s`
   double amplitude_mm = 0.0;  ///< of a sine on top of the hold, from zero to its peak
   double frequency_hz = 0.0;
-  double settle_s = 0.0;  ///< from touch to the beginning of the sine, and of the count
-  double count_s = 1.0;   ///< spikes are counted for so long from there
-  /// Where set, the answer is the fraction by which the rate falls from the first `count_s` of the
-  /// hold to the last `count_s` before so many seconds of it.
+  double settle_s = 0.0;  ///< from touch to the start of the sine and of the count
+  double count_s = 1.0;   ///< duration of the count
+  /// If set, the response is the fraction by which the rate falls between the first `count_s` of
+  /// the hold and the last `count_s` before this time of the hold.
   std::optional<double> decline_over_s;
 
-  /// A recorded press in place of ramp, hold and sine; null: none.
+  /// A recorded press that replaces ramp, hold and sine; null: none.
   std::shared_ptr<const PressTrace> trace;
   double afferent_x_mm = 15.0;  ///< of the receptive field's centre, in the trace's coordinates
   double afferent_y_mm = 10.0;
@@ -41,7 +41,7 @@ struct Stimulus {
   }
 };
 
-/// Measurements that differ in one thing, as published.
+/// Published measurements that differ in one variable.
 struct DataSet {
   struct Point {
     double x = 0.0;
@@ -49,38 +49,38 @@ struct DataSet {
     Stimulus stimulus;
   };
   std::string name;     ///< for example "curvature × force, 0.098 N"
-  std::string section;  ///< of the file, for example "curvature_force"
-  std::string x_name;   ///< what differs, with its unit
+  std::string section;  ///< section of the file, for example "curvature_force"
+  std::string x_name;   ///< the variable, with its unit
   std::string y_name;   ///< "rate_hz" or "decline"
   std::string cite;
   std::vector<Point> points;
   bool fit = true;  ///< false: kept for an independent check, and left out by `merkel fit`
 };
 
-/// Presses of one afferent that were recorded with their spikes.
+/// Recorded presses of one afferent with their spikes.
 struct RecordedTrials {
   std::string name;  ///< "trials: FILE"
   std::string cite;
   std::string trace_file;
-  std::string spikes_file;  ///< empty where the data file holds the spikes
+  std::string spikes_file;  ///< empty if the data file holds the spikes
   Stimulus stimulus;
-  std::shared_ptr<const PressTrace> trace;    ///< once loaded
-  std::vector<std::vector<double>> spikes_s;  ///< by trial; once loaded, since the first sample
+  std::shared_ptr<const PressTrace> trace;    ///< set by loading
+  std::vector<std::vector<double>> spikes_s;  ///< by trial, since the first sample; set by loading
   double frequency_hz = 0.0;                  ///< of a vibration, for phase locking
-  double cost_per_s = 100.0;                  ///< of moving a spike, Victor & Purpura
-  double tau_s = 0.01;                        ///< van Rossum
+  double cost_per_s = 100.0;                  ///< cost of moving a spike, Victor & Purpura
+  double tau_s = 0.01;                        ///< time constant, van Rossum
   double bin_s = 0.02;                        ///< of the PSTH
   bool fit = true;                            ///< as DataSet::fit
 };
 
-/// What a data file holds.
+/// The content of a data file.
 struct Recordings {
   std::vector<DataSet> sets;
   /// Area of the receptive field by the depth of a fine pin.
   struct FieldArea {
     double depth_mm = 0.0;
     double area_mm2 = 0.0;
-    double background_mm = 0.0;  ///< to which the array around the pin is lowered first
+    double background_mm = 0.0;  ///< depth of the array around the pin, reached first
   };
   std::vector<FieldArea> field_areas;
   /// The rate under a pin with six more around it, as a fraction of the rate under the pin alone.
@@ -102,14 +102,14 @@ struct Recordings {
   std::vector<RecordedTrials> trials;
 };
 
-/// Reads a data file; its form is in tools/README.md. Fails with the field and what to fix.
+/// Reads a data file (format in tools/README.md). Fails with the field and the remedy.
 [[nodiscard]] Expected<Recordings, SetupError> read_recordings(const std::string& path);
 /// The same from its text; `name` stands for the file in messages.
 [[nodiscard]] Expected<Recordings, SetupError> parse_recordings(const std::string& text,
                                                                 const std::string& name);
-/// Those that come with the program.
+/// The recordings that are built into the program.
 [[nodiscard]] Recordings published_recordings();
-/// Those of a file, or where it is empty the published ones.
+/// The recordings of a file; of an empty path, the published ones.
 [[nodiscard]] Expected<Recordings, SetupError> recordings_named(const std::string& path);
 
 }  // namespace merkel

@@ -53,7 +53,7 @@ double explained_variance(const std::vector<double>& a, const std::vector<double
   return total > 0.0 ? 1.0 - missed / total : kNone;
 }
 
-/// Neurons of the scene's kind whose energy density is their drive in Hz, without adaptation.
+/// Neurons of the scene's kind with the energy density as drive in Hz, without adaptation.
 Afferents driven_neurons(const TactileModel::Parameters& scene, std::size_t count) {
   TactileModel::Parameters bare = scene;
   bare.adaptation = {
@@ -61,7 +61,7 @@ Afferents driven_neurons(const TactileModel::Parameters& scene, std::size_t coun
   return *Afferents::create(bare, 0, count, *rate_current_table_of(bare));
 }
 
-/// Spike times of each neuron under constant drives, s, after a second's settling.
+/// Spike times of each neuron under constant drives, s, after one second of settling.
 std::vector<std::vector<double>> trains(Afferents& neurons, nanoseconds step,
                                         const std::vector<double>& drive, double seconds) {
   neurons.reset();
@@ -139,7 +139,7 @@ Regularity regularity_at(const TactileModel::Parameters& scene, double rate_hz) 
   constexpr std::size_t kNeurons = 32;
   constexpr double kSeconds = 10.0;
   Afferents neurons = driven_neurons(scene, kNeurons);
-  // The leak takes some of the drive: corrected until the rate is right.
+  // The leak reduces the drive: correct it until the rate is right.
   double drive = rate_hz;
   std::vector<std::vector<double>> times;
   Regularity found{.wanted_hz = rate_hz};

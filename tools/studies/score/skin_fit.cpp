@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kFewest = 4;
 
-/// ∫ F dd along samples, by trapezes, mN·mm.
+/// ∫ F dd along samples by the trapezoidal rule, mN·mm.
 double work_of(const std::vector<ForceAtDepth>& samples) {
   double work = 0.0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -24,7 +24,7 @@ double work_of(const std::vector<ForceAtDepth>& samples) {
   return work;
 }
 
-/// The fit itself: F = shape·e^(p + b·d), p = ln E0, b = 1/d1.
+/// The solution of F = shape·e^(p + b·d), p = ln E0, b = 1/d1.
 struct Solution {
   double p = 0.0;
   double b = 0.0;
@@ -80,7 +80,7 @@ Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
     curvature = slopes.transpose() * slopes;
     if (!stiffens) curvature(1, 1) = 1.0;
     const Eigen::Vector2d step = curvature.ldlt().solve(slopes.transpose() * missing);
-    // Half steps until the squares fall.
+    // Halve the step until the sum of squares falls.
     double share = 1.0;
     while (share > 1e-6 &&
            residuals.of(force, predicted(at.p + share * step(0), at.b + share * step(1)))
@@ -129,12 +129,12 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   fit.samples = fit.loading.size();
   if (fit.samples < kFewest) {
     return bad_input("the press has " + std::to_string(fit.samples) +
-                     " samples in contact on the way to its deepest point, and a fit needs " +
-                     std::to_string(kFewest) + ": record more, or slower");
+                     " samples in contact before its deepest point, but a fit needs " +
+                     std::to_string(kFewest) + ": record at a higher rate, or press more slowly");
   }
   fit.deepest_mm = deepest->depth_mm;
 
-  // F/E* of the tip by the scene's own contact.
+  // F/E* of the tip by the scene's contact law.
   SkinParameters elastic = skin;
   elastic.stiffening_mm = std::numeric_limits<double>::infinity();
   Indenter by_depth = tip;
@@ -152,7 +152,7 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
     shape(i) = contact.press({.depth_mm = sample.depth_mm}).contact.force_mN / modulus;
   }
   if (!(force.dot(shape) > 0.0)) {
-    return bad_input("the force does not grow with the depth: is its sign right, and is it tared?");
+    return bad_input("the force does not increase with the depth: check its sign and its tare");
   }
   const Residuals residuals(floor_of(press, force.maxCoeff()));
   Solution found = solve(depth, force, shape, residuals, true);
@@ -195,7 +195,7 @@ Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(const std::stri
        {std::pair{ProbeSample::kDepth, "depth_mm"}, {ProbeSample::kForce, "force_N"}}) {
     if ((reader->channels() & channel) == 0U) {
       return bad_input(path + " has no column " + name +
-                       ": a stiffness needs both depth_mm and force_N");
+                       ": the fit needs both depth_mm and force_N");
     }
   }
   std::vector<ForceAtDepth> press;

@@ -16,17 +16,17 @@ struct ForceAtDepth {
   double force_mN = 0.0;
 };
 
-/// How stiff skin is, from a press of it, and how well the recording says so.
+/// The stiffness of skin, fitted to a press, with its uncertainty.
 struct SkinFit {
   /// Of a force: the load cell's gain, the tip's shape, where the depth is 0.
   static constexpr double kRelativeError = 0.03;
 
   double modulus_kPa = 0.0;    ///< E0 of E*(d) = E0·e^(d/d1)
   double modulus_error = 0.0;  ///< relative standard error
-  /// d1; infinite where the recording shows no stiffening.
+  /// d1; infinite if the recording shows no stiffening.
   double stiffening_mm = std::numeric_limits<double>::infinity();
   double stiffening_error = 0.0;  ///< relative standard error of 1/d1
-  double correlation = 0.0;       ///< of the two errors
+  double correlation = 0.0;       ///< between the two errors
   double rms_mN = 0.0;            ///< of the residuals
   double rms_weighted = 0.0;  ///< of the residuals as they are weighed: relative at large forces
   double largest_mN = 0.0;    ///< of the residuals
@@ -36,7 +36,7 @@ struct SkinFit {
   std::size_t samples = 0;    ///< of the loading half, with contact
   double deepest_mm = 0.0;
   std::vector<ForceAtDepth> loading;
-  std::vector<double> predicted_mN;  ///< of each
+  std::vector<double> predicted_mN;  ///< of each sample
 };
 
 /// Fits E0 and d1 to the loading half of a press, up to the deepest sample, by least squares
@@ -52,7 +52,7 @@ struct SkinFit {
                                                      const Indenter& tip,
                                                      const SkinParameters& skin);
 
-/// Reads depth and force from a trace. Fails where it lacks one of them.
+/// Reads depth and force from a trace. Fails if one of them is missing.
 [[nodiscard]] Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(
     const std::string& path);
 

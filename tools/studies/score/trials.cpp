@@ -18,7 +18,7 @@ using std::chrono::nanoseconds;
 constexpr double kCentreX_mm = 15.0;
 constexpr double kCentreY_mm = 10.0;
 
-/// At least twenty ticks a cycle, half a millisecond at most.
+/// At least twenty ticks per cycle, and at most half a millisecond.
 nanoseconds tick_for(const Stimulus& stimulus) {
   nanoseconds tick = microseconds{500};
   while (stimulus.frequency_hz * units::s_from(tick) > 0.05 && tick > microseconds{50}) tick /= 2;
@@ -54,7 +54,7 @@ Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& 
   parameters.patches = {patch};
   parameters.indenters.assign(1 + stimulus.neighbours.size(), stimulus.indenter);
   if (stimulus.background_mm > 0.0) {
-    // The pin presses beyond a plate; by force, so that neither takes the other's depth.
+    // The pin protrudes from a plate; force control avoids counting a common depth twice.
     parameters.indenters.front().control = Indenter::Control::kForce;
     Indenter plate;
     plate.radius_mm = std::numeric_limits<double>::infinity();

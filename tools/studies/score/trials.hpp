@@ -12,39 +12,39 @@
 
 namespace merkel {
 
-/// Presses one afferent again and again, as in an experiment: the trials are afferents in the same
-/// place, which differ in their noise alone.
+/// Presses one afferent repeatedly, as in an experiment. The trials are afferents at the same
+/// position with different noise.
 class Trials {
  public:
-  /// \param scene  whose skin, afferents and neurons are used; its probes are not
-  /// \param stimulus  for whose tip and frequency the model is made
+  /// \param scene  gives skin, afferents and neurons; its probes are not used
+  /// \param stimulus  gives the tip and frequency of the model
   [[nodiscard]] static Expected<Trials, ParameterError> create(
       const TactileModel::Parameters& scene, const Stimulus& stimulus, std::size_t trials);
 
   /// Spike times of every trial, s from the touch.
   [[nodiscard]] std::vector<std::vector<double>> run(const Stimulus& stimulus);
 
-  /// The mean energy density in the first trial's receptive field at the end of every tick, kPa, of
-  /// a scene whose neurons it drives.
+  /// The mean energy density, kPa, in the first trial's receptive field at the end of every tick,
+  /// for a scene with neurons driven by energy density.
   [[nodiscard]] std::vector<double> energies_kPa(const Stimulus& stimulus);
   [[nodiscard]] std::chrono::nanoseconds tick() const { return model_.parameters().tick; }
   [[nodiscard]] std::chrono::nanoseconds step() const { return model_.parameters().step; }
 
-  /// Whether create() would make the same model for another stimulus.
+  /// True if create() would make the same model for another stimulus.
   [[nodiscard]] bool fits(const Stimulus& stimulus) const;
 
  private:
-  /// Runs the stimulus; \param after_tick  told each tick's spikes
+  /// Runs the stimulus; \param after_tick  called with each tick's spikes
   template <class AfterTick>
   void press(const Stimulus& stimulus, AfterTick after_tick);
   Trials(TactileModel model, const Stimulus& stimulus);
   TactileModel model_;
   Stimulus stimulus_;
-  /// By depth, to find the forces of a pin that goes beyond a plate; empty without a plate.
+  /// Depth-controlled, for the forces of a pin that protrudes from a plate; empty without a plate.
   std::optional<TipContact> pin_, plate_;
 };
 
-/// What a stimulus asks for: the rate in its window, Hz, or the decline over its hold; the mean of
+/// The response to a stimulus: the rate in its window, Hz, or the decline over its hold; mean of
 /// all trials and, of rates, their standard deviation in impulses.
 struct Answer {
   double value = 0.0;
