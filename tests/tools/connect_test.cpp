@@ -106,7 +106,7 @@ std::string follow_advice(std::string uri, int most) {
         run_program({"run", "--probe", uri + "&timeout_ms=700", "--duration-s", "0.1"});
     if (run.exit_code != 2) return uri;
     std::smatch found;
-    if (std::regex_search(run.err, found, std::regex("give (protocol=[a-z0-9_]+)"))) {
+    if (std::regex_search(run.err, found, std::regex("use (protocol=[a-z0-9_]+)"))) {
       uri = std::regex_replace(uri, std::regex("protocol=[a-z0-9_]+"), found[1].str());
     } else if (std::regex_search(run.err, found, std::regex("example (columns=[-a-zA-Z_,]+)"))) {
       std::string columns = found[1].str();

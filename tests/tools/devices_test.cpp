@@ -135,7 +135,7 @@ TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {
 TEST(Devices, AnErrorAtTheStartIsOneSentenceWithItsExitCode) {
   RunningDevice device("csv", {});
   const std::vector<std::tuple<std::string, std::string, int>> cases = {
-      {device.uri() + "&baud=9600&timeout_ms=500", "no csv readings", 3},
+      {device.uri() + "&baud=9600&timeout_ms=500", "not csv readings", 3},
       {"serial:/dev/ttyNONE?protocol=hbf1", "there is no device", 3},
       {"serial:/dev/ttyNONE?protocol=hbf2", "did you mean hbf1", 2},
       {"serial:/dev/ttyNONE?protocol=csv&columns=force_stone", "forces are in N", 2},

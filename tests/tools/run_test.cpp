@@ -172,7 +172,7 @@ TEST(Run, APressThatNoAfferentFeelsIsExplainedAndTheAdviceWorks) {
     EXPECT_EQ(spikes_in({"--probe", uri}), 0);
     const std::string out = run_program({"run", "--fast", "--probe", uri}).out;
     EXPECT_NE(out.find("no afferent fired: " + silent.reached), std::string::npos) << out;
-    EXPECT_TRUE(std::regex_search(out, std::regex("got [0-9.]+ % of its rheobase"))) << out;
+    EXPECT_TRUE(std::regex_search(out, std::regex("reached [0-9.]+ % of its rheobase"))) << out;
     std::smatch advice;
     ASSERT_TRUE(std::regex_search(out, advice, silent.advice)) << out;
     EXPECT_GT(spikes_in({"--probe", silent.press + advice[1].str()}), 0) << advice[1];
