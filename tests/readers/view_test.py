@@ -103,7 +103,7 @@ class Protocol(Page):
         self.assertIn(b"MIT", request(self.port, "/uPlot.LICENSE")[1])
         program.terminate()
 
-    def test_junk_and_clients_that_never_read_hold_up_nobody(self):
+    def test_junk_and_clients_that_never_read_do_not_block_others(self):
         program = self.serve("--sink", "csv:" + self.path("s.csv"))
         stuck = [self.enterContext(WebSocket(self.port, receive_buffer=2048)) for _ in range(10)]
         dead = WebSocket(self.port)
@@ -303,7 +303,7 @@ class Control(Page):
         self.assertEqual(links, {1, 2})  # connected and unplugged
         self.assertEqual(notices, ["tare probe 1"])
 
-    def test_a_session_is_played_and_gone_through(self):
+    def test_a_session_is_played_with_seeks(self):
         session = self.path("s.xdf")
         self.merkel("run", "--fast", "--probe", "sim:taps?interval_s=0.25&tap_s=0.2&count=20",
                     "--sink", f"xdf:{session}")
@@ -542,7 +542,7 @@ class InBrowser(Page):
         program.terminate()
         self.assert_no_errors()
 
-    def test_sound_is_off_until_it_is_asked_for(self):
+    def test_sound_is_off_until_switched_on(self):
         program = self.open(probe=SLIDE)
         self.wait("merkel.history.spikes.length > 20")
         self.assertEqual(self.page.ask("[merkel.sound.on, Boolean(merkel.sound.audio)].join()"), "false,false")

@@ -57,7 +57,7 @@ class Zmq(merkel_program.TestCase):
             self.assertLess(abs(before - info["sent_utc_ns"]), 600e9)
         self.assertGreater(len(spikes), 100)
 
-    def test_who_asks_is_told_when_the_run_began_and_where_the_afferents_are(self):
+    def test_a_subscriber_can_request_the_start_of_the_run_and_the_afferents(self):
         port = free_port()
         subscriber = self.enterContext(Subscriber(port, b"\x01M"))
         self.merkel("run", "--fast", "--sink",
@@ -136,7 +136,7 @@ class Zmq(merkel_program.TestCase):
             peer.close()
         self.assertTrue(self.gets_spikes(port))
 
-    def test_topics_tell_fingers_apart(self):
+    def test_topics_distinguish_fingers(self):
         port = free_port()
         subscriber = self.enterContext(Subscriber(port, b"\x01\x00index"))
         self.merkel("run", "--fast", "--sink",

@@ -27,7 +27,7 @@ TEST(DeviceVerdicts, RulesAndUnitAreFoundWhereTheSystemLooksForThem) {
   EXPECT_EQ(set_up.systemd_unit, "/usr/local/lib/systemd/system/merkel@.service");
 }
 
-TEST(DeviceVerdicts, WhatIsMissingHasItsMend) {
+TEST(DeviceVerdicts, EverythingMissingHasARemedy) {
   const auto verdicts = device_verdicts({.serial_group = "dialout"});
   ASSERT_EQ(verdicts.size(), 3U);
   EXPECT_EQ(verdicts[0].what, "udev rules");
@@ -47,7 +47,7 @@ TEST(DeviceVerdicts, WhoHasJoinedTheGroupMustLogInAgain) {
   EXPECT_EQ(verdicts[2].remedy, "log in again");
 }
 
-TEST(DeviceVerdicts, WhereAllIsThereNothingIsToBeDone) {
+TEST(DeviceVerdicts, ACompleteSetUpNeedsNothing) {
   DeviceSetUp set_up{.udev_rules = "/x", .systemd_unit = "/y", .serial_group = "dialout"};
   set_up.in_group = true;
   for (const Verdict& verdict : device_verdicts(set_up)) {

@@ -249,7 +249,7 @@ TEST(Devices, ForceAndDepthAreComparedWhereBothAreMeasured) {
               1e-6);
 }
 
-TEST(Devices, APressThatNoFingerBearsIsRefusedUnlessTheLimitIsRaised) {
+TEST(Devices, APressBeyondTheLimitIsRefusedUnlessTheLimitIsRaised) {
   const TemporaryFolder folder;
   const std::string hard = "sim:ramp?force_N=113&hold_s=0.1";
   const auto refused = run_program({"run", "--fast", "--probe", hard});

@@ -47,7 +47,7 @@ TEST(SpikeMatcher, MeasuresEachSpikeAgainstItsTick) {
   EXPECT_EQ(matcher.unmatched(), 0U);
 }
 
-TEST(SpikeMatcher, WaitsForATickThatHasNotBeenToldYet) {
+TEST(SpikeMatcher, WaitsForATickThatHasNotBeenAddedYet) {
   SpikeMatcher matcher(milliseconds{1});
   matcher.add({.spike = microseconds{4500}, .arrival = milliseconds{8}});
   matcher.match();
@@ -97,7 +97,7 @@ TEST(Cyclictest, OtherTextIsRefusedWithoutHarm) {
   }
 }
 
-TEST(ChildProcess, TellsHowItEndedAndIsEndedWithItsOwner) {
+TEST(ChildProcess, ReportsItsExitAndEndsWithItsOwner) {
   EXPECT_EQ(ChildProcess({"true"}).wait(), 0);
   EXPECT_EQ(ChildProcess({"false"}).wait(), 1);
   EXPECT_FALSE(ChildProcess({"no-such-program-anywhere"}).started());
@@ -125,7 +125,7 @@ class MachineTest : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(MachineTest, AGoodOneGetsNoMend) {
+TEST_F(MachineTest, AGoodMachineNeedsNoRemedy) {
   file("/proc/version", "Linux version 6.1.0 #1 SMP PREEMPT_RT Debian");
   file("/proc/cpuinfo", "flags : fpu tsc sse2");
   file("/proc/sys/kernel/sched_rt_runtime_us", "950000");
@@ -141,7 +141,7 @@ TEST_F(MachineTest, AGoodOneGetsNoMend) {
   }
 }
 
-TEST_F(MachineTest, EveryFaultHasItsMend) {
+TEST_F(MachineTest, EveryFaultHasARemedy) {
   file("/proc/version", "Linux version 6.1.0 #1 SMP PREEMPT_DYNAMIC Debian");
   file("/proc/cpuinfo", "flags : fpu tsc hypervisor sse2");
   file("/proc/sys/kernel/sched_rt_runtime_us", "0");
@@ -165,7 +165,7 @@ TEST_F(MachineTest, EveryFaultHasItsMend) {
   EXPECT_EQ(find(verdicts, "real-time priority")->grade, Grade::kPoor);
 }
 
-TEST_F(MachineTest, WhatThereIsNotIsNotJudged) {
+TEST_F(MachineTest, AbsentFactsHaveNoVerdict) {
   std::filesystem::create_directories(root());
   const MachineFacts facts = MachineFacts::read(root());
   EXPECT_TRUE(facts.ports.empty());

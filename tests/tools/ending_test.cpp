@@ -82,7 +82,7 @@ TEST(Ending, AKilledRunLeavesWholeRowsInThePartFile) {
 }
 
 #ifndef MERKEL_SANITIZED  // a sanitizer reports crashes itself
-TEST(Ending, ACrashTellsTheBuildAndHowFarTheRunHadCome) {
+TEST(Ending, ACrashReportsTheBuildAndTheProgressOfTheRun) {
   LongRun run;
   run.wait_for_spikes();
   run.program.send(SIGSEGV);

@@ -20,7 +20,7 @@ void expect(const std::vector<Case>& cases) {
   }
 }
 
-TEST(ExitCode, Is0WhereAllIsDone) {
+TEST(ExitCode, Is0OnSuccess) {
   expect({{{"run", "--fast", "--duration-s", "0.1"}, 0, ""},
           {{"--version"}, 0, ""},
           {{"run", "--help"}, 0, ""},

@@ -17,7 +17,7 @@ nlohmann::json summary_of(const std::string& loop, const std::string& probe) {
   return run.exit_code == 0 ? nlohmann::json::parse(run.out) : nlohmann::json{};
 }
 
-TEST(HostTime, ALiveRunTellsHowItMetTheHostsTime) {
+TEST(HostTime, ALiveRunReportsItsRealTimePerformance) {
   const auto summary = summary_of("[probe]\ndelay_ms = 2\n", kTaps + "&live=1");
   const auto& loop = summary["loop"];
   EXPECT_EQ(loop["wait"], "hybrid");

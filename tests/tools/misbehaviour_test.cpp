@@ -145,7 +145,7 @@ TEST(Misbehaviour, AWrongBaudRateIsNamedWithinTwoSecondsWhateverTheProtocol) {
 }
 
 /// A device that streams by itself; one that must be asked in its own language stays silent.
-TEST(Misbehaviour, AWrongProtocolIsToldTheLikelyOne) {
+TEST(Misbehaviour, AWrongProtocolGetsTheLikelyOneSuggested) {
   std::vector<std::jthread> programs;
   for (const std::string asked :
        {"mark10", "esm", "hbf1", "optoforce&counts_per_N=1", "zaber&um_per_step=1", "grbl"}) {

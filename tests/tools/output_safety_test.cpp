@@ -177,7 +177,7 @@ class StuckPipe {
   int reader_ = -1;
 };
 
-TEST(OutputSafety, APipeThatNobodyReadsKeepsNeitherTheProgramNorOtherSinksFromEnding) {
+TEST(OutputSafety, AnUnreadPipeDoesNotKeepTheProgramOrOtherSinksFromEnding) {
   for (const bool hurry : {false, true}) {
     const TemporaryFolder folder;
     const StuckPipe pipe(folder.path("pipe"));

@@ -211,7 +211,7 @@ TEST(Plan, ShortensATickThatIsTooLong) {
             std::string::npos);
 }
 
-TEST(Plan, SaysWhatIsComputedAndWhatIsLeftOut) {
+TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   const auto run = run_program({"plan", "paper", "--json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* const part :

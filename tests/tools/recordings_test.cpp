@@ -92,7 +92,7 @@ TEST(Recordings, OtherConditionsHaveAFormToo) {
   EXPECT_EQ(read->sets[3].points[0].stimulus.decline_over_s, 5.0);
 }
 
-TEST(Recordings, NamesTheFieldAndTheMend) {
+TEST(Recordings, ErrorsNameTheFieldAndTheRemedy) {
   EXPECT_EQ(fault_of("{"), "d.json:1: this is not valid JSON");
   EXPECT_EQ(fault_of("[1e999]"), "d.json: holds a number that is too large");
   EXPECT_EQ(fault_of("{}"), "d.json: holds no data: add a section such as curvature_force");

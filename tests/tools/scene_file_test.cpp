@@ -167,7 +167,7 @@ TEST(SceneFile, APressWithoutPositionIsAtThePatchsCentre) {
   EXPECT_EQ(scene->probes[0].input.y_mm, 4.0);
 }
 
-TEST(SceneFile, NamesFileLineAndMendOfEveryFault) {
+TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(fault_of("[skin]\n\npoison_ratio = 0.4\n"),
             "s.toml:3: the key skin.poison_ratio is not known: did you mean poisson_ratio?");
   EXPECT_EQ(fault_of("[sink]\nuri = 3\n"), "s.toml:2: sink.uri must be a text in quotes");
@@ -316,7 +316,7 @@ TEST(SceneFile, SurvivesRandomText) {
   }
 }
 
-TEST(SceneFile, AKeyInLatinLettersIsRefusedWhereItStands) {
+TEST(SceneFile, ANonAsciiKeyIsRefusedWithItsLine) {
   const auto latin = parse_scene("gr\u00f6\u00dfe = 1\n\u024b = 2\n", "s.toml");
   ASSERT_FALSE(latin);
   EXPECT_EQ(latin.error().sentence.substr(0, 9), "s.toml:1:") << latin.error().sentence;

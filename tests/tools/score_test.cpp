@@ -73,7 +73,7 @@ TEST(Score, SkipsAFlatPlateOnFlatSkin) {
   EXPECT_TRUE(std::isfinite((*scores)[0].rmse));
 }
 
-TEST(Score, ExplainedVarianceTellsOfAWrongGain) {
+TEST(Score, ExplainedVarianceRevealsAWrongGain) {
   const Recordings recordings = published_recordings();
   DataSet halved = recordings.sets[0];
   for (DataSet::Point& point : halved.points) point.measured *= 0.5;

@@ -89,7 +89,7 @@ TEST(MockedHid, OfTwoAlikeTheSerialNumberDecides) {
   EXPECT_NE(refusal(uri + "&serial=THREE").find("there is no device"), std::string::npos);
 }
 
-TEST(MockedHid, WithoutPermissionTheNodeAndTheMendAreNamed) {
+TEST(MockedHid, WithoutPermissionTheErrorHasNodeAndRemedy) {
   MockMachine machine;
   const MockHidDevice device(machine, "hidraw0", "1-3", "HID77", kDescriptor);
   machine.set_rights(device.node(), 0);

@@ -141,7 +141,7 @@ TEST(MockedUsb, UnpluggedItIsFoundAgainByItsSerialNumberAtAnotherPort) {
   EXPECT_EQ(probe->device_counts()->outages, 1U);
 }
 
-TEST(MockedUsb, WhatCannotBeOpenedIsNamedWithItsMend) {
+TEST(MockedUsb, EveryFailureToOpenHasARemedy) {
   MockMachine machine;
   MockUsbDevice device(machine, "1-2", 8, "SN42");
   const std::vector<std::pair<std::string, std::string>> cases = {

@@ -52,7 +52,7 @@ TEST(CalibrationFit, ABentSensorLeavesAResidual) {
   EXPECT_NEAR(fit_calibration({}, points)->residual, 0.0390, 1e-3);
 }
 
-TEST(CalibrationFit, PointsThatSayNothingAreRefused) {
+TEST(CalibrationFit, UninformativePointsAreRefused) {
   Random random(6);
   const auto sentence = [](std::span<const CalibrationPoint> points) {
     const auto fitted = fit_calibration({}, points);

@@ -25,7 +25,7 @@ TEST(EnvelopeLine, APerfectClockIsItsOwnEnvelope) {
   EXPECT_NEAR(line.rms_ns, 0.0, 1e-3);
 }
 
-TEST(EnvelopeLine, OfAThirdThatIsLateNothingIsLeft) {
+TEST(EnvelopeLine, AThirdOfThePointsDelayedHasNoEffect) {
   for (const int first : {0, 7, 20}) {
     auto points = clock_points(30, 80e-6, 0.0);
     for (int k = first; k < first + 10; ++k) {
@@ -37,7 +37,7 @@ TEST(EnvelopeLine, OfAThirdThatIsLateNothingIsLeft) {
   }
 }
 
-TEST(EnvelopeLine, ASlopeThatNoClockHasIsNotBelieved) {
+TEST(EnvelopeLine, AnImpossibleSlopeIsRejected) {
   // What is left of a stall that ends: each second's least delay a second shorter.
   auto points = clock_points(12, -1.0, 0.0);
   const EnvelopeLine line = fit_envelope(points, 30e-6);

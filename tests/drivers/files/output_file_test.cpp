@@ -89,7 +89,7 @@ TEST(OutputFile, WritesOutWithin200MsWithoutBeingAsked) {
   EXPECT_EQ(read_file(folder.path("out.part")), "a\nb\n");
 }
 
-TEST(OutputFile, APipeThatNobodyReadsCanBeGivenUp) {
+TEST(OutputFile, AWriteToAnUnreadPipeCanBeAborted) {
   const TemporaryFolder folder;
   const std::string pipe = folder.path("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

@@ -66,7 +66,7 @@ TEST(TraceReader, AcceptsCrLfAByteOrderMarkAndNoFinalLineEnd) {
   EXPECT_EQ(samples->size(), 2U);
 }
 
-TEST(TraceReader, NamesFileLineAndMendOfEveryFault) {
+TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(sentence_about(""),
             "t.csv is empty: a trace begins with a header such as time_s,depth_mm");
   EXPECT_EQ(sentence_about("time_s,dept_mm\n"),

@@ -103,7 +103,7 @@ TEST(NetworkProbe, WrongAddressesAreNamed) {
   }
 }
 
-TEST(LimitedProbe, ARecordedPressThatNoFingerBearsEndsWithASentence) {
+TEST(LimitedProbe, ARecordedPressBeyondTheLimitEndsWithAnError) {
   auto open = open_probe("sim:ramp?force_N=113&wait_s=0.01&hold_s=0.05");
   ASSERT_TRUE(open.has_value());
   LimitedProbe probe(std::move(*open), {});

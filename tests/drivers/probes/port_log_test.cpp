@@ -166,7 +166,7 @@ TEST(PortLog, LongPortionsAreSplitAndCountedOnce) {
   EXPECT_EQ(keeper.frames[3].lost, 0U);
 }
 
-TEST(PortLog, WhoComesTooLateIsToldSo) {
+TEST(PortLog, ALateListenerIsNotified) {
   PortLog log;
   const Bytes byte(1);
   for (int i = 0; i < 5000; ++i) log.received(byte, nanoseconds{i}, {});
@@ -179,7 +179,7 @@ TEST(PortLog, WhoComesTooLateIsToldSo) {
   EXPECT_EQ(late.frames[0].parsed, 1U);
 }
 
-TEST(PortLog, WhoHasLeftIsToldNothing) {
+TEST(PortLog, ARemovedListenerReceivesNothing) {
   PortLog log;
   Keeper keeper;
   { const Listening listening(log, keeper); }

@@ -37,7 +37,7 @@ TEST(SimProbe, RampHoldsItsDepth) {
   EXPECT_EQ(samples[150].depth_mm, 0.0);
 }
 
-TEST(SimProbe, TapsComeAsManyAsAskedFor) {
+TEST(SimProbe, TapsHaveTheRequestedCount) {
   const auto samples = samples_of("sim:taps?count=3&tap_s=0.1&interval_s=0.2&depth_mm=1");
   int onsets = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {

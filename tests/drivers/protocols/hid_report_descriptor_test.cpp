@@ -105,7 +105,7 @@ TEST(HidReportDescriptor, ValuesAtTheEndsAreSaturatedAndBeyondThemRefused) {
   EXPECT_EQ(stream.counts.refused, 1U);
 }
 
-TEST(HidReportDescriptor, WhatMeasuresNothingOrIsBrokenIsNamed) {
+TEST(HidReportDescriptor, InvalidDescriptorsGetAnError) {
   EXPECT_NE(error_message(kMouse).find("no force, depth or position with a unit"),
             std::string::npos);
   EXPECT_NE(error_message({}).find("no force, depth or position"), std::string::npos);

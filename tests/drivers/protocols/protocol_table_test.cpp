@@ -180,7 +180,7 @@ TEST(ProtocolTable, NoiseIsNoProtocol) {
   EXPECT_EQ(likely_protocol({}), "");
 }
 
-TEST(ProtocolTable, AWrongNameIsMended) {
+TEST(ProtocolTable, AWrongNameGetsASuggestion) {
   EXPECT_NE(find_protocol("mark-10").error().sentence.find("did you mean mark10"),
             std::string::npos);
   EXPECT_NE(find_protocol("").error().sentence.find("hbf1"), std::string::npos);

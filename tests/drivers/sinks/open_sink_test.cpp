@@ -79,7 +79,7 @@ TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
   }
 }
 
-TEST(OpenSink, OfARunThatWasRefusedNothingIsLeft) {
+TEST(OpenSink, ARefusedRunLeavesNoFiles) {
   const TemporaryFolder folder;
   for (const char* scheme : {"csv:", "gdf:", "sonata:", "xdf:", "phy:"}) {
     EXPECT_EQ(refusal(scheme + folder.path("a")), "") << scheme;
