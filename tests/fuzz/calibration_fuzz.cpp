@@ -1,4 +1,4 @@
-// Bytes of any kind as a calibration (TOML). Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes as a calibration (TOML). Built and run by fuzz.sh with libFuzzer.
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Bytes of any kind as a HID report descriptor, and then as a report of what it describes. Built
+// Arbitrary bytes as a HID report descriptor, then as a report of the described device. Built
 // and run by fuzz.sh with libFuzzer.
 
 #include <cstddef>

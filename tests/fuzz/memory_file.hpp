@@ -10,14 +10,14 @@
 
 namespace merkel {
 
-/// A file that is in memory only, for readers that want a path.
+/// An in-memory file, for readers that need a path.
 class MemoryFile {
  public:
   MemoryFile() {
     if (descriptor_ < 0) std::abort();
   }
 
-  /// Puts these bytes in the place of all that it held. Returns its path.
+  /// Replaces the content by these bytes. Returns the path.
   const std::string& hold(const std::uint8_t* bytes, std::size_t size) {
     if (::ftruncate(descriptor_, 0) != 0 ||
         ::pwrite(descriptor_, bytes, size, 0) != static_cast<ssize_t>(size)) {

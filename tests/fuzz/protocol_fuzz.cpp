@@ -1,5 +1,5 @@
-// Bytes of any kind through one protocol of the table, MERKEL_FUZZED_PROTOCOL. The first byte of an
-// input says how its rest is portioned. Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes through one protocol of the table, MERKEL_FUZZED_PROTOCOL. The first byte of an
+// input determines how the rest is split. Built and run by fuzz.sh with libFuzzer.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Bytes of any kind as recordings of afferents (JSON). Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes as recordings of afferents (JSON). Built and run by fuzz.sh with libFuzzer.
 
 #include <cstddef>
 #include <cstdint>

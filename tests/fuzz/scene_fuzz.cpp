@@ -1,4 +1,4 @@
-// Bytes of any kind as a scene (TOML). Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes as a scene (TOML). Built and run by fuzz.sh with libFuzzer.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,12 +12,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace merkel;
   const auto scene = parse_scene({reinterpret_cast<const char*>(data), size}, "s.toml");
   if (!scene) return scene.error().sentence.empty() ? std::abort(), 0 : 0;
-  // A session notes its text, from which the same scene is made again.
+  // A session records the scene's text; it must reproduce the scene.
   const auto again = parse_scene(scene->text, "s.toml");
   if (!again || again->sinks != scene->sinks || again->probes.size() != scene->probes.size()) {
     std::abort();
   }
-  // Printed, it is a scene again, and every key has the same value.
+  // The printed scene parses to the same value of every key.
   const std::string printed = scene_text(*scene);
   const auto read = parse_scene(printed, "s.toml");
   if (!read || scene_text(*read) != printed) std::abort();

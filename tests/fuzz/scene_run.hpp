@@ -17,7 +17,7 @@ namespace merkel {
 
 /// Runs a parsed scene for some ticks under a press that comes and goes. A scene may be refused.
 /// \param most_steps  neuron steps after which to stop early; 0: no limit
-/// \return what is wrong with the run, or nothing
+/// \return the error of the run, or an empty string
 inline std::string fault_of_run(const Scene& scene, int ticks, double most_steps = 0.0) {
   auto model = TactileModel::create(scene.model);
   if (!model) {
@@ -48,14 +48,14 @@ inline std::string fault_of_run(const Scene& scene, int ticks, double most_steps
   return model->spikes_refused() == 0 ? "" : "more spikes in a tick than there is room for";
 }
 
-/// The same for a scene's text, which may be refused too.
+/// The same for a scene's text, which may also be refused.
 inline std::string fault_of_run(const std::string& text, int ticks, double most_steps = 0.0) {
   const auto scene = parse_scene(text, "s.toml");
   if (!scene) return scene.error().sentence.empty() ? "refused without a sentence" : "";
   return fault_of_run(*scene, ticks, most_steps);
 }
 
-/// Every number of a scene file, as "table.key", of all kinds of neurons.
+/// All numeric keys of a scene file, as "table.key", for all kinds of neurons.
 inline std::vector<std::string> number_keys() {
   std::vector<std::string> names;
   for (const char* const preset : {"paper", "goodwin", "goodwin-cs"}) {
@@ -66,7 +66,7 @@ inline std::vector<std::string> number_keys() {
                             std::holds_alternative<int*>(key.value) ||
                             std::holds_alternative<std::int64_t*>(key.value) ||
                             std::holds_alternative<std::chrono::nanoseconds*>(key.value);
-        // The seed that noise needs is not varied, nor is the host's load.
+        // Neither noise, which needs a seed, nor the host's load is varied.
         if (!number || key.field->key == "threads" || key.field->key == "noise") continue;
         if (std::find(names.begin(), names.end(), key.name()) == names.end()) {
           names.push_back(key.name());
@@ -77,7 +77,7 @@ inline std::vector<std::string> number_keys() {
   return names;
 }
 
-/// Values that few scenes have.
+/// Unusual values.
 inline constexpr const char* kUnusualValues[] = {
     "0",    "1",    "5",   "50",    "100",  "200",  "-1",  "-40",  "-77", "1e3",
     "1e-3", "1e-9", "1e9", "1e308", "-1e9", "0.49", "inf", "-inf", "nan", "1e-308"};

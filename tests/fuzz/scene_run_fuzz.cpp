@@ -1,5 +1,5 @@
 // Scenes of presets with unusual values, run for up to 100 ticks: each runs or is refused. The
-// bytes choose the preset, keys and values; the method and step are changed as a session may. Built
+// bytes select preset, keys and values; method and step change as a session may change them. Built
 // and run by fuzz.sh with libFuzzer, which limits time and memory.
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +16,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;
   FuzzedDataProvider bytes(data, size);
-  // Connor-Stevens neurons take a second to set up: they are chosen less often.
+  // Connor-Stevens neurons take a second to set up and are chosen less often.
   const char* const preset =
       bytes.PickValueInArray({"paper", "paper", "paper", "paper-wide", "paper-wide", "goodwin",
                               "goodwin", "goodwin", "hand", "goodwin-cs"});

@@ -1,6 +1,6 @@
-// Bytes of any kind as a recorded session (XDF): as a whole file or, if the first byte is odd,
-// behind the headers of a good one. Built and run by fuzz.sh with libFuzzer; session_seeds.py makes
-// a corpus to begin with.
+// Arbitrary bytes as a recorded session (XDF): as a whole file or, if the first byte is odd, after
+// the headers of a valid one. Built and run by fuzz.sh with libFuzzer; session_seeds.py makes the
+// initial corpus.
 
 #include <filesystem>
 #include <fstream>
@@ -18,7 +18,7 @@ void check(bool holds) {
   if (!holds) std::abort();
 }
 
-/// The headers of a session, by the sink that writes them.
+/// The headers of a session, written by the sink.
 std::string good_headers() {
   using namespace merkel;
   const auto path = std::filesystem::temp_directory_path() /

@@ -1,4 +1,4 @@
-// Bytes of any kind as TOML. Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes as TOML. Built and run by fuzz.sh with libFuzzer.
 
 #include <cstddef>
 #include <cstdint>

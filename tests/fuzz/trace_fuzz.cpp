@@ -1,4 +1,4 @@
-// Bytes of any kind as a trace (CSV). Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes as a trace (CSV). Built and run by fuzz.sh with libFuzzer.
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-// Bytes of any kind as a URI of a probe or a sink, as an address, and as a Host header. Built and
+// Arbitrary bytes as a URI of a probe or a sink, as an address, and as a Host header. Built and
 // run by fuzz.sh with libFuzzer.
 
 #include <cstddef>

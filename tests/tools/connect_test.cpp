@@ -1,4 +1,4 @@
-// merkel connect, and the advice that the program gives: each is followed here.
+// Tests merkel connect, and follows the program's advice.
 #include <atomic>
 #include <regex>
 #include <thread>
@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A gauge of no known kind that prints a line every 5 ms at one baud rate.
+/// A gauge of an unknown kind that prints a line every 5 ms at one baud rate.
 class Printer {
  public:
   explicit Printer(std::string line, int baud = 115200) {
@@ -91,7 +91,7 @@ TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   EXPECT_NE(asked.out.find("1: force_N = 0.3"), std::string::npos) << asked.out;
   EXPECT_NE(asked.out.find("2: depth_mm = 0.3"), std::string::npos) << asked.out;
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.toml")));
-  // Its advice, followed: the URI of the second reading.
+  // Follows the advice: the URI of the second interpretation.
   std::smatch uri;
   ASSERT_TRUE(std::regex_search(asked.err, uri, std::regex("serial:[^ ]+[?][^ ]+"))) << asked.err;
   const auto again = run_program({"connect", uri.str(), "--out", folder.path("s.toml")});
@@ -99,7 +99,7 @@ TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   EXPECT_NE(again.out.find("depth 0.3 mm"), std::string::npos) << again.out;
 }
 
-/// Runs with a URI, and while it is refused with advice "protocol=X" or "columns=Y", follows that.
+/// Runs with a URI; if it is refused with advice "protocol=X" or "columns=Y", follows the advice.
 std::string follow_advice(std::string uri, int most) {
   for (int steps = 0; steps < most; ++steps) {
     const auto run =

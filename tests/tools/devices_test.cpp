@@ -17,7 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-// Long enough a jitter buffer that no tick is late, whatever else this machine does.
+// A jitter buffer long enough that no tick is late, even on a busy machine.
 constexpr const char* kScene =
     "[probe]\ndelay_ms = 400\n[loop]\nstale_after_ms = 200\n"
     "max_catch_up_ticks = 1000000\n";
@@ -30,7 +30,7 @@ struct DeviceRun {
   std::string err;
 };
 
-/// A spike file without the comments at its head.
+/// A spike file without its leading comments.
 std::string rows_of(const std::string& file) { return file.substr(file.find("time_s,neuron")); }
 
 /// Runs the program with a device, and again with the trace that the run has recorded.
@@ -62,7 +62,7 @@ TEST_P(EveryDevice, SpikesAreThoseOfTheReplayOfWhatWasRead) {
   ASSERT_FALSE(run.summary.is_null());
   const auto& probe = run.summary["probes"][0];
   EXPECT_EQ(probe["late"], 0);
-  // A busy machine may answer a question too late; what streams loses nothing.
+  // On a busy machine, requests may time out; streaming devices lose nothing.
   const bool asked = GetParam() == "esm" || GetParam() == "grbl" || GetParam() == "zaber";
   EXPECT_TRUE(asked || probe["device"]["lost"] == 0);
   EXPECT_EQ(probe["device"]["damaged"], 0);
@@ -241,7 +241,7 @@ TEST(Devices, ForceAndDepthAreComparedWhereBothAreMeasured) {
   EXPECT_NEAR(compared["ratio"], 0.9 / 0.2468, 0.05);
   ASSERT_FALSE(json["verdict"].empty());
   EXPECT_NE(json["verdict"][0]["finding"].get<std::string>().find("times"), std::string::npos);
-  // The force drives, unless the scene says otherwise.
+  // Force drives, unless the scene selects depth.
   EXPECT_NEAR(json["probes"][0]["deepest_press"]["force_N"], 0.9, 1e-6);
   const std::string scene = folder.file("s.toml", "[probe]\ncontrol = \"depth\"\n");
   const auto depth = run_program({"run", scene, "--fast", "--probe", both, "--json"});
@@ -262,7 +262,7 @@ TEST(Devices, APressBeyondTheLimitIsRefusedUnlessTheLimitIsRaised) {
 TEST(Devices, APressOutsideThePatchGetsAWarning) {
   const auto run =
       run_program({"run", "--fast", "--probe", "sim:ramp?x_mm=55&hold_s=0.1", "--strict"});
-  EXPECT_EQ(run.exit_code, 0);  // it did what was asked
+  EXPECT_EQ(run.exit_code, 0);  // the run succeeded
   EXPECT_NE(run.out.find("outside the patch"), std::string::npos) << run.out;
 }
 

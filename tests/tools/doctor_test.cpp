@@ -77,7 +77,7 @@ TEST(Cyclictest, ItsHistogramIsRead) {
   EXPECT_EQ(summary->p50, microseconds{10});
   EXPECT_EQ(summary->p99, microseconds{30});
   EXPECT_EQ(summary->p999, microseconds{400});
-  EXPECT_EQ(summary->longest, microseconds{25000});  // beyond the histogram
+  EXPECT_EQ(summary->longest, microseconds{25000});  // beyond the range of the histogram
 }
 
 TEST(Cyclictest, OtherTextIsRefusedWithoutHarm) {
@@ -93,7 +93,7 @@ TEST(Cyclictest, OtherTextIsRefusedWithoutHarm) {
       const auto at = static_cast<std::size_t>(random.uniform() * static_cast<double>(text.size()));
       text[at] = static_cast<char>(32.0 + 94.0 * random.uniform());
     }
-    static_cast<void>(parse_cyclictest(text));  // whatever it says, it must not throw
+    static_cast<void>(parse_cyclictest(text));  // must not throw for any text
   }
 }
 
@@ -106,7 +106,7 @@ TEST(ChildProcess, ReportsItsExitAndEndsWithItsOwner) {
   EXPECT_TRUE(endless.started());
 }
 
-/// A machine made of files below a folder.
+/// A machine described by files in a folder.
 class MachineTest : public testing::Test {
  protected:
   void file(const std::string& path, const std::string& text) {
@@ -152,7 +152,7 @@ TEST_F(MachineTest, EveryFaultHasARemedy) {
   MachineFacts facts = MachineFacts::read(root());
   facts.rights = {};
   ASSERT_EQ(facts.ports.size(), 1U);
-  facts.ports[0].accessible = false;  // root may open anything
+  facts.ports[0].accessible = false;  // root may open every port
   const auto verdicts = machine_verdicts(facts, 70);
   for (const Verdict& verdict : verdicts) {
     EXPECT_NE(verdict.grade, Grade::kGood) << verdict.what;
@@ -237,7 +237,7 @@ TEST(Doctor, MeasuresTheWholePathAndItsCountersAddUp) {
     EXPECT_EQ(consumer["spikes"].get<int>() + consumer["missing"].get<int>(),
               one["spikes"].get<int>());
     EXPECT_EQ(consumer["software"]["count"], consumer["spikes"]);
-    // What a spike suffers on its last stage is a part of what it suffers in all.
+    // The latency of the last stage is part of the total latency.
     EXPECT_LE(consumer["sink"]["p50_us"], consumer["software"]["p50_us"]);
     EXPECT_LE(consumer["software"]["p50_us"], consumer["sample_to_spike"]["p50_us"]);
   }

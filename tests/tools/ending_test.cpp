@@ -13,7 +13,7 @@
 namespace merkel {
 namespace {
 
-/// A run of ten minutes with spikes from the start, that will be ended early.
+/// A run of ten minutes with spikes from the start, which the test ends early.
 struct LongRun {
   explicit LongRun(const std::vector<std::string>& more = {})
       : program([&] {
@@ -23,7 +23,7 @@ struct LongRun {
           return arguments;
         }()) {}
 
-  /// Until spikes have been flushed.
+  /// Waits until spikes have been flushed.
   void wait_for_spikes() const {
     const std::string part = spikes + ".part";
     for (int i = 0; i < 2000; ++i) {
@@ -40,7 +40,7 @@ struct LongRun {
   StartedProgram program;
 };
 
-/// Rows of a spike file; checks that each is whole.
+/// Rows of a spike file; checks that each is complete.
 int whole_rows(const std::string& text) {
   std::istringstream lines(text);
   std::string line;

@@ -1,4 +1,4 @@
-// Every scene runs or is refused with a sentence: all keys of all presets with unusual values.
+// Every scene runs or is refused with an error: all keys of all presets with unusual values.
 #include <string>
 #include <vector>
 
@@ -11,7 +11,7 @@
 namespace merkel {
 namespace {
 
-/// Runs a scene and expects spikes in order, or a sentence that says why not.
+/// Runs a scene and expects spikes in order, or an error.
 void run(const std::string& text, int ticks) {
   SCOPED_TRACE(text);
   EXPECT_EQ(fault_of_run(text, ticks), "");
@@ -25,7 +25,7 @@ TEST_P(EveryScene, RunsOrIsRefused) {
   ASSERT_GT(keys.size(), 50U);
   for (const std::string& key : keys) {
     for (const char* const value : kUnusualValues) {
-      // Long ticks hold many steps.
+      // Long ticks have many steps.
       const int ticks = key.starts_with("loop.") ? 2 : 20;
       run(preset + key + " = " + value + "\n", ticks);
     }

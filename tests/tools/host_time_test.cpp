@@ -23,14 +23,14 @@ TEST(HostTime, ALiveRunReportsItsRealTimePerformance) {
   EXPECT_EQ(loop["wait"], "hybrid");
   EXPECT_GT(loop["margin_us"].get<double>(), 0.0);
   for (const char* stage : {"queue", "tick", "publish"}) {
-    // The queue knows nothing of ticks that held a sample.
+    // Ticks with a held sample are not in the queue's statistics.
     const auto ticks = summary["ticks"].get<std::uint64_t>();
     EXPECT_GE(loop[stage]["count"].get<std::uint64_t>(),
               stage == std::string("queue") ? ticks / 2 : ticks);
     EXPECT_LE(loop[stage]["p50_us"], loop[stage]["p99_us"]);
     EXPECT_LE(loop[stage]["p99_us"], loop[stage]["max_us"]);
   }
-  // A right that is missing is a scheduler, a lock or a latency that was not had, and the reverse.
+  // A missing right must match the reported scheduler, memory lock or latency, and vice versa.
   const std::size_t refused = (loop["scheduler"] == "fifo" ? 0U : 1U) +
                               (loop["memory_locked"].get<bool>() ? 0U : 1U) +
                               (loop["cpu_awake"].get<bool>() ? 0U : 1U);

@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 using Json = nlohmann::json;
 using Counts = DeviceSimulator::Counts;
 
-/// How a device misbehaves, and what must be counted of it.
+/// A fault of a device, and the counters that it must change.
 struct Misbehaviour {
   const char* name;
   SimulatedFaults faults;
@@ -27,7 +27,7 @@ std::uint64_t count_of(const Json& device, const char* name) {
 }
 
 void expect_nothing_lost(const Json& device) {
-  // A machine too busy to read for so long loses what the terminal has no room for.
+  // A machine too busy to read loses bytes that do not fit into the terminal.
   constexpr std::uint64_t kReadings = 90;
   if (count_of(device, "largest_batch") > kReadings) return;
   EXPECT_EQ(device["lost"], 0) << device;
@@ -55,8 +55,8 @@ const std::vector<Misbehaviour>& misbehaviours() {
        {.flip_byte = 0.001},
        [](const Json& device, const Counts& did, const std::string&) {
          EXPECT_GT(count_of(device, "damaged"), 3U);
-         // A delimiter that comes to be makes two broken frames of one, and one that goes merges
-         // two.
+         // A flip that creates a delimiter breaks one frame into two; a flip that removes one
+         // merges two frames.
          EXPECT_LE(count_of(device, "damaged"), 2 * did.bytes_flipped);
          EXPECT_GE(2 * count_of(device, "lost") + 2, count_of(device, "damaged"));
        }},
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Devices, EveryMisbehaviour,
                          testing::Range(std::size_t{0}, misbehaviours().size()),
                          [](const auto& entry) { return misbehaviours()[entry.param].name; });
 
-/// All at once: each takes the two seconds after which it gives up.
+/// All at once, because each takes two seconds to give up.
 TEST(Misbehaviour, AWrongBaudRateIsNamedWithinTwoSecondsWhateverTheProtocol) {
   std::vector<std::jthread> programs;
   for (const ProtocolEntry& entry : protocol_table()) {
@@ -144,7 +144,7 @@ TEST(Misbehaviour, AWrongBaudRateIsNamedWithinTwoSecondsWhateverTheProtocol) {
   }
 }
 
-/// A device that streams by itself; one that must be asked in its own language stays silent.
+/// Only a streaming device: a polled one stays silent under another protocol.
 TEST(Misbehaviour, AWrongProtocolGetsTheLikelyOneSuggested) {
   std::vector<std::jthread> programs;
   for (const std::string asked :

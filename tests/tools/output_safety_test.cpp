@@ -1,4 +1,4 @@
-// What a run does to files: nothing of others is destroyed, nothing of its own is lost.
+// The effect of runs on files: other files are kept, and their own data is not lost.
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -26,7 +26,7 @@ bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Waits until a file has so many bytes.
+/// Waits until a file has this number of bytes.
 bool wait_for_bytes(const std::string& path, std::uintmax_t bytes) {
   for (int i = 0; i < 3000; ++i) {
     std::error_code none;
@@ -58,7 +58,7 @@ TEST(OutputSafety, ARecordedTraceSurvivesAKillUpToItsLast200Ms) {
     program.finish();
     const std::string rows = read_file(trace + ".part");
     EXPECT_EQ(rows.back(), '\n');
-    // A second and more at 1 kHz, less 200 ms; a busy machine needs a margin.
+    // More than a second at 1 kHz minus 200 ms, with a margin for a busy machine.
     EXPECT_GT(std::count(rows.begin(), rows.end(), '\n'), 800) << run;
     const auto replay =
         run_program({"run", "--fast", "--probe", "replay:" + trace + ".part", "--json"});
@@ -121,7 +121,7 @@ TEST(OutputSafety, WithClosedStandardStreamsNothingOfTheirsLandsInAFile) {
   const std::string spikes = read_file(file);
   EXPECT_TRUE(spikes.starts_with("time_s,neuron\n")) << spikes.substr(0, 200);
   EXPECT_EQ(spikes.find_first_not_of("0123456789.,\n", 14), std::string::npos);
-  // Spikes for a standard output that is not there are an error.
+  // Writing spikes to a closed standard output is an error.
   const std::string lost = std::string(MERKEL_PROGRAM) + " run --fast --sink csv:- >&- 2>/dev/null";
   EXPECT_NE(std::system(lost.c_str()), 0);  // NOLINT(cert-env33-c)
 }
@@ -159,7 +159,7 @@ TEST(OutputSafety, DatedNamesNeverCollideAndAKilledRunIsFinishedByTheNext) {
   }
 }
 
-/// A pipe that is full and that nobody reads.
+/// A full pipe without a reader.
 class StuckPipe {
  public:
   explicit StuckPipe(const std::string& path) {

@@ -123,7 +123,7 @@ TEST(Plan, PredictsTheErrorThatCvodeMeasuresAndMeetsTheBudget) {
   }
 }
 
-/// A scene drawn at random: a press, a slide, a sine or bars, some tens of milliseconds of it.
+/// A scene drawn at random: a press, a slide, a sine or bars, for some tens of milliseconds.
 std::string random_scene(Random& random, int kind) {
   const auto pick = [&](std::initializer_list<double> values) {
     return values
@@ -154,8 +154,8 @@ std::chrono::nanoseconds part_of(std::chrono::nanoseconds whole, std::chrono::na
   return whole / parts;
 }
 
-/// What a scene's spikes are off, with all that the plan chose, against RK4 at 1.3 µs on ticks of
-/// 4 µs with nothing left out.
+/// The true error of the plan's choice, against RK4 at 1.3 µs on ticks of 4 µs with nothing
+/// skipped.
 SpikeTrainError true_error(Scene scene) {
   const auto recording = ProbeRecording::read(scene, std::chrono::seconds{10});
   const std::vector<SpikeEvent> spikes = [&] {
@@ -197,7 +197,7 @@ TEST(Plan, KeepsTheBudgetInScenesDrawnAtRandom) {
   EXPECT_GE(near, 18);
 }
 
-// Ticks of 5 ms turned 10 spikes into 4 where the plan took them for granted.
+// With ticks of 5 ms, 10 spikes became 4 when the plan did not test the tick.
 TEST(Plan, ShortensATickThatIsTooLong) {
   Scene scene = scene_of(
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 50\n[loop]\ntick_us = 5000\n[probe]\nuri "

@@ -7,10 +7,10 @@
 
 namespace merkel {
 
-/// What a run of the program left behind.
+/// The result of a run of the program.
 struct ProgramRun {
-  int exit_code = -1;  ///< −1 when it was ended by a signal
-  int ended_by = 0;    ///< that signal
+  int exit_code = -1;  ///< −1 if ended by a signal
+  int ended_by = 0;    ///< the signal
   std::string out;
   std::string err;
   double peak_memory_MiB = 0.0;

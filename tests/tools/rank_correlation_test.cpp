@@ -22,7 +22,7 @@ TEST(RankCorrelation, SharesRanksBetweenEqualValues) {
 }
 
 TEST(RankCorrelation, PartialTakesTheThirdVariableOut) {
-  // y depends on z alone, x on z with another order within: what is left of xy is weak.
+  // y depends only on z, x on z with another order inside: the remaining correlation is weak.
   const std::vector<double> z = {1, 2, 3, 4, 5, 6, 7, 8};
   const std::vector<double> x = {2, 1, 4, 3, 6, 5, 8, 7};
   const std::vector<double> y = {1, 2, 3, 4, 5, 6, 8, 7};

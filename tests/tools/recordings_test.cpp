@@ -52,7 +52,7 @@ TEST(Recordings, BarsMayBeGivenByTheirEdges) {
   const Stimulus& stimulus = read->sets[0].points[1].stimulus;
   EXPECT_EQ(stimulus.indenter.bars.widths_mm, (std::vector<double>{3.0, 1.5, 3.0}));
   EXPECT_EQ(stimulus.indenter.bars.gaps_mm, (std::vector<double>{1.0, 1.5}));
-  // The row's middle lies at 1 mm: half a millimetre to the right of the afferent.
+  // The centre of the row is at 1 mm, half a millimetre to the right of the afferent.
   EXPECT_EQ(stimulus.offset_mm, 0.5);
   for (const char* const edges : {"[]", "[[1, 0]]", "[[0, 2], [1, 3]]", "[[0]]", "[0, 1]"}) {
     EXPECT_NE(fault_of(R"({"bar_profile": {"cite": "b", "bar_edges_mm": )" + std::string(edges) +

@@ -157,8 +157,8 @@ int spikes_in(const std::vector<std::string>& arguments) {
 
 TEST(Run, APressThatNoAfferentFeelsIsExplainedAndTheAdviceWorks) {
   struct Silent {
-    std::string press;    ///< with the level left out
-    std::string level;    ///< that no afferent feels
+    std::string press;    ///< without the level
+    std::string level;    ///< too weak for any afferent
     std::string reached;  ///< part of what is printed
     std::regex advice;
   };
@@ -176,7 +176,7 @@ TEST(Run, APressThatNoAfferentFeelsIsExplainedAndTheAdviceWorks) {
     std::smatch advice;
     ASSERT_TRUE(std::regex_search(out, advice, silent.advice)) << out;
     EXPECT_GT(spikes_in({"--probe", silent.press + advice[1].str()}), 0) << advice[1];
-    // Below it by more than the rounding, nothing fires.
+    // Below the advice by more than its rounding, no afferent fires.
     EXPECT_EQ(spikes_in({"--probe", silent.press + std::to_string(0.85 * std::stod(advice[1]))}), 0)
         << advice[1];
     EXPECT_NE(out.find("try merkel run goodwin --probe '" + uri + "'"), std::string::npos) << out;

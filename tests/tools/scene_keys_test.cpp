@@ -29,7 +29,7 @@ TEST(SceneKeys, EveryPresetIsItsPrintedScene) {
     const auto scene = parse_scene(text, "s.toml");
     ASSERT_TRUE(scene) << name << ": " << scene.error().sentence;
     EXPECT_EQ(scene->preset, name);
-    // The text names every key with its value: where it is the same, so is each parameter.
+    // The text holds every key with its value, so equal texts mean equal parameters.
     EXPECT_EQ(scene_text(*scene), text) << name;
     EXPECT_EQ(scene->model.indenters.size(), preset.model.indenters.size());
     EXPECT_EQ(scene->model.patches.size(), preset.model.patches.size());

@@ -15,7 +15,7 @@
 namespace merkel {
 namespace {
 
-// The targets that the preset is held to, with so few trials that the test is quick.
+// The targets of the preset, with few trials to keep the test fast.
 TEST(Score, GoodwinMatchesTheRecordings) {
   const Recordings recordings = published_recordings();
   const auto scores = score_sets(preset_scene("goodwin")->model, recordings.sets, 10, {});
@@ -187,7 +187,7 @@ TEST(ScoreCommand, TakesOtherRecordings) {
   EXPECT_NE(run.out.find("| bar profile, 0.5 mm | 3 |"), std::string::npos);
   EXPECT_EQ(read_file(folder.path("s/lateral_offset.png")).substr(1, 3), "PNG");
   EXPECT_EQ(read_file(folder.path("s/bar_profile.png")).substr(1, 3), "PNG");
-  // An edge is felt more than the inside of a bar, and the far side least.
+  // An edge evokes more than the inside of a bar, and the far side least.
   const std::string table = read_file(folder.path("s/conditions.csv"));
   EXPECT_NE(table.find("bar_profile"), std::string::npos);
 }

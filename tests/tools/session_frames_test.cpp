@@ -15,7 +15,7 @@ namespace {
 struct Recorded {
   std::vector<ProbeSample> samples;
   std::vector<std::vector<RawFrame>> frames;  ///< by port
-  RunStatus status;                           ///< the last
+  RunStatus status;                           ///< the last one
 };
 
 Recorded read_session(const std::string& path) {
@@ -71,7 +71,7 @@ TEST(SessionFrames, TheBytesOfARunParseAgainToItsSamples) {
             std::string::npos)
       << overview.out;
 
-  // A copy has them too.
+  // An exported copy also has them.
   const std::string copy = folder.path("copy.xdf");
   ASSERT_EQ(run_program({"export", path, "--sink", "xdf:" + copy}).exit_code, 0);
   EXPECT_EQ(read_session(copy).frames, recorded.frames);

@@ -23,8 +23,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// Records a session of a press in scripted time: samples come late, the loop falls behind twice,
-/// and the device is silent for a while.
+/// Records a session of a press in scripted time, with late samples, a loop that falls behind
+/// twice, and a silent device.
 std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistics& statistics,
                                     ProbeInput::Counts& counts) {
   const Scene scene = *preset_scene("paper");
@@ -47,7 +47,7 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
   for (int k = 0; k <= 1500; ++k) {
     if (k > 700 && k < 900) continue;  // silent for longer than stale_after
     samples.push_back({.time = milliseconds{k},
-                       // Every so often a burst comes 30 ms late.
+                       // Now and then a burst arrives 30 ms late.
                        .arrival = milliseconds{k + (k % 200 < 30 ? 30 : 0)},
                        .depth_mm = 1.5 + 0.3 * ((k / 100) % 3),
                        .channels = ProbeSample::kDepth});
@@ -65,10 +65,10 @@ std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistic
     nanoseconds woken = until;
     if (until > milliseconds{300} && stalls == 0) {
       ++stalls;
-      woken += milliseconds{7};  // made up for
+      woken += milliseconds{7};  // caught up
     } else if (until > milliseconds{500} && stalls == 1) {
       ++stalls;
-      woken += milliseconds{60};  // too much: a gap
+      woken += milliseconds{60};  // too long: a gap
     }
     deliver(woken);
     return woken;
@@ -109,7 +109,7 @@ TEST(SessionReplay, LateSamplesGapsAndOutagesGiveTheSameSpikes) {
   LoopStatistics statistics;
   ProbeInput::Counts counts;
   const std::string path = record_troubled_session(folder, statistics, counts);
-  // The session had what it is to be tested with.
+  // The session contains the faults to test.
   EXPECT_GT(counts.late, 50U);
   EXPECT_GT(counts.held_ticks, 50U);
   EXPECT_GT(counts.released_ticks, 50U);
@@ -164,7 +164,7 @@ TEST(SessionReplay, OneChangedBitOfASpikeOrAnInputIsSeen) {
       if (tick.contact.depth_mm > 0.5 && pressed.number == 0) pressed = tick;
     }
   }
-  /// The verdict on a copy with one bit turned, so many bytes behind a pattern that is there once.
+  /// The verdict on a copy with one flipped bit at an offset from a unique pattern.
   const auto changed = [&](std::string_view pattern, std::size_t offset) {
     std::string copy = bytes;
     const std::size_t place = copy.find(pattern);
@@ -175,7 +175,7 @@ TEST(SessionReplay, OneChangedBitOfASpikeOrAnInputIsSeen) {
   };
   const std::int64_t time_ns = spike.time.count();
   EXPECT_NE(changed({reinterpret_cast<const char*>(&time_ns), sizeof time_ns}, 0).difference, "");
-  // A tick's record begins with its number and its probe; the depth is its sixth value.
+  // A tick's record starts with its number and its probe; the depth is its sixth value.
   const std::array<double, 2> head{static_cast<double>(pressed.number), 0.0};
   const auto verdict =
       changed({reinterpret_cast<const char*>(head.data()), sizeof head}, 5 * sizeof(double) + 6);
@@ -226,7 +226,7 @@ TEST(Replay, ARunWithSeedForceAndTwoProbesIsReplayedFromItsSessionAlone) {
 
 TEST(Replay, EverySeedOfTheCommandLineIsInTheSession) {
   const TemporaryFolder folder;
-  // Noisy neurons, adaptation with a spread, and a kind of neuron for each seed.
+  // Noisy neurons, adaptation with spread, and a kind of neuron for each seed.
   const std::string spread = "[afferent]\ngain_spread = 0.3\n";
   const auto replays = [&](const std::string& text) {
     const std::string path = folder.path("s.xdf");

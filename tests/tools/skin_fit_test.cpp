@@ -18,7 +18,7 @@ const Indenter kPlate{.radius_mm = std::numeric_limits<double>::infinity(), .bar
 const Indenter kPin{.tip = Indenter::Tip::kPin, .bars = {}, .pin = {.diameter_mm = 6.35}};
 const SkinParameters kFinger{.radius_mm = 7.0};
 
-/// A press of skin of a known modulus, down and up again, with noise of so many mN.
+/// A press on skin of a known modulus, down and up again, with noise of `noise_mN`.
 std::vector<ForceAtDepth> press_of(const Indenter& tip, double modulus_kPa, double stiffening_mm,
                                    double noise_mN) {
   SkinParameters skin = kFinger;
@@ -30,7 +30,7 @@ std::vector<ForceAtDepth> press_of(const Indenter& tip, double modulus_kPa, doub
   for (int k = -20; k <= 180; ++k) {
     const double depth = 2.0 - 0.02 * std::abs(k - 80);
     const double force = contact.press({.depth_mm = depth}).contact.force_mN;
-    // Coming back, the skin presses less.
+    // During unloading, the force is smaller.
     press.push_back(
         {.depth_mm = depth,
          .force_mN = (k > 80 ? 0.8 : 1.0) * force +
@@ -55,7 +55,8 @@ TEST(SkinFit, FindsTheSkinThatMadeThePress) {
 }
 
 TEST(SkinFit, SaysWhereThereIsNoStiffening) {
-  const auto fit = fit_skin(press_of(kPlate, 100.0, -5.0, 0.0), kPlate, kFinger);  // it softens
+  const auto fit =
+      fit_skin(press_of(kPlate, 100.0, -5.0, 0.0), kPlate, kFinger);  // the skin softens
   ASSERT_TRUE(fit);
   EXPECT_TRUE(std::isinf(fit->stiffening_mm));
 }

@@ -22,7 +22,7 @@ Train random_train(Random& random, std::size_t spikes) {
   return train;
 }
 
-/// The least cost over all ways to pair spikes in order, by trying each.
+/// The least cost over all ordered pairings of spikes, by exhaustive search.
 double by_trying(const Train& a, const Train& b, double cost, std::size_t i = 0,
                  std::size_t j = 0) {
   if (i == a.size()) return static_cast<double>(b.size() - j);
@@ -41,7 +41,7 @@ TEST(SpikeDistance, VictorPurpuraIsTheCheapestWay) {
     EXPECT_EQ(victor_purpura_distance(a, a, cost), 0.0);
   }
   EXPECT_EQ(victor_purpura_distance(Train{0.1, 0.2}, Train{}, 100.0), 2.0);
-  // Moving costs less than removing and adding up to 2/cost.
+  // Up to 2/cost, moving costs less than removing and adding.
   EXPECT_NEAR(victor_purpura_distance(Train{0.100}, Train{0.104}, 100.0), 0.4, 1e-12);
   EXPECT_EQ(victor_purpura_distance(Train{0.1}, Train{0.2}, 100.0), 2.0);
 }

@@ -1,6 +1,7 @@
-// A USB device (1209:0001) for the kernel's vhci_hcd, which takes it for one on a bus: USB/IP over
-// a pair of sockets, without a network. Interface 0 is HID and reports force and time; interface 1
-// speaks HBF1 over bulk endpoints. Reads the commands stall, unplug, replug and quit, one a line.
+// A USB device (1209:0001) for the kernel's vhci_hcd, which treats it like one on a bus: USB/IP
+// over a pair of sockets, without a network. Interface 0 is HID and reports force and time;
+// interface 1 sends HBF1 over bulk endpoints. Reads the commands stall, unplug, replug and quit,
+// one per line.
 //
 // Linux, Documentation/usb/usbip_protocol.rst; linux/usb/ch9.h
 
@@ -44,8 +45,9 @@ constexpr std::size_t kMostReports = 8;
 
 enum Command : std::uint32_t { kSubmit = 1, kUnlink = 2, kSubmitted = 3, kUnlinked = 4 };
 
-/// Of every message, in network byte order. Of a submission, `status` is its flags, and `length`
-/// what is sent or wanted; of an unlinking, `status` is the number of the submission.
+/// The header of every message, in network byte order. In a submission, `status` holds its flags
+/// and `length` the size to send or receive; in an unlinking, `status` is the number of the
+/// submission.
 struct Header {
   std::uint32_t command, number, device, in, endpoint;
   std::uint32_t status, length, start, packets, interval;
@@ -225,14 +227,14 @@ class VirtualDevice {
       stalled_ = false;  // CLEAR_FEATURE, ENDPOINT_HALT
       std::fprintf(stderr, "halt cleared\n");
     } else {
-      known = (setup[0] & 0x80U) == 0U;  // what sets something is taken as done
+      known = (setup[0] & 0x80U) == 0U;  // requests that set something succeed
     }
     if (!known) return finish(header, -EPIPE, {}, 0);
     answer.resize(std::min(answer.size(), wanted));
     return finish(header, 0, answer, header.in != 0 ? answer.size() : wanted);
   }
 
-  /// What the probe has to say, to the transfers that wait for it.
+  /// Sends the probe's data to the transfers that wait for it.
   bool flush() {
     for (auto request = pending_.begin(); request != pending_.end();) {
       if (request->endpoint != kBulkEndpoint || (outgoing_.empty() && !stalled_)) {
@@ -312,7 +314,7 @@ class VirtualDevice {
   nanoseconds booted_ = now() - std::chrono::seconds{1};
   nanoseconds next_{0};
   int socket_ = -1;
-  std::deque<Header> pending_;  ///< transfers in that wait for bytes
+  std::deque<Header> pending_;  ///< IN transfers that wait for bytes
   Bytes outgoing_;
   std::string line_;
   std::deque<Bytes> reports_;

@@ -9,12 +9,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// One report of 4 vendor-defined bytes, without a number.
+/// One report of 4 vendor-defined bytes, without an ID.
 const Bytes kDescriptor = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x09, 0x02, 0x15, 0x00,
                            0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0xc0};
 constexpr const char* kFields = "fields=force_N:0:16:s:0.001,seq:16:16:u";
 
-/// Reports of growing force, numbered.
+/// Numbered reports with increasing force.
 class Reports {
  public:
   [[nodiscard]] Bytes next() {

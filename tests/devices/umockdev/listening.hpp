@@ -16,10 +16,10 @@
 
 namespace merkel {
 
-/// How often to look again for what must come soon; a busy machine may take its time.
+/// Retries while waiting for an event; large, for busy machines.
 inline constexpr int kPatience = 1000;
 
-/// Opens a probe of a device that is silent until it is listened to: `send` is called until it is.
+/// Opens a probe and calls `send` meanwhile, because the device is silent by itself.
 inline std::unique_ptr<Probe> open_while(const std::string& uri,
                                          const std::function<void()>& send) {
   std::jthread sender([&](const std::stop_token& stop) {
@@ -35,14 +35,14 @@ inline std::unique_ptr<Probe> open_while(const std::string& uri,
   return probe ? std::move(*probe) : nullptr;
 }
 
-/// Why a URI cannot be opened.
+/// The error for a URI that cannot be opened.
 inline std::string refusal(const std::string& uri) {
   const auto probe = open_probe(uri);
   EXPECT_FALSE(probe.has_value());
   return probe ? "" : probe.error().sentence;
 }
 
-/// Reads until nothing comes any more.
+/// Reads until no more samples arrive.
 inline void forget_old(Probe& probe) {
   std::vector<ProbeSample> samples(64);
   for (int reads = 0; reads < kPatience; ++reads) {
@@ -52,7 +52,7 @@ inline void forget_old(Probe& probe) {
   }
 }
 
-/// Reads until `count` samples have come.
+/// Reads until `count` samples have arrived.
 inline std::vector<ProbeSample> listen(Probe& probe, std::size_t count) {
   std::vector<ProbeSample> heard;
   std::vector<ProbeSample> samples(64);
@@ -66,7 +66,7 @@ inline std::vector<ProbeSample> listen(Probe& probe, std::size_t count) {
   return heard;
 }
 
-/// Reads until a sample of this force has come; what was sent before may come first.
+/// Reads until a sample of this force arrives; earlier samples may precede it.
 inline bool gives(Probe& probe, double force_mN) {
   std::vector<ProbeSample> samples(64);
   for (int reads = 0; reads < kPatience; ++reads) {
@@ -82,7 +82,7 @@ inline bool gives(Probe& probe, double force_mN) {
   return false;
 }
 
-/// Reads until the probe says something with these words.
+/// Reads until the probe has a notice with these words.
 inline bool is_told(Probe& probe, std::string_view words) {
   std::vector<ProbeSample> samples(64);
   for (int reads = 0; reads < kPatience; ++reads) {

@@ -1,4 +1,4 @@
-// umockdev's library must be the first of the process: the program starts itself again with it.
+// umockdev's library must be the first in the process: the program restarts itself with it.
 
 #include <cstdio>
 #include <cstdlib>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kStarted = "MERKEL_UMOCKDEV_STARTED";
 
-/// Whether a machine that is made up takes the real one's place.
+/// True if the mock machine has replaced the real one.
 bool can_mock() {
   UMockdevTestbed* const testbed = umockdev_testbed_new();
   const bool mocked = umockdev_in_mock_environment() == TRUE;

@@ -55,7 +55,7 @@ void MockHidDevice::send(const Bytes& report) const {
 void MockHidDevice::unplug() {
   if (pipe_ < 0) return;
   gone_ = true;
-  // Wakes up who waits: the read that follows fails.
+  // Wakes up a waiting reader, whose next read fails.
   static_cast<void>(!::write(pipe_, "", 1));
   machine_.unplug(usb_path_);
   ::close(std::exchange(pipe_, -1));

@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// A HID device at a MockMachine, as the kernel's hidraw gives it.
+/// A HID device of a MockMachine, with the interface of the kernel's hidraw.
 class MockHidDevice final : public NodeHandler {
  public:
   /// \param name  "hidraw0"  \param usb_port  "1-3"  \param descriptor  of its reports
@@ -18,7 +18,7 @@ class MockHidDevice final : public NodeHandler {
   [[nodiscard]] static std::string uri() { return "hid:16c0:0486"; }
   [[nodiscard]] const std::string& node() const noexcept { return node_; }
 
-  /// Sends one input report. It is lost while sixteen wait, as hidraw loses what nobody reads.
+  /// Sends one input report. As in hidraw, it is lost if sixteen reports are waiting.
   void send(const Bytes& report) const;
   void unplug();
 

@@ -42,7 +42,7 @@ void connect(UMockdevIoctlBase* base, const char* signal, NodeAttachment& attach
 }  // namespace
 
 MockMachine::MockMachine() : testbed_(umockdev_testbed_new()) {
-  // Its folder is its owner's alone, but one without rights uses it too.
+  // The folder is private to its owner, but an unprivileged thread uses it too.
   ::chmod(place_of("").c_str(), 0777);
 }
 
@@ -60,7 +60,7 @@ void MockMachine::add(const std::string& devices) {
 
 void MockMachine::unplug(const std::string& sys_path) {
   announce(sys_path, "remove");
-  // umockdev forgets the links to what it removes, but not those to what is below.
+  // umockdev removes the links to a device, but not those to its children.
   std::vector<std::string> all;
   for (const std::string& path : plugged_) {
     if (path.starts_with(sys_path)) all.push_back(path);
@@ -76,7 +76,7 @@ void MockMachine::announce(const std::string& sys_path, const std::string& actio
 }
 
 void MockMachine::attach(const std::string& node, NodeHandler& handler) {
-  // Who has the node open goes on asking after the device is gone.
+  // Programs that have the node open keep calling after the unplug.
   NodeAttachment& attachment = attachments_.emplace_back();
   attachment.node = node;
   attachment.handler = &handler;
@@ -115,7 +115,7 @@ int MockMachine::make_pipe(const std::string& node) {
   EXPECT_EQ(::mkfifo(place.c_str(), 0600), 0);
   set_rights(node, 0666);
   const int descriptor = ::open(place.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  // Packet mode: one write is one read. A named pipe cannot be opened in it, only set to it.
+  // Packet mode: one write is one read. A named pipe can only be set to it after opening.
   EXPECT_EQ(::fcntl(descriptor, F_SETFL, O_NONBLOCK | O_DIRECT), 0);
   ::fcntl(descriptor, F_SETPIPE_SZ, kPipeBytes);
   return descriptor;
@@ -135,7 +135,7 @@ void MockMachine::set_rights(const std::string& node, unsigned mode) const {
 }
 
 Unprivileged::Unprivileged() {
-  // The system call, as the C library's function is for all threads.
+  // The system call, because the C library's function changes all threads.
   if (::geteuid() == 0) {
     EXPECT_EQ(::syscall(SYS_setresuid, kNobody, kNobody, 0), 0);
   }

@@ -12,8 +12,8 @@ namespace merkel {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What answers the system calls on a device node. Its functions run on umockdev's thread; false
-/// leaves the call to the file that stands for the node.
+/// Answers the system calls on a device node. Its functions run on umockdev's thread; false leaves
+/// the call to the file behind the node.
 class NodeHandler {
  public:
   NodeHandler() = default;
@@ -26,15 +26,15 @@ class NodeHandler {
   virtual bool handle_write(UMockdevIoctlClient* /*client*/) { return false; }
 };
 
-/// Which handler a node has; none once the device is gone.
+/// The handler of a node; none after the unplug.
 struct NodeAttachment {
   std::string node;
   std::mutex mutex;
   NodeHandler* handler = nullptr;
 };
 
-/// A machine whose /sys, /dev and udev are umockdev's: what runs in this process, and in its
-/// children, sees the devices that are plugged in here and no others.
+/// A machine with umockdev's /sys, /dev and udev. This process and its children see only the
+/// devices that are plugged in here.
 class MockMachine {
  public:
   MockMachine();
@@ -42,25 +42,25 @@ class MockMachine {
   MockMachine& operator=(const MockMachine&) = delete;
   ~MockMachine();
 
-  /// Adds devices in umockdev's notation, a parent before what is below it.
+  /// Adds devices in umockdev's notation, parents before their children.
   void add(const std::string& devices);
-  /// Removes a device and what is below it, and tells who listens.
+  /// Removes a device and its children, and notifies udev listeners.
   void unplug(const std::string& sys_path);
-  /// Tells who listens by udev.
+  /// Notifies udev listeners.
   void announce(const std::string& sys_path, const std::string& action);
   void attach(const std::string& node, NodeHandler& handler);
   void detach(const std::string& node);
 
-  /// One that no device has had: umockdev keeps those of devices that are gone.
+  /// An unused number: umockdev keeps the numbers of removed devices.
   [[nodiscard]] std::string fresh_number() { return std::to_string(++numbers_); }
 
-  /// Where a node of /dev really is.
+  /// The real path of a node of /dev.
   [[nodiscard]] std::string place_of(const std::string& node) const;
-  /// Puts a packet pipe in a node's place. Returns its descriptor, which the caller closes.
+  /// Replaces a node by a packet pipe. Returns its descriptor, which the caller closes.
   int make_pipe(const std::string& node);
   /// The other end of a terminal. The machine closes it.
   [[nodiscard]] int terminal_of(const std::string& node);
-  /// Sets a node's rights, as chmod does, and its group, to dialout where we may.
+  /// Sets a node's rights like chmod, and its group to dialout if permitted.
   void set_rights(const std::string& node, unsigned mode) const;
 
  private:
@@ -70,7 +70,7 @@ class MockMachine {
   std::vector<std::string> plugged_;  ///< paths in /sys
 };
 
-/// As long as it lives, this thread has the rights of nobody: root may open everything.
+/// During its lifetime this thread is unprivileged, because root may open everything.
 class Unprivileged {
  public:
   Unprivileged();

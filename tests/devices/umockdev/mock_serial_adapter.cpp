@@ -38,7 +38,7 @@ MockSerialAdapter::MockSerialAdapter(MockMachine& machine, const std::string& na
       "\nA: dev=188:" + minor + "\\n\nL: device=../../../" + name + "\n\n");
   machine_.attach(node_, *this);
   terminal_ = machine_.terminal_of(node_);
-  // A child that held it too would keep the terminal from hanging up.
+  // A child that inherits it would keep the terminal from hanging up.
   ::fcntl(terminal_, F_SETFD, FD_CLOEXEC);
 }
 
@@ -86,7 +86,7 @@ bool MockSerialAdapter::handle_ioctl(UMockdevIoctlClient* client) {
       take(settings_);
       break;
     default: {
-      // All else is asked of the pseudo-terminal itself.
+      // All other calls go to the pseudo-terminal.
       int error = 0;
       const int result = umockdev_ioctl_client_execute(client, &error, nullptr);
       umockdev_ioctl_client_complete(client, result, result < 0 ? error : 0);

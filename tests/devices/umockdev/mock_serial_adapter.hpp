@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-/// An FTDI adapter (0403:6001) at a MockMachine: a pseudo-terminal, with what it lacks answered.
+/// An FTDI adapter (0403:6001) of a MockMachine: a pseudo-terminal plus the calls that it lacks.
 class MockSerialAdapter final : public NodeHandler {
  public:
   /// \param name  "ttyUSB0"  \param usb_port  "1-1"
@@ -18,7 +18,7 @@ class MockSerialAdapter final : public NodeHandler {
                     const std::string& serial_number);
   ~MockSerialAdapter() override { unplug(); }
 
-  /// What the device sends.
+  /// Sends text as the device.
   void send(std::string_view text) const;
   void unplug();
 

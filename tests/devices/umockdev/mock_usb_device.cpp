@@ -18,7 +18,7 @@ namespace {
 constexpr unsigned kInterfaces = 2;
 constexpr std::size_t kSetupBytes = 8;
 
-// Of the requests to the control endpoint.
+// Requests to the control endpoint.
 constexpr std::uint8_t kGetDescriptor = 6;
 constexpr std::uint8_t kString = 3;
 constexpr std::uint8_t kReport = 0x22;
@@ -156,7 +156,7 @@ bool MockUsbDevice::handle_ioctl(UMockdevIoctlClient* client) {
   return true;
 }
 
-/// Returns 0, or what errno is to be.
+/// Returns 0 or an errno.
 int MockUsbDevice::answer(unsigned long request, UMockdevIoctlData* argument) {
   const auto number = [&]() -> unsigned& {
     auto* const data = umockdev_ioctl_data_resolve(argument, 0, sizeof(unsigned), nullptr);
@@ -187,7 +187,7 @@ int MockUsbDevice::answer(unsigned long request, UMockdevIoctlData* argument) {
     }
     case USBDEVFS_GETDRIVER:
     case USBDEVFS_IOCTL:
-      return ENODATA;  // no driver of the kernel's has it
+      return ENODATA;  // no kernel driver is attached
     case USBDEVFS_SUBMITURB:
       return submit(argument);
     default:
@@ -261,7 +261,7 @@ void MockUsbDevice::control(const Transfer& transfer) const {
   request.actual_length = static_cast<int>(in ? answer.size() : wanted);
 }
 
-/// From the packets to the transfers that wait for them, in the order of both.
+/// Moves packets to the waiting transfers, both in order.
 void MockUsbDevice::move_bytes() {
   for (Transfer& transfer : transfers_) {
     if (transfer.done) continue;
@@ -290,7 +290,7 @@ void MockUsbDevice::finish(Transfer& transfer, int status, std::size_t length) {
   transfer.done = true;
 }
 
-/// usbfs says by POLLOUT that a transfer can be fetched; a pipe has it as long as it is not full.
+/// usbfs signals a finished transfer by POLLOUT; a pipe signals it while it is not full.
 void MockUsbDevice::show_readiness() {
   std::array<char, 4096> page{};
   const bool ready = gone_ || std::any_of(transfers_.begin(), transfers_.end(),

@@ -13,8 +13,9 @@ struct usbdevfs_urb;
 
 namespace merkel {
 
-/// A USB device (1209:0001) at a MockMachine, as the kernel's usbfs gives it. Interface 0 is of the
-/// vendor's class, with a bulk endpoint each way and an interrupt endpoint in; interface 1 is HID.
+/// A USB device (1209:0001) of a MockMachine, with the interface of the kernel's usbfs. Interface 0
+/// is vendor-specific, with bulk endpoints in both directions and an interrupt IN endpoint;
+/// interface 1 is HID.
 class MockUsbDevice final : public NodeHandler {
  public:
   static constexpr std::uint8_t kBulkIn = 0x81;
@@ -22,7 +23,7 @@ class MockUsbDevice final : public NodeHandler {
   static constexpr std::uint8_t kHidIn = 0x82;
   static constexpr std::uint8_t kInterruptIn = 0x83;
   /// How a transfer fails.
-  static constexpr int kProtocolError = -71;  ///< −EPROTO: the bus is disturbed
+  static constexpr int kProtocolError = -71;  ///< −EPROTO: bus error
 
   /// \param usb_port  "1-2"  \param number  of the device on its bus
   MockUsbDevice(MockMachine& machine, const std::string& usb_port, int number,
@@ -31,19 +32,19 @@ class MockUsbDevice final : public NodeHandler {
 
   [[nodiscard]] const std::string& node() const noexcept { return node_; }
 
-  /// One packet; it waits until it is asked for.
+  /// Queues one packet until it is requested.
   void send(std::uint8_t endpoint, std::string_view bytes);
-  /// The endpoint is halted until that is cleared; with `again`, once more each time.
+  /// Halts the endpoint until the halt is cleared; with `again`, repeatedly.
   void stall(std::uint8_t endpoint, bool again = false);
-  /// The next transfer of the endpoint fails.
+  /// Makes the next transfer of the endpoint fail.
   void fail(std::uint8_t endpoint, int error);
-  /// Another program has the interfaces.
+  /// Simulates that another program has claimed the interfaces.
   void set_busy(bool busy);
   void unplug();
 
-  [[nodiscard]] std::string received();                      ///< by the bulk endpoint out
-  [[nodiscard]] std::size_t waiting(std::uint8_t endpoint);  ///< transfers under way
-  [[nodiscard]] std::size_t left(std::uint8_t endpoint);     ///< packets not asked for yet
+  [[nodiscard]] std::string received();                      ///< on the bulk OUT endpoint
+  [[nodiscard]] std::size_t waiting(std::uint8_t endpoint);  ///< submitted transfers
+  [[nodiscard]] std::size_t left(std::uint8_t endpoint);     ///< packets not yet requested
   [[nodiscard]] std::size_t halts_cleared();
 
   bool handle_ioctl(UMockdevIoctlClient* client) override;

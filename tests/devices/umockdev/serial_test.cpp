@@ -69,7 +69,7 @@ TEST(MockedSerial, ItIsFoundAgainByItsSerialNumberUnderAnotherName) {
   const MockSerialAdapter same(machine, "ttyUSB2", "1-2", "A1B2C3");
   EXPECT_TRUE(is_told(*probe, "is back"));
   other.send("0.125\n");
-  same.send("0.0625\n0.0625\n");  // the first may be cut: it is skipped
+  same.send("0.0625\n0.0625\n");  // the first one may be truncated and is skipped
   EXPECT_TRUE(gives(*probe, 62.5));
   EXPECT_EQ(probe->device_counts()->outages, 1U);
 }

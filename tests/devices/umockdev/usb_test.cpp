@@ -19,7 +19,7 @@ std::unique_ptr<Transport> opened(const UsbEndpoints& endpoints = {}) {
   return port ? std::move(*port) : nullptr;
 }
 
-/// Reads until so many bytes have come, or the device is gone.
+/// Reads until this number of bytes has arrived or the device is disconnected.
 struct Read {
   std::string bytes;
   bool gone = false;
@@ -46,7 +46,7 @@ TEST(MockedUsb, EightTransfersAreUnderWayAndBytesKeepTheirOrder) {
   EXPECT_EQ(port->info().serial_number, "SN42");
   EXPECT_EQ(port->info().note, "bulk transfers");
   EXPECT_EQ(device.waiting(MockUsbDevice::kBulkIn), 8U);
-  // As many as are under way are taken while nobody reads.
+  // Without a reader, only the submitted transfers complete.
   std::string sent;
   for (int i = 0; i < 8; ++i) {
     const std::string packet = "packet " + std::to_string(i) + "\n";

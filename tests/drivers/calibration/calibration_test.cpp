@@ -10,7 +10,7 @@
 namespace merkel {
 namespace {
 
-/// Readings of a cell that says (known + offset) / gain, with noise of ±`noise` uniform.
+/// Readings (known + offset) / gain of a cell, with uniform noise of ±`noise`.
 CalibrationPoint point(double known, double gain, double zero, double noise, Random& random) {
   CalibrationPoint point{.known = known, .readings = {}};
   for (int k = 0; k < 4000; ++k) {

@@ -33,7 +33,7 @@ struct Device {
   }
   double exponential(double mean) { return -mean * std::log(1.0 - random.uniform()); }
 
-  /// When what is sent at a time arrives; never before what was sent before.
+  /// The arrival of bytes sent at a time; never before earlier bytes.
   double arrival(double t_s, bool batched) {
     double arrival = t_s + 0.0002 + exponential(0.0003);
     if (batched) {
@@ -57,7 +57,7 @@ struct Quality {
   DeviceClock::Report report;
 };
 
-/// Three minutes, of which the last two are judged.
+/// Simulates three minutes and measures the last two.
 Quality quality(bool batched, bool sync) {
   Device device(3);
   DeviceClock clock;
@@ -113,7 +113,7 @@ Quality quality(bool batched, bool sync) {
 TEST(DeviceClock, JitterOfUsbFramesAndStallsIsFilteredOut) {
   const Quality reached = quality(false, false);
   EXPECT_LT(reached.jitter_us, 10.0);
-  EXPECT_LT(reached.bias_us, 1100.0);  // what the fastest frame takes
+  EXPECT_LT(reached.bias_us, 1100.0);  // the latency of the fastest frame
   EXPECT_NEAR(reached.report.drift_ppm, 50.0, 10.0);
   EXPECT_LT(reached.report.jitter_us, 10.0);
   EXPECT_FALSE(reached.report.uncertainty_us);
@@ -195,7 +195,7 @@ TEST(DeviceClock, TheWrapOfACounterChangesNothing) {
     EXPECT_EQ(clock.host_time(device), seconds{50} + milliseconds{k});
   }
   EXPECT_EQ(clock.report().restarts, 0U);
-  // Two wraps without a word, with a port that was closed.
+  // Two wraps without a frame, because the port was closed.
   const nanoseconds later = 2 * wrap + seconds{1};
   const nanoseconds device =
       clock.observe((before + seconds{10} + later) % wrap, seconds{60} + later);

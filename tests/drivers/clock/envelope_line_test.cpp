@@ -38,12 +38,12 @@ TEST(EnvelopeLine, AThirdOfThePointsDelayedHasNoEffect) {
 }
 
 TEST(EnvelopeLine, AnImpossibleSlopeIsRejected) {
-  // What is left of a stall that ends: each second's least delay a second shorter.
+  // The end of a stall: the least delay falls by one second per second.
   auto points = clock_points(12, -1.0, 0.0);
   const EnvelopeLine line = fit_envelope(points, 30e-6);
   EXPECT_LT(line.slope, 0.02);
   EXPECT_GT(line.slope, -0.02);
-  EXPECT_NEAR(line.intercept_ns, 0.0, kSecond_ns);  // the last is the least late
+  EXPECT_NEAR(line.intercept_ns, 0.0, kSecond_ns);  // the last one is the least delayed
 }
 
 TEST(EnvelopeLine, OnePointKeepsTheSlope) {

@@ -34,8 +34,7 @@ SpikeEvent spike(int number) {
           .neuron = static_cast<std::uint32_t>(1 + number % 20)};
 }
 
-/// A whole run into a sink, the run's start at 1 s. \return the first error; empty if there was
-/// none
+/// A whole run into a sink; the run starts at 1 s. \return the first error, or an empty string
 std::string run_into(const std::string& uri) {
   auto sink = open_sink(uri, setup());
   if (!sink) return sink.error().sentence;
@@ -66,7 +65,7 @@ std::string run_into(const std::string& uri) {
   return error;
 }
 
-/// Checks that a text holds whole rows of the spikes from the first on. \return how many
+/// Checks that a text holds complete rows of the first spikes. \return their number
 int check_rows(const std::string& text, char separator, int neuron_column, int first_neuron) {
   int rows = 0;
   std::size_t begin = 0;
@@ -89,7 +88,7 @@ int check_rows(const std::string& text, char separator, int neuron_column, int f
 
 int check_session(const std::string& path) {
   auto session = SessionReader::open(path);
-  if (!session) return 0;  // broke off before its head
+  if (!session) return 0;  // truncated before its header
   int spikes = 0;
   SessionChunk chunk;
   for (;;) {
@@ -100,7 +99,7 @@ int check_session(const std::string& path) {
   }
 }
 
-/// The values of a NumPy file of whole numbers, as many as its header counts.
+/// The values of a NumPy file of whole numbers; as many as its header gives.
 std::vector<std::int64_t> npy_values(const std::string& path, std::size_t bytes) {
   const std::string file = read_file(path);
   std::vector<std::int64_t> values;
@@ -133,7 +132,8 @@ int check_phy(const std::string& folder) {
 
 struct Format {
   const char* scheme;
-  int (*check)(const std::string& path);  ///< of what a path holds: how many spikes from the first
+  int (*check)(
+      const std::string& path);  ///< checks the content of a path; returns the number of spikes
 };
 
 const std::vector<Format>& formats() {
@@ -195,7 +195,7 @@ TEST_P(DurableFiles, EveryFailingCallIsAnErrorAndCostsNoSpikeThatWasFlushed) {
       EXPECT_GE(spikes, before) << format.scheme << " call " << call << ": " << said;
       EXPECT_LE(spikes, kAll);
       before = spikes;
-      // What a killed or failed run has left stands in nobody's way.
+      // The file of a killed or failed run does not block the next run.
       if (std::string_view(format.scheme) != "phy" && !std::filesystem::exists(path)) {
         EXPECT_EQ(run_into(format.scheme + (":" + path)), "");
         EXPECT_EQ(format.check(path), kAll);

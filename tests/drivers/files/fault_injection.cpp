@@ -12,7 +12,7 @@
 namespace merkel {
 namespace {
 
-std::atomic<int> g_calls_left{-1};  ///< negative: none fails
+std::atomic<int> g_calls_left{-1};  ///< negative: no fault
 std::atomic<int> g_error{0};
 std::atomic<bool> g_happened{false};
 
@@ -47,7 +47,7 @@ bool FaultInjection::happened() { return g_happened; }
 
 }  // namespace merkel
 
-// These take the place of the C library's in the whole program, the libraries included.
+// These replace the C library's functions in the whole program, including its libraries.
 extern "C" {
 
 ssize_t write(int descriptor, const void* bytes, size_t count) {

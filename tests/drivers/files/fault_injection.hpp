@@ -2,18 +2,19 @@
 
 namespace merkel {
 
-/// While it lives, one of the calls that change regular files (write, pwrite, ftruncate, fsync,
-/// rename) fails, and all later ones that write data with it, as on a full disk. One at a time.
+/// During its lifetime, one call that changes regular files (write, pwrite, ftruncate, fsync,
+/// rename) fails, and so do all later calls that write data, as on a full disk. One object at a
+/// time.
 class FaultInjection {
  public:
-  /// \param call   which call fails, from 0
+  /// \param call   index of the failing call, from 0
   /// \param error  its errno
   FaultInjection(int call, int error);
   FaultInjection(const FaultInjection&) = delete;
   FaultInjection& operator=(const FaultInjection&) = delete;
   ~FaultInjection();
 
-  /// Whether that call came.
+  /// True if the failing call was made.
   [[nodiscard]] static bool happened();
 };
 

@@ -11,7 +11,7 @@
 namespace merkel {
 namespace {
 
-/// All samples of a trace, or the sentence that says why not.
+/// All samples of a trace, or the error.
 Expected<std::vector<ProbeSample>, SetupError> read_all(const std::string& path,
                                                         std::size_t at_once = 7) {
   auto reader = TraceReader::open(path);

@@ -29,8 +29,8 @@ class VirtualClock final : public HostClock {
   nanoseconds time{kStart};
 };
 
-/// A 1 kHz device of HBF1 at the end of a cable that hands bytes over every 16 ms, loses frames,
-/// flips bits, and is pulled out every seven minutes for 3 s. Its clock is 50 ppm fast, and wraps.
+/// A 1 kHz HBF1 device on a cable that delivers bytes every 16 ms, loses frames, flips bits, and is
+/// unplugged every seven minutes for 3 s. The device's clock is 50 ppm fast, and wraps.
 class FaultyCable final : public Transport {
  public:
   explicit FaultyCable(VirtualClock& clock)
@@ -78,7 +78,7 @@ class FaultyCable final : public Transport {
     return {};
   }
 
-  /// Samples measured since the host had it start.
+  /// Samples measured since the start command.
   std::uint64_t measured = 0;
   std::uint64_t damaged = 0;
   nanoseconds first{0};  ///< host time of the first
@@ -86,7 +86,7 @@ class FaultyCable final : public Transport {
 
  private:
   static nanoseconds device_time(nanoseconds host) {
-    // On for 40 minutes: the counter of microseconds wraps after half an hour.
+    // Already on for 40 minutes: the microsecond counter wraps after half an hour.
     const double up_s = units::s_from(host - kStart) * (1.0 + kDrift);
     return minutes{40} + nanoseconds{std::llround(up_s * 1e9)};
   }
@@ -96,7 +96,7 @@ class FaultyCable final : public Transport {
   }
   [[nodiscard]] bool pulled_out() const { return pulled_out_at(clock_.time); }
 
-  /// Everything up to now; what is measured while it is pulled out, nobody hears.
+  /// Measures up to now; samples are lost while unplugged.
   void measure() {
     if (!device_->started()) return;
     if (measured == 0) first = clock_.time;
@@ -111,7 +111,7 @@ class FaultyCable final : public Transport {
       if (faults && random_.uniform() < 1e-3) {
         std::uint8_t& byte = frame[1 + random_.next() % (frame.size() - 2)];
         const auto flipped = static_cast<std::uint8_t>(byte ^ (1U << random_.next() % 8U));
-        if (flipped != 0) {  // which would be two broken frames
+        if (flipped != 0) {  // otherwise one flip would break two frames
           byte = flipped;
           ++damaged;
         }
@@ -164,7 +164,8 @@ TEST(DeviceHour, EveryLostSampleIsCountedTimesDoNotDriftAndMemoryIsFlat) {
   std::size_t memory = 0;
   std::vector<ProbeSample> samples(256);
   while (clock.time < kStart + minutes{60}) {
-    if (clock.time > kStart + minutes{60} - seconds{1}) cable.faults = false;  // the last is heard
+    if (clock.time > kStart + minutes{60} - seconds{1})
+      cable.faults = false;  // receive the last sample
     const auto count = probe.read(samples, milliseconds{100});
     ASSERT_TRUE(count.has_value());
     static_cast<void>(probe.take_notices());
@@ -182,10 +183,10 @@ TEST(DeviceHour, EveryLostSampleIsCountedTimesDoNotDriftAndMemoryIsFlat) {
   }
   const DeviceCounts counts = *probe.device_counts();
   EXPECT_GT(heard, 3'500'000U);
-  EXPECT_EQ(wrong, 0U);  // every sample has the number that it was measured with
+  EXPECT_EQ(wrong, 0U);  // every sample has its original number
   EXPECT_EQ(counts.readings, heard);
   EXPECT_EQ(counts.lost, last + 1 - heard);
-  EXPECT_LE(cable.measured - (last + 1), 16U);  // those are under way
+  EXPECT_LE(cable.measured - (last + 1), 16U);  // still in transit
   EXPECT_EQ(counts.damaged, cable.damaged);
   EXPECT_GT(counts.damaged, 3000U);
   EXPECT_EQ(counts.outages, 8U);

@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
 
-/// What a probe gave.
+/// The output of a probe.
 struct Heard {
   std::vector<ProbeSample> samples;
   std::vector<std::string> notices;
@@ -28,7 +28,7 @@ struct Heard {
   }
 };
 
-/// Reads until `done` says so of what came.
+/// Reads until `done` returns true.
 template <class Done>
 Heard listen(Probe& probe, Done done) {
   Heard heard;
@@ -66,7 +66,7 @@ std::string refusal(const std::string& uri) {
   return probe ? "" : probe.error().sentence;
 }
 
-/// The samples are those of the press from some sample on, none left out.
+/// Expects the samples of the press from some sample on, without gaps.
 void expect_the_press(const std::vector<ProbeSample>& samples, std::size_t first) {
   const auto press = dyadic_press(first + samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -115,7 +115,7 @@ TEST(DeviceProbe, EveryDroppedFrameIsCounted) {
   const Heard heard = listen(*probe, samples(600));
   EXPECT_GT(heard.counts.lost, 10U);
   EXPECT_EQ(heard.counts.damaged, 0U);
-  // Numbered on: the gaps are where the lost ones were.
+  // Lost samples leave gaps in the numbering.
   EXPECT_EQ(heard.samples.back().sequence + 1 - heard.samples.size(), heard.counts.lost);
   const auto press = dyadic_press(2000);
   for (const ProbeSample& sample : heard.samples) {
@@ -133,7 +133,8 @@ TEST(DeviceProbe, DamagedBytesCostTheirFramesOnly) {
     ASSERT_EQ(sample.depth_mm, press[sample.sequence].depth_mm);
   }
   EXPECT_GT(heard.counts.damaged, 5U);
-  EXPECT_GE(heard.counts.lost + 2, heard.counts.damaged);  // the last may not be missed yet
+  EXPECT_GE(heard.counts.lost + 2,
+            heard.counts.damaged);  // the last losses may not be detected yet
 }
 
 TEST(DeviceProbe, ComesBackAfterItWasUnplugged) {
@@ -149,7 +150,7 @@ TEST(DeviceProbe, ComesBackAfterItWasUnplugged) {
   EXPECT_TRUE(heard.was_told("is disconnected"));
   EXPECT_GT(heard.counts.outage, milliseconds{100});
   EXPECT_EQ(heard.counts.reboots, 0U);
-  // It had gone on counting: what was missed meanwhile is known to the sample.
+  // The device kept counting, so the number of missed samples is exact.
   EXPECT_EQ(heard.samples.back().sequence + 1 - heard.samples.size(), heard.counts.lost);
   EXPECT_GT(heard.counts.lost, 100U);
   const auto press = dyadic_press(4000);
@@ -265,7 +266,7 @@ TEST(DeviceProbe, LibserialportItselfReadsThePress) {
   const TemporaryFolder folder;
   RunningDevice device("hbf1", {.unplug_at = milliseconds{150}, .unplug_for = milliseconds{100}},
                        folder.path("tty"));
-  // The name leads out of /dev and of /sys/class/tty alike: libserialport looks in both.
+  // The name leads out of both /dev and /sys/class/tty, where libserialport looks.
   auto port = open_serial_port({.device = "/dev/../../.." + folder.path("tty"), .baud = 460800});
   ASSERT_TRUE(port.has_value()) << port.error().sentence;
   EXPECT_NE((*port)->info().note.find("low-latency flag set"), std::string::npos);

@@ -11,7 +11,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// A device whose samples are scripted, handed over in turn.
+/// A device with scripted samples.
 class ScriptedProbe final : public Probe {
  public:
   ScriptedProbe(std::uint32_t channels, std::vector<ProbeSample> samples)
@@ -57,7 +57,7 @@ Expected<std::unique_ptr<Probe>, SetupError> fuse(std::vector<ProbeSample> force
   return FusedProbe::fuse("fused:test", std::move(members));
 }
 
-/// Reads until so many have come, or nothing has for a while.
+/// Reads `count` samples, or until none arrives for a while.
 std::vector<ProbeSample> read(Probe& probe, std::size_t count, int patience = 300) {
   std::vector<ProbeSample> all;
   std::vector<ProbeSample> samples(64);
@@ -86,7 +86,7 @@ TEST(FusedProbe, TheSecondIsInterpolatedToTheTimesOfTheFirst) {
 }
 
 TEST(FusedProbe, HalfAProbeIsNone) {
-  // The stage falls silent at 1050 ms: held for 100 ms, then nothing more comes.
+  // The stage falls silent at 1050 ms: its sample is held for 100 ms, then the output stops.
   auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 600),
                     script(ProbeSample::kDepth, milliseconds{1000}, milliseconds{10}, 6));
   ASSERT_TRUE(probe.has_value());

@@ -44,7 +44,7 @@ TEST(LiveProbe, GivesTheRecordingsSamplesAtTheHostsTime) {
     EXPECT_EQ(got[i].time, expected[i].time + shift);
     EXPECT_EQ(got[i].depth_mm, expected[i].depth_mm);
     EXPECT_EQ(got[i].sequence, expected[i].sequence);
-    EXPECT_GE(got[i].arrival, got[i].time);  // none comes before it is taken
+    EXPECT_GE(got[i].arrival, got[i].time);  // none arrives before its time
     EXPECT_GE(got[i].time, before);
     EXPECT_LE(got[i].arrival, after);
   }
@@ -53,7 +53,7 @@ TEST(LiveProbe, GivesTheRecordingsSamplesAtTheHostsTime) {
 TEST(LiveProbe, WaitsNoLongerThanItsPatience) {
   auto live = open_probe("sim:ramp?rate_hz=1&live=1");
   std::vector<ProbeSample> some(10);
-  EXPECT_EQ((*live)->read(some, milliseconds{1}), 1U);  // the first is taken at once
+  EXPECT_EQ((*live)->read(some, milliseconds{1}), 1U);  // the first one is due at once
   EXPECT_EQ((*live)->read(some, milliseconds{1}), 0U);
 }
 

@@ -15,7 +15,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// Keeps all that it is told.
+/// Keeps all frames.
 class Keeper final : public PortListener {
  public:
   void take(const RawFrame& frame) noexcept override { frames.push_back(frame); }
@@ -31,7 +31,7 @@ std::unique_ptr<Probe> opened(const std::string& uri) {
   return probe ? std::move(*probe) : nullptr;
 }
 
-/// Reads so many samples.
+/// Reads `count` samples.
 std::vector<ProbeSample> read(Probe& probe, std::size_t count) {
   std::vector<ProbeSample> all;
   std::vector<ProbeSample> samples(256);
@@ -45,7 +45,7 @@ std::vector<ProbeSample> read(Probe& probe, std::size_t count) {
   return all;
 }
 
-/// Listens until it goes out of scope.
+/// Listens during its lifetime.
 class Listening {
  public:
   Listening(PortLog& log, PortListener& listener) : end_([&] { log.remove(listener); }) {
@@ -78,7 +78,7 @@ TEST_P(PortLogOf, TheBytesParseAgainToTheSameSamples) {
   EXPECT_EQ(again.counts.frames, again.recorded.frames);
   EXPECT_EQ(again.counts.damaged, 0U);
   EXPECT_EQ(keeper.missed_frames, 0U);
-  // Nothing that was said while it was being opened is missing.
+  // The frames of the opening are complete.
   EXPECT_EQ(keeper.frames[0].kind, RawFrame::Kind::kOpened);
   EXPECT_EQ(again.opened, 1U);
 }
@@ -128,7 +128,7 @@ TEST(PortLog, OfAFusedProbeThereIsOneForEachDevice) {
   const auto probe = opened("fused:" + force.uri() + "|" + depth.uri());
   ASSERT_NE(probe, nullptr);
   ASSERT_EQ(probe->ports(), 2U);
-  // The ports are read by threads of their own already.
+  // The ports are already being read by their own threads.
   Keeper of_force;
   Keeper of_depth;
   {

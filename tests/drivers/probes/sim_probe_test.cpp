@@ -117,7 +117,7 @@ TEST(SimProbe, RefusesOptionsItDoesNotKnow) {
             std::string::npos);
 }
 
-/// The options that the help lists for a shape, with the defaults it gives them.
+/// The options and defaults that the help lists for a shape.
 std::vector<std::pair<std::string, std::string>> options_of(const std::string& shape) {
   const std::string help = kSimProbeHelp;
   const auto begin = help.find("\n  " + shape + " ");
@@ -146,7 +146,7 @@ TEST(SimProbe, EveryOptionOfTheHelpIsTakenAndItsDefaultChangesNothing) {
     auto options = options_of(shape);
     for (auto& option : options_of("all")) options.push_back(option);
     for (const auto& [key, value] : options) {
-      if (shape == "slide" && key == "x_mm") continue;  // has another default there
+      if (shape == "slide" && key == "x_mm") continue;  // has a different default there
       const bool force = key == "noise_mN" || key == "amplitude_N" || key == "force_N";
       const std::string base = "sim:" + shape + (force ? "?force_N=0.1" : "");
       const std::string given =

@@ -1,4 +1,4 @@
-// Lines of numbers as they are found in the wild.
+// Lines of numbers in common formats.
 #include <gtest/gtest.h>
 
 #include "drivers/printable_text.hpp"
@@ -74,7 +74,7 @@ TEST(CsvInTheWild, ABareNumberIsAskedForItsName) {
   EXPECT_TRUE(talk.stream.readings.empty());
   EXPECT_NE(talk.protocol->error_message().find("columns=force_N"), std::string::npos)
       << talk.protocol->error_message();
-  // The advice works when it is followed.
+  // Follows the advice.
   Talk again("csv", "columns=force_N");
   again.take("x\n0.300\n0.301\n0.302\n");
   EXPECT_EQ(again.stream.readings.size(), 3U);

@@ -1,4 +1,4 @@
-// The firmware's own file against the host's: what one encodes the other decodes.
+// The firmware's header against the host's: each decodes what the other encodes.
 
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
@@ -10,11 +10,11 @@
 
 #include "drivers/firmware/merkel_probe/hbf1.h"
 
-/// The board that the sketch runs on.
+/// The simulated board of the sketch.
 namespace board {
 
 std::uint32_t now_us = 0;
-std::uint32_t reading_us = 0;  ///< that an analogue input takes
+std::uint32_t reading_us = 0;  ///< duration of an analogue reading
 std::vector<std::uint8_t> sent;
 constexpr int A0 = 0;
 constexpr int A1 = 1;
@@ -92,7 +92,7 @@ TEST(Firmware, UnderstandsTheHostsCommands) {
   EXPECT_FALSE(hears(wire));
 }
 
-/// The frames that the board has sent since the last call.
+/// The frames of the board since the last call.
 std::vector<std::pair<Hbf1Header, Bytes>> frames_sent() {
   std::vector<std::pair<Hbf1Header, Bytes>> frames;
   Hbf1Decoder decoder;
@@ -114,7 +114,7 @@ TEST(Firmware, ABoardTooSlowForItsRateNeverGoesSilent) {
     board::reading_us = reading_us;
     board::next_us = board::now_us;
     static_cast<void>(frames_sent());
-    // Long enough for the counter of microseconds to wrap, where a lag that grows would.
+    // Long enough that a growing lag would wrap the microsecond counter.
     const int loops = reading_us > 1000 ? 60'000 : 20'000;
     for (int k = 0; k < loops; ++k) {
       board::loop();

@@ -19,7 +19,7 @@ void append_f32(float value, Bytes& bytes) {
   append_u32(std::bit_cast<std::uint32_t>(value), bytes);
 }
 
-/// Frames of a device with one force channel, numbered by itself.
+/// Numbered frames of a device with one force channel.
 struct Firmware {
   std::uint16_t sequence = 0;
 
@@ -142,7 +142,7 @@ TEST(Hbf1, LossIsCountedExactly) {
   std::uint64_t left_out = 0;
   std::uint64_t pending = 0;
   std::uint64_t sent = 0;
-  for (std::uint32_t k = 1; k < 150'000; ++k) {  // its numbers wrap twice
+  for (std::uint32_t k = 1; k < 150'000; ++k) {  // its sequence numbers wrap twice
     talk.now += milliseconds{1};
     const Bytes frame = firmware.sample(k * 1000, 1.0F);
     if (random.uniform() < 0.01) {
@@ -206,7 +206,7 @@ TEST(Hbf1, AReplugWithoutRebootCountsWhatWasLostMeanwhile) {
   Firmware firmware;
   talk.take(firmware.hello(0));
   talk.take(firmware.sample(1000, 1.0F));
-  for (int k = 0; k < 3000; ++k) firmware.sample(0, 1.0F);  // nobody listens
+  for (int k = 0; k < 3000; ++k) firmware.sample(0, 1.0F);  // no host listens
   talk.now += milliseconds{3001};
   talk.protocol->begin(talk.now, talk.stream);
   talk.take(firmware.hello(3'001'000));
@@ -235,7 +235,7 @@ TEST(Hbf1, SyncAnswersGiveTheFourTimes) {
   append_u32(700, token);
   talk.now += microseconds{900};
   talk.take(firmware.frame(Hbf1Type::kSyncResponse, 750, token));
-  talk.take(firmware.frame(Hbf1Type::kSyncResponse, 760, token));  // not asked for again
+  talk.take(firmware.frame(Hbf1Type::kSyncResponse, 760, token));  // not requested again
   ASSERT_EQ(talk.stream.exchanges.size(), 1U);
   EXPECT_EQ(talk.stream.exchanges[0].sent, sent);
   EXPECT_EQ(talk.stream.exchanges[0].received, talk.now);

@@ -23,8 +23,8 @@ const Bytes kProbe = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01,  // a vendor's a
                       0x35, 0x00, 0x47, 0xff, 0xff, 0xff, 0xff, 0x55, 0x0a, 0x66, 0x01,  // in µs
                       0x10, 0x75, 0x20, 0x81, 0x02, 0xc0};
 
-/// A stage with numbered reports: 1 is keys, 2 has X, Y, Z of 12 bits in 1/100 inch after 4 bits
-/// of padding, and a length that is no axis in µm of 8 bits, 0 to 200 for 0 to 1000.
+/// A stage with numbered reports: 1 has keys; 2 has X, Y, Z of 12 bits in 1/100 inch after 4 bits
+/// of padding, and an 8-bit length in µm that is no axis, 0 to 200 for 0 to 1000.
 const Bytes kStage = {
     0x05, 0x01, 0x09, 0x04, 0xa1, 0x01,                                      //
     0x85, 0x01, 0x05, 0x09, 0x19, 0x01, 0x29, 0x08, 0x15, 0x00, 0x25, 0x01,  // eight keys
@@ -94,7 +94,7 @@ TEST(HidReportDescriptor, ValuesAtTheEndsAreSaturatedAndBeyondThemRefused) {
   ASSERT_TRUE(stage.has_value());
   const auto stream = read(*stage, {{2, 0, 0, 0, 0, 0, 0xc7},  // near the end
                                     {2, 0, 0, 0, 0, 0, 0xc8},
-                                    {2, 0, 0, 0, 0, 0, 0},     // nothing touches
+                                    {2, 0, 0, 0, 0, 0, 0},     // no contact
                                     {2, 0, 0x80, 0, 0, 0, 1},  // X = −2048
                                     {2, 0, 0, 0, 0, 0, 0xc9}});
   ASSERT_EQ(stream.readings.size(), 4U);
@@ -119,7 +119,7 @@ TEST(HidReportDescriptor, InvalidDescriptorsGetAnError) {
   EXPECT_NE(error_message(Bytes(5000, 0xc0)).find("too long"), std::string::npos);
 }
 
-/// Descriptors with bytes changed, inserted and cut: maps are always within the longest report.
+/// Descriptors with changed, inserted and removed bytes: maps stay within the longest report.
 TEST(HidReportDescriptor, DamagedDescriptorsNeverLeadBeyondAReport) {
   Random random(5);
   const std::vector<Bytes> seeds = {kProbe, kStage, kMouse};

@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// The sentence with which options are refused.
+/// The error for invalid options.
 std::string refusal(std::string_view name, const std::string& options) {
   const auto uri = Uri::parse("serial:x?" + options);
   UriOptions reader(*uri);
@@ -44,7 +44,7 @@ TEST(CsvLines, AHeaderNamesTheColumns) {
   EXPECT_EQ(talk.protocol->channels(), bit_of(DeviceChannel::kForce));
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 2.5);
-  talk.take("time_us,force_mN\r\n100,2500\r\n");  // it has started anew
+  talk.take("time_us,force_mN\r\n100,2500\r\n");  // the device has restarted
   EXPECT_EQ(talk.stream.counts.reboots, 1U);
 }
 
@@ -60,7 +60,7 @@ TEST(CsvLines, OneWrongTimeIsNoReboot) {
   Talk talk("csv", "columns=time_us,force_N");
   talk.take("x\n1000000,1\n0,1\n1002000,1\n9000000,1\n1004000,1\n1006000,1\n");
   EXPECT_EQ(talk.stream.readings.size(), 6U);
-  EXPECT_EQ(talk.stream.counts.reboots, 1U);  // two times below 9 s: that one was believed
+  EXPECT_EQ(talk.stream.counts.reboots, 1U);  // two times below 9 s: accepted as a restart
 }
 
 TEST(CsvLines, BadOptionsAreNamed) {
@@ -192,7 +192,7 @@ TEST(OptoForce, FindsItsFramesAgainAfterDamage) {
     stream.insert(stream.end(), frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(keep));
   };
   append(0x6A, 16);
-  append(0x6B, 9);  // cut short: what follows is found all the same
+  append(0x6B, 9);  // truncated: the following frame is found nevertheless
   append(0x6C, 16);
   append(0x6F, 16);
   talk.take(stream);
@@ -233,7 +233,7 @@ TEST(Zaber, ChecksumsAlertsAndRejections) {
   Talk talk("zaber");
   talk.take("@01 0 OK IDLE -- 0:8D\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 0U);
-  EXPECT_TRUE(talk.stream.readings.empty());  // of the device, not of the axis
+  EXPECT_TRUE(talk.stream.readings.empty());  // a reply of the device, not of the axis
   talk.take("@01 0 OK IDLE -- 0:8E\r\n@01 1 OK WAIT -- 0\r\n@xx 1 OK IDLE -- 0\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 3U);
   talk.take("#01 0 hello \\\r\n!01 1 IDLE FF\r\n");
@@ -245,7 +245,7 @@ TEST(Zaber, ChecksumsAlertsAndRejections) {
   EXPECT_NE(refusal("zaber", "").find("um_per_step"), std::string::npos);
 }
 
-/// A HID parser with its options; or the sentence with which they are refused.
+/// A HID parser with its options, or the error.
 Expected<std::unique_ptr<Protocol>, SetupError> hid(const std::string& options) {
   const auto uri = Uri::parse("hid:1:2?" + options);
   UriOptions reader(*uri);
@@ -272,7 +272,7 @@ TEST(HidFields, ReadsBitsWhereTheMapSays) {
   EXPECT_EQ(stream.counts.lost, 2U);
   report({4, 0, 0, 0, 0, 11, 0, 0, 0});  // another report
   report({3, 0, 0, 0});                  // too short
-  report({3, 0, 0, 0, 0, 10, 0, 0, 0});  // twice
+  report({3, 0, 0, 0, 0, 10, 0, 0, 0});  // repeated
   EXPECT_EQ(stream.counts.readings, 2U);
   EXPECT_EQ(stream.counts.damaged, 1U);
   EXPECT_EQ(stream.counts.duplicates, 1U);

@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// A protocol of the table, with its options in the way of a URI; its parser has started.
+/// A protocol of the table with URI options and a started parser.
 struct Talk {
   explicit Talk(std::string_view name, const std::string& options = {}) {
     const auto entry = find_protocol(name);
@@ -33,7 +33,7 @@ struct Talk {
     const Bytes bytes(text.begin(), text.end());
     take(bytes);
   }
-  /// What the protocol asks now, as text.
+  /// The protocol's present request, as text.
   std::string poll() {
     stream.outgoing.clear();
     static_cast<void>(protocol->poll(now, stream));

@@ -16,7 +16,7 @@ using std::chrono::nanoseconds;
 constexpr std::uint32_t kAllChannels =
     ProbeSample::kDepth | ProbeSample::kForce | ProbeSample::kX | ProbeSample::kY;
 
-/// A press whose values every device can say exactly.
+/// A press with values that every device can represent exactly.
 ProbeSample press(Random& random, nanoseconds time) {
   const auto eighths = [&](double most) { return std::floor(random.uniform() * most * 8.0) / 8.0; };
   ProbeSample sample{.time = time, .channels = kAllChannels};
@@ -27,8 +27,8 @@ ProbeSample press(Random& random, nanoseconds time) {
   return sample;
 }
 
-/// What a simulated device of a protocol sends for a press of `count` samples, 1 ms apart, when the
-/// protocol is at the other end.
+/// The output of a simulated device for a press of `count` samples, 1 ms apart, with the protocol
+/// at the other end.
 struct Session {
   Session(std::string_view name, int count) : talk(name), device(simulate(name)) {
     Random random(7);
@@ -38,7 +38,7 @@ struct Session {
     for (int k = 0; k < count; ++k) {
       talk.now += milliseconds{1};
       samples.push_back(press(random, talk.now));
-      // A gauge that was told to stream 250 readings a second makes one every 4 ms.
+      // A gauge that streams 250 readings per second makes one every 4 ms.
       const auto period = device->period();
       if (!period || talk.now.count() % period->count() == 0) {
         device->measure(samples.back(), talk.now, wire);
@@ -50,7 +50,7 @@ struct Session {
   static std::unique_ptr<SimulatedDevice> simulate(std::string_view name) {
     return (*find_protocol(name))->simulate(kAllChannels);
   }
-  /// Everything said so far reaches the other side, until both are quiet.
+  /// Exchanges bytes until both sides are idle.
   void exchange() {
     for (int turn = 0; turn < 4; ++turn) {
       static_cast<void>(talk.protocol->poll(talk.now, talk.stream));
@@ -79,9 +79,9 @@ TEST_P(EveryProtocol, GivesBackWhatItsSimulatedDeviceMeasures) {
   ASSERT_GT(stream.readings.size(), 30U);
   std::size_t compared = 0;
   for (const DeviceReading& reading : stream.readings) {
-    // Devices that are asked leave samples out: find the one that was in force.
+    // Polled devices skip samples: find the current one.
     const auto index = (reading.arrival - session.samples.front().time) / milliseconds{1};
-    if (index < 1) continue;  // before the first sample a device says 0
+    if (index < 1) continue;  // before the first sample a device reports 0
     const ProbeSample& sample = session.samples[static_cast<std::size_t>(index)];
     const auto same = [&](DeviceChannel channel, double value) {
       if (reading.has(channel)) {

@@ -15,7 +15,7 @@ namespace {
 using std::chrono::nanoseconds;
 constexpr nanoseconds kLongAgo{-123'456'789'012'345'678};
 
-/// Everything a session holds, one after the other.
+/// The whole content of a session.
 struct Everything {
   std::vector<SpikeEvent> spikes;
   std::vector<TickRecord> ticks;
@@ -222,7 +222,7 @@ TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {
   const std::string whole = read_file(record(folder, true));
   std::size_t items_before = 0;
   std::size_t readable = 0;
-  // Every byte of the chunks of samples, and some of the headers before them.
+  // All bytes of the sample chunks, and some of the headers before them.
   const std::size_t samples = read_file(record(folder, false)).size() - 1000;
   for (std::size_t bytes = 0; bytes < whole.size(); bytes += bytes < samples ? 37 : 1) {
     const Everything all = read_all(folder.file("cut.xdf", whole.substr(0, bytes)));
@@ -263,12 +263,12 @@ TEST(SessionReader, RefusesWhatIsNoSession) {
 TEST(SessionReader, LengthsThatLieCostNoMemory) {
   const TemporaryFolder folder;
   std::string bytes = read_file(record(folder, true));
-  // A chunk of samples that says it holds 2⁶³ spikes.
+  // A chunk that claims to hold 2⁶³ spikes.
   bytes += std::string("\x01\x0F\x03\x00\x01\x00\x00\x00\x08\x00\x00\x00\x00\x00\x00\x00\x80", 17);
   EXPECT_NE(
       read_all(folder.file("count.xdf", bytes)).error.find("merkel.spikes has an invalid value"),
       std::string::npos);
-  // A chunk that says it is longer than the file.
+  // A chunk that claims to be longer than the file.
   const std::string longer = read_file(record(TemporaryFolder(), true)) +
                              std::string("\x08\xFF\xFF\xFF\xFF\xFF\xFF\xFF\x7F\x03\x00", 11);
   const Everything all = read_all(folder.file("longer.xdf", longer));
@@ -286,7 +286,7 @@ TEST(SessionReader, SurvivesAnyBytesAndHandsOutPossibleValuesOnly) {
     std::string bytes = whole;
     const int changes = 1 + static_cast<int>(random.next() % 4);
     for (int k = 0; k < changes; ++k) {
-      // Half of the changes behind the headers, where the samples are.
+      // Half of the changes are after the headers, where the samples are.
       const std::size_t low = random.next() % 2 == 0 ? 0 : whole.find("</info>", whole.size() / 2);
       bytes[low + random.next() % (bytes.size() - low)] = static_cast<char>(random.next());
     }

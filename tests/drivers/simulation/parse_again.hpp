@@ -14,16 +14,16 @@
 
 namespace merkel {
 
-/// What a parser makes of a device's recorded bytes.
+/// The result of parsing a device's recorded bytes.
 struct ParsedAgain {
   std::vector<ProbeSample> samples;  ///< from the start on, without a calibration; no times
   ProtocolCounts counts;             ///< damaged and lost from the start on
-  ProtocolCounts recorded;           ///< the same, as the frames have them
+  ProtocolCounts recorded;           ///< the same, from the recorded frames
   std::uint64_t opened = 0;
   std::uint64_t sent = 0;
 };
 
-/// Takes the frames of one port to a new parser, as its probe did. \param text  the probe's URI
+/// Passes the frames of one port to a new parser, as its probe did. \param text  the probe's URI
 inline ParsedAgain parse_again(const std::string& text, std::span<const RawFrame> frames) {
   const auto uri = Uri::parse(text);
   EXPECT_TRUE(uri.has_value());
@@ -76,7 +76,7 @@ inline ParsedAgain parse_again(const std::string& text, std::span<const RawFrame
   return all;
 }
 
-/// Of what was read, every sample is found again, in its order and with its arrival.
+/// Expects every read sample again, in order and with its arrival.
 inline void expect_same_samples(std::span<const ProbeSample> read,
                                 std::span<const ProbeSample> again) {
   ASSERT_GE(again.size(), read.size());

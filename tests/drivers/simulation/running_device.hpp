@@ -14,7 +14,7 @@
 
 namespace merkel {
 
-/// A press of `count` samples 1 ms apart, of values that every device can say exactly.
+/// A press of `count` samples, 1 ms apart, with values that every device can represent exactly.
 inline std::vector<ProbeSample> dyadic_press(std::size_t count) {
   std::vector<ProbeSample> trace;
   for (std::size_t i = 0; i < count; ++i) {
@@ -28,7 +28,7 @@ inline std::vector<ProbeSample> dyadic_press(std::size_t count) {
   return trace;
 }
 
-/// A simulated device that plays in a thread of its own until it goes out of scope.
+/// A simulated device that plays in its own thread during its lifetime.
 class RunningDevice {
  public:
   explicit RunningDevice(DeviceSimulator::Settings settings) {
@@ -49,7 +49,7 @@ class RunningDevice {
   ~RunningDevice() { finish(); }
 
   [[nodiscard]] const std::string& uri() const { return uri_; }
-  /// Stops it, and tells what it did.
+  /// Stops the device and returns its counters.
   const DeviceSimulator::Counts& finish() {
     stop_.store(true);
     if (thread_.joinable()) thread_.join();

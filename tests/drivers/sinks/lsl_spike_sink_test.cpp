@@ -1,4 +1,4 @@
-// Built where liblsl is found; the spikes are received by an inlet of its own.
+// Built if liblsl is found. An inlet receives the spikes.
 
 #include <chrono>
 #include <string>
@@ -36,7 +36,7 @@ TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
   lsl::xml_element channel = info.desc().child("channels").child("channel");
   EXPECT_STREQ(channel.child_value("label"), "neuron");
 
-  // LSL's clock is CLOCK_MONOTONIC in seconds: what probe times are.
+  // LSL's clock is CLOCK_MONOTONIC in seconds: the clock of probe times.
   const std::chrono::nanoseconds before = read_clock_pair().monotonic;
   const double lsl_s = lsl::local_clock();
   const std::chrono::nanoseconds after = read_clock_pair().monotonic;

@@ -1,5 +1,5 @@
-// Linked into a test program, this answers for pseudo-terminals what only real serial ports know:
-// modem lines and the settings of an adapter. With it libserialport itself can be driven on a pty.
+// Linked into a test program, this gives pseudo-terminals what only real serial ports have: modem
+// lines and adapter settings. With it, libserialport can be tested on a pty.
 
 #include <cstdarg>
 #include <cstring>
