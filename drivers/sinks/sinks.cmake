@@ -1,9 +1,9 @@
-# The sinks that need a library: built where it is found, else the sink says what to install.
+# The sinks that need a library: built if it is found, else the sink reports what to install.
 
 # merkel_optional_sink(HDF5 "libraries" "include folders" sources…)
 function(merkel_optional_sink name libraries includes)
   if("${libraries}${includes}" MATCHES "NOTFOUND")
-    message(STATUS "Without ${name}: its sink is left out")
+    message(STATUS "Without ${name}: its sink is not built")
     return()
   endif()
   target_sources(merkel_drivers PRIVATE ${ARGN})
@@ -40,13 +40,13 @@ else()
   merkel_optional_sink(LSL LSL-NOTFOUND "" sinks/lsl_spike_sink.cpp)
 endif()
 
-# Sessions are what replay and export read: not optional.
+# Not optional, because replay and export read sessions.
 find_path(MERKEL_PUGIXML_INCLUDE pugixml.hpp REQUIRED)
 find_library(MERKEL_PUGIXML_LIBRARY pugixml REQUIRED)
 target_include_directories(merkel_drivers SYSTEM PRIVATE ${MERKEL_PUGIXML_INCLUDE})
 target_link_libraries(merkel_drivers PRIVATE ${MERKEL_PUGIXML_LIBRARY})
 
-# The live page. Boost.Beast is headers alone.
+# The live page. Boost.Beast is header-only.
 find_path(MERKEL_BEAST_INCLUDE boost/beast.hpp)
 if(MERKEL_BEAST_INCLUDE)
   set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)

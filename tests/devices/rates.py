@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every protocol at every rate, with default settings: what a run makes of each simulated device.
+"""Runs every protocol at every rate, with default settings, on a simulated device.
 
 usage: tests/devices/rates.py PROGRAM [--seconds 10] [--only PROTOCOL] [--write]
 
@@ -18,7 +18,7 @@ import tempfile
 RATES = [10, 25, 100, 250, 1000]
 README = pathlib.Path(__file__).resolve().parents[2] / "drivers" / "README.md"
 BEGIN, END = "<!-- rates begin -->", "<!-- rates end -->"
-# Rates that a device offers; of the others all.
+# Rates of devices with fixed rates; other devices take all.
 OFFERED = {"mark10": [10, 25, 250], "esm": [10, 25], "grbl": [10, 25, 100], "zaber": [10, 25, 100]}
 NETWORK = {"ati_rdt": "udp:127.0.0.1:49731", "csv over UDP": "udp:127.0.0.1:49732",
            "csv over TCP": "tcp:127.0.0.1:49733", "hbf1 over TCP": "tcp:127.0.0.1:49734"}

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Fuzzes all that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
+# Fuzzes all readers of outside bytes with libFuzzer, address and undefined sanitizers: every parser
 # of the protocol table, sessions, traces, calibrations, scenes, recordings, URIs and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
-# At least BYTES random bytes go through each (default: ten million), or through those named. What is
-# found is kept in CORPUS_FOLDER/NAME, where the next run goes on from; the seeds in the sources are
-# small. Those of sessions are made by tests/fuzz/session_seeds.py build/release/merkel CORPUS_FOLDER/session.
+# At least BYTES random bytes go through each target (default: ten million), or through the named
+# ones. CORPUS_FOLDER/NAME keeps interesting inputs for the next run; the seeds in the sources are
+# small. tests/fuzz/session_seeds.py build/release/merkel CORPUS_FOLDER/session makes those of sessions.
 set -euo pipefail
 source=$1
 bytes=${2:-10000000}
@@ -20,7 +20,7 @@ trap 'rm -rf "$work"' EXIT
 
 flags=(-std=c++20 -O1 -g1 -I "$source" -isystem /usr/include/eigen3 -fsanitize=address,undefined,fuzzer-no-link
   -fno-sanitize-recover=all)
-# Compiles a source once; prints where.
+# Compiles a source once; prints the object's path.
 object_of() {
   local object
   object="$work/${1//\//_}.o"
@@ -72,7 +72,7 @@ core=()
 for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*/*.cpp; do
   [ -e "$file" ] && core+=("${file#"$source"/}")
 done
-# One instruction set is enough for memory faults. A run may take 10 s and 2 GB, all together a minute.
+# One instruction set is enough for memory faults. A single run may take 10 s and 2 GB, all runs together a minute.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 limits=(-timeout=10 -rss_limit_mb=2048 -max_total_time=60)
 fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" drivers/files/csv_text.cpp "${scenes[@]}"

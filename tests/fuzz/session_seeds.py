@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Makes inputs for the fuzzing of recorded sessions: a whole one, and a chunk of every kind.
+"""Makes seeds for fuzzing recorded sessions: a whole session, and a chunk of every kind.
 usage: session_seeds.py MERKEL FOLDER"""
 import os
 import subprocess

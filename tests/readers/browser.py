@@ -1,4 +1,4 @@
-"""A headless Chromium, driven through chromedriver's own protocol (W3C WebDriver)."""
+"""A headless Chromium, driven through chromedriver's protocol (W3C WebDriver)."""
 import base64
 import json
 import os
@@ -82,7 +82,7 @@ class Browser:
                 {"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button": 0}]}]})
 
     def set_size(self, width, height):
-        """Of the page in CSS pixels; below 500 as a phone's. A window cannot be that narrow."""
+        """Sets the size of the page in CSS pixels; below 500 (too narrow for a window) as a phone."""
         phone = width < 500
         self._in_session("POST", "/goog/cdp/execute", {
             "cmd": "Emulation.setDeviceMetricsOverride",
@@ -90,7 +90,7 @@ class Browser:
                        "mobile": phone}})
 
     def set_media(self, feature, value):
-        """As in set_media("prefers-color-scheme", "dark")."""
+        """Sets a media feature: set_media("prefers-color-scheme", "dark")."""
         self._in_session("POST", "/goog/cdp/execute", {
             "cmd": "Emulation.setEmulatedMedia",
             "params": {"features": [{"name": feature, "value": value}]}})

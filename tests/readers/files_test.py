@@ -1,4 +1,4 @@
-"""Spike files, opened by the software they are for: Neo, h5py, NumPy."""
+"""Opens spike files with the software that users have: Neo, h5py, NumPy."""
 import glob
 import os
 import resource
@@ -49,7 +49,7 @@ class Files(merkel_program.TestCase):
         self.assertEqual(positions.shape, (20, 2))
         afferents = np.genfromtxt(self.path("s/afferents.csv"), delimiter=",", names=True)
         self.assertTrue(np.allclose(1e3 * afferents["x_mm"], positions[:, 0]))
-        # Phy counts samples: of a microsecond here.
+        # Phy counts samples, here of one microsecond.
         self.assertEqual([(round(t / 1000), n) for t, n in rows_of(segment)],
                          sorted(((t + 500) // 1000, n) for t, n in spikes))
 
@@ -66,7 +66,7 @@ class Files(merkel_program.TestCase):
             units = group["timestamps"].attrs["units"]
             self.assertEqual(units, "ms")
             self.assertTrue(h5py.check_string_dtype(group["timestamps"].attrs.get_id("units").dtype)
-                            .length is None)  # of variable length, as libsonata reads it
+                            .length is None)  # of variable length, as libsonata expects
             self.assertEqual(group.attrs["time_zero"], "run")
             nodes = file["nodes/finger"]
             self.assertEqual(list(nodes["node_id"]), list(range(20)))
@@ -75,7 +75,7 @@ class Files(merkel_program.TestCase):
             self.assertTrue(np.all(nodes["0/field_radius_mm"][:] > 0))
             self.assertEqual(group["timestamps"].dtype, np.float64)
             self.assertEqual(group["node_ids"].dtype, np.uint64)
-            # Nodes count from 0.
+            # Node numbers start at 0.
             rows = [(round(t * 1e6), int(n) + 1)
                     for t, n in zip(group["timestamps"], group["node_ids"])]
         self.assertEqual(rows, spikes)
@@ -99,7 +99,7 @@ class Files(merkel_program.TestCase):
         self.assertEqual(rows[:both], spikes[:both])
         self.assertGreater(len(np.load(times)), 20)
         self.assertGreater(len(np.load(self.path("k/spike_clusters.npy.part"))), 20)
-        # The next run of these names keeps all of it, and makes a SONATA file of its rows.
+        # The next run with these names keeps everything and makes a SONATA file of the rows.
         self.merkel("run", "--fast", "--probe", TRACE,
                     *(word for uri in uris for word in ("--sink", uri)))
         kept, = glob.glob(self.path("k.recovered-*.h5"))
@@ -154,7 +154,7 @@ class Files(merkel_program.TestCase):
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("ulimit -f", done.stderr)
         self.assertGreater(len(spikes_of_csv(self.path("s.csv"))), 100)
-        # What the session has, it has whole.
+        # The content of the session is complete.
         replay = self.merkel("replay", self.path("s.xdf.part"))
         self.assertIn("bit-identical", replay.stdout)
 
@@ -167,7 +167,7 @@ class Files(merkel_program.TestCase):
         with h5py.File(self.path("l.h5"), "r") as file:
             times_ns = np.rint(file["spikes/merkel/timestamps"][:] * 1e6).astype(np.int64)
             neurons = file["spikes/merkel/node_ids"][:] + 1
-        # Five a tick, 190 µs apart, from 7 ns on.
+        # Five per tick, 190 µs apart, starting at 7 ns.
         expected = np.arange(made) // 5 * 1_000_000 + np.arange(made) % 5 * 190_000 + 7
         self.assertTrue(np.array_equal(times_ns, expected))
         self.assertTrue(np.array_equal(np.load(self.path("l/spike_clusters.npy")), neurons))

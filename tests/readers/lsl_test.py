@@ -1,4 +1,4 @@
-"""An inlet of the Lab Streaming Layer, by liblsl's C interface; run where liblsl is found."""
+"""An inlet of the Lab Streaming Layer through liblsl's C interface; run if liblsl is found."""
 import ctypes
 import os
 import subprocess
@@ -33,7 +33,7 @@ class Inlet:
         self.values, self.stamps = (ctypes.c_int32 * CHUNK)(), (real * CHUNK)()
 
     def chunk(self):
-        """(stamps in s, neurons) of what has come."""
+        """(stamps in s, neurons) of the received samples."""
         count = lsl.lsl_pull_chunk_i(self.inlet, self.values, self.stamps, CHUNK, CHUNK, 0.0,
                                      ctypes.byref(self.error))
         return self.stamps[:count], self.values[:count]
@@ -57,7 +57,7 @@ class Lsl(merkel_program.TestCase):
                 continue
             heard = time.monotonic()
             for k, (stamp, neuron) in enumerate(zip(stamps, neurons), received):
-                # Five a tick, 190 µs apart, from 7 ns on.
+                # Five per tick, 190 µs apart, starting at 7 ns.
                 expected = (k // 5 * 1_000_000 + k % 5 * 190_000 + 7) * 1e-9
                 if abs(stamp - expected) > 2e-7 or not 1 <= neuron <= 1000:
                     self.fail(f"spike {k}: {neuron} at {stamp} s, not at {expected} s")

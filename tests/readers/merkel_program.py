@@ -1,4 +1,4 @@
-"""What the tests with real readers share: the built program, and a folder for each test."""
+"""Shared by the tests with real readers: the built program, and a folder for each test."""
 import os
 import socket
 import subprocess
@@ -9,7 +9,7 @@ import unittest
 
 PROGRAM = os.environ["MERKEL_PROGRAM"]
 SOAK = os.environ["MERKEL_SOAK"]
-# Virtual seconds that a soak test simulates.
+# Simulated seconds of a soak test.
 SOAK_S = float(os.environ.get("MERKEL_SOAK_S", "3600"))
 
 
@@ -38,7 +38,7 @@ def spikes_of_csv(path):
 
 
 def wait_for(condition, seconds=30.0):
-    """Whether a condition comes true in time; patient, because machines that test are busy."""
+    """Waits for a condition; with a long timeout, because test machines are busy."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         if condition():

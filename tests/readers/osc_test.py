@@ -1,5 +1,5 @@
-"""A UDP receiver of OSC bundles, written from the description of OSC 1.0 and from nothing of
-merkel's (liblo's own server is in tests/drivers/sinks)."""
+"""A UDP receiver of OSC bundles, written from the OSC 1.0 specification, independent of
+merkel's code (liblo's server is used in tests/drivers/sinks)."""
 import json
 import os
 import socket
@@ -12,14 +12,14 @@ import numpy as np
 import merkel_program
 from merkel_program import SOAK, SOAK_S, spikes_of_csv
 
-# A bundle's elements, all of one length: size, address, types, arguments (big-endian, padded to 4).
+# The elements of a bundle, all of one length: size, address, types, arguments (big-endian, padded to 4).
 ELEMENT = np.dtype([("size", ">i4"), ("address", "S16"), ("types", "S8"), ("neuron", ">i4"),
                     ("sequence", ">i8"), ("time_s", ">f8"), ("patch", ">i4"), ("flags", ">i4")])
 SO_RXQ_OVFL = 40  # asm-generic/socket.h
 
 
 class Receiver:
-    """Takes bundles until nothing has come for a while, and knows how many packets the kernel
+    """Receives bundles until none arrive for a while, and counts the packets that the kernel
     dropped because this receiver was too slow."""
 
     def __init__(self, family=socket.AF_INET, host="127.0.0.1"):
@@ -76,7 +76,7 @@ class Osc(merkel_program.TestCase):
                          spikes)
 
     def test_hours_of_spikes_lose_none(self):
-        # UDP has nothing to hold back a sender by: so many times as fast as real time.
+        # UDP has no flow control, so the speed is limited to this multiple of real time.
         seconds = min(SOAK_S, float(os.environ.get("MERKEL_SOAK_OSC_S", "15")))
         speed = os.environ.get("MERKEL_SOAK_OSC_SPEED", "5")
         receiver = self.enterContext(Receiver())
@@ -95,8 +95,8 @@ class Osc(merkel_program.TestCase):
               "kernel: this receiver was too slow for them", flush=True)
         missing += made - last
         self.assertEqual(received + missing, made)
-        # Whatever the sender gave to the network came, but for the packets (of 16 spikes at most)
-        # that this machine was too busy for; and most of them.
+        # Every spike that was sent arrived, except for packets (of at most 16 spikes) that this
+        # machine was too busy to receive; most of them did.
         self.assertLessEqual(missing, 16 * receiver.dropped)
         self.assertGreater(received, made // 2)
 

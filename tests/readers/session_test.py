@@ -1,4 +1,4 @@
-"""Sessions, as a reader sees them that merkel's authors have not written the code of."""
+"""Reads sessions with an independent implementation of the format."""
 import json
 import os
 import signal
@@ -53,7 +53,7 @@ class Session(merkel_program.TestCase):
             self.merkel("run", speed, "--probe", probe, "--sink", f"xdf:{session}")
             xdf = Xdf(session)
             ticks = xdf.streams["merkel.ticks"]
-            # A reader takes the least and the greatest time of all footers for the file's span.
+            # Readers take the smallest and the largest time of all footers as the file's span.
             first = min(float(each.footer.findtext("first_timestamp")) for each in xdf.streams.values())
             last = max(float(each.footer.findtext("last_timestamp")) for each in xdf.streams.values())
             self.assertLess(ticks.stamps[0] - first, 1)
@@ -63,7 +63,7 @@ class Session(merkel_program.TestCase):
                 self.assertTrue(first <= stamp <= last)
             self.assertEqual(ticks.rate, 1000)
             for stream in xdf.streams.values():
-                # EEGLAB takes a stream of such a type for markers of one channel: true of one only.
+                # EEGLAB treats a stream of this type as markers of one channel: there must be only one.
                 self.assertEqual(stream.type in ("Events", "Markers"), stream.name == "merkel.marks")
                 self.assertGreaterEqual(len(stream.clock_offsets), 1)
                 self.assertTrue(all(offset == 0 for _, offset in stream.clock_offsets))
@@ -139,7 +139,7 @@ class Session(merkel_program.TestCase):
         program = merkel_program.start("run", "--probe", "sim:taps?interval_s=0.2&tap_s=0.1&count=500",
                                        "--sink", f"xdf:{session}")
         part = session + ".part"
-        # While it runs, the file reads well too.
+        # The file can also be read during the run.
         self.assertTrue(merkel_program.wait_for(
             lambda: os.path.exists(part) and os.path.getsize(part) > 10_000 and
             len(Xdf(part).streams["merkel.ticks"].samples) > 300))

@@ -1,4 +1,4 @@
-"""The live page: in a browser, and from clients that behave badly."""
+"""Tests the live page in a browser and with misbehaving clients."""
 import itertools
 import json
 import os
@@ -95,7 +95,7 @@ class Protocol(Page):
         for origin, status in (("http://evil.example", 403), (f"http://127.0.0.1:{self.port}", 101)):
             with WebSocket(self.port, origin) as client:
                 self.assertEqual(client.status, status)
-        # A name that leads here, as in DNS rebinding.
+        # A name that resolves to this host, as in DNS rebinding.
         self.assertEqual(request(self.port, Host="evil.example")[0], 403)
         self.assertEqual(request(self.port, Host=f"localhost:{self.port}")[0], 200)
         self.assertEqual(request(self.port, "/../../etc/passwd")[0], 404)
@@ -125,7 +125,7 @@ class Protocol(Page):
                     raw.sendall(junk)
                     raw.shutdown(socket.SHUT_WR)
                     raw.recv(100)
-                except OSError:  # it was shown the door
+                except OSError:  # the server has closed the connection
                     pass
         with WebSocket(self.port) as good:
             frames = list(good.frames())
@@ -140,14 +140,14 @@ class Protocol(Page):
 
 
 class Peers(Page):
-    """Others on the network, or on this machine, that want too much."""
+    """Clients on the network or on this machine that request too much."""
 
     def test_slow_connections_do_not_deny_the_page(self):
         program = self.serve(probe="sim:taps?interval_s=0.25&tap_s=0.2&count=40")
         slow = [socket.create_connection(("127.0.0.1", self.port)) for _ in range(64)]
         for each in slow:
             self.addCleanup(each.close)
-            each.sendall(b"GET / HTTP/1.1\r\n")  # and no more
+            each.sendall(b"GET / HTTP/1.1\r\n")  # an incomplete request
         for _ in range(5):
             self.assertEqual(request(self.port)[0], 200)
         with WebSocket(self.port) as client:
@@ -204,11 +204,11 @@ class Peers(Page):
 
 
 class Control(Page):
-    """What a page may ask for, and who may."""
+    """The requests of a page, and their permissions."""
     LIVE = "sim:taps?interval_s=0.25&tap_s=0.2&count=20&live=1"
 
     def steer(self, *more, probe=LIVE):
-        """A run that pages may steer; its token."""
+        """Starts a run that pages may control. Returns its token."""
         self.port = free_port()
         program = start("run", *more, "--probe", probe, "--json", "--sink",
                         f"view:{self.port}?control=1", cwd=self._folder.name)
@@ -260,7 +260,7 @@ class Control(Page):
         self.assertTrue(part.whole)
         self.assertGreater(len(part.streams["merkel.ticks"].samples), 500)
         self.assertLess(len(part.streams["merkel.ticks"].samples), len(ticks.samples))
-        # It began in the middle of a run: nobody claims that it can be simulated again.
+        # It starts in the middle of a run, so it cannot be simulated again.
         done = merkel_program.run("replay", self.path(recorded))
         self.assertEqual(done.returncode, 1)
         self.assertIn("starts at tick", done.stdout)
@@ -337,7 +337,7 @@ class Control(Page):
         self.assertTrue(frames[-1].over)
         program.wait()
         self.assertEqual(program.returncode, 0)
-        # To a file: the recording, spike by spike.
+        # Exported to a file, it has the same spikes.
         whole, played = self.path("whole.csv"), self.path("played.csv")
         self.merkel("replay", session, "--sink", f"csv:{whole}")
         self.merkel("replay", session, "--realtime", "--sink", f"csv:{played}")
@@ -367,11 +367,11 @@ class InBrowser(Page):
         self.assertTrue(merkel_program.wait_for(lambda: self.page.ask(expression)), expression)
 
     def assert_no_errors(self):
-        # The browser itself notes every attempt at a server that is away, and nothing else.
+        # The browser logs every failed connection to an absent server, and must log nothing else.
         self.assertEqual([e for e in self.page.errors() if "ERR_CONNECTION_REFUSED" not in e], [])
 
     def screenshot(self, name):
-        """For the documents, where MERKEL_SCREENSHOTS names a folder."""
+        """Saves a screenshot for the documents if MERKEL_SCREENSHOTS names a folder."""
         folder = os.environ.get("MERKEL_SCREENSHOTS")
         if folder:
             self.wait("merkel.frame.t > 4.5")  # a window full of spikes
@@ -411,7 +411,7 @@ class InBrowser(Page):
                 self.assertGreater(box["bottom"] - box["top"], 14, (size, element))
                 self.assertLessEqual(box["bottom"], size[1], (size, element))
             self.assertLessEqual(self.page.ask("document.documentElement.scrollWidth"), size[0])
-            # The raster lies under the trace, second by second.
+            # The raster is aligned with the trace above it.
             margins = self.page.ask("merkel.trace.margins()")
             frame = self.page.ask("merkel.raster.frame(merkel.trace.margins())")
             self.assertAlmostEqual(margins["left"], frame["left"], delta=0.5)
@@ -449,7 +449,7 @@ class InBrowser(Page):
         self.assertEqual(self.page.ask("merkel.order.rows.length"), 450)
         self.page.press("h")
         self.wait("merkel.order.rows.length < 450")
-        self.page.press(" ")  # Pause: what is in view stands still.
+        self.page.press(" ")  # Pause: the view stands still.
         self.wait("merkel.paused !== null")
         self.page.ask("(() => { merkel.order.key = ''; merkel.dirty = true; })()")
         self.wait("(() => { const time = merkel.time(), counts = merkel.history.counts(time.from, time.to); "
@@ -496,7 +496,7 @@ class InBrowser(Page):
         self.assertEqual(self.page.ask("merkel.finger.layout.kind"), "hand")
         self.assertEqual(self.page.ask("merkel.scene.probes.map((p) => p.name).join()"),
                          "thumb,index,middle,ring,little,palm")
-        # No patch lies on another.
+        # No patch overlaps another.
         self.assertTrue(self.page.ask(
             "merkel.finger.layout.placed.every((a) => [[0, 0], [a.patch.length_mm, 0], "
             "[0, a.patch.width_mm], [a.patch.length_mm, a.patch.width_mm]].every(([x, y]) => { "
@@ -522,7 +522,7 @@ class InBrowser(Page):
         self.page.click(*place)
         self.wait("document.querySelector('.card h3')?.textContent === 'Afferent 13'")
         self.page.ask("document.querySelector('.card button').click()")  # Pin
-        # By keyboard: arrows lead away from where the pointer is; Enter chooses.
+        # By keyboard: arrows move from the pointer's position; Enter chooses.
         self.page.ask("document.getElementById('skin').focus()")
         for key in 12 * ["\ue012"] + ["\ue007"]:  # left; Enter
             self.page.press(key)
@@ -531,7 +531,7 @@ class InBrowser(Page):
         self.assertEqual(self.page.ask("merkel.details.chosen[0].pinned"), True)
         self.assertIn("receptors", self.page.ask("document.querySelector('.card p').textContent"))
         self.wait("document.querySelectorAll('.card header span')[1].textContent !== ''")
-        # Its drive and potential follow.
+        # The page receives its drive and potential.
         self.wait("merkel.history.watched.get(13)?.length > 100")
         self.screenshot("live_page_afferents.png")
         for canvas, word in (("raster", "afferent "), ("latency", " ticks")):
@@ -551,7 +551,7 @@ class InBrowser(Page):
         self.page.ask("(() => { const v = document.getElementById('volume'); v.value = 0.5; "
                       "v.dispatchEvent(new Event('input')); })()")
         self.assertAlmostEqual(self.page.ask("merkel.sound.gain.gain.value"), 0.25, places=3)
-        # Of chosen afferents alone: none is chosen.
+        # Only of chosen afferents: none is chosen.
         self.page.ask("(() => { merkel.sound.all = false; merkel.sound.clicks = 0; })()")
         before = self.page.ask("merkel.frame.number")
         self.wait(f"merkel.frame.number > {before} + 10")
@@ -789,7 +789,7 @@ class InBrowser(Page):
             self.page.ask(f"(() => {{ document.documentElement.dataset.theme = '{theme}'; }})()")
             self.assertGreaterEqual(self.page.ask(contrast), 4.5, theme)  # WCAG AA
         self.page.ask("(() => { document.documentElement.dataset.theme = 'light'; })()")
-        # The scale of rates gets steadily darker, whatever colours an eye can tell apart.
+        # The scale of rates gets steadily darker, for any colour vision.
         self.assertTrue(self.page.ask(
             "import('/colours.js').then((m) => { const light = m.scale().map(([r, g, b]) => "
             "0.2126 * r + 0.7152 * g + 0.0722 * b); return light.every((v, i) => i === 0 || v <= light[i - 1] + 0.5); })"))

@@ -1,4 +1,4 @@
-"""As much of a browser's side of HTTP and of RFC 6455 as the tests of the live page need."""
+"""A client for HTTP and RFC 6455, as far as the tests of the live page need it."""
 import base64
 import json
 import os
@@ -51,7 +51,7 @@ class WebSocket:
         return got
 
     def send(self, text):
-        """One message, masked as RFC 6455 wants it of clients."""
+        """Sends a message, masked as RFC 6455 requires of clients."""
         payload = text if isinstance(text, bytes) else text.encode()
         length = bytes([128 | len(payload)]) if len(payload) < 126 else b"\xfe" + struct.pack(">H", len(payload))
         mask = os.urandom(4)
@@ -81,7 +81,7 @@ class WebSocket:
 
 
 class Frame:
-    """A frame as view_frames.hpp describes it."""
+    """A frame in the format of view_frames.hpp."""
 
     def __init__(self, payload):
         (self.missed, self.number, self.flags, self.origin_s, self.from_s, self.time_s,

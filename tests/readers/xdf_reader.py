@@ -1,5 +1,5 @@
 """Reads XDF files, written from the format's description (github.com/sccn/xdf/wiki/Specifications)
-and from nothing of merkel's."""
+and independent of merkel's code."""
 import struct
 import xml.etree.ElementTree as xml
 
@@ -25,7 +25,7 @@ class Stream:
 
 
 class Xdf:
-    """header (an XML element), streams by name, and whether the file ends with a whole chunk."""
+    """header (an XML element), streams by name, and true if the file ends with a complete chunk."""
 
     def __init__(self, path):
         with open(path, "rb") as file:

@@ -1,4 +1,4 @@
-"""A subscriber as Open Ephys' Event Broadcaster has them, by pyzmq."""
+"""A subscriber of Open Ephys' Event Broadcaster, using pyzmq."""
 import json
 import os
 import socket
@@ -71,7 +71,7 @@ class Zmq(merkel_program.TestCase):
         self.assertEqual(len(info["afferent_fields"]), len(info["afferents"][0]))
 
     def live_run(self, port, *more):
-        """A run that goes on, and a function that tells its memory in MiB."""
+        """A running program, and a function that returns its memory in MiB."""
         program = merkel_program.start("run", "--probe", "sim:ramp?wait_s=0&hold_s=600&live=1",
                                        "--sink", f"zmq:tcp://127.0.0.1:{port}", *more)
         self.addCleanup(program.communicate)
@@ -157,8 +157,8 @@ class Zmq(merkel_program.TestCase):
                               capture_output=True, text=True)
         reader.join()
         self.assertEqual(received, list(range(made)))
-        # 200 000 messages fit into the queues of this sink: nothing is lost here. With short
-        # queues, it is seen.
+        # The queues of this sink hold 200 000 messages, so nothing is lost. With short
+        # queues, losses would show.
         self.assertEqual(done.returncode, 0, done.stdout)
         port = free_port()
         stuck = self.enterContext(Subscriber(port, queue=10))

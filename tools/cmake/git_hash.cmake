@@ -1,5 +1,5 @@
-# cmake -DSOURCE=folder -DOUT=file.cpp -P git_hash.cmake: the commit that is built, as C++ text.
-# In a source archive: the commit it was made of. Written only when it has changed, so that nothing else is built again.
+# cmake -DSOURCE=folder -DOUT=file.cpp -P git_hash.cmake: the built commit, as C++ text.
+# In a source archive, the commit it was made from. Written only if changed, so that nothing else is rebuilt.
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=40 --exclude *
   OUTPUT_VARIABLE hash OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT hash)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes the man page of merkel from what --help prints, of the program and of each subcommand.
+# Writes the man page of merkel from the --help of the program and of each subcommand.
 # usage: man_page.sh MERKEL VERSION FILE.1.gz
 set -euo pipefail
 merkel=$1 version=$2 out=$3
@@ -12,7 +12,7 @@ subcommands=$("$merkel" --help | sed -n '/^Subcommands:/,$s/^  \([a-z][a-z-]*\) 
 {
   for subcommand in $subcommands; do
     printf '[merkel %s]\n.nf\n' "$subcommand"
-    # Text as it is: no escapes, and no line that begins with a request.
+    # Literal text: no escapes, and no line that starts with a request.
     "$merkel" "$subcommand" --help | sed -e 's/\\/\\e/g' -e 's/-/\\-/g' -e "s/^[.']/\\\\\&&/"
     printf '.fi\n\n'
   done

@@ -23,10 +23,10 @@ install(FILES
 
 if(TARGET merkel)
   install(TARGETS merkel COMPONENT runtime)
-  # udev and systemd look below /usr/lib, /usr/local/lib and /etc: a prefix of one's own is harmless.
+  # udev and systemd look below /usr/lib, /usr/local/lib and /etc: another prefix is harmless.
   install(FILES ${PROJECT_SOURCE_DIR}/drivers/system/70-merkel.rules
     DESTINATION lib/udev/rules.d COMPONENT runtime)
-  # The unit names the program where it is installed, which only the installation knows.
+  # The unit needs the path of the installed program, which is known only at installation.
   install(CODE "
     set(CMAKE_INSTALL_FULL_BINDIR \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
     configure_file(\"${PROJECT_SOURCE_DIR}/drivers/system/merkel@.service.in\"
@@ -45,7 +45,7 @@ if(TARGET merkel)
     install(FILES ${PROJECT_BINARY_DIR}/merkel.1.gz
       DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime OPTIONAL)
   else()
-    message(STATUS "Without help2man: the man page is left out (tools/install_packages package)")
+    message(STATUS "Without help2man: no man page (tools/install_packages package)")
   endif()
   if(PROJECT_IS_TOP_LEVEL)
     include(merkel_packages)

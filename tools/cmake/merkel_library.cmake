@@ -1,22 +1,22 @@
-# What every target of the project is compiled with, and how a folder becomes a library.
+# Compiler settings of all targets, and the function that makes a library of a folder.
 
-# Warnings; errors where CMAKE_COMPILE_WARNING_AS_ERROR is on.
+# Warnings; errors if CMAKE_COMPILE_WARNING_AS_ERROR is on.
 add_library(merkel_warnings INTERFACE)
 target_compile_options(merkel_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wold-style-cast
   # Parameters are filled by designated initialisers; every field has a default.
   -Wno-missing-field-initializers
-  # g++ 12 sees overlaps in std::string that are not there (GCC bug 105651), and g++ 14 frees of
+  # g++ 12 reports false overlaps in std::string (GCC bug 105651), and g++ 14 false frees of
   # vectors' inner pointers.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<CXX_COMPILER_ID:GNU>:-Wno-free-nonheap-object>)
 
-# Arithmetic that gives the same bits on every machine: no contraction of a·b+c behind our back, and
-# none of -ffast-math. The two flags that are on change no result.
+# Arithmetic with the same bits on every machine: no implicit contraction of a·b+c, and nothing of
+# -ffast-math. The two enabled flags do not change results.
 add_library(merkel_numerics INTERFACE)
 target_compile_options(merkel_numerics INTERFACE
   -ffp-contract=off -fno-math-errno -fno-trapping-math)
 
-# A fault in what reads outside bytes should end the program, not run an attacker's code. Checked on
+# A fault in a reader of outside bytes must end the program, not run an attacker's code. Checked on
 # the built program by tests/project/hardening_test.sh.
 # (Position-independent libraries can go into a shared module as well.)
 include(CheckPIESupported)
@@ -44,9 +44,9 @@ if(MERKEL_SANITIZE)
   target_compile_definitions(merkel_sanitizers INTERFACE MERKEL_SANITIZED)
 endif()
 
-# merkel_precompile(merkel_core): the headers of the standard library that most sources include,
-# compiled once a target. Sources and headers still include what they use: the sanitizer builds and
-# the headers that are compiled alone go without.
+# merkel_precompile(merkel_core): precompiles the standard headers that most sources include,
+# once per target. Sources and headers still include what they use: the sanitizer builds and the
+# headers that are compiled alone do not use the precompiled ones.
 function(merkel_precompile target)
   if(NOT MERKEL_SANITIZE)
     target_precompile_headers(${target} PRIVATE
@@ -56,7 +56,7 @@ function(merkel_precompile target)
   endif()
 endfunction()
 
-# merkel_library(merkel_scene tools/scene): the settings of the library of a folder, which programs
+# merkel_library(merkel_scene tools/scene): settings of the library of a folder, which programs
 # link as merkel::scene. Each .hpp file below it must compile alone (target <library>_verify_…).
 function(merkel_library target folder)
   get_filename_component(name ${folder} NAME)

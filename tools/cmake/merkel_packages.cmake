@@ -11,7 +11,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-# tools/package builds what is packed; the tests need not be.
+# tools/package builds the packed targets; the tests are not needed.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
 # merkel_package(runtime NAME merkel SECTION science DESCRIPTION "…" DEPENDS "a, b"):

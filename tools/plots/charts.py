@@ -68,7 +68,7 @@ def integrators():
                       label=f"{peer}, 25 µs")
     axes.plot([], [], "kx:", label="in single precision")
     axes.plot([], [], "ko", fillstyle="none", markersize=8, label="wrong spike counts")
-    log_axes(axes, "cost of a neuron for a simulated second (µs of one core)",
+    log_axes(axes, "cost per neuron and simulated second (µs of one core)",
              "rms spike-time error (ms)")
     axes.legend(fontsize=9)
     axes.set_title("Integrators: steps of 200 to 6.25 µs, left to right")
@@ -82,7 +82,7 @@ def contact_stage():
         rows = select(table, method=name)
         axes.plot(rows["cost_us_per_tick"], [max(e, 1e-16) for e in rows["error_uA_per_cm2"]],
                   "o-", label=name)
-    log_axes(axes, "cost of a tick (µs of one core)",
+    log_axes(axes, "cost per tick (µs of one core)",
              "largest error of an afferent's\nsummed drive (µA/cm²)")
     axes.legend(fontsize=9)
     axes.set_title("Contact stage: 450 receptors under a sphere")
@@ -110,12 +110,12 @@ def end_to_end():
                 if share > 0:
                     axes.annotate(f"{100 * share:.0f} %", (cost, e), fontsize=8,
                                   color=line.get_color(), xytext=(3, 3), textcoords="offset points")
-        log_axes(axes, "cost of a tick (µs of one core)", "")
+        log_axes(axes, "cost per tick (µs of one core)", "")
         axes.set_title(press)
     all_axes[0].set_ylabel("spike-time error (ms): rms,\nnear threshold the median")
     handles, labels = all_axes[0].get_legend_handles_labels()
     below(figure, handles, labels)
-    figure.suptitle("The whole chain; % = spikes without a partner")
+    figure.suptitle("The whole chain; % = unmatched spikes")
     figure.savefig(FOLDER / "end_to_end.png", bbox_inches="tight")
 
 
@@ -172,11 +172,11 @@ def touch():
     area.set_xlabel("contact area (mm²)")
     active.set_xlabel("active afferents")
     active.set_xscale("symlog", linthresh=16)
-    area.set_ylabel("cost of a tick (µs of one core)")
+    area.set_ylabel("cost per tick (µs of one core)")
     for axes in (area, active):
         axes.set_yscale("log")
     area.legend(fontsize=9)
-    figure.suptitle("Cost against what is touched")
+    figure.suptitle("Cost against the touched area")
     figure.savefig(FOLDER / "touch.png")
 
 

@@ -58,7 +58,7 @@ def centre_press():
                              cmap="viridis", s=70, edgecolors="0.3")
         for neuron, x, y in zip(rows["neuron"], rows["mean_distance_mm"], rows["rate_hz"]):
             if y < 3:
-                continue  # the silent ones crowd the axis
+                continue  # silent ones would crowd the axis
             axes.annotate(f"{neuron:.0f}", (x, y), textcoords="offset points", xytext=(5, 5),
                           fontsize=9)
         axes.set_xlabel("mean distance of the receptors (mm)")
@@ -99,7 +99,7 @@ def positions():
         axes.annotate(f"{position:.0f}", (x, y), textcoords="offset points", xytext=(5, 4),
                       fontsize=8)
     axes.set_xlabel("receptors of the pressed subregion")
-    axes.set_ylabel("rate of the whole network (Hz)")
+    axes.set_ylabel("rate of the network (Hz)")
     axes.legend()
     axes.set_title("Fig. 8: a press at the centre of each subregion")
     figure.savefig(FOLDER / "fig8_positions.png")

@@ -18,7 +18,7 @@ LABELS = {
 def section(table, name, title):
     rows = select(table, section=name)
     if len(rows["x"]) < 2:
-        return  # one point is a number, no picture
+        return  # a single point needs no picture
     figure, axes = plt.subplots(figsize=(7.5, 4.8))
     for index, label in enumerate(dict.fromkeys(rows["set"])):
         of_set = select(rows, set=label)
@@ -94,7 +94,7 @@ def intervals():
 
 
 def presses():
-    """Every recorded press: its course, the spikes of both sides, their rates over time."""
+    """Every recorded press over time, with the recorded and the model's spikes and rates."""
     path = FOLDER / "trials.csv"
     if not path.exists():
         return

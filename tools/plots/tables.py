@@ -1,4 +1,4 @@
-"""What the plot scripts share: reading tables, and one look for all pictures."""
+"""Shared by the plot scripts: reading tables, and one style for all pictures."""
 
 import csv
 
@@ -19,7 +19,7 @@ plt.rcParams.update(
 
 
 def read_table(path):
-    """Columns of a CSV table by name, numbers where they are numbers; '#' lines are left out."""
+    """Columns of a CSV table by name, as numbers if they are numeric; '#' lines are skipped."""
     with open(path, newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     table = {}

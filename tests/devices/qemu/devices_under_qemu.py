@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Reads devices by merkel on Debian's kernel in a virtual machine: ftdi_sio, usbhid with hidraw, and
+"""Reads devices with merkel on Debian's kernel in a virtual machine: ftdi_sio, usbhid with hidraw, and
 usbfs; each is unplugged and plugged in again. Needs neither root nor KVM nor a network.
 
   tests/devices/qemu/devices_under_qemu.py --fetch     (once: gets the kernel's package by apt)
   tests/devices/qemu/devices_under_qemu.py
 
-Exits with 77 and says what is missing where it cannot run."""
+Exits with 77 and prints what is missing if it cannot run."""
 import argparse
 import glob
 import json
@@ -22,7 +22,7 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MODULES = ["xhci_pci", "ftdi_sio", "usbhid", "hid_generic", "vhci_hcd"]
-# What hidapi's backends are is known at run time only.
+# hidapi's backends are loaded at run time.
 LOADED_LATER = ["libhidapi-hidraw.so.0", "libhidapi-libusb.so.0"]
 SCENE = """[receptors]
 placement = "lattice"
@@ -43,7 +43,7 @@ class Skipped(Exception):
 
 
 def fetch_kernel(cache):
-    """The kernel's package by apt, as the metapackage names it today."""
+    """Downloads the kernel's package with apt; the metapackage gives its present name."""
     os.makedirs(cache, exist_ok=True)
     depends = subprocess.run(["apt-cache", "depends", "linux-image-amd64"], capture_output=True, text=True,
                              check=True).stdout
@@ -84,11 +84,11 @@ def find_modules(folder):
 
 
 def in_order(names, modules):
-    """The modules and what they depend on, each after what it needs."""
+    """The modules and their dependencies, in loading order."""
     order = []
 
     def add(name):
-        if name in order or name not in modules:  # else it is built in
+        if name in order or name not in modules:  # otherwise built in
             return
         with open(modules[name], "rb") as file:
             depends = re.search(rb"\0depends=([^\0]*)\0", file.read()).group(1).decode()
@@ -104,7 +104,7 @@ def in_order(names, modules):
 
 
 def libraries_of(program):
-    """What the loader opens for a program, itself included."""
+    """The files that the loader opens for a program, including the program."""
     lines = subprocess.run(["ldd", program], capture_output=True, text=True).stdout
     return set(re.findall(r"(?:=> |^\s*)(/\S+) \(", lines, re.M))
 
@@ -174,7 +174,7 @@ def make_initial_files(path, arguments, modules):
 
 
 class Machine:
-    """The virtual machine, and what it prints."""
+    """The virtual machine and its output."""
 
     def __init__(self, kernel, initial_files, terminal):
         self.lines = []
@@ -209,7 +209,7 @@ class Machine:
             self.process.stdin.write(command + "\n")
             self.process.stdin.flush()
         except BrokenPipeError:
-            pass  # it has ended: its parts are missing
+            pass  # the machine has ended; parts are missing
 
     def wait_for(self, line, seconds):
         with self.changed:
@@ -217,7 +217,7 @@ class Machine:
             return line in self.lines
 
     def parts(self):
-        """What each part of the examination printed: exit code, standard output, errors."""
+        """The output of each part of the test: exit code, standard output, errors."""
         text = "\n".join(self.lines)
         found = re.findall(r"@@begin (\w+)\n(.*?)@@exit (\d+)\n(.*?)@@end \1", text, re.S)
         return {name: (int(code), out, err) for name, out, code, err in found}
@@ -233,7 +233,7 @@ def check(true, what):
 
 
 def json_of(out):
-    """Of a part that may have said something to the host meanwhile."""
+    """The summary of a part, without messages to the host in between."""
     return json.loads("\n".join(line for line in out.splitlines() if not line.startswith("@@")))
 
 

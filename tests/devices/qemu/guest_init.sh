@@ -1,6 +1,6 @@
 #!/bin/busybox sh
-# The first process of the virtual machine: loads the drivers and reads each device by merkel. What it
-# prints is judged by devices_under_qemu.py.
+# The first process of the virtual machine: loads the drivers and reads each device with merkel.
+# devices_under_qemu.py checks its output.
 export PATH=/bin HOME=/tmp TMPDIR=/tmp
 /bin/busybox --install -s /bin
 mount -t proc proc /proc
@@ -9,11 +9,11 @@ mount -t devtmpfs dev /dev
 mount -t tmpfs tmp /tmp
 for module in $(cat /modules/order); do insmod "/modules/$module" || echo "no $module"; done
 
-wait_for() {  # FILE, for 10 s at most
+wait_for() {  # FILE, at most 10 s
   for _ in $(seq 200); do [ -e "$1" ] && return; usleep 50000; done
   echo "there is no $1"
 }
-# A part of the examination: NAME COMMAND…
+# A part of the test: NAME COMMAND…
 part() {
   local name=$1
   shift
@@ -23,7 +23,7 @@ part() {
   cat /tmp/err
   echo "@@end $name"
 }
-# What is to happen once merkel has recorded for a while.
+# Events after merkel has recorded for a while.
 later() {
   while [ ! -e /tmp/trace.csv.part ]; do usleep 50000; done
   sleep 1
