@@ -43,7 +43,7 @@ void RateWatch::observe(Time device_time, Time arrival) noexcept {
   if (frames_ < kFrames) window_[frames_++] = {.arrival = arrival, .device = device_time};
 }
 
-/// An early frame; among many, not the earliest, whose time may be wrong.
+/// An early frame of the window; not the earliest one of many, because its time may be wrong.
 RateWatch::Frame RateWatch::early_frame() noexcept {
   const auto begin = window_.begin();
   const auto chosen = begin + static_cast<std::ptrdiff_t>(frames_ / 8);

@@ -8,8 +8,8 @@
 
 namespace merkel {
 
-/// Compares the rate of a device's clock with the host's, using the earliest frames of every 100
-/// ms.
+/// Compares the rate of a device's clock with the host's, using the earliest frames of every
+/// 100 ms.
 ///
 /// The clock is mistrusted if the median of eight such comparisons is off by more than 3 %: not an
 /// oscillator's error, but a wrong unit, a stopped clock or a wrong crystal. Stalls and jumps

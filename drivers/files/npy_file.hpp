@@ -14,7 +14,7 @@ namespace merkel {
 /// flush, so NAME.part is always a valid file.
 class NpyFile {
  public:
-  /// \param type     NumPy's type name:  "<i8", "<i4" or "<f8"
+  /// \param type     NumPy's type name: "<i8", "<i4" or "<f8"
   /// \param columns  values per row; 0: one dimension
   [[nodiscard]] static Expected<NpyFile, SetupError> create(const std::string& path,
                                                             std::string_view type, bool overwrite,

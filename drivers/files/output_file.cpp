@@ -140,7 +140,7 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
   struct stat status {};
   const bool there = ::stat(path.c_str(), &status) == 0;
   if (there && S_ISDIR(status.st_mode)) {
-    return bad_input("cannot write " + path + ": it is a directory; name a file in it");
+    return bad_input("cannot write " + path + ": it is a directory; give a file in it");
   }
   if (there && !S_ISREG(status.st_mode)) return create_special(path);
   if (!overwrite && exists(path)) {
@@ -279,7 +279,7 @@ bool OutputFile::publish() {
   if (error != 0) return fail(error, "rename it by hand");
   part_.clear();
   const int unsafe = sync_directory_of(path_);
-  return unsafe == 0 || fail(unsafe, "a power cut may still lose its name");
+  return unsafe == 0 || fail(unsafe, "a power cut may still undo its renaming");
 }
 
 bool OutputFile::close() {

@@ -25,7 +25,7 @@ class FusedProbe final : public Probe {
 
   /// \param text  the URI, "fused:" and its members
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(std::string_view text);
-  /// Fuses open probes; the first gives the times.
+  /// Fuses probes that are already open; the first one gives the times.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> fuse(
       std::string_view uri, std::vector<std::unique_ptr<Probe>> members);
   ~FusedProbe() override;

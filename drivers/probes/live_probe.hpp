@@ -10,7 +10,8 @@
 namespace merkel {
 
 /// Plays a recording or a simulated press like a device: each sample appears at its time on the
-/// host's clock, and is lost if it is not read in time. The first read takes the first sample.
+/// host's clock, and is lost if it is not read in time. The first sample is taken at the first
+/// read.
 class LiveProbe final : public Probe {
  public:
   explicit LiveProbe(std::unique_ptr<Probe> recording);

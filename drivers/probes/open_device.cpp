@@ -39,7 +39,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) 
   }
   if ((*entry)->datagrams) {
     return bad_input("\"" + uri.text + "\": " + std::string((*entry)->name) +
-                     " is only available over udp:");
+                     " is only available over udp:HOST:PORT");
   }
   settings.protocol = (*entry)->name;
   settings.hint = "the baud rate (now " + std::to_string(baud) + " Bd; " + settings.protocol +

@@ -57,7 +57,7 @@ Expected<Column, std::string> column_named(std::string_view name) {
   }
   return Unexpected<std::string>(
       "the column " + std::string(name) +
-      " is not known; the known ones are time_s,  time_ms, time_us, seq, force_N, force_x_N, "
+      " is not known; the known ones are time_s, time_ms, time_us, seq, force_N, force_x_N, "
       "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - to ignore a "
       "column");
 }

@@ -39,10 +39,8 @@ struct Channel {
 
 constexpr std::size_t kChannelBytes = 11;
 constexpr std::uint8_t kLastKind = 9;
-constexpr std::array<std::string_view, 4> kStatusWords = {"overload", "a saturated channel",
-                                                          "that it is not calibrated",
-                                                          "that its own buffer "
-                                                          "overflowed"};
+constexpr std::array<std::string_view, 4> kStatusWords = {
+    "overload", "a saturated channel", "a missing calibration", "a buffer overflow"};
 constexpr unsigned kOverloadOrSaturated = 3;  ///< bits of the status
 
 float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {

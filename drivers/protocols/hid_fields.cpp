@@ -70,7 +70,7 @@ Expected<HidField, std::string> field_of(std::string_view text) {
   const auto* const found = std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), stem);
   if (found == kDeviceChannelNames.end()) {
     return Unexpected<std::string>("the channel " + std::string(name) +
-                                   " is not known; the known ones are force_N,  force_x_N, "
+                                   " is not known; the known ones are force_N, force_x_N, "
                                    "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm, time_us, "
                                    "time_ms, seq");
   }

@@ -36,7 +36,7 @@ const std::array<ProtocolEntry, 7> kTable = {{
 }};
 
 const ProtocolEntry kAtiRdt = {
-    "ati_rdt", "ATI Net F/T, over udp: only", 0, make_ati_rdt, make_ati_rdt_device, "", kForce,
+    "ati_rdt", "ATI Net F/T, only over UDP", 0, make_ati_rdt, make_ati_rdt_device, "", kForce,
     true};
 
 }  // namespace

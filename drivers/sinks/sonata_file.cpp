@@ -24,9 +24,9 @@ namespace {
 constexpr hsize_t kChunk = 16384;         ///< spikes per chunk of the file
 constexpr std::uint32_t kMagic = 0x0A7A;  ///< in every SONATA file
 
-/// The library has global state and is not built for threads: one file at a time. The library would
-/// write a file that it failed to close again at the end of the program, and crash. Its exit
-/// handler is therefore disabled, and every file is closed here.
+/// The library has global state and is not built for threads: one file at a time. At the end of
+/// the program, the library would write a file that it failed to close once more, and crash. Its
+/// exit handler is therefore disabled, and every file is closed here.
 std::mutex& hdf5_mutex() {
   static std::mutex mutex;
   static const herr_t no_ending = H5dont_atexit();

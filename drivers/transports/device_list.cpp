@@ -20,7 +20,7 @@ void judge(DeviceEntry& entry, const std::string& device) {
   entry.usable = ::access(device.c_str(), R_OK | W_OK) == 0;
   if (entry.usable) return;
   entry.remedy = errno == ENOENT ? device +
-                                       " is missing: in a container, pass it on "
+                                       " is missing: if this is a container, pass it in "
                                        "(docker run --device=" +
                                        device + ")"
                                  : port_trouble(device, errno).sentence;
