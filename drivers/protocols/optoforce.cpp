@@ -210,8 +210,7 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_optoforce(UriOptions& optio
   }
   if (1000 % rate_Hz != 0) {
     return bad_input(
-        "the option rate_hz must divide 1000: 1000, 500, 250, 200, 125, "
-        "100, 50, 40, 25, 20 or 10");
+        "the option rate_hz must divide 1000: 1000, 500, 250, 200, 125, 100, 50, 40, 25, 20 or 10");
   }
   return std::make_unique<OptoForce>(counts, static_cast<std::uint8_t>(1000 / rate_Hz),
                                      static_cast<std::uint8_t>(filter));

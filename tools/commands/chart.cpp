@@ -20,7 +20,7 @@ int chart(const ChartCommand& command) {
                                          {"contact stage", make_contact_chart},
                                          {"end to end", make_end_to_end_chart},
                                          {"stability", make_stability_chart},
-                                         {"what is touched", make_touch_chart}};
+                                         {"touched area", make_touch_chart}};
   return make_report({.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
                      "# Speed against accuracy\n\nMade by `merkel chart` on one core with " +
                          simd_target() + ".\n\n",

@@ -139,7 +139,7 @@ void print(const Measurement& measured) {
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
 }
 
-/// What would improve a run with this device.
+/// Lists what would improve a run with this device.
 std::vector<std::string> missing(const Measurement& measured, const std::string& uri) {
   std::vector<std::string> list;
   if (measured.info.calibration_file.empty()) {

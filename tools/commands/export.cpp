@@ -20,7 +20,7 @@ struct ExportOptions {
   bool allow_remote = false;
 };
 
-/// Passes everything in a chunk that a sink subscribes to on to the sink.
+/// Sends a sink the items of a chunk, if it subscribes to them.
 Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk) {
   if (!chunk.spikes.empty()) {
     return sink.takes_spikes() ? sink.write(chunk.spikes) : Expected<void, SinkError>();

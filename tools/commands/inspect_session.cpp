@@ -175,7 +175,7 @@ int print_overview(SessionReader& session) {
     std::printf("stream %s,%" PRIu64 "\n", std::string(short_name(stream)).c_str(),
                 items[static_cast<std::size_t>(stream.id) - 1]);
   }
-  std::printf("ended,%s\n", session.ended_well() ? "yes" : "no: it broke off");
+  std::printf("ended,%s\n", session.ended_well() ? "yes" : "no: it breaks off");
   return kDone;
 }
 

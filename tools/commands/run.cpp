@@ -154,8 +154,9 @@ void add_run_command(CommandLine& program) {
                   "the sinks and prints a summary. Without a scene: the paper's fingertip (a "
                   "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
                   "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
-      .option("scene", options->scene,
-              "Scene file (TOML), or a preset: paper, paper-wide, goodwin, goodwin-cs, hand")
+      .option(
+          "scene", options->scene,
+          "Scene file (TOML), or a preset: paper, paper-wide, goodwin, finger, goodwin-cs, hand")
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
             "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "

@@ -95,7 +95,7 @@ std::vector<Verdict> device_verdicts(const DeviceSetUp& set_up) {
                       unit ? set_up.systemd_unit : "not installed",
                       unit ? ""
                            : "sudo cmake --install build/release && sudo systemctl daemon-reload, "
-                             "if a scene is to run from boot"});
+                             "to run a scene at boot"});
   if (!set_up.serial_group.empty()) verdicts.push_back(group_verdict(set_up));
   return verdicts;
 }

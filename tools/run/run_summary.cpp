@@ -136,7 +136,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   const double wall_s = units::s_from(report.wall);
   append(text, "simulated %.3f s in %.3f s (%.1f × real time)%s\n", simulated_s, wall_s,
          wall_s > 0.0 ? simulated_s / wall_s : 0.0, report.interrupted ? ", interrupted" : "");
-  append(text, "counters, of ticks of %g ms:\n", units::ms_from(model.parameters().tick));
+  append(text, "counters (ticks of %g ms):\n", units::ms_from(model.parameters().tick));
   text += counter_text(report);
   text += loop_text(report);
   if (plan != nullptr) {

@@ -133,8 +133,7 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     const double needed = press->press(*threshold).strongest_drive;
     if (got < needed) {
       text += "; the strongest afferent reached " + decimal(100.0 * got / needed) +
-              " % of its "
-              "rheobase";
+              " % of its rheobase";
     }
     advice = force ? "press harder than about " + decimal(units::N_from_mN(*threshold)) + " N"
                    : "press deeper than about " + decimal(*threshold) + " mm";

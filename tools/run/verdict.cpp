@@ -153,10 +153,10 @@ class Judge {
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
-          sentence("%llu readings of %s were lost, %llu were damaged and %llu impossible",
+          sentence("%s: %llu readings were lost, %llu damaged and %llu impossible",
                    probe.uri.c_str(), number(device.lost), number(device.damaged),
                    number(device.refused)),
-          "check its baud rate, cable and units");
+          "check the baud rate, the cable and the units");
     }
     if (device.clock_mistrusted) {
       add(Severity::kLoss, 0.0,

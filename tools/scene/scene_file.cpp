@@ -226,7 +226,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   const auto root = parse_toml(text);
   if (!root) {
     return bad_input(name + ":" + std::to_string(root.error().line) +
-                     "is not valid TOML: " + root.error().reason);
+                     ": this is not valid TOML: " + root.error().reason);
   }
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);

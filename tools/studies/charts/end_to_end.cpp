@@ -54,7 +54,7 @@ std::vector<Variant> variants() {
     all.push_back({.name = "rk4", .method = IntegrationMethod::kRk4, .step_us = step_us});
   }
   all.push_back(
-      {.name = "crank_nicolson, nothing left out", .cull_tolerance = 0.0, .freeze_resting = false});
+      {.name = "crank_nicolson, nothing skipped", .cull_tolerance = 0.0, .freeze_resting = false});
   all.push_back({.name = "crank_nicolson, no culling", .cull_tolerance = 0.0});
   all.push_back({.name = "crank_nicolson, no freezing", .freeze_resting = false});
   all.push_back({.name = "crank_nicolson, culled at 1e-3", .cull_tolerance = 1e-3});
@@ -95,10 +95,9 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
   if (!table) return Unexpected<SetupError>(table.error());
   std::string text =
       "## The whole chain\n\nThe default scene for a second under three presses; spikes against "
-      "RK4 "
-      "at 2.5 µs with nothing skipped (`end_to_end.csv`). Near threshold, single spikes appear or "
-      "vanish by "
-      "chance: there the median error and the share of unmatched spikes are meaningful.\n";
+      "RK4 at 2.5 µs with nothing skipped (`end_to_end.csv`). Near threshold, single spikes appear "
+      "or vanish by chance: there the median error and the share of unmatched spikes are "
+      "meaningful.\n";
   for (const PressShape& press : kPresses) {
     TactileModel exact = model_of({.name = "",
                                    .method = IntegrationMethod::kRk4,
@@ -108,8 +107,7 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
     const auto reference = run(exact, press.depth_mm);
     text += format(
         "\n| %s: %zu spikes | step (µs) | µs per tick | rms error (ms) | median error (ms) | "
-        "without a "
-        "partner |\n|---|---|---|---|---|---|\n",
+        "without a partner |\n|---|---|---|---|---|---|\n",
         press.name, reference.size());
     for (const Variant& variant : variants()) {
       TactileModel model = model_of(variant);

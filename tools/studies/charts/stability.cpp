@@ -57,11 +57,10 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
   }
   std::string text =
       "## Stability map\n\nSpike counts in 300 ms against RK4 at 2.5 µs, for single neurons under "
-      "0 "
-      "to 160 µA/cm² and for a network of 20 under 0 to 19 µA/cm² with gains up to 500 mS/cm² "
+      "0 to 160 µA/cm² and for a network of 20 under 0 to 19 µA/cm² with gains up to 500 mS/cm² "
       "(`stability.csv`). The largest step of the map at which all counts are correct:\n\n| method "
-      "| under 10 "
-      "µA/cm² | up to 60 µA/cm² | in the network, gain 0.1 | gain 25 |\n|---|---|---|---|---|\n";
+      "| under 10 µA/cm² | up to 60 µA/cm² | in the network, gain 0.1 | gain 25 "
+      "|\n|---|---|---|---|---|\n";
   const auto& names = integration_method_names();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto method = static_cast<IntegrationMethod>(k);

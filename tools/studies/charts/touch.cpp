@@ -30,10 +30,9 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
   if (!table) return Unexpected<SetupError>(table.error());
   std::string text =
       "## Cost against the touched area\n\nA sphere of 5 mm radius on the centre of patches "
-      "without "
-      "a network, pressed to 3 mm (`touch.csv`). Active are afferents that are not at rest.\n\n| "
-      "receptors | afferents | depth (mm) | contact (mm²) | reached | active | µs per tick |\n"
-      "|---|---|---|---|---|---|---|\n";
+      "without a network, pressed to 3 mm (`touch.csv`). Active are afferents that are not at "
+      "rest.\n\n| receptors | afferents | depth (mm) | contact (mm²) | reached | active | µs per "
+      "tick |\n|---|---|---|---|---|---|---|\n";
   for (const Skin& skin : kSkins) {
     TactileModel::Parameters parameters = preset_scene("paper")->model;
     parameters.patches[0].patch = skin.patch;

@@ -68,10 +68,8 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
       "## Figs 6 and 7: a press at the centre\n\nSphere of 2 mm radius, 1.5 mm deep at (15, 10) mm "
       "for 1 s, from rest, over %d receptor draws (seeds 1 to %d) of each parameter set "
       "(`fig6_centre_press.csv`: seed 1; `fig7_draws.csv`: all). Partial rank correlations over "
-      "the "
-      "20 afferents: mean (5th … 95th percentile).\n\n| set | rate with distance, given the count "
-      "| "
-      "rate with count, given the distance | both | 13 alone highest | 18 above 8, if it "
+      "the 20 afferents: mean (5th … 95th percentile).\n\n| set | rate with distance, given the "
+      "count | rate with count, given the distance | both | 13 alone highest | 18 above 8, if it "
       "has more receptors |\n|---|---|---|---|---|---|\n",
       seeds, seeds);
   const std::vector<std::string> sets = {"paper", "paper-wide"};
@@ -108,8 +106,7 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
       "\nThe joint dependence on distance and receptor count is **reproduced** by a set with "
       "\"yes\": nine of ten draws have both signs. The paper's own picture, 13 highest and 18 "
       "above 8, needs the wide set and a rare draw of receptors. With the default set, 8 and 13 "
-      "share the "
-      "highest rate by symmetry, and 18 is silent.\n\n";
+      "share the highest rate by symmetry, and 18 is silent.\n\n";
   return report;
 }
 

@@ -87,7 +87,7 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
                                   [](const Peak& peak) { return peak.others > 0; });
   report += format(
       "The paper also says that the energy density at the deepest point falls with depth: **%s**; "
-      "by the printed formula it %s. And that a minimum and a second peak follow the first: "
+      "by the printed formula it %s. It also says that a minimum and a second peak follow the first: "
       "**%s**.\n\n",
       falls(&Peak::deepest_kPa) ? "reproduced" : "not reproduced, it rises",
       falls(&Peak::printed_kPa) ? "falls" : "does not fall",

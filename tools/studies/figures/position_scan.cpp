@@ -44,8 +44,7 @@ Expected<std::string, SetupError> make_position_scan(const ReportFolder& options
       "## Fig. 8: twenty positions\n\nSphere of 2 mm radius, 1.5 mm deep, for 1 s at the centre of "
       "each of the 20 subregions, over %d receptor draws (`fig8_positions.csv`). Rank correlation "
       "of the network's rate with the number of receptors of the pressed subregion: mean %.3f, "
-      "minimum %.3f. "
-      "More receptors, higher rate: **%s**.\n\n",
+      "minimum %.3f. More receptors, higher rate: **%s**.\n\n",
       seeds, mean, least, mean >= 0.95 ? "reproduced" : "not reproduced");
 }
 
