@@ -19,7 +19,7 @@ class RateWatch {
  public:
   /// \param device_time  unwrapped
   void observe(std::chrono::nanoseconds device_time, std::chrono::nanoseconds arrival) noexcept;
-  /// Reports that the clock was anchored anew; frequent reports within two seconds also count.
+  /// Reports a new anchor of the clock. Several within two seconds also make it mistrusted.
   void reanchored(std::chrono::nanoseconds arrival) noexcept;
   /// Reports a restart of the device.
   void restart() noexcept;

@@ -66,7 +66,7 @@ class SessionWriter final : public SpikeSink {
         afferents_(afferent_csv(afferents_of(setup))) {}
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    if (std::exchange(begun_, true)) return {};
+    if (std::exchange(started_, true)) return {};
     return settle(write_headers(run_, origin));
   }
 
@@ -151,7 +151,7 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {
-    if (!begun_) return {};
+    if (!started_) return {};
     const bool boundary_due = ++flushes_ % kFlushesPerBoundary == 0;
     if (flushes_ % kFlushesPerClockOffset == 1 && !write_clock_offsets()) return settle(false);
     if (boundary_due && !write_chunk(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary),
@@ -338,7 +338,7 @@ class SessionWriter final : public SpikeSink {
   OutputFile file_;
   RunDescription run_;
   std::string afferents_;
-  bool begun_ = false;
+  bool started_ = false;
   std::string chunk_;
   std::array<Tally, 7> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item

@@ -95,18 +95,18 @@ void DeviceSimulator::run(const std::atomic<bool>& stop) {
 }
 
 void DeviceSimulator::step(Time now) {
-  if (begun_) pass_faults(now);
-  if (!begun_ && device_->started() && line_->heard()) {
-    begun_ = now;
+  if (started_) pass_faults(now);
+  if (!started_ && device_->started() && line_->heard()) {
+    started_ = now;
     trace_start_ = device_time(now);
   }
-  if (begun_) play(now);
+  if (started_) play(now);
   flush(now);
 }
 
 void DeviceSimulator::pass_faults(Time now) {
   SimulatedFaults& faults = settings_.faults;
-  const Time played = now - *begun_;
+  const Time played = now - *started_;
   if (faults.unplug_at && played >= *faults.unplug_at) {
     faults.unplug_at.reset();
     ++counts_.unplugs;
@@ -128,7 +128,7 @@ void DeviceSimulator::pass_faults(Time now) {
     ++counts_.reboots;
     boot(now);
     // The press continues in the meantime; only the device's clock restarts.
-    const Time gone = now - *begun_;
+    const Time gone = now - *started_;
     trace_start_ = device_time(now) - gone;
   }
 }
@@ -253,7 +253,7 @@ void DeviceSimulator::flush(Time now) {
 
 nanoseconds DeviceSimulator::next_event(Time now) const noexcept {
   if (settings_.faults.split && !held_.empty()) return now + Time{200'000};
-  if (!begun_) return now + kLongestWait;
+  if (!started_) return now + kLongestWait;
   return now + (trace_start_ + next_sample() - device_time(now));
 }
 

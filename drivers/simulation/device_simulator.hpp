@@ -95,7 +95,7 @@ class DeviceSimulator {
   Counts counts_;
 
   Time booted_{0};
-  std::optional<Time> begun_;    ///< host time of the start of the press
+  std::optional<Time> started_;  ///< host time of the start of the press
   Time trace_start_{0};          ///< device time of that start, since the device's last restart
   std::size_t next_ = 0;         ///< next sample of the trace
   Time mean_period_{1'000'000};  ///< of the trace

@@ -117,7 +117,7 @@ Expected<void, SetupError> PhySpikeSink::open_files() {
 
 PhySpikeSink::~PhySpikeSink() {
   files_.clear();  // files without spikes are removed
-  if (!begun_ && !closed_ && folder_.made) ::rmdir(folder_.path.c_str());
+  if (!started_ && !closed_ && folder_.made) ::rmdir(folder_.path.c_str());
   ::close(folder_.lock);
 }
 
@@ -159,7 +159,7 @@ Expected<void, SinkError> PhySpikeSink::for_all(Action action) {
 }
 
 Expected<void, SinkError> PhySpikeSink::begin(const RunOrigin& origin) {
-  if (std::exchange(begun_, true)) return {};
+  if (std::exchange(started_, true)) return {};
   time_.set(origin);
   for (const auto& written : {write_parameters(), write_channels()}) {
     if (!written) return Unexpected<SinkError>({.sentence = written.error().sentence});

@@ -60,7 +60,7 @@ class PhySpikeSink final : public SpikeSink {
   TimeBase time_;
   std::vector<AfferentRow> afferents_;
   std::vector<NpyFile> files_;  ///< indexed by File
-  bool begun_ = false;
+  bool started_ = false;
   bool closed_ = false;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -36,7 +36,7 @@ class SonataSpikeSink final : public SpikeSink {
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    if (std::exchange(begun_, true)) return {};
+    if (std::exchange(started_, true)) return {};
     time_.set(origin);
     std::string head;
     for (const auto& [name, value] : time_.facts()) head += "# " + name + "=" + value + "\n";
@@ -85,7 +85,7 @@ class SonataSpikeSink final : public SpikeSink {
   TimeBase time_;
   SonataContent content_;
   bool overwrite_;
-  bool begun_ = false;
+  bool started_ = false;
   std::string text_;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -66,7 +66,7 @@ bool write_all(int descriptor, std::span<const std::uint8_t> bytes) noexcept {
 
 bool lock_port(int descriptor) noexcept { return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0; }
 
-SetupError port_trouble(const std::string& port, int error_number) {
+SetupError port_error(const std::string& port, int error_number) {
   SetupError error{.kind = SetupError::Kind::kUnavailable, .sentence = {}};
   switch (error_number) {
     case EBUSY:

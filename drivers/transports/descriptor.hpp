@@ -25,7 +25,7 @@ enum class Readiness { kReady, kTimeout, kGone };
 [[nodiscard]] bool lock_port(int descriptor) noexcept;
 
 /// The error for a port that cannot be opened, with its remedy.
-[[nodiscard]] SetupError port_trouble(const std::string& port, int error_number);
+[[nodiscard]] SetupError port_error(const std::string& port, int error_number);
 /// The error for a port that another program has open.
 [[nodiscard]] SetupError port_busy(const std::string& port);
 

@@ -23,7 +23,7 @@ void judge(DeviceEntry& entry, const std::string& device) {
                                        " is missing: if this is a container, pass it in "
                                        "(docker run --device=" +
                                        device + ")"
-                                 : port_trouble(device, errno).sentence;
+                                 : port_error(device, errno).sentence;
 }
 
 /// The first line of a file; empty if there is none.

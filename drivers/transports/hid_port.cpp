@@ -125,7 +125,7 @@ class HidPort final : public Transport {
       break;
     }
     hidapi_.free_enumeration(list);
-    if (path.empty()) return Unexpected<SetupError>(port_trouble(info_.name, ENODEV));
+    if (path.empty()) return Unexpected<SetupError>(port_error(info_.name, ENODEV));
     // Read before opening: libusb detaches the kernel's driver.
     info_.report_descriptor = report_descriptor_of(path);
     errno = 0;
@@ -134,7 +134,7 @@ class HidPort final : public Transport {
       const bool node = path.starts_with('/');
       const int error_number =
           node && ::access(path.c_str(), R_OK | W_OK) == 0 ? EIO : (node ? errno : EACCES);
-      return Unexpected<SetupError>(port_trouble(path, error_number));
+      return Unexpected<SetupError>(port_error(path, error_number));
     }
     // After a replug, only the same device may be opened.
     name_.serial_number = info_.serial_number;

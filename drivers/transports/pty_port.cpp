@@ -67,7 +67,7 @@ class PtyPort final : public Transport {
   [[nodiscard]] Expected<void, SetupError> reopen() override {
     close();
     descriptor_ = ::open(settings_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor_ < 0) return Unexpected<SetupError>(port_trouble(settings_.device, errno));
+    if (descriptor_ < 0) return Unexpected<SetupError>(port_error(settings_.device, errno));
     if (!lock_port(descriptor_)) {
       close();
       return Unexpected<SetupError>(port_busy(settings_.device));
@@ -75,7 +75,7 @@ class PtyPort final : public Transport {
     if (!configure(descriptor_, settings_.baud)) {
       const int error_number = errno;
       close();
-      return Unexpected<SetupError>(port_trouble(settings_.device, error_number));
+      return Unexpected<SetupError>(port_error(settings_.device, error_number));
     }
     return {};
   }

@@ -95,10 +95,10 @@ class SerialPort final : public Transport {
   [[nodiscard]] Expected<void, SetupError> reopen() override {
     close();
     const std::string device = whereabouts();
-    if (device.empty()) return Unexpected<SetupError>(port_trouble(settings_.device, ENODEV));
+    if (device.empty()) return Unexpected<SetupError>(port_error(settings_.device, ENODEV));
     struct stat status {};
     if (::stat(device.c_str(), &status) != 0) {
-      return Unexpected<SetupError>(port_trouble(device, errno));
+      return Unexpected<SetupError>(port_error(device, errno));
     }
     sp_port* found = nullptr;
     if (sp_get_port_by_name(device.c_str(), &found) != SP_OK) {
@@ -111,7 +111,7 @@ class SerialPort final : public Transport {
     if (sp_open(port_.get(), SP_MODE_READ_WRITE) != SP_OK) {
       const int error_number = errno != 0 ? errno : ENOTTY;
       port_.reset();
-      return Unexpected<SetupError>(port_trouble(device, error_number));
+      return Unexpected<SetupError>(port_error(device, error_number));
     }
     open_ = true;
     if (sp_get_port_handle(port_.get(), &descriptor_) != SP_OK || !lock_port(descriptor_)) {

@@ -178,12 +178,12 @@ class UsbPort final : public Transport {
   [[nodiscard]] SetupError error_of(int error) const {
     switch (error) {
       case LIBUSB_ERROR_ACCESS:
-        return port_trouble(node_, EACCES);
+        return port_error(node_, EACCES);
       case LIBUSB_ERROR_BUSY:
-        return port_trouble(info_.name, EBUSY);
+        return port_error(info_.name, EBUSY);
       case LIBUSB_ERROR_NO_DEVICE:
       case LIBUSB_ERROR_NOT_FOUND:
-        return port_trouble(info_.name, ENODEV);
+        return port_error(info_.name, ENODEV);
       default:
         return {.kind = SetupError::Kind::kUnavailable,
                 .sentence = "cannot open " + info_.name + ": " + libusb_strerror(error)};

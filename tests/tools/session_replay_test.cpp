@@ -25,11 +25,11 @@ using std::chrono::nanoseconds;
 
 /// Records a session of a press in scripted time, with late samples, a loop that falls behind
 /// twice, and a silent device.
-std::string record_troubled_session(const TemporaryFolder& folder, LoopStatistics& statistics,
-                                    ProbeInput::Counts& counts) {
+std::string record_faulty_session(const TemporaryFolder& folder, LoopStatistics& statistics,
+                                  ProbeInput::Counts& counts) {
   const Scene scene = *preset_scene("paper");
   auto model = TactileModel::create(scene.model);
-  const std::string path = folder.path("troubled.xdf");
+  const std::string path = folder.path("faulty.xdf");
   auto sink =
       open_sink("xdf:" + path, SinkSetup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                                          .overwrite = false,
@@ -108,7 +108,7 @@ TEST(SessionReplay, LateSamplesGapsAndOutagesGiveTheSameSpikes) {
   const TemporaryFolder folder;
   LoopStatistics statistics;
   ProbeInput::Counts counts;
-  const std::string path = record_troubled_session(folder, statistics, counts);
+  const std::string path = record_faulty_session(folder, statistics, counts);
   // The session contains the faults to test.
   EXPECT_GT(counts.late, 50U);
   EXPECT_GT(counts.held_ticks, 50U);
@@ -135,7 +135,7 @@ TEST(SessionReplay, ABrokenOffSessionIsComparedUpToItsLastWholeTick) {
   const TemporaryFolder folder;
   LoopStatistics statistics;
   ProbeInput::Counts counts;
-  const std::string whole = read_file(record_troubled_session(folder, statistics, counts));
+  const std::string whole = read_file(record_faulty_session(folder, statistics, counts));
   std::uint64_t ticks_before = 0;
   for (std::size_t part = 1; part <= 20; ++part) {
     const auto verdict =

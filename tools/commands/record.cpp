@@ -66,9 +66,9 @@ class Recording {
   /// Writes the samples, and everything that has waited for longer than 100 ms. \return the error,
   /// or an empty string
   std::string write(std::span<const ProbeSample> samples) {
-    if (samples.empty() && !begun_) return {};
-    if (!begun_) {
-      begun_ = true;
+    if (samples.empty() && !started_) return {};
+    if (!started_) {
+      started_ = true;
       const ClockPair clocks = read_clock_pair();
       const auto first = samples.front().time;
       const auto zero = replayed_ ? std::chrono::nanoseconds{0} : first;
@@ -113,7 +113,7 @@ class Recording {
   std::unique_ptr<SpikeSink> sink_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
   bool replayed_ = false;
-  bool begun_ = false;
+  bool started_ = false;
   std::chrono::steady_clock::time_point next_flush_{};
   std::string error_;
 };
