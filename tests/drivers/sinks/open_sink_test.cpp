@@ -136,7 +136,7 @@ TEST(HostAndPort, KnowsThisMachine) {
 TEST(JsonString, IsValidWhateverComesIn) {
   EXPECT_EQ(json_string("a\"b\\c\nd\x01\xFF"), "\"a\\\"b\\\\c\\nd\\u0001\uFFFD\"");
   EXPECT_EQ(json_string("Müller 手 😀"), "\"Müller 手 😀\"");
-  // Overlong, a surrogate, beyond Unicode, cut short: none of them is UTF-8.
+  // Overlong, surrogate, beyond Unicode, truncated: invalid UTF-8.
   for (const char* text : {"\xC0\x80", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xE6\x89"}) {
     const std::string json = json_string(text);
     EXPECT_EQ(json.substr(0, 4), "\"\uFFFD") << json;
