@@ -772,7 +772,7 @@ class InBrowser(Page):
         self.assertEqual(named, ["ticks skipped", "thumb released"])
         program.terminate()
 
-    def test_the_page_is_legible_and_asks_nobody_else(self):
+    def test_the_page_is_legible_and_loads_nothing_else(self):
         program = self.open(probe=SLIDE)
         contrast = """(() => {
           const lum = (text) => { const c = document.createElement('canvas').getContext('2d');

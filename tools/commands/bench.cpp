@@ -180,7 +180,7 @@ void print_json(const BenchOptions& options, const BenchResult& result) {
 }
 
 void print_text(const BenchOptions& options, const BenchResult& result) {
-  std::printf("instruction set: %s; peak of a core: %.0f GFLOP/s double, %.0f float\n",
+  std::printf("instruction set: %s; peak per core: %.0f GFLOP/s double, %.0f float\n",
               result.target.c_str(), result.peak[0], result.peak[1]);
   std::printf("%s, steps of %g µs, medians\n", options.method.c_str(), options.step_us);
   std::printf("%8s %8s %9s %7s %14s %12s %11s %8s %8s %13s\n", "neurons", "network", "precision",

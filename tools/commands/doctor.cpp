@@ -188,10 +188,10 @@ void add_doctor_command(CommandLine& program) {
       .option("--runs", options->runs, "Number of runs; verdicts are on their medians",
               {1.0, 1000.0})
       .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {100.0, 1e5})
-      .flag("--sleep", options->sleep, "Pure sleep in place of the hybrid wait")
-      .flag("--normal", options->normal, "The normal scheduling class, even where FIFO is granted")
-      .flag("--stress", options->stress, "Under the load of stress-ng --cpu 2")
-      .flag("--zeromq", options->zeromq, "A ZeroMQ subscriber in place of the UDP consumer")
+      .flag("--sleep", options->sleep, "Sleep until each tick instead of sleeping, then spinning")
+      .flag("--normal", options->normal, "Use SCHED_OTHER even if SCHED_FIFO is permitted")
+      .flag("--stress", options->stress, "Run stress-ng --cpu 2 during the measurement")
+      .flag("--zeromq", options->zeromq, "Use a ZeroMQ subscriber instead of the UDP consumer")
       .flag("--page", options->page, "The live page too, with eight browsers that read nothing")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return doctor(*options); });

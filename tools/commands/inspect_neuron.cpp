@@ -34,7 +34,7 @@ Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxl
                    known);
 }
 
-/// The injected current at a time: constant, or 0 to t0, up to I at t1, held to t2, 0 from t3.
+/// The injected current at a time: constant, or a ramp up from t0 to t1 and down from t2 to t3.
 double injected(const InspectOptions& options, double time_ms) {
   if (options.current) return *options.current;
   const double t0 = options.ramp[0];

@@ -39,7 +39,7 @@ struct PathMeasurement {
 struct PathSettings {
   std::chrono::nanoseconds duration{10'000'000'000};
   std::chrono::nanoseconds tick{1'000'000};
-  bool zeromq = false;  ///< a ZeroMQ subscriber in place of the UDP consumer
+  bool zeromq = false;  ///< a ZeroMQ subscriber instead of the UDP consumer
   bool page = false;    ///< the live page too, with browsers that hang
   LoopWait wait = LoopWait::kHybrid;
   RealtimeSettings realtime;

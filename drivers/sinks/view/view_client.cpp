@@ -44,7 +44,7 @@ void ViewClient::accept(const http::request<http::empty_body>& request) {
 void ViewClient::send(const ViewFrame& frame) {
   if (waiting_.size() >= most_waiting_) {
     ++dropped_;
-    waiting_.back() = frame;  // the latest wins
+    waiting_.back() = frame;  // replaced by the newest
   } else {
     waiting_.push_back(frame);
   }

@@ -47,7 +47,7 @@ http::response<http::string_body> response_to(const http::request<http::empty_bo
   const std::string_view name = target == "/" ? "page.html" : target.substr(target.empty() ? 0 : 1);
   if (!allowed) {
     response.result(http::status::forbidden);
-    response.body() = "open the page by the address that merkel printed, or as http://localhost\n";
+    response.body() = "open the page at the address that merkel printed, or as http://localhost\n";
   } else if (request.method() != http::verb::get && !head) {
     response.result(http::status::method_not_allowed);
   } else {
@@ -108,7 +108,7 @@ void ViewConnection::answer() {
   response_ = response_to(request, allowed);
   if (allowed && socket) {
     response_.result(http::status::service_unavailable);
-    response_.body() = "too many pages are open: close some\n";
+    response_.body() = "too many pages are open: close some of them\n";
     response_.prepare_payload();
   }
   stream_.expires_after(kPatience);

@@ -28,7 +28,7 @@ std::string list_of(const std::vector<double>& values) {
 std::string json_of(const PatchParameters& parameters) {
   const PatchLayout layout = layout_of(parameters).value_or(PatchLayout{});
   const std::vector<Receptor>& receptors = layout.receptors;
-  // Thinned out evenly where there are more than a picture shows.
+  // Evenly thinned out if there are too many for a picture.
   const std::size_t stride = receptors.size() / kMostReceptors + 1;
   JsonWriter dots('[');
   for (std::size_t i = 0; i < receptors.size(); i += stride) {

@@ -27,8 +27,8 @@ struct PopulationCase {
 /// at which this core does multiply-adds.
 [[nodiscard]] double port_bound_s(Precision precision, double fma_peak_gflops);
 
-/// Arithmetic operations of one neuron in one step of the default method without a network, a fused
-/// multiply-add counted as two, a division as one; comparisons and choices not counted.
+/// Arithmetic operations per neuron and step of the default method without a network. A fused
+/// multiply-add counts as two, a division as one; comparisons and selections do not count.
 [[nodiscard]] constexpr double operations_of_neuron_step(Precision precision) noexcept {
   // w 1; b by a polynomial in w (9 or 5 multiply-adds); its powers 8; p, D, s of three gates 19;
   // new values by one division 25; channels 12; current, imbalance and potential 9.

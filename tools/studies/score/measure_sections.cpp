@@ -100,7 +100,7 @@ void read_trials(JsonFields fields, const std::string& cite, Recordings& recordi
   trials.cite = cite;
   trials.trace_file = fields.text("trace");
   if (trials.trace_file.empty()) {
-    refuse_field(fields.full("trace"), "is missing: name the recorded press (CSV)");
+    refuse_field(fields.full("trace"), "is missing: give the file of the recorded press (CSV)");
   }
   trials.name = "trials: " + trials.trace_file;
   if (const std::string name = fields.text("name"); !name.empty()) trials.name = name;

@@ -11,13 +11,13 @@ namespace {
 
 using Json = JsonFields::Json;
 
-/// What all sections may say of how the tip was pressed.
+/// Reads the timing of the press, common to all sections.
 void read_timing(JsonFields& fields, Stimulus& stimulus) {
   stimulus.ramp_s = 1e-3 * fields.number("ramp_ms", 1e3 * stimulus.ramp_s);
   stimulus.count_s = fields.number("count_s", stimulus.count_s);
 }
 
-/// The level of a hold from the name of a series, in N or mm.
+/// Sets the level of a hold, in N or mm, from the name of a series.
 void set_level(Stimulus& stimulus, const std::string& key, const std::string& field) {
   if (ends_in(key, "mm")) {
     stimulus.indenter.control = Indenter::Control::kDepth;
@@ -48,7 +48,7 @@ const Json& series_of(JsonFields& fields, const std::string& key) {
 
 }  // namespace
 
-/// A number for each x; for the name of a series ("10gwt_0.098N").
+/// Reads one number per x of a series, for example "10gwt_0.098N".
 std::vector<double> series(const Json& values, const std::string& field, std::size_t count,
                            const std::string& x_name) {
   std::vector<double> numbers = JsonFields::numbers_of(values, field);
@@ -127,10 +127,10 @@ double read_bars(JsonFields& fields, Indenter& indenter) {
     given = "bar_edges_mm";
     const std::string field = fields.full(given);
     if (fields.find("bar_widths_mm") != nullptr || fields.find("bar_gaps_mm") != nullptr) {
-      refuse_field(field, "says where the bars are: leave out bar_widths_mm and bar_gaps_mm");
+      refuse_field(field, "already gives the bars: remove bar_widths_mm and bar_gaps_mm");
     }
     if (!edges->is_array() || edges->empty()) {
-      refuse_field(field, "must be a list of [left, right], one a bar, in order");
+      refuse_field(field, "must be a list of [left, right], one per bar, in order");
     }
     bars.widths_mm.clear();
     double first = 0.0;
@@ -139,7 +139,7 @@ double read_bars(JsonFields& fields, Indenter& indenter) {
       const auto edge = JsonFields::numbers_of(pair, field, true);
       if (edge.size() != 2 || !(edge[0] < edge[1]) ||
           (!bars.widths_mm.empty() && edge[0] <= last)) {
-        refuse_field(field, "must be a list of [left, right], one a bar, in order and apart");
+        refuse_field(field, "must be a list of [left, right], one per bar, in order and separate");
       }
       if (bars.widths_mm.empty()) {
         first = edge[0];
@@ -182,7 +182,7 @@ void read_bar_profile(JsonFields fields, const std::string& cite, Recordings& re
                 .points = {}};
     const auto rates = series(values, field, position.size(), "position_mm");
     for (std::size_t i = 0; i < rates.size(); ++i) {
-      // The afferent at a position under the bars sees them shifted the other way.
+      // For an afferent at a position under the bars, the bars are shifted the opposite way.
       stimulus.offset_mm = middle_mm - position[i];
       set.points.push_back({.x = position[i], .measured = rates[i], .stimulus = stimulus});
     }

@@ -18,8 +18,8 @@ struct Stimulus {
   Indenter indenter;           ///< tip and control
   double level = 0.0;          ///< of the hold: depth, mm, or force, mN, depending on the control
   double ramp_s = 0.05;        ///< from touch to the hold
-  double offset_mm = 0.0;      ///< of the tip's axis from the receptive field's centre
-  bool offset_across = false;  ///< the finger, and not along it
+  double offset_mm = 0.0;      ///< from the receptive field's centre to the tip's axis
+  bool offset_across = false;  ///< across the finger instead of along it
   std::vector<Position> neighbours = {};  ///< more tips, pressed alike, by their places from it
   double background_mm =
       0.0;  ///< depth to which a plate around the tip is lowered before `settle_s`

@@ -61,7 +61,7 @@ struct DriveRate {
                                                               const Recordings::Surround& surround,
                                                               std::size_t trials);
 
-/// Whether a data set is one of those that the presets were fitted to (`merkel fit`).
+/// True if the presets were fitted to a data set (`merkel fit`).
 [[nodiscard]] bool fitted_to(const DataSet& set);
 
 /// Published scores (RMSE) of other models of these recordings; NaN if there is none.

@@ -1,4 +1,4 @@
-// The page: takes frames, remembers them, and draws at most once a screen refresh.
+// The page: receives frames, keeps their data, and draws at most once per screen refresh.
 import { byId, follow, setText } from './canvas.js';
 import { Connection } from './connection.js';
 import { Controls } from './controls.js';

@@ -1,4 +1,4 @@
-// Below the first screen: latencies, counters, the scene and the machine.
+// Below the first screen: latency, counters, scene and machine.
 import { byId, context, follow, setText } from './canvas.js';
 import { css } from './colours.js';
 import { kStateNames } from './health.js';

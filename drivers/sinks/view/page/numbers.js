@@ -1,4 +1,4 @@
-// The big numbers, and a line for each probe where there are several.
+// The large numbers, and a line for each probe if there are several.
 import { byId, setText } from './canvas.js';
 import { isBlind, kStateNames } from './health.js';
 

@@ -1,4 +1,4 @@
-// The spikes of all afferents, a row each; where rows are thinner than the screen can show, their density.
+// The spikes of all afferents, one row each; if the rows are too thin for the screen, their density.
 import { context, sizeOf } from './canvas.js';
 import { css, kPins, packed, packedHex, scale } from './colours.js';
 import { Density } from './density.js';
