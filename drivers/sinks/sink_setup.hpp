@@ -17,11 +17,11 @@ namespace merkel {
 class RecordingSwitch;
 struct SessionPosition;
 
-/// Describes a run to its sinks.
+/// The description of a run, for sinks that record it.
 struct RunDescription {
-  std::string scene;  ///< its name, for people
-  /// Everything that the run depends on or that a reader may look up later (version, scene text,
-  /// seeds, machine), by name. Names are letters, digits and underscores.
+  std::string scene;  ///< its name, for display
+  /// Everything that determines the run or documents it (version, scene text, seeds, machine), by
+  /// name. Names consist of letters, digits and underscores.
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
   std::vector<ProbeInfo> probes = {};  ///< one an indenter

@@ -572,7 +572,7 @@ class InBrowser(Page):
         self.assertEqual(self.page.ask("document.getElementById('banner').dataset.level"), "bad")
         self.assertIn("Plug the cable in", self.page.text("advice"))
         self.wait("merkel.history.spans.some((s) => s.kind === 'released' && merkel.frame.t - s.from > 1)")
-        # A probe that measures nothing does not read 0 N.
+        # A probe without data does not show 0 N.
         self.assertEqual((self.page.text("force"), self.page.text("depth"), self.page.text("depth-of")),
                          ("–", "–", "no data"))
         self.screenshot("live_page_outage.png")
@@ -697,7 +697,7 @@ class InBrowser(Page):
                               "merkel.frame.origin_s))").splitlines()
         self.assertEqual(press[0], "time_s,depth_mm,force_N")
         self.assertGreater(len(press), 500)
-        # The menu hands all three to the browser as downloads.
+        # The menu offers all three as downloads.
         names = self.page.ask("""(async () => {
           const names = [], of = HTMLAnchorElement.prototype, click = of.click, menu = document.getElementById('save');
           of.click = function () { names.push(`${this.download} ${this.href.split(':')[0]}`); };
@@ -727,7 +727,7 @@ class InBrowser(Page):
         self.assertEqual(self.page.text("depth-of"), frozen)
         self.page.press(" ")
         self.assertEqual(self.page.text("pause"), "Pause")
-        # Receptors are drawn on zoom only.
+        # Receptors are drawn only when zoomed in.
         circles = ("(() => { let n = 0; const of = CanvasRenderingContext2D.prototype, arc = of.arc; "
                    "of.arc = function (...a) { ++n; return arc.apply(this, a); }; merkel.finger.draw({rates: merkel.rates, "
                    "most: merkel.most, probes: merkel.frame.probes, pins: []}); of.arc = arc; return n; })()")

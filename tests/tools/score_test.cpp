@@ -85,7 +85,7 @@ TEST(Score, ExplainedVarianceRevealsAWrongGain) {
   EXPECT_FALSE(fitted_to(halved));
 }
 
-// Recorded areas: 5.3 to 8.8 mm². Without the array that is lowered first, 50 µm are not felt.
+// Recorded areas: 5.3 to 8.8 mm². Without the lowered array, 50 µm evoke no impulse.
 TEST(Score, ReceptiveFieldsNeedTheArrayAroundThePin) {
   const auto scene = preset_scene("goodwin")->model;
   const Recordings recordings = published_recordings();
@@ -95,7 +95,7 @@ TEST(Score, ReceptiveFieldsNeedTheArrayAroundThePin) {
   EXPECT_EQ(*field_area_mm2(scene, {.depth_mm = 0.05}, 10), 0.0);
 }
 
-// What the model gets wrong: recorded afferents fire 0.20 times as much under seven pins as under
+// A known error of the model: recorded afferents fire 0.20 times as much under seven pins as under
 // one.
 TEST(Score, SevenPinsAreSuppressedLessThanRecorded) {
   const auto scene = preset_scene("goodwin")->model;
@@ -108,7 +108,7 @@ TEST(Fit, LeavesOutWhatIsKeptForACheck) {
   TactileModel::Parameters scene = preset_scene("goodwin")->model;
   std::vector<DataSet> sets = {published_recordings().sets[5]};
   EXPECT_EQ(fit(scene, sets, {"gain_Hz_per_kPa"}, 1, 10, {}).error().sentence,
-            "the data file holds no rates or declines to fit to");
+            "the data file contains no rates or declines to fit");
 }
 
 TEST(Fit, SaysWhatTheDataDoNotDetermine) {

@@ -83,8 +83,8 @@ TEST(SkinFit, AgreesWithThePublishedFingerpadsWithinItsStandardErrors) {
   }
 }
 
-// A load cell with a gain error in half of the presses: the errors are relative, and a slow drift
-// makes neighbours err alike.
+// A load cell with relative gain errors: alternating ones are independent, a slow drift correlates
+// neighbouring samples.
 TEST(SkinFit, StandardErrorsCountSamplesThatErrAlikeAsFewer) {
   auto press = press_of(kPlate, 24.0, 1.65, 0.0);
   auto drifting = press;

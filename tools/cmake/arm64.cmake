@@ -14,7 +14,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 foreach(kind LIBRARY INCLUDE PACKAGE)
   set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
 endforeach()
-# Libraries that the linked ones need in their turn.
+# Indirect dependencies of the linked libraries.
 foreach(folder lib usr/lib)
   string(APPEND CMAKE_EXE_LINKER_FLAGS_INIT
     " -Wl,-rpath-link,${MERKEL_ARM64_ROOT}/${folder}/aarch64-linux-gnu")

@@ -22,7 +22,7 @@ namespace {
 struct BenchOptions {
   bool json = false;
   std::string target;
-  std::optional<double> neurons;  ///< none: the list of populations, and the ticks
+  std::optional<double> neurons;  ///< empty: several sizes, and the ticks
   std::string method = std::string(name_of(IntegrationMethod::kCrankNicolson));
   double step_us = 25.0;
 };
@@ -35,7 +35,7 @@ struct Row {
     return which.step_us * 1e3 / (ns * static_cast<double>(which.neurons));
   }
   [[nodiscard]] double gflops() const { return operations_of_neuron_step(which.precision) / ns; }
-  /// Whether operations_of_neuron_step() and port_bound_s() hold.
+  /// True if operations_of_neuron_step() and port_bound_s() apply.
   [[nodiscard]] bool counted() const {
     return which.method == IntegrationMethod::kCrankNicolson && which.step_us < 40.0;
   }
@@ -96,10 +96,10 @@ HandCost hand_cost(WorkerTeam* team) {
   return cost;
 }
 
-/// What is measured: the populations, and unless one size was asked for, the ticks.
+/// The measurements: populations, and ticks unless the user selected one population size.
 struct BenchResult {
   std::string target;
-  double peak[2] = {0.0, 0.0};  ///< GFLOP/s of a core: double, float
+  double peak[2] = {0.0, 0.0};  ///< GFLOP/s per core: double, float
   std::vector<Row> rows;
   std::optional<DefaultCost> scene;
   HandCost hand;
@@ -201,15 +201,16 @@ void print_text(const BenchOptions& options, const BenchResult& result) {
   const DefaultCost& scene = *result.scene;
   const StageCosts& stages = scene.stages;
   const HandCost& hand = result.hand;
-  std::printf("a tick of %g ms of the default scene: %.2f µs (%.0f × real time)\n", scene.tick_ms,
+  std::printf("default scene, tick of %g ms: %.2f µs (%.0f × real time)\n", scene.tick_ms,
               scene.tick, 1e3 * scene.tick_ms / scene.tick);
-  std::printf("its stages, each alone: contact %.2f, drive %.2f, neurons %.2f, publish %.2f µs\n",
-              stages.contact, stages.drive, stages.neurons, stages.publish);
-  std::printf("a tick of 50 µs of the default scene: %.2f µs (%.0f × real time)\n",
-              scene.short_tick, units::ms_from(kShortTick) * 1e3 / scene.short_tick);
   std::printf(
-      "of the whole hand: %.1f µs with one fingertip pressed (%.2f of that fingertip alone), %.0f "
-      "µs with all pressed, %.0f µs on two threads\n",
+      "stages, measured separately: contact %.2f, drive %.2f, neurons %.2f, publish %.2f µs\n",
+      stages.contact, stages.drive, stages.neurons, stages.publish);
+  std::printf("default scene, tick of 50 µs: %.2f µs (%.0f × real time)\n", scene.short_tick,
+              units::ms_from(kShortTick) * 1e3 / scene.short_tick);
+  std::printf(
+      "whole hand, per tick: %.1f µs with one fingertip pressed (%.2f × that fingertip alone), "
+      "%.0f µs with every pad pressed, %.0f µs on two threads\n",
       hand.thumb, hand.thumb / hand.fingertip_alone, hand.all, hand.shared);
 }
 
@@ -250,8 +251,7 @@ void add_bench_command(CommandLine& program) {
       .option("--target", options->target,
               "Instruction set to use instead of the best: avx512, avx2, sse4, neon, scalar")
       .option("--neurons", options->neurons,
-              "Measure populations of so many neurons only; default: 20 to 17000, and ticks",
-              {1.0, 1e6})
+              "Measure only populations of this size; default: 20 to 17000, and ticks", {1.0, 1e6})
       .option("--method", options->method, "Integration method of the populations")
       .option("--step-us", options->step_us, "Step of the populations, µs", {0.1, 1000.0})
       .flag("--json", options->json, "Print the results as JSON")

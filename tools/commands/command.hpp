@@ -39,7 +39,7 @@ void add_plan_command(CommandLine& program);
 /// scene_named() for a command: prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);
 
-/// "a, b, c".
+/// The words, separated by ", ".
 [[nodiscard]] std::string joined(const std::vector<std::string>& words);
 
 /// Prints "merkel: sentence" to stderr. Returns the exit code of wrong input: 2.

@@ -192,7 +192,7 @@ void add_doctor_command(CommandLine& program) {
       .flag("--normal", options->normal, "Use SCHED_OTHER even if SCHED_FIFO is permitted")
       .flag("--stress", options->stress, "Run stress-ng --cpu 2 during the measurement")
       .flag("--zeromq", options->zeromq, "Use a ZeroMQ subscriber instead of the UDP consumer")
-      .flag("--page", options->page, "The live page too, with eight browsers that read nothing")
+      .flag("--page", options->page, "Also serve the live page to eight browsers that read nothing")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return doctor(*options); });
 }

@@ -44,8 +44,8 @@ std::string report_of(const SkinFit& fit) {
         "                     no stiffening: the force follows from the contact's shape alone\n";
   }
   text += format(
-      "residuals: %.3g %% rms as weighed (relative, absolute near the noise); %.3g mN rms, %.3g mN "
-      "at most; R² = %.4f\n",
+      "residuals: %.3g %% rms as weighted (relative, absolute near the noise); %.3g mN rms, %.3g mN "
+      "maximum; R² = %.4f\n",
       100.0 * fit.rms_weighted, fit.rms_mN, fit.largest_mN, fit.r2);
   text += fit.unloaded
               ? format(

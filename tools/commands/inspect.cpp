@@ -14,7 +14,7 @@ namespace {
 
 enum class PatchColumn { kOfSeveral, kAlways };
 
-/// Calls print(layout, afferents before it, ",PATCH" or "") for each patch of a scene.
+/// Calls print(layout, number of afferents in earlier patches, ",PATCH" or "") for each patch.
 template <class Print>
 int for_each_layout(const InspectOptions& options, const char* columns, PatchColumn column,
                     Print print) {
@@ -130,8 +130,8 @@ void add_inspect_command(CommandLine& program) {
   command
       .subcommand(
           "afferents",
-          "The afferents of a scene: number, middle and radius of the receptive field (of a "
-          "subregion: the circle about it), receptors, and patch: its name, or its number from 0.",
+          "The afferents of a scene: number, centre and radius of the receptive field (of a "
+          "subregion: its circumscribed circle), receptors, and patch (name, or number from 0).",
           "inspect afferents goodwin")
       .option("scene", options->scene, "Scene file or preset")
       .runs([options] { return inspect_afferents(*options); });

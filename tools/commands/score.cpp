@@ -117,7 +117,7 @@ class Scorecard {
       if (!found) return bad_input(named.sentence(found.error()));
       text += format("- receptive field at %g mm%s: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
                      area.background_mm > 0.0
-                         ? format(" beyond an array lowered by %g mm", area.background_mm).c_str()
+                         ? format(" below an array at %g mm depth", area.background_mm).c_str()
                          : "",
                      *found, area.area_mm2);
     }
@@ -125,7 +125,7 @@ class Scorecard {
       const auto found = surround_ratio(scene_, surround, trials_);
       if (!found) return bad_input(named.sentence(found.error()));
       text +=
-          format("- seven pins %g mm apart, %g mm deep: %s of the rate of one (recorded %.2f)\n",
+          format("- seven pins %g mm apart, %g mm deep: %s × the rate under one (recorded %.2f)\n",
                  surround.spacing_mm, surround.depth_mm, cell(*found).c_str(), surround.rate_ratio);
     }
     if (!recordings_.time_constants_ms.empty() && scene_.energy_driven()) {

@@ -13,11 +13,11 @@
 namespace merkel {
 namespace {
 
-constexpr int kReceiveBuffer = 2048;  ///< bytes; what a browser that hangs takes at most
+constexpr int kReceiveBuffer = 2048;  ///< bytes; the most that a hung browser accepts
 
 SetupError no_page(const std::string& why) {
   return {.kind = SetupError::Kind::kUnavailable,
-          .sentence = "cannot open the live page for browsers that hang: " + why};
+          .sentence = "cannot open the live page for the test browsers: " + why};
 }
 
 sockaddr_in loopback(std::uint16_t port) {
@@ -28,7 +28,7 @@ sockaddr_in loopback(std::uint16_t port) {
   return address;
 }
 
-/// A port that another socket was given and has left; 0 where there is none.
+/// A free port, found by opening and closing a socket; 0 if there is none.
 std::uint16_t free_port() {
   const OwnedDescriptor scout(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address = loopback(0);
@@ -61,7 +61,7 @@ Expected<HungPage, SetupError> HungPage::open(const TactileModel& model) {
   for (int k = 0; k < kBrowsers; ++k) {
     OwnedDescriptor browser(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     const sockaddr_in address = loopback(port);
-    // Before connect(), which tells the other side how much fits.
+    // Before connect(), which announces the size to the peer.
     if (::setsockopt(browser.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer,
                      sizeof kReceiveBuffer) != 0 ||
         ::connect(browser.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=

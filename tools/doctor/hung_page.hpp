@@ -16,11 +16,11 @@ class HungPage {
  public:
   static constexpr int kBrowsers = 8;
 
-  /// Fails where no port can be opened, or where merkel was built without the page.
+  /// Fails if no port can be opened, or if merkel was built without the page.
   [[nodiscard]] static Expected<HungPage, SetupError> open(const TactileModel& model);
   HungPage(HungPage&& other) noexcept = default;
 
-  /// The page's sink, once.
+  /// Takes the page's sink. Call it once.
   [[nodiscard]] std::unique_ptr<SpikeSink> sink() { return std::move(sink_); }
 
  private:

@@ -40,7 +40,7 @@ struct PathSettings {
   std::chrono::nanoseconds duration{10'000'000'000};
   std::chrono::nanoseconds tick{1'000'000};
   bool zeromq = false;  ///< a ZeroMQ subscriber instead of the UDP consumer
-  bool page = false;    ///< the live page too, with browsers that hang
+  bool page = false;    ///< also the live page, with browsers that read nothing
   LoopWait wait = LoopWait::kHybrid;
   RealtimeSettings realtime;
 };

@@ -138,7 +138,7 @@ def stability():
             grid = [[math.nan] * len(steps) for _ in values]
             for step, value, outcome in zip(rows["step_us"], rows[name], rows["outcome"]):
                 grid[values.index(value)][steps.index(step)] = outcome
-            # A cell reaches half-way, on the logarithmic axis, to its neighbours.
+            # Each cell extends halfway to its neighbours on the logarithmic axis.
             middles = [math.sqrt(a * b) for a, b in zip(steps, steps[1:])]
             edges = [steps[0] ** 2 / middles[0], *middles, steps[-1] ** 2 / middles[-1]]
             heights = [i - 0.5 for i in range(len(values) + 1)]

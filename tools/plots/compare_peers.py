@@ -1,14 +1,14 @@
-"""Runs the same neurons in merkel and in other simulators, and prints speed and error side by side.
+"""Compares speed and spike-time error of merkel and other simulators for the same neurons.
 
 usage: compare_peers.py MERKEL [--csv FILE]
 
-MERKEL is the program. Peers are run where they are installed: Brian2 (Debian: python3-brian) in its C++
-standalone mode and NEURON (python3-neuron). 450 uncoupled neurons under 8 to 14 uA/cm2 for half a second at
-steps of 25 us: in Brian2 the neurons of the model by exponential Euler, its default for these equations; in
-NEURON its own `hh`, the same neuron without the calcium channel, by its two fixed-step methods. All are timed on
-one core by their processor time, in turn with `merkel bench`, several times; ratios are medians of pairs. Errors are of spike times as
-each reports them, against merkel's RK4 at 0.5 us, which the tests hold against CVODE. With --csv, the peers'
-points are written as a table.
+MERKEL is the program. It is compared with the installed ones of Brian2 (Debian: python3-brian), in its C++
+standalone mode, and NEURON (python3-neuron). 450 uncoupled neurons receive 8 to 14 uA/cm2 for half a second at
+steps of 25 us. Brian2 computes the model's neurons by exponential Euler, its default for these equations. NEURON
+computes its own `hh`, the same neuron without the calcium channel, by its two fixed-step methods. The measure of
+speed is processor time on one core, alternating with `merkel bench`; ratios are medians of pairs. Spike times are
+those that each simulator reports; their reference is merkel's RK4 at 0.5 us, which the tests compare with CVODE.
+--csv also writes the points of the other simulators as a table.
 """
 
 import json
@@ -27,7 +27,7 @@ NEURONS = 450
 DURATION_MS = 500.0
 STEP_US = 25.0
 RUNS = 5
-CHECKED = [0, 150, 300, 449]  # neurons whose spike times are compared
+CHECKED = [0, 150, 300, 449]  # neurons with compared spike times
 CURRENTS = 8.0 + 6.0 * np.arange(NEURONS) / NEURONS  # uA/cm2
 STEPS = DURATION_MS * 1e3 / STEP_US
 
@@ -101,7 +101,7 @@ class Brian2:
 
 class Neuron:
     options = ["--set", "gCaL=0"]
-    cells = None  # made once: NEURON simulates every cell that exists
+    cells = None  # created once: NEURON simulates every existing cell
 
     def __init__(self, second_order):
         from neuron import __version__, h
@@ -128,7 +128,7 @@ class Neuron:
 
 
 def make_neuron_cells(h):
-    """Sections with NEURON's hh under constant currents, and the spike times of some as vectors."""
+    """Sections with NEURON's hh under constant currents, and vectors for the spike times of some."""
     h.load_file("stdrun.hoc")
     h.cvode_active(0)
     h.celsius = 6.3
@@ -141,7 +141,7 @@ def make_neuron_cells(h):
         soma.insert("hh")
         soma.ena, soma.ek = 50.0, -77.0
         segment = soma(0.5)
-        # The leak that puts the rest at exactly -65 mV.
+        # The leak that sets the resting potential to exactly -65 mV.
         segment.hh.el = -65 - (120 * m0**3 * h0 * (50 + 65) + 36 * n0**4 * (-77 + 65)) / 0.3
         clamp = h.IClamp(segment)
         clamp.delay, clamp.dur = 0.0, 1e9
@@ -156,7 +156,7 @@ def make_neuron_cells(h):
 
 
 def installed(folder):
-    """The peers that can be imported; what is missing is said."""
+    """The simulators that can be imported; prints the others."""
     peers = []
     for make, package in [
         (lambda: Brian2(folder), "python3-brian"),
@@ -166,7 +166,7 @@ def installed(folder):
         try:
             peers.append(make())
         except ImportError as error:
-            print(f"left out: {error} (Debian: {package})", file=sys.stderr)
+            print(f"skipped: {error} (Debian: {package})", file=sys.stderr)
     return peers
 
 
@@ -179,7 +179,7 @@ def spikes_of(merkel, current, *options):
 
 
 def error_ms(trains, reference):
-    """Root mean square over all spikes, and in how many neurons the numbers of spikes differ."""
+    """RMS error over all spikes, and the number of neurons with a wrong number of spikes."""
     differ, squares = 0, []
     for i in CHECKED:
         count = min(len(trains[i]), len(reference[i]))
@@ -189,7 +189,7 @@ def error_ms(trains, reference):
 
 
 def merkel_ns(merkel, *options):
-    """ns a neuron-step, by precision."""
+    """Time per neuron-step in ns, by precision."""
     bench = json.loads(
         subprocess.run([merkel, "bench", "--neurons", str(NEURONS), "--json", *options],
                        check=True, capture_output=True, text=True).stdout
@@ -205,7 +205,7 @@ def main():
         peers = installed(pathlib.Path(folder))
         ours = {"double": [], "float": []}
         for peer in peers:
-            peer.run()  # warm
+            peer.run()  # warm up
         seconds = {peer: [] for peer in peers}
         for _ in range(RUNS):
             for peer in peers:
@@ -222,7 +222,7 @@ def main():
             ratios = {p: statistics.median(a / b for a, b in zip(ns, ours[p])) for p in ours}
             ours_error, _ = error_ms({i: spikes_of(merkel, CURRENTS[i], *peer.options) for i in CHECKED},
                                      reference[tuple(peer.options)])  # fmt: skip
-            counts = f"; {differ} of {len(CHECKED)} neurons fire another number of spikes" if differ else ""
+            counts = f"; {differ} of {len(CHECKED)} neurons have a wrong number of spikes" if differ else ""
             rows.append(
                 f"| {peer.name}: {peer.method} | {statistics.median(ns):.1f} | {error:.3g}{counts} "
                 f"| {ratios['double']:.1f} | {ratios['float']:.1f} | {ours_error / error:.2g} |"
@@ -237,7 +237,7 @@ def main():
             subprocess.run([merkel, "bench", "--neurons", "1", "--json"], check=True, capture_output=True, text=True).stdout
         )["simd_target"]
         print(f"{NEURONS} neurons, {DURATION_MS:g} ms, one core, {target}; medians of {RUNS} interleaved runs\n")
-        print("| simulator and method | ns a neuron-step of 25 us | rms spike-time error, ms | times slower than merkel, double | float | merkel's error : its |")
+        print("| simulator and method | ns per neuron-step of 25 us | rms spike-time error, ms | time / merkel's, double | float | merkel's error / its |")
         print("|---|---|---|---|---|---|")
         print("\n".join(rows))
         for method, step_us in [("crank_nicolson", 25.0), ("staggered_multistep", 25.0), ("staggered_multistep", 50.0)]:

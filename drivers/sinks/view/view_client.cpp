@@ -14,13 +14,13 @@ namespace websocket = beast::websocket;
 
 constexpr std::size_t kMostWaiting = 2;
 constexpr std::size_t kLongestMessage = 1024;  ///< from a browser
-constexpr std::chrono::seconds kStalled{20};   ///< a browser that takes nothing for so long
+constexpr std::chrono::seconds kStalled{20};   ///< limit for a browser that reads nothing
 
 }  // namespace
 
 ViewClient::ViewClient(net::ip::tcp::socket socket, ViewRoom& room, bool steers)
     : socket_(std::move(socket)), room_(room), most_waiting_(kMostWaiting), steers_(steers) {
-  // Frames that wait in the kernel are old: keep its buffer short.
+  // Frames queued in the kernel are out of date: keep its buffer short.
   boost::system::error_code ignored;
   beast::get_lowest_layer(socket_).socket().set_option(net::socket_base::send_buffer_size(1 << 17),
                                                        ignored);

@@ -17,20 +17,20 @@
 
 namespace merkel {
 
-/// One browser's web socket: gets the scene, then frames. A browser that is behind gets the newest
+/// The web socket of one browser: sends the scene, then frames. A slow browser receives the newest
 /// frame and the number of frames it missed. Thread: server.
 class ViewClient : public std::enable_shared_from_this<ViewClient> {
  public:
-  /// \param room  outlives the client.  \param steers  whether the browser has shown the token
+  /// \param room  outlives the client.  \param steers  true if the browser has sent the token
   ViewClient(boost::asio::ip::tcp::socket socket, ViewRoom& room, bool steers);
 
   /// Answers the request to upgrade, sends the scene and the room's history, and joins the room.
   void accept(const boost::beast::http::request<boost::beast::http::empty_body>& request);
-  /// Queues a frame; where the queue is full, the frame replaces the newest that waits.
+  /// Queues a frame; if the queue is full, the frame replaces the newest in it.
   void send(const ViewFrame& frame);
-  /// Closes the connection if the browser has taken nothing for 20 s.
+  /// Closes the connection if the browser has read nothing for 20 s.
   void leave_if_stalled(std::chrono::steady_clock::time_point now);
-  /// Closes the connection after the frames that wait.
+  /// Closes the connection after the queued frames.
   void finish();
 
  private:

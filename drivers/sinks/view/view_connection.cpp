@@ -21,7 +21,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 
-constexpr std::chrono::seconds kPatience{5};  ///< for a request, and for its response to be taken
+constexpr std::chrono::seconds kPatience{5};  ///< limit for a request and for its response
 
 std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 

@@ -16,7 +16,7 @@
 
 namespace merkel {
 
-/// One HTTP request: answered with a file of the page, or handed to a ViewClient. Thread: server.
+/// One HTTP request: answered with a file of the page, or passed to a ViewClient. Thread: server.
 class ViewConnection : public std::enable_shared_from_this<ViewConnection> {
  public:
   static constexpr std::size_t kLongestRequest = 8192;

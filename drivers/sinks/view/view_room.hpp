@@ -18,11 +18,11 @@ class ViewConnection;
 /// The bytes of a frame, shared by all clients.
 using ViewFrame = std::shared_ptr<const std::string>;
 
-/// State that the clients of the live page share. Thread: server.
+/// State shared by the clients of the live page. Thread: server.
 struct ViewRoom {
   static constexpr std::size_t kMostClients = 64;
-  static constexpr std::size_t kMostUnserved = 32;  ///< connections whose request is still to come
-  static constexpr std::size_t kHistory = 1500;     ///< frames sent to a new client: a minute
+  static constexpr std::size_t kMostUnserved = 32;  ///< connections without a request so far
+  static constexpr std::size_t kHistory = 1500;     ///< frames for a new client: one minute
   static constexpr std::size_t kHistoryBytes = 8 << 20;
 
   std::set<std::shared_ptr<ViewClient>> clients;
@@ -36,7 +36,7 @@ struct ViewRoom {
   bool loopback_only = true;
   std::size_t most_sockets = kMostClients + kMostUnserved;
 
-  /// Adds a frame to the history, within its bounds. \param first  clears the history before
+  /// Adds a frame to the history, within its limits. \param first  clears the history first
   void remember(const ViewFrame& frame, bool first) {
     if (first) {
       history.clear();

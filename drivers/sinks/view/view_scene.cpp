@@ -24,7 +24,7 @@ std::string list_of(const std::vector<double>& values) {
   return list.end();
 }
 
-/// A patch, its receptors and the middles of its afferents, by number.
+/// A patch, its receptors, and the centre of each afferent, by number.
 std::string json_of(const PatchParameters& parameters) {
   const PatchLayout layout = layout_of(parameters).value_or(PatchLayout{});
   const std::vector<Receptor>& receptors = layout.receptors;

@@ -128,7 +128,7 @@ class ViewServer::Thread {
     timer_.async_wait([this, deadline](beast::error_code) { await_departures(deadline); });
   }
 
-  ViewRoom room_;  // outlives the context, whose pending work knows it
+  ViewRoom room_;  // outlives the context, whose pending work refers to it
   net::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   net::steady_timer timer_{context_};

@@ -23,7 +23,7 @@ double run_chains(Real seed, Real& sum) {
   const hn::ScalableTag<Real> d;
   const auto factor = hn::Set(d, seed * Real(1e-9) + Real(0.999999));
   const auto term = hn::Set(d, seed * Real(1e-6));
-  // Each chain begins elsewhere: a compiler makes one of chains that are the same.
+  // Each chain has its own start value: a compiler merges identical chains.
   const auto begin = [&](Real share) HWY_ATTR { return hn::Set(d, seed * share); };
   auto a = begin(Real(0.1)), b = begin(Real(0.2)), c = begin(Real(0.3)), e = begin(Real(0.4)),
        f = begin(Real(0.5)), g = begin(Real(0.6)), h = begin(Real(0.7)), k = begin(Real(0.8)),

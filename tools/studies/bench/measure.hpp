@@ -4,10 +4,10 @@
 
 namespace merkel {
 
-/// How long a piece of work takes, s: the median of several runs, each repeated until it takes long
-/// enough for the clock. The first run, which finds cold caches, does not count. The clock is the
-/// calling thread's processor time: other programs cost it nothing, and a team's caller spins while
-/// it waits for the others.
+/// The duration of a piece of work, s: the median of several runs, each repeated until it takes
+/// long enough for the clock. The first run, with cold caches, does not count. The clock is the
+/// processor time of the calling thread: other programs do not change it. The caller of a worker
+/// team spins while it waits, so the wait counts.
 struct Measurement {
   double median_s = 0.0;
   double least_s = 0.0;

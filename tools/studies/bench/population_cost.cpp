@@ -42,7 +42,7 @@ Measurement neuron_step_cost(const PopulationCase& which, int runs, double run_s
 double port_bound_s(Precision precision, double fma_peak_gflops) {
   struct Count {
     Precision precision;
-    double multiplications;  ///< in a step of a vector
+    double multiplications;  ///< per step of a vector
   };
   constexpr Count kCounts[] = {
 #include "tools/studies/bench/port_bound.inc"

@@ -22,9 +22,9 @@ struct PopulationCase {
 [[nodiscard]] Measurement neuron_step_cost(const PopulationCase& which, int runs = 7,
                                            double run_s = 0.02);
 
-/// What a step of a neuron of the default method without a network takes at the best, s: the
-/// multiplications and multiply-adds of the compiled kernel (port_bound.py counts them) at the rate
-/// at which this core does multiply-adds.
+/// The lower bound of the time per neuron and step of the default method without a network, s: the
+/// multiplications and multiply-adds of the compiled kernel (counted by port_bound.py) over the
+/// measured rate of multiply-adds of this core.
 [[nodiscard]] double port_bound_s(Precision precision, double fma_peak_gflops);
 
 /// Arithmetic operations per neuron and step of the default method without a network. A fused

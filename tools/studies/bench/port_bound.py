@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts what the multiplier ports of a core have to do for a step of a neuron.
+"""Counts the operations of a neuron step that occupy the multiplier ports of a core.
 
 usage: tools/studies/bench/port_bound.py OBJECT           prints the instructions by class, stage by stage
        tools/studies/bench/port_bound.py OBJECT --write   writes port_bound.inc, which `merkel bench` reads
@@ -8,7 +8,7 @@ build/release/core/CMakeFiles/merkel_core.dir/neurons/hodgkin_huxley/kernel/one_
 
 The stages of the kernel are loops over a few vectors. The instructions of each loop are counted in the
 disassembly (objdump of binutils). Multiplications and fused multiply-adds can only go to the two
-multiplier ports: at best a step takes as long as they do. Additions, comparisons, loads and divisions
+multiplier ports: a step takes at least the time of these. Additions, comparisons, loads and divisions
 go to other ports or units of AMD's cores.
 """
 import pathlib
@@ -16,7 +16,7 @@ import re
 import subprocess
 import sys
 
-# Stage, and vectors that an iteration of its loop takes.
+# Stage, and number of vectors per iteration of its loop.
 STAGES = {"find_exponentials": 4, "find_gate_steps": 2, "take_gate_steps": 2, "step_gates": 2, "step_potentials": 2}
 CLASSES = {
     "multiply": r"v(fn?m(add|sub)|mul)\w*[ps]",
@@ -52,7 +52,7 @@ def main_loop(code):
                 loops.add((place[int(operand, 16)], i))
     kept = []
     for a, b in sorted(loops, key=lambda loop: loop[1] - loop[0]):
-        # A loop around a kept one, or the way back from code for rare cases, which lies apart.
+        # A loop around a kept one, or the jump back from separate code for rare cases.
         if not any(a <= d and c <= b for c, d in kept):
             kept.append((a, b))
     return max((code[a : b + 1] for a, b in kept), key=lambda body: count(body)["multiply"], default=None)
@@ -63,7 +63,7 @@ def count(body):
 
 
 def stages(obj):
-    """(target, precision, stage) → instructions of each class for a vector."""
+    """(target, precision, stage) → instructions of each class per vector."""
     found = {}
     for name, code in functions(obj):
         head = re.match(r".*?N_(AVX2|AVX3)::StagedStep<.*?OneStep<true, false, .*?Simd<(double|float)", name)
@@ -84,8 +84,8 @@ def main():
         sys.exit(__doc__)
     found = stages(sys.argv[1])
     if not found:
-        sys.exit(f"{sys.argv[1]} holds no stages of the kernel: is it one_step.cpp.o of a release build for x86-64?")
-    print(f"{'target':6} {'':6} {'stage':18}" + "".join(f"{kind:>9}" for kind in [*CLASSES, "all"]) + "  instructions a vector")
+        sys.exit(f"{sys.argv[1]} does not contain the stages of the kernel: is it one_step.cpp.o of a release build for x86-64?")
+    print(f"{'target':6} {'':6} {'stage':18}" + "".join(f"{kind:>9}" for kind in [*CLASSES, "all"]) + "  instructions per vector")
     totals = {}
     for (target, precision, stage), counts in sorted(found.items()):
         print(f"{target:6} {precision:6} {stage:18}" + "".join(f"{n:9.1f}" for n in counts.values()))
@@ -99,7 +99,7 @@ def main():
         out = pathlib.Path(__file__).with_name("port_bound.inc")
         out.write_text(
             "// Written by tools/studies/bench/port_bound.py from the compiled kernel: multiplications and fused\n"
-            "// multiply-adds in a step of a vector of neurons, without a network.\n"
+            "// multiply-adds per step of a vector of neurons, without a network.\n"
             + "".join(f"{{Precision::k{p.capitalize()}, {n:g}}},\n" for p, n in rows.items())
         )
 

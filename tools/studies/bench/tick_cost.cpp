@@ -10,7 +10,7 @@
 namespace merkel {
 namespace {
 
-/// A press that changes a little from tick to tick: a nanometre more, a nanometre less.
+/// A press that alternates by a nanometre from tick to tick.
 ContactInput wavering(ContactInput press, std::chrono::nanoseconds::rep tick) {
   const double change = tick % 2 == 0 ? 1.0 : 1.0 - 1e-6;
   press.depth_mm *= change;

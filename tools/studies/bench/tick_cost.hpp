@@ -16,7 +16,7 @@ namespace merkel {
                                                               WorkerTeam* team = nullptr,
                                                               int runs = 7);
 
-/// What the stages of a tick of a scene with one patch and one probe cost, each run alone, µs.
+/// Duration of each stage of a tick, run separately, µs. The scene has one patch and one probe.
 struct StageCosts {
   double contact = 0.0;  ///< probe sample → contact and its reach
   double drive = 0.0;    ///< contact → input of the afferents

@@ -55,9 +55,9 @@ const char* enumerator_of(IntegrationMethod method) {
 /// Cost of a neuron per simulated second, µs.
 double cost_us(double s_per_step, double step_us) { return 1e6 * s_per_step * 1e6 / step_us; }
 
-/// Cost of a step, s: the median of pairs with one and the same method, so that what else the
-/// machine does falls on both. It depends on the step's length only in that Crank–Nicolson takes
-/// exponentials for the gates from 40 µs on.
+/// Cost of a step, s: the median of pairs with the same reference method, so that other load
+/// affects both. It depends on the step's length only because Crank–Nicolson computes exponentials
+/// for the gates from 40 µs on.
 class StepCosts {
  public:
   double of(IntegrationMethod method, Precision precision, double step_us) {
@@ -132,7 +132,7 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
   std::string known_text =
       "// Written by `merkel chart` (integrators): cost of a neuron's step below 40 µs and from "
       "there on,\n// ns, the medians of pairs with Crank-Nicolson in double; rms errors of its spike "
-      "times at steps of\n// 200, 100, 50, 25, 12.5 and 6.25 µs, µs, infinite where spike counts are "
+      "times,\n// µs, at steps of 200, 100, 50, 25, 12.5 and 6.25 µs, infinite if spike counts are "
       "wrong.\n";
   StepCosts step_costs;
   const auto& names = integration_method_names();
@@ -180,7 +180,7 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
 #endif
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   if (!known->write(known_text) || !known->close()) return unavailable(known->error());
-  // Other simulators beside it, where they are installed.
+  // Other simulators, if they are installed.
   if (python_has("brian2") || python_has("neuron")) {
     if (auto run =
             run_script("compare_peers", {std::filesystem::read_symlink("/proc/self/exe").string(),

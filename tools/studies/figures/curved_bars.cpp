@@ -19,8 +19,8 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
   std::string report =
       "## Bars on a curved finger\n\nA bar of 20 mm length on a finger of 7 mm radius, against "
       "boundary elements that solve the pressure over the width and the length "
-      "(`curved_bars.csv`): how far the force, and the energy density under the middle and under "
-      "an edge, are off.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
+      "(`curved_bars.csv`): relative errors of the force, and of the energy density under the "
+      "middle and under an edge.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
       "|\n|---|---|---|---|---|\n";
   for (const double width : {1.0, 3.0}) {
     const BarTip tip{.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0};

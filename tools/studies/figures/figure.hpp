@@ -18,7 +18,7 @@ namespace merkel {
                                                                    int seeds);
 /// Not in the paper: force against depth for all contact laws.
 [[nodiscard]] Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options);
-/// Not of the paper: bars on a curved finger against boundary elements.
+/// Not in the paper: bars on a curved finger, compared with boundary elements.
 [[nodiscard]] Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options);
 
 }  // namespace merkel

@@ -151,7 +151,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   }
   std::vector<DataSet> sets = given;
   std::erase_if(sets, [](const DataSet& set) { return !set.fit; });
-  if (sets.empty()) return bad_input("the data file holds no rates or declines to fit to");
+  if (sets.empty()) return bad_input("the data file contains no rates or declines to fit");
   const auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());
   const auto traces = fit_traces(scene, sets);

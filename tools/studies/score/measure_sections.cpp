@@ -1,4 +1,4 @@
-// Sections with other measures of an afferent, and recorded presses with their spikes.
+// Sections with other measurements of an afferent, and recorded presses with their spikes.
 #include <charconv>
 #include <limits>
 #include <utility>
@@ -105,7 +105,7 @@ void read_trials(JsonFields fields, const std::string& cite, Recordings& recordi
   trials.name = "trials: " + trials.trace_file;
   if (const std::string name = fields.text("name"); !name.empty()) trials.name = name;
   if (trials.name.find_first_of("\"\n") != std::string::npos) {
-    refuse_field(fields.full("name"), "must not hold quotes or line ends");
+    refuse_field(fields.full("name"), "must not contain quotes or line breaks");
   }
   read_tip(fields, trials.stimulus.indenter);
   if (const Json* const place = fields.find("afferent_mm"); place != nullptr) {

@@ -1,4 +1,4 @@
-// Sections with rates or declines: what the model's afferents are compared with, point by point.
+// Sections with rates or declines, compared with the model point by point.
 #include <limits>
 #include <utility>
 

@@ -20,7 +20,7 @@ struct Stimulus {
   double ramp_s = 0.05;        ///< from touch to the hold
   double offset_mm = 0.0;      ///< from the receptive field's centre to the tip's axis
   bool offset_across = false;  ///< across the finger instead of along it
-  std::vector<Position> neighbours = {};  ///< more tips, pressed alike, by their places from it
+  std::vector<Position> neighbours = {};  ///< identical tips, by their offset from this one
   double background_mm =
       0.0;  ///< depth to which a plate around the tip is lowered before `settle_s`
   double amplitude_mm = 0.0;  ///< of a sine on top of the hold, from zero to its peak
@@ -54,7 +54,7 @@ struct DataSet {
   std::string y_name;   ///< "rate_hz" or "decline"
   std::string cite;
   std::vector<Point> points;
-  bool fit = true;  ///< false: kept for an independent check, and left out by `merkel fit`
+  bool fit = true;  ///< false: an independent check, ignored by `merkel fit`
 };
 
 /// Recorded presses of one afferent with their spikes.
@@ -83,11 +83,11 @@ struct Recordings {
     double background_mm = 0.0;  ///< depth of the array around the pin, reached first
   };
   std::vector<FieldArea> field_areas;
-  /// The rate under a pin with six more around it, as a fraction of the rate under the pin alone.
+  /// The rate under a pin surrounded by six more, as a fraction of the rate under the pin alone.
   struct Surround {
     double depth_mm = 0.0;
     double diameter_mm = 0.5;
-    double spacing_mm = 1.0;  ///< from the middle pin to each of the six
+    double spacing_mm = 1.0;  ///< from the central pin to each of the six
     double rate_ratio = 0.0;
   };
   std::vector<Surround> surrounds;

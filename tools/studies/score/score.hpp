@@ -55,8 +55,8 @@ struct DriveRate {
                                                               const Recordings::FieldArea& area,
                                                               std::size_t trials);
 
-/// The rate under a pin with six more around it over the rate under the pin alone, in the second
-/// from the touch. NaN where the pin alone evokes nothing.
+/// The rate under a pin surrounded by six more, divided by the rate under the pin alone, in the
+/// first second after touch. NaN if the pin alone evokes no impulse.
 [[nodiscard]] Expected<double, ParameterError> surround_ratio(const TactileModel::Parameters& scene,
                                                               const Recordings::Surround& surround,
                                                               std::size_t trials);

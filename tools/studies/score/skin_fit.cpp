@@ -31,9 +31,10 @@ struct Solution {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
-/// Residuals of forces whose error is `kRelativeError` of the force and, at small ones, that of a
-/// load cell at rest: g(F) = asinh(F/F0) has a constant error where the force has √(F0² + F²). It
-/// is the logarithm far above F0, linear below, and defined for the negative readings of noise.
+/// Residuals of forces. The error of a force is `kRelativeError` of it and, for small forces, the
+/// noise of the load cell: g(F) = asinh(F/F0) has a constant error if the error of F is
+/// proportional to √(F0² + F²). It is the logarithm far above F0, linear below, and defined for
+/// negative readings (noise).
 class Residuals {
  public:
   /// \param floor_mN  F0
@@ -52,8 +53,8 @@ class Residuals {
   double floor_mN_;
 };
 
-/// How many times fewer samples there are than it seems, because neighbours err alike: by the
-/// correlation of neighbouring residuals.
+/// The number of samples over the number of independent samples, from the correlation of
+/// neighbouring residuals.
 double repetition(const Eigen::VectorXd& residuals) {
   const Eigen::Index n = residuals.size();
   const double squares = residuals.squaredNorm();
@@ -98,8 +99,8 @@ Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
   return at;
 }
 
-/// F0: the scatter of the force out of contact over the relative error, at least a thousandth of
-/// the largest force, as finely as a load cell resolves.
+/// F0: the scatter of the force before contact over the relative error; at least a thousandth of
+/// the largest force, the resolution of a load cell.
 double floor_of(const std::vector<ForceAtDepth>& press, double largest_mN) {
   double sum = 0.0;
   double squares = 0.0;

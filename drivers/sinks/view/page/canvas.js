@@ -3,7 +3,7 @@
 export const byId = (id) => document.getElementById(id);
 export const pixelRatio = () => Math.min(window.devicePixelRatio || 1, 3);
 
-/// Sets a text where it differs: an unchanged text costs no layout.
+/// Sets a text if it changed: setting the same text again would cost a layout.
 export function setText(element, text) { if (element.textContent !== text) element.textContent = text; }
 
 const sizes = new WeakMap();
@@ -11,8 +11,8 @@ const observer = new ResizeObserver((entries) => {
   for (const { target } of entries) sizes.set(target, { width: target.clientWidth, height: target.clientHeight });
   document.dispatchEvent(new Event('canvas-resized'));
 });
-/// {width, height} of a canvas on the page. Kept, because asking for it in the middle of a picture makes the
-/// browser lay the page out again.
+/// {width, height} of a canvas on the page. Cached, because reading it while drawing forces the
+/// browser to lay out the page again.
 export function sizeOf(canvas) {
   if (!sizes.has(canvas)) {
     sizes.set(canvas, { width: canvas.clientWidth, height: canvas.clientHeight });

@@ -5,7 +5,7 @@ import { afferentAt, layOut, placeOf } from './skin_layout.js';
 
 const kReceptorsFrom = 14;   // pixels per mm
 const kMostZoom = 40;
-const kFound_px = 14;        // radius of the ring around a contact that is too small to be seen from afar
+const kFound_px = 14;        // radius of the ring that marks a contact too small to see
 
 export class Finger {
   constructor(canvas) {
@@ -136,7 +136,7 @@ export class Finger {
     c.globalAlpha = 1;
   }
 
-  /// A dot of a radius at the middle of each field, as one path; kept for the next picture.
+  /// A dot of a radius at the centre of each field, as one path; cached for the next picture.
   #dots(placed, radius) {
     if (placed.dots?.radius !== radius) {
       const path = new Path2D();

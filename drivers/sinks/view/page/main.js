@@ -18,15 +18,15 @@ import { Sound } from './sound.js';
 import { Trace } from './trace.js';
 
 const kRateWindow_s = 0.5, kLeastScale = 50, kCounters_ms = 500;
-const kCalm_ms = 500;    // between pictures, for people who prefer reduced motion
+const kCalm_ms = 500;    // between pictures, if the browser requests reduced motion
 
 class Page {
   constructor() {
     this.socket = 'connecting';
     this.frame = this.scene = this.paused = null;    // paused: {t, frame}
     this.trend = new Trend();
-    this.dirty = true;       // what is shown was changed at the page
-    this.newer = false;      // data came
+    this.dirty = true;       // the user changed the view
+    this.newer = false;      // new data arrived
     this.calm = matchMedia('(prefers-reduced-motion: reduce)');
     this.drawn_ms = 0;
     this.finger = new Finger(byId('skin'));

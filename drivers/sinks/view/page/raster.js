@@ -124,7 +124,7 @@ export class Raster {
   }
 }
 
-/// Shades outages and missed frames, and names each where its name ends before the next one begins.
+/// Shades outages and missed frames, and labels each if there is room before the next one.
 export function drawSpans(c, spans, time, { left, w, h }, named) {
   const x = (t) => left + Math.max(0, Math.min(1, (t - time.from) / time.seconds)) * w;
   let free = left;

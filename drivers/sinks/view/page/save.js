@@ -12,7 +12,7 @@ function download(blob, name) {
 
 const stem = (scene, time) => `merkel-${scene.scene.replace(/[^A-Za-z0-9_-]+/g, '_')}-${time.from.toFixed(1)}-${time.to.toFixed(1)}s`;
 
-/// The numbers, legends and names of axes, where they stand and as they look.
+/// The numbers, legends and axis labels, in the places and fonts of the page.
 function drawTexts(c, main, head) {
   c.textAlign = 'left';
   for (const each of document.querySelectorAll('#numbers span, #numbers b, #numbers small, .legend span, main .caption > span, .card h3, .card header span')) {
@@ -24,7 +24,7 @@ function drawTexts(c, main, head) {
   }
 }
 
-/// The canvases and numbers as they lie on the page, under a line that says what they show.
+/// The canvases and numbers of the page, under a line that describes them.
 export function drawPicture(scene, time, health) {
   const ratio = pixelRatio(), main = document.querySelector('main').getBoundingClientRect(), head = 30;
   const canvas = document.createElement('canvas');
