@@ -99,7 +99,7 @@ Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
   return at;
 }
 
-/// F0: the scatter of the force before contact over the relative error; at least a thousandth of
+/// F0: the scatter of the force without contact over the relative error; at least a thousandth of
 /// the largest force, the resolution of a load cell.
 double floor_of(const std::vector<ForceAtDepth>& press, double largest_mN) {
   double sum = 0.0;

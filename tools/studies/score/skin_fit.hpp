@@ -42,7 +42,7 @@ struct SkinFit {
 /// Fits E0 and d1 to the loading phase of a press, up to the deepest sample, by least squares
 /// (Gauss-Newton) of asinh(F/F0): relative errors above F0, absolute errors below. Errors of the
 /// load cell's gain, of the tip and of the zero of depth grow with the force; the noise does not.
-/// F0 is the scatter of the force before contact over SkinFit::kRelativeError, at least a
+/// F0 is the scatter of the force without contact over SkinFit::kRelativeError, at least a
 /// thousandth of the largest force. Least squares of the force itself would fit only the deepest
 /// millimetre. The standard errors take the correlation of neighbouring samples into account. F/E*
 /// as a function of depth is that of the tip on skin with the scene's curvature, layer and law.
