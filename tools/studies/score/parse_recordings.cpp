@@ -19,7 +19,7 @@ void for_each_object(JsonFields& root, const std::string& section, Read read) {
   const auto one = [&](const Json& object, const std::string& name) {
     JsonFields fields(object, name);
     const std::string cite = fields.text("cite");
-    if (cite.empty()) refuse_field(fields.full("cite"), "is missing: say where the data are from");
+    if (cite.empty()) refuse_field(fields.full("cite"), "is missing: give the source of the data");
     read(std::move(fields), cite);
   };
   if (!found->is_array()) {
@@ -64,7 +64,7 @@ Recordings recordings_of(const Json& json) {
   root.finish();
   if (recordings.sets.empty() && recordings.trials.empty() && recordings.field_areas.empty() &&
       recordings.surrounds.empty() && recordings.intervals.empty()) {
-    throw JsonFault{"holds no data: give it a section such as curvature_force"};
+    throw JsonFault{"holds no data: add a section such as curvature_force"};
   }
   return recordings;
 }
@@ -79,9 +79,9 @@ Expected<Recordings, SetupError> parse_recordings(const std::string& text,
     const auto until =
         text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
     return bad_input(name + ":" + std::to_string(1 + std::count(text.begin(), until, '\n')) +
-                     ": this is not JSON");
+                     ": this is not valid JSON");
   } catch (const Json::out_of_range&) {
-    return bad_input(name + ": holds a number that is too large for any program");
+    return bad_input(name + ": holds a number that is too large");
   } catch (const JsonFault& fault) {
     return bad_input(name + ": " + fault.sentence);
   }
