@@ -477,13 +477,13 @@ class InBrowser(Page):
             t = now;
             if (step % 90 === 89) order = reorder();
             if (step === 200) spikes.clear();
-            if (step % 7 === 3) continue;    // a picture that was left out
+            if (step % 7 === 3) continue;    // a skipped picture
             const seconds = step < 300 ? 2 : 5, to = Math.max(seconds, now);
             const window = {spikes, time: {from: to - seconds, to, now, seconds}, order, edges: order.edges, columns: 231, lines: 87};
             kept.update(window);
             const anew = new Density();
             anew.update(window);
-            // The first cell may have begun before the window.
+            // The first cell may start before the window.
             if (kept.start !== anew.start || kept.counts.some((n, i) => n !== anew.counts[i] && i % kept.width > 0)) wrong.push(step);
           }
           return wrong.join(); })""")

@@ -1,8 +1,8 @@
-// Spikes counted in cells of time and height. Cells are kept from picture to picture, so that only what is new
-// is counted: a window of a minute costs as little as one of a second.
+// Spike counts in cells of time and height. Counts are kept between pictures, and only new spikes are counted:
+// a window of one minute costs no more than one of a second.
 
 export class Density {
-  /// Counts the spikes of a window. Afterwards `counts` holds `width` cells a line, line by line; the first
+  /// Counts the spikes of a window. Afterwards `counts` contains `width` cells per line, line by line; the first
   /// begins at `start` cells of `cell_s` seconds.
   /// \param edges  of the rows, from 0 at the top to 1
   update({ spikes, time, order, columns, lines, edges }) {
@@ -13,7 +13,7 @@ export class Density {
     if (!kept) this.counts = new Uint16Array(width * lines);
     Object.assign(this, { rows: order.rows, edges, cell_s, width, lines, generation: spikes.generation, start });
     if (kept && moved > 0) this.counts.copyWithin(0, moved);
-    // The last cell was counted before it was full; the one before it, because times are rounded on their way.
+    // Recount the last two cells: the last was not full yet, and transmitted times are rounded.
     const first = kept ? Math.max(0, Math.floor(this.newest / cell_s) - 1 - start) : 0;
     if (kept) for (let line = 0; line < lines; ++line) this.counts.fill(0, line * width + first, (line + 1) * width);
     this.#count(spikes, order.rowOf, (start + first) * cell_s, time.to);

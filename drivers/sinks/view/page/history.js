@@ -11,7 +11,7 @@ export class Columns {
     for (const name of this.names) this[name] = new types[name](1024);
     this.begin = 0;
     this.end = 0;
-    this.generation = 0;    // rises when all is forgotten
+    this.generation = 0;    // increases when the history is cleared
   }
   get length() { return this.end - this.begin; }
   clear() { this.begin = this.end = 0; ++this.generation; }

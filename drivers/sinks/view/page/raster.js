@@ -48,7 +48,7 @@ export class Raster {
       c.imageSmoothingEnabled = false;
       c.save();
       c.beginPath(); c.rect(left, 0, w, h); c.clip();
-      // Cells begin at multiples of their length, so that they move without being counted anew.
+      // Cells start at multiples of their length, so that they scroll without a recount.
       const step = w / size.columns, shift = mode === 'ticks' ? 0 : time.from / this.density.cell_s - this.density.start;
       c.drawImage(this.scratch, left - Math.round(shift * step * ratio) / ratio, 0, image.width * step, h);
       c.restore();
