@@ -24,7 +24,7 @@ struct RunDescription {
   /// name. Names consist of letters, digits and underscores.
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
-  std::vector<ProbeInfo> probes = {};  ///< one an indenter
+  std::vector<ProbeInfo> probes = {};  ///< one per indenter
   EncodingParameters encoding = {};    ///< without electrodes: nothing is encoded
 };
 

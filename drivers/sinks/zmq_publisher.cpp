@@ -27,14 +27,14 @@ constexpr std::chrono::milliseconds kRebindPause{10};
 constexpr std::string_view kIpc = "ipc://";
 constexpr std::string_view kTcp = "tcp://";
 
-/// ZeroMQ removes whatever is at the path of an ipc: address. Leaves it only what another run has
-/// left: a socket that no program listens at.
+/// ZeroMQ removes any file at the path of an ipc: address. Refuses a path with anything but the
+/// unused socket of an earlier run.
 Expected<void, SetupError> make_way(const std::string& uri, const std::string& path) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return {};
   const auto refused = [&](const std::string& why) {
-    return bad_input("\"" + uri + "\": " + path + " exists already and " + why +
-                     ": name another file");
+    return bad_input("\"" + uri + "\": " + path + " already exists and " + why +
+                     ": give another file");
   };
   if (!S_ISSOCK(status.st_mode)) return refused("is not a socket");
   sockaddr_un address{};
@@ -72,7 +72,7 @@ Expected<std::string, SetupError> checked_endpoint(const Uri& uri, const SinkSet
                      example);
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
-  // A name in a bind means an interface.
+  // In a bind, a name denotes an interface.
   if (address->host == "localhost") return "tcp://127.0.0.1:" + std::to_string(address->port);
   return endpoint;
 }
@@ -120,7 +120,7 @@ Expected<void, SetupError> ZmqPublisher::bind() {
   } catch (const zmq::error_t& error) {
     if (error.num() == EADDRINUSE) {
       return unavailable("\"" + uri_.text + "\": " + endpoint_ +
-                         " is in use, perhaps by Open Ephys or another merkel: name another port");
+                         " is in use, perhaps by Open Ephys or another merkel process: choose another port");
     }
     return unavailable("\"" + uri_.text + "\": cannot listen at " + endpoint_ + ": " +
                        error.what() + "; write " + uri_.scheme + ":tcp://127.0.0.1:5557 or " +
@@ -136,12 +136,13 @@ void ZmqPublisher::open_socket() {
   socket_.set(zmq::sockopt::maxmsgsize, kLongestMessage);
   socket_.set(zmq::sockopt::linger, kLinger_ms);
   socket_.set(zmq::sockopt::xpub_nodrop, true);
-  socket_.set(zmq::sockopt::xpub_verboser, true);  // every subscription is seen, and counted
+  socket_.set(zmq::sockopt::xpub_verboser,
+              true);  // every subscription is reported, to be counted
   if (::zmq_socket_monitor(socket_.handle(), kMonitor,
                            ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED) != 0) {
     throw zmq::error_t();
   }
-  monitor_.set(zmq::sockopt::rcvhwm, 0);  // ZeroMQ's thread waits while it is full
+  monitor_.set(zmq::sockopt::rcvhwm, 0);  // unlimited: ZeroMQ's thread blocks on a full queue
   monitor_.connect(kMonitor);
   socket_.bind(endpoint_);
 }
@@ -199,7 +200,7 @@ void ZmqPublisher::look_after_peers() {
   }
 }
 
-/// Stops the monitor first: ZeroMQ's thread blocks for good in an event that no socket takes.
+/// Stops the monitor first: ZeroMQ's thread blocks forever on an event that no socket reads.
 void ZmqPublisher::close_sockets() {
   ::zmq_socket_monitor(socket_.handle(), nullptr, 0);
   monitor_.close();
@@ -209,7 +210,7 @@ void ZmqPublisher::close_sockets() {
 void ZmqPublisher::drop_all_peers() {
   subscriptions_ = connections_ = 0;
   socket_.set(zmq::sockopt::linger, 0);
-  // The address is free once the closed socket is gone, a moment later.
+  // The address becomes free shortly after the socket was closed.
   for (int attempt = 0;; ++attempt) {
     close_sockets();
     if (attempt > 0) std::this_thread::sleep_for(kRebindPause);

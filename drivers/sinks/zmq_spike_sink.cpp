@@ -20,7 +20,7 @@ constexpr std::uint16_t kStartMessage = 0x4D01;  ///< "\x01M": not a type of Ope
 constexpr std::int64_t kSampleRate_hz = 1'000'000;
 constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5557";
 
-/// A message a spike, as Open Ephys' Event Broadcaster sends it: a type, then JSON.
+/// One message per spike in the format of Open Ephys' Event Broadcaster: a type, then JSON.
 class ZmqSpikeSink final : public SpikeSink {
  public:
   ZmqSpikeSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
@@ -60,8 +60,8 @@ class ZmqSpikeSink final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  /// What a subscriber may want to know besides spikes: when the run began, and where each afferent
-  /// is. Sent under a type of its own, whenever somebody subscribes to that type.
+  /// The start of the run and the positions of the afferents. Sent with its own type whenever a
+  /// subscriber subscribes to this type.
   std::string start_message(const RunOrigin& origin) const {
     std::string json = R"({"event_type":"merkel_start","stream":)" + stream_ +
                        R"(,"start_device_ns":)" + std::to_string(origin.start.count()) +

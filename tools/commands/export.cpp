@@ -100,7 +100,7 @@ int export_session(const ExportOptions& options) {
       if (command.electrode < scene->encoding.electrodes.size()) continue;
       return refuse(options.session + " has a command for electrode " +
                     std::to_string(command.electrode + 1) +
-                    ", which its scene does not have: it is damaged");
+                    ", which its scene does not have: the session is damaged");
     }
     spikes += chunk.spikes.size();
     for (const auto& sink : sinks) {

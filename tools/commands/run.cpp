@@ -55,7 +55,7 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
 /// Prints what happens while the pipeline runs, and reports progress to the service manager.
 void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Parameters& parameters) {
   parameters.on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
-    terminal.say("merkel: the sink " + uri + " is closed, the run goes on: " + error_message);
+    terminal.say("merkel: the sink " + uri + " was closed and the run continues: " + error_message);
   };
   parameters.on_notice = [&](const std::string& sentence) { terminal.say("merkel: " + sentence); };
   parameters.on_missing_right = [&](const std::string& sentence) {
@@ -173,11 +173,11 @@ void add_run_command(CommandLine& program) {
               "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--all", options->all,
-            "Print every afferent at the end, not only the ten with the highest rates")
+            "Print every afferent in the summary, not only the ten with the highest rates")
       .flag("--strict", options->strict,
             "Exit 1 also where samples or single ticks were lost, more than 1 % of ticks held, or "
             "ticks ended late")
-      .flag("--overwrite", options->overwrite, "Replace files that exist")
+      .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
             "Allow sinks to send to other machines and to be reached from them")
       .notes(kSimProbeHelp)

@@ -103,8 +103,8 @@ SessionReplay::Verdict SessionReplay::finish(const Made& made) {
   if (!broken_) stimulation_.finish(made.commands);
   verdict_.commands = stimulation_.commands();
   if (!stimulation_.difference().empty()) differ(stimulation_.difference());
-  // Spikes are recorded before the ticks they belong to: what lies beyond the last whole tick has
-  // nothing to be compared with.
+  // Spikes are recorded before the records of their tick. Spikes after the last whole tick cannot
+  // be compared.
   if (!verdict_.identical()) return verdict_;
   const auto beyond = std::find_if(recorded_.begin(), recorded_.end(), [this](const auto& spike) {
     return !last_ || probe_ != 0 || spike.time > last_->time;

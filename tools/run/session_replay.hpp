@@ -20,7 +20,7 @@ class SessionReplay {
  public:
   struct Verdict {
     std::uint64_t ticks = 0;
-    std::uint64_t spikes = 0;      ///< made by the replay
+    std::uint64_t spikes = 0;      ///< of the replay
     std::uint64_t commands = 0;    ///< stimulation commands made by the replay
     std::uint64_t held_ticks = 0;  ///< ticks with a probe held
     std::uint64_t late_samples = 0;
@@ -56,7 +56,7 @@ class SessionReplay {
   StimulationReplay stimulation_;
   std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;  ///< of the tick
-  std::size_t probe_ = 0;  ///< of which the next record must be
+  std::size_t probe_ = 0;  ///< expected probe of the next record
   bool held_ = false;
   bool broken_ = false;  ///< a record was lost
   std::optional<TickRecord> last_;

@@ -184,8 +184,8 @@ class Judge {
     }
     if (report_.demotions > 0) {
       add(Severity::kFailure, 0.0,
-          "the simulation was demoted to SCHED_OTHER: it had left no time to other programs",
-          "simulate less, or with fewer threads");
+          "the simulation was demoted to SCHED_OTHER: it left no time for other programs",
+          "simplify the scene, or use fewer threads");
     }
     if (report_.overruns > 0) {
       add(Severity::kLoss, share(report_.overruns, all),

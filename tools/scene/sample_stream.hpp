@@ -44,7 +44,7 @@ class SampleStream {
   [[nodiscard]] std::span<const StimulationCommand> commands() const noexcept { return commands_; }
   /// Null where the scene has no electrodes.
   [[nodiscard]] const StimulationEncoder* encoder() const noexcept { return encoder_.get(); }
-  /// Ends the probes' samples and simulates up to the last of them. No sample may follow.
+  /// Ends the stream: simulates up to the last sample. No sample may follow.
   [[nodiscard]] std::span<const SpikeEvent> finish();
 
   /// The end of the last tick, in probe time; empty before the first tick.
@@ -70,7 +70,7 @@ class SampleStream {
   std::vector<std::unique_ptr<Line>> lines_;  ///< one per indenter
   std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;
-  std::optional<std::chrono::nanoseconds> next_;  ///< where the next tick begins
+  std::optional<std::chrono::nanoseconds> next_;  ///< start of the next tick
   std::uint64_t ticks_ = 0;
   std::vector<SpikeEvent> spikes_;
   std::vector<StimulationCommand> commands_;

@@ -65,7 +65,7 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   RunDescription run;
   run.model = model.parameters();
   run.encoding = scene.encoding;
-  // The name of the file without its folders, or the preset.
+  // The file's name without its folders, or the preset.
   const std::string& file = scene.file;
   run.scene = file.empty() ? scene.preset : file.substr(file.find_last_of('/') + 1);
   std::string controls;

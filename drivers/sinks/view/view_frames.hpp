@@ -36,7 +36,7 @@ namespace merkel {
 ///     potential ·
 ///   u32 electrodes · per electrode f32 amplitude_uA, f32 frequency_Hz, u32 stop
 ///     (StimulationCommand::Stop), u32 pulses since the last frame ·
-///   u32 length · JSON: [{"kind", "t", …}], what happened once; empty for nothing
+///   u32 length · JSON: [{"kind", "t", …}], single events; empty: none
 /// Used by one thread.
 class ViewFrames {
  public:
@@ -56,7 +56,7 @@ class ViewFrames {
   void add(std::span<const Mark> marks);
   void add(std::span<const NeuronSample> samples);
   void add(std::span<const StimulationCommand> commands);
-  /// A sentence for the person at the page.
+  /// Adds a message for the user of the page.
   void add_notice(std::string_view sentence);
   void set(const RunStatus& status) { status_ = status; }
 

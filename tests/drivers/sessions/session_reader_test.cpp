@@ -117,7 +117,7 @@ const std::array<StimulationCommand, 3> kCommands = {
                        .electrode = 1,
                        .stop = StimulationCommand::Stop::kGap}};
 
-/// A session with one chunk of each kind. \param closed  whether it was ended properly
+/// A session with one chunk of each kind. \param closed  true if properly closed
 std::string record(const TemporaryFolder& folder, bool closed) {
   const std::string path = folder.path(closed ? "closed.xdf" : "open.xdf");
   auto sink = open_sink("xdf:" + path,

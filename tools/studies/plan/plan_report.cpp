@@ -70,7 +70,7 @@ std::string plan_text(const Plan& plan) {
     text += format("stimulation commands for %zu electrode%s: %.2f µs a tick more\n",
                    plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
   }
-  text += "left out:\n";
+  text += "skipped:\n";
   for (const std::string& sentence : plan.left_out) text += "  " + sentence + "\n";
   for (std::size_t i = 0; i < plan.validity.size(); ++i) {
     text += format("contact law of probe %zu: %s\n", i + 1, plan.validity[i].c_str());
