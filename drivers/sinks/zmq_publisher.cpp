@@ -119,8 +119,9 @@ Expected<void, SetupError> ZmqPublisher::bind() {
     open_socket();
   } catch (const zmq::error_t& error) {
     if (error.num() == EADDRINUSE) {
-      return unavailable("\"" + uri_.text + "\": " + endpoint_ +
-                         " is in use, perhaps by Open Ephys or another merkel process: choose another port");
+      return unavailable(
+          "\"" + uri_.text + "\": " + endpoint_ +
+          " is in use, perhaps by Open Ephys or another merkel process: choose another port");
     }
     return unavailable("\"" + uri_.text + "\": cannot listen at " + endpoint_ + ": " +
                        error.what() + "; write " + uri_.scheme + ":tcp://127.0.0.1:5557 or " +
@@ -137,7 +138,7 @@ void ZmqPublisher::open_socket() {
   socket_.set(zmq::sockopt::linger, kLinger_ms);
   socket_.set(zmq::sockopt::xpub_nodrop, true);
   socket_.set(zmq::sockopt::xpub_verboser,
-              true);  // every subscription is reported, to be counted
+              true);  // reports every subscription
   if (::zmq_socket_monitor(socket_.handle(), kMonitor,
                            ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_CLOSED | ZMQ_EVENT_DISCONNECTED) != 0) {
     throw zmq::error_t();
