@@ -41,7 +41,7 @@ inline constexpr std::size_t kMostSessionChannels = 64;
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;
 
-/// The stream of marks, of strings as other XDF readers expect them: "Markers". Readers know it by
+/// The stream of marks, strings in the usual XDF form: "Markers". Readers identify it by
 /// its name: older sessions have another number for it, or no such stream.
 inline constexpr std::uint32_t kMarkStreamId = 8;
 inline constexpr std::string_view kMarkStreamName = "merkel.marks";

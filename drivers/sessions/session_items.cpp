@@ -233,7 +233,7 @@ void values_of(const StimulationCommand& command, Doubles& values) {
 }
 
 bool to_item(const Doubles& values, StimulationCommand& command) {
-  constexpr double kLargestValue = 1e6;  // far above what a scene may ask for
+  constexpr double kLargestValue = 1e6;  // far above the limits of scenes
   command.amplitude_uA = values[4];
   command.frequency_Hz = values[5];
   return to_time(values[0], values[1], command.time) &&

@@ -28,7 +28,7 @@ using Reply = std::unique_ptr<redisReply, FreeReply>;
 
 constexpr timeval kPatience{.tv_sec = 1, .tv_usec = 0};
 
-/// Adds entries to Redis streams, many at a time.
+/// Adds entries to Redis streams in batches.
 class StreamWriter {
  public:
   using Fields = std::initializer_list<std::pair<std::string_view, std::string>>;
@@ -54,7 +54,7 @@ class StreamWriter {
                                   sizes.data()) == REDIS_OK;
   }
 
-  /// Sends what is queued and takes all answers. \return what went wrong, or nothing
+  /// Sends the queued entries and reads all replies. \return the error, or nothing
   std::string settle() {
     for (; waiting_ > 0; --waiting_) {
       void* raw = nullptr;
@@ -73,8 +73,8 @@ class StreamWriter {
 };
 
 /// Stimulation commands as entries of Redis streams, as a node of a BRAND graph writes them
-/// (github.com/brandbci/brand). NODE gets one entry an update, with the amplitudes and frequencies
-/// of all electrodes; NODE_pulses one a pulse; NODE_state one at the begin and one at the end.
+/// (github.com/brandbci/brand). NODE gets one entry per update, with the amplitudes and frequencies
+/// of all electrodes; NODE_pulses one per pulse; NODE_state one at the start and one at the end.
 class RedisSink final : public SpikeSink {
  public:
   RedisSink(std::string uri, std::string node, StreamWriter streams,
@@ -85,7 +85,7 @@ class RedisSink final : public SpikeSink {
         text_(encoding),
         encoding_("{" + encoding_members(encoding) + "}") {}
 
-  /// \return what went wrong, or nothing
+  /// \return the error, or nothing
   std::string announce() {
     streams_.add(node_ + "_state",
                  {{"code", "0"}, {"status", "initialized"}, {"parameters", encoding_}});
@@ -132,7 +132,7 @@ class RedisSink final : public SpikeSink {
                                      {"amplitude_uA", shortest_decimal(command.amplitude_uA)}});
   }
 
-  /// An update's commands come in the order of the electrodes; the last completes the entry.
+  /// The commands of an update arrive in the order of the electrodes; the last completes the entry.
   void take_update(const StimulationCommand& command) {
     const char* const before = command.electrode == 0 ? "[" : ",";
     if (command.electrode == 0) {
@@ -157,12 +157,12 @@ class RedisSink final : public SpikeSink {
   StreamWriter streams_;
   StimulationText text_;
   std::string encoding_;    ///< as JSON
-  std::string amplitudes_;  ///< of the update under way, as JSON arrays
+  std::string amplitudes_;  ///< of the current update, as JSON arrays
   std::string frequencies_;
   std::string stops_;
 };
 
-/// A node's name becomes the name of streams.
+/// The node's name is part of the names of its streams.
 bool is_node_name(std::string_view name) {
   return !name.empty() && name.size() <= 64 &&
          name.find_first_not_of(

@@ -40,11 +40,11 @@ void convert_recovered_sonata(const Uri& uri, const std::string& recovered, cons
 [[nodiscard]] OpenedSink open_stim_csv_sink(const Uri& uri, const SinkSetup& setup);
 
 /// Stimulation commands as JSON over ZeroMQ: tcp://HOST:PORT, ipc://FILE. Options as of
-/// open_zmq_sink(); a subscriber that takes no more is a failure.
+/// open_zmq_sink(); a subscriber with a full queue is a failure.
 [[nodiscard]] OpenedSink open_stim_zmq_sink(const Uri& uri, const SinkSetup& setup);
 
 /// Stimulation commands to a Redis server, through hiredis: HOST:PORT. Options: node (its name),
-/// maxlen (entries that each stream keeps at least).
+/// maxlen (minimum number of entries kept per stream).
 [[nodiscard]] OpenedSink open_redis_sink(const Uri& uri, const SinkSetup& setup);
 
 /// A session recording, with metadata through pugixml: FILE.xdf.

@@ -25,7 +25,7 @@ struct RunDescription {
   std::vector<std::pair<std::string, std::string>> facts;
   TactileModel::Parameters model;
   std::vector<ProbeInfo> probes = {};  ///< one per indenter
-  EncodingParameters encoding = {};    ///< without electrodes: nothing is encoded
+  EncodingParameters encoding = {};    ///< no electrodes: no stimulation commands
 };
 
 /// The zero of times in a file.

@@ -9,12 +9,12 @@
 namespace merkel {
 namespace {
 
-// Open Ephys' Event Broadcaster has neither type.
+// Open Ephys' Event Broadcaster uses neither type.
 constexpr std::uint16_t kCommandMessage = 100;
 constexpr std::uint16_t kStartMessage = 0x4D02;  ///< "\x02M"
 constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5558";
 
-/// A message a stimulation command, in the form of the spike sink's: a type, then JSON.
+/// One message per stimulation command, in the format of the spike sink: a type, then JSON.
 class StimZmqSink final : public SpikeSink {
  public:
   StimZmqSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
@@ -30,7 +30,7 @@ class StimZmqSink final : public SpikeSink {
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
   [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
 
-  /// The electrodes and their limits, for whoever subscribes to the start message.
+  /// The electrodes and their limits, for subscribers of the start message.
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     return publisher_.announce(R"({"event_type":"stimulation_start","stream":)" + stream_ +
                                R"(,"start_device_ns":)" + std::to_string(origin.start.count()) +

@@ -141,8 +141,8 @@ void add_inspect_command(CommandLine& program) {
                   "simulated probes. Research software: no claim of safety or percept.",
                   "inspect encoding scene.toml --probe replay:tests/traces/taps.csv")
       .option("scene", options->scene, "Scene file with [[electrode]] and [stimulation]")
-      .list("--probe", options->probes, "Probe URI in the place of the scene's: replay:, sim:")
-      .option("--duration-s", options->duration_s, "Stop after so many seconds of probe time",
+      .list("--probe", options->probes, "Probe URI instead of the scene's: replay:, sim:")
+      .option("--duration-s", options->duration_s, "Stop after this probe time in seconds",
               {1e-6, 1e9})
       .runs([options] { return inspect_encoding(*options); });
   add_inspect_session_command(command);

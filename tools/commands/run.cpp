@@ -175,7 +175,7 @@ void add_run_command(CommandLine& program) {
       .flag("--all", options->all,
             "Print every afferent in the summary, not only the ten with the highest rates")
       .flag("--strict", options->strict,
-            "Exit 1 also where samples or single ticks were lost, more than 1 % of ticks held, or "
+            "Exit 1 also if samples or single ticks were lost, more than 1 % of ticks held, or "
             "ticks ended late")
       .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,

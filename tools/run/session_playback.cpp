@@ -119,7 +119,7 @@ void SessionPlayback::send(std::deque<Item>& waiting, nanoseconds time, const Wr
   for (const auto& sink : sinks_) keep(write(*sink, std::span<const Item>(due)));
 }
 
-/// Whenever the recording does not go on from one command to the next, a receiver must not go on
+/// Whenever there is a gap in the recorded commands, a receiver must not continue
 /// with the last one.
 void SessionPlayback::switch_off(StimulationCommand::Stop stop) {
   std::vector<StimulationCommand> off;
@@ -198,7 +198,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
     std::this_thread::sleep_until(now + kStep);
   }
   if (place >= extent_.end) {
-    // The last update of a run comes after its last tick.
+    // The last update of a run follows its last tick.
     while (!ended_) {
       if (auto read = read_until(nanoseconds::max()); !read) return read;
     }

@@ -21,29 +21,29 @@ class SessionReplay {
   struct Verdict {
     std::uint64_t ticks = 0;
     std::uint64_t spikes = 0;      ///< of the replay
-    std::uint64_t commands = 0;    ///< stimulation commands made by the replay
+    std::uint64_t commands = 0;    ///< stimulation commands of the replay
     std::uint64_t held_ticks = 0;  ///< ticks with a probe held
     std::uint64_t late_samples = 0;
     std::uint64_t gaps = 0;
     std::uint64_t releases = 0;
     std::uint64_t uncompared = 0;  ///< recorded beyond the last whole tick of a broken-off session
     RunStatus::Losses losses;      ///< what the recorder has lost
-    /// Empty where every spike and command is the recorded one; else the first difference, as a sentence.
+    /// Empty if every spike and command equals the recorded one; else the first difference.
     std::string difference;
 
     [[nodiscard]] bool identical() const { return difference.empty(); }
   };
 
-  /// What a caller gets of every tick; either may be empty.
+  /// Callbacks for every tick; either may be empty.
   struct Made {
     std::function<void(std::span<const SpikeEvent>)> spikes;
     StimulationReplay::Made commands;
   };
 
-  /// \param encoder  fresh; null where the scene has no electrodes
+  /// \param encoder  fresh; null if the scene has no electrodes
   explicit SessionReplay(TactileModel& model, StimulationEncoder* encoder = nullptr);
 
-  /// Takes the session's chunks in order.
+  /// Accepts the session's chunks in order.
   void take(const SessionChunk& chunk, const Made& made = {});
   [[nodiscard]] Verdict finish(const Made& made = {});
 
@@ -56,7 +56,7 @@ class SessionReplay {
   StimulationReplay stimulation_;
   std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;  ///< of the tick
-  std::size_t probe_ = 0;  ///< expected probe of the next record
+  std::size_t probe_ = 0;            ///< expected probe of the next record
   bool held_ = false;
   bool broken_ = false;  ///< a record was lost
   std::optional<TickRecord> last_;

@@ -10,7 +10,7 @@ using Stop = StimulationCommand::Stop;
 std::string StimulationReplay::sentence_of(const StimulationCommand& command) const {
   const auto& electrodes = encoder_->parameters().electrodes;
   std::string text = command.electrode < electrodes.size() ? electrodes[command.electrode].name
-                                                           : "an electrode that the scene lacks";
+                                                           : "an electrode missing from the scene";
   text.append(" (").append(name_of(command.kind)).append(") at ");
   append_seconds(text, command.time);
   text += " s, " + shortest_decimal(command.amplitude_uA) + " uA, " +
@@ -55,7 +55,7 @@ void StimulationReplay::finish(const Made& made) {
   if (encoder_ == nullptr || !last_) return;
   const auto commands = encoder_->finish();
   if (made) made(commands);
-  // A recording that broke off has no last update, and may have commands of a tick that it lacks.
+  // An interrupted recording has no last update, and may have commands of a missing tick.
   if (recorded_.empty()) return;
   if (recorded_.front().stop == Stop::kEnd) {
     compare(commands);

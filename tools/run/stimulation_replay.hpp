@@ -12,28 +12,28 @@
 
 namespace merkel {
 
-/// Encodes a recorded session's ticks again, and compares every stimulation command with the one
-/// that was recorded, to the bit. A failure of a sink is an input from outside: the replay takes it
-/// from the recording.
+/// Encodes the ticks of a recorded session again, and compares every stimulation command with the
+/// recorded one, bit for bit. A failure of a sink is an external input: the replay takes it from
+/// the recording.
 class StimulationReplay {
  public:
   using Made = std::function<void(std::span<const StimulationCommand>)>;
 
-  /// \param encoder  fresh; null where the scene has no electrodes
+  /// \param encoder  fresh; null if the scene has no electrodes
   explicit StimulationReplay(StimulationEncoder* encoder) : encoder_(encoder) {}
 
-  /// Recorded commands, before the ticks that they belong to.
+  /// Adds recorded commands, before their ticks.
   void take(std::span<const StimulationCommand> recorded) {
     recorded_.insert(recorded_.end(), recorded.begin(), recorded.end());
   }
-  /// The next tick, after the model's step. \param made  gets its commands; may be empty
+  /// The next tick, after the model's step. \param made  receives its commands; may be empty
   void step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
             const TactileModel& model, const Made& made);
   /// After the last tick: the last update, if the recording has it.
   void finish(const Made& made);
 
   [[nodiscard]] std::uint64_t commands() const noexcept { return commands_; }
-  /// Empty where every command is the recorded one; else the first difference, as a sentence.
+  /// Empty if every command equals the recorded one; else the first difference, as a sentence.
   [[nodiscard]] const std::string& difference() const noexcept { return difference_; }
 
  private:

@@ -218,7 +218,7 @@ class Judge {
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
         sentence("%llu of %llu stimulation commands were lost, so stimulation was stopped",
                  number(report_.commands_dropped), number(report_.commands)),
-        "a sink of commands did not keep up: make its receiver faster");
+        "a sink of commands was too slow: make its receiver faster");
   }
 
   const RunReport& report_;

@@ -132,8 +132,8 @@ std::optional<std::chrono::nanoseconds> SampleStream::time() const noexcept {
   return ticks_ > 0 ? next_ : std::nullopt;
 }
 
-/// Whether no sample lies in the next tick or beyond it. A sample at the end of a tick, which waits
-/// for the one after it, is consumed by then: the queues do not know.
+/// True if no sample lies in the next tick or after it. A sample at the end of a tick is already
+/// consumed then, although it waits for the next one: the queues do not show it.
 bool SampleStream::exhausted() const {
   return ticks_ > 0 && std::all_of(lines_.begin(), lines_.end(), [this](const auto& line) {
            return !line->last || *line->last <= *next_;

@@ -40,9 +40,9 @@ class SampleStream {
   [[nodiscard]] Expected<std::span<const SpikeEvent>, SetupError> push(std::size_t probe,
                                                                        const ProbeSample& sample);
   /// The stimulation commands of the last call of push() or finish(), in order of time, valid until
-  /// the next; none where the scene has no electrodes. The last update of finish() is off.
+  /// the next; none if the scene has no electrodes. The last update of finish() is off.
   [[nodiscard]] std::span<const StimulationCommand> commands() const noexcept { return commands_; }
-  /// Null where the scene has no electrodes.
+  /// Null if the scene has no electrodes.
   [[nodiscard]] const StimulationEncoder* encoder() const noexcept { return encoder_.get(); }
   /// Ends the stream: simulates up to the last sample. No sample may follow.
   [[nodiscard]] std::span<const SpikeEvent> finish();

@@ -8,8 +8,8 @@
 
 namespace merkel {
 
-/// The encoder of a scene's electrodes for its model; null where it has none. Fails where the model
-/// lacks what an electrode names. Real-time: no.
+/// The encoder of a scene's electrodes for its model; null if there are none. Fails if an electrode
+/// refers to something that the model does not have. Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<StimulationEncoder>, SetupError> encoder_of(
     const Scene& scene, const TactileModel& model);
 

@@ -30,7 +30,7 @@ struct Scene {
     [[nodiscard]] static FieldTable fields();
   };
   TactileModel::Parameters model;
-  EncodingParameters encoding;  ///< without electrodes: no stimulation commands
+  EncodingParameters encoding;  ///< no electrodes: no stimulation commands
   std::vector<OfProbe> probes;
   std::vector<std::string> sinks;
   LoopSettings loop;

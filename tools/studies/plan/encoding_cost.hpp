@@ -5,8 +5,8 @@
 
 namespace merkel {
 
-/// What the stimulation commands of a scene's electrodes cost a tick, µs: the mean over a
-/// rehearsal. Fails where the scene cannot be encoded.
+/// Time per tick for the stimulation commands of a scene's electrodes, µs: the mean over a
+/// rehearsal. Fails if the scene cannot be encoded.
 [[nodiscard]] Expected<double, SetupError> encoding_cost_us(const Scene& scene,
                                                             const Rehearsal& rehearsal);
 

@@ -46,7 +46,7 @@ struct Plan {
   std::vector<std::string> left_out;  ///< sentences: what is skipped, and why
   std::vector<std::string> validity;  ///< of each probe's contact law at its deepest press
   std::size_t electrodes = 0;
-  double encoding_us = 0.0;  ///< a tick, of the stimulation commands
+  double encoding_us = 0.0;  ///< per tick, for the stimulation commands
 };
 
 /// Rehearses the first press of the scene (at most one second). Without [accuracy] spike_time_us,

@@ -67,7 +67,7 @@ std::string plan_text(const Plan& plan) {
                                             .c_str()
                                       : "");
   if (plan.electrodes > 0) {
-    text += format("stimulation commands for %zu electrode%s: %.2f µs a tick more\n",
+    text += format("stimulation commands for %zu electrode%s: additional %.2f µs per tick\n",
                    plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
   }
   text += "skipped:\n";
