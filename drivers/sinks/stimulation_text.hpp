@@ -23,11 +23,11 @@ class StimulationText {
 
   explicit StimulationText(const EncodingParameters& encoding);
 
-  /// `0.120000000,E12,update,35.5,80,12,`; the last field says why everything is off, if it is.
+  /// `0.120000000,E12,update,35.5,80,12,`; the last field gives the reason if everything is off.
   void append_row(std::string& text, const StimulationCommand& command) const;
   /// `"kind":"update","electrode":"E12",…`: the members of a JSON object, without its braces.
   void append_members(std::string& text, const StimulationCommand& command) const;
-  /// Of its electrode; "unknown" where a damaged session names one that its scene lacks.
+  /// The name of its electrode; "unknown" for one that the scene of a damaged session lacks.
   [[nodiscard]] const std::string& name(const StimulationCommand& command) const {
     return names_[std::min<std::size_t>(command.electrode, electrodes())];
   }
@@ -42,7 +42,7 @@ class StimulationText {
 /// members of a JSON object, without its braces. Real-time: no.
 [[nodiscard]] std::string encoding_members(const EncodingParameters& encoding);
 
-/// The error where a sink of commands is opened for a run without electrodes.
+/// Fails if the scene has no electrodes.
 [[nodiscard]] Expected<void, SetupError> require_electrodes(const Uri& uri,
                                                             const EncodingParameters& encoding);
 

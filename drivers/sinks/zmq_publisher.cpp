@@ -110,8 +110,8 @@ Expected<void, SetupError> ZmqPublisher::open(const SinkSetup& setup, std::strin
   endpoint_ = std::move(*endpoint);
   if (auto bound = bind(); !bound) return bound;
   if (wait_for_subscribers()) return {};
-  return bad_input("\"" + uri_.text + "\": not " + std::to_string(options_.subscribers) +
-                   " subscribers came in time: start them, or leave out the option subscribers");
+  return bad_input("\"" + uri_.text + "\": fewer than " + std::to_string(options_.subscribers) +
+                   " subscribers connected in time: start them, or remove the option subscribers");
 }
 
 Expected<void, SetupError> ZmqPublisher::bind() {

@@ -37,19 +37,18 @@ class ZmqPublisher {
   /// \param announced_type  of the message that announce() sets
   ZmqPublisher(Uri uri, const Options& options, std::uint16_t announced_type);
 
-  /// Binds to the URI's endpoint, or to `fallback` where it has none, and waits for subscribers.
+  /// Binds to the URI's endpoint, or to `fallback` if it has none, and waits for subscribers.
   [[nodiscard]] Expected<void, SetupError> open(const SinkSetup& setup, std::string_view fallback);
 
   [[nodiscard]] const std::string& uri() const noexcept { return uri_.text; }
   /// The first part of a message: the type's two bytes and the topic.
   [[nodiscard]] std::string head(std::uint16_t type) const;
 
-  /// Sets the text that is sent whenever a subscriber subscribes to the announced type: what it
-  /// has to know besides the messages.
+  /// Sets the text that is sent whenever a subscriber subscribes to the announced type.
   [[nodiscard]] Expected<void, SinkError> announce(std::string text);
 
-  /// Sends what `write(send)` writes, where send(head, text) returns whether all subscribers got
-  /// it: a subscriber whose queue is full loses the message, the others get it.
+  /// Calls `write(send)`; send(head, text) sends a message and returns false if a subscriber with
+  /// a full queue lost it.
   template <class Write>
   [[nodiscard]] Expected<void, SinkError> publish(Write write) {
     return guarded([&] {
@@ -57,7 +56,7 @@ class ZmqPublisher {
       write([this](std::string_view head, std::string_view text) { return send(head, text); });
     });
   }
-  /// Takes in subscriptions and connections and bounds both; a few times a second.
+  /// Processes subscriptions and connections and limits their numbers; a few times per second.
   [[nodiscard]] Expected<void, SinkError> flush() {
     return guarded([this] { look_after_peers(); });
   }

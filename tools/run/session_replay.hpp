@@ -26,7 +26,7 @@ class SessionReplay {
     std::uint64_t late_samples = 0;
     std::uint64_t gaps = 0;
     std::uint64_t releases = 0;
-    std::uint64_t uncompared = 0;  ///< recorded beyond the last whole tick of an interrupted session
+    std::uint64_t uncompared = 0;  ///< recorded after the last whole tick
     RunStatus::Losses losses;      ///< what the recorder has lost
     /// Empty if every spike and command equals the recorded one; else the first difference.
     std::string difference;
