@@ -191,7 +191,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   const auto least = minimise(cost, at, most_evaluations);
   if (!least) return unavailable("the optimiser gave up: start from other parameters");
   result.cost_after = *least;
-  // Counts of impulses are steps: where no step led down, the start stays.
+  // Impulse counts are step functions: if no step reduces the cost, keep the start.
   if (result.cost_after >= result.cost_before) {
     at = start;
     result.cost_after = result.cost_before;
