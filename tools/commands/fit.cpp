@@ -116,9 +116,9 @@ void add_fit_command(CommandLine& program) {
   auto command = std::make_shared<FitCommand>();
   CommandLine fit = program.subcommand(
       "fit",
-      "Fits the gain and the two weights of adaptation (or other parameters) to "
-      "recordings, reports the cost before and after and how well the data determine "
-      "each parameter, and writes a scene.",
+      "Fits the gain and the two adaptation weights (or other parameters) to recordings, "
+      "reports the cost before and after and how well the data determine each parameter, "
+      "and writes a scene.",
       "fit goodwin --out fitted.toml");
   fit.option("preset", command->preset, "Preset to start from: goodwin (default) or goodwin-cs")
       .option("--data", command->data,

@@ -259,9 +259,9 @@ void add_score_command(CommandLine& program) {
   program
       .subcommand(
           "score",
-          "Presses the model's afferents as recorded afferents were pressed, and reports how "
-          "far the model's rates are off: RMSE, r² and R² for each data set beside the "
-          "published scores of other models, tables (CSV) and pictures (PNG).",
+          "Repeats recorded presses on the model's afferents, and reports how far the rates are "
+          "from the recorded ones: RMSE, r² and R² for each data set next to the published "
+          "scores of other models, tables (CSV) and pictures (PNG).",
           "score goodwin --out score")
       .option("scene", command->scene, "Scene file (TOML), or a preset; default goodwin")
       .option("--data", command->data,

@@ -62,7 +62,7 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
 using Cost = std::function<double(const std::vector<double>&)>;
 
 /// Minimises a cost of logarithms, starting from `at` and within a factor of kWidest of it. Returns
-/// the least cost, or nothing where the optimiser gave up.
+/// the least cost, or nothing if the optimiser failed.
 std::optional<double> minimise(const Cost& cost, std::vector<double>& at, int most_evaluations) {
   const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt_s*)> optimiser(
       nlopt_create(NLOPT_LN_SBPLX, static_cast<unsigned>(at.size())), nlopt_destroy);
@@ -89,8 +89,8 @@ std::optional<double> minimise(const Cost& cost, std::vector<double>& at, int mo
   return least;
 }
 
-/// Errors and correlations of the parameters from the curvature of the cost, which the slopes of
-/// the answers give (Gauss and Newton). \param slopes  a row a measurement, a column a parameter
+/// Errors and correlations of the parameters from the curvature of the cost, from the slopes of
+/// the responses (Gauss-Newton). \param slopes  one row per measurement, one column per parameter
 void estimate_errors(FitResult& result, const Eigen::MatrixXd& slopes,
                      const Eigen::VectorXd& weights) {
   const Eigen::Index count = slopes.cols();
@@ -189,7 +189,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   result.cost_before = cost(start);
 
   const auto least = minimise(cost, at, most_evaluations);
-  if (!least) return unavailable("the optimiser gave up: start from other parameters");
+  if (!least) return unavailable("the optimiser failed: start from other parameters");
   result.cost_after = *least;
   // Impulse counts are step functions: if no step reduces the cost, keep the start.
   if (result.cost_after >= result.cost_before) {

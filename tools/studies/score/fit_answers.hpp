@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// A stimulus as the neurons get it: the energy densities that a fit does not change.
+/// A stimulus as the neurons receive it: the energy densities that a fit does not change.
 struct FitTrace {
   const DataSet::Point* point = nullptr;
   bool decline = false;
@@ -27,7 +27,7 @@ struct FitTrace {
 [[nodiscard]] Expected<std::vector<FitTrace>, ParameterError> fit_traces(
     const TactileModel::Parameters& scene, const std::vector<DataSet>& sets);
 
-/// The model's answers to traces, in Hz; a decline in percent.
+/// The model's responses to traces, in Hz; a decline in percent.
 class FitAnswers {
  public:
   /// \param traces  outlive the object.  \param trials  repetitions of each
@@ -37,7 +37,7 @@ class FitAnswers {
   [[nodiscard]] Eigen::VectorXd of(const TactileModel::Parameters& parameters);
   [[nodiscard]] Eigen::VectorXd measured() const;
   [[nodiscard]] Eigen::VectorXd weights() const;
-  /// How often of() was called.
+  /// Number of calls of of().
   [[nodiscard]] int evaluations() const noexcept { return evaluations_; }
 
  private:
