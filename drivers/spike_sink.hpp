@@ -37,13 +37,13 @@ class SpikeSink {
  public:
   /// Data that a sink can receive besides spikes; bits.
   enum Subscription : std::uint32_t {
-    kTicks = 1U << 0U,        ///< what the loop used of every probe at every tick
+    kTicks = 1U << 0U,        ///< the input of the loop: each probe at each tick
     kEvents = 1U << 1U,       ///< releases, gaps, resets
     kSamples = 1U << 2U,      ///< calibrated samples as the probes delivered them
-    kStatus = 1U << 3U,       ///< the run's counters, some times a second and at the end
-    kFrames = 1U << 4U,       ///< the bytes that go over the devices' ports
-    kMarks = 1U << 5U,        ///< moments that a person marked
-    kNeurons = 1U << 6U,      ///< drive and potential of the neurons it watches
+    kStatus = 1U << 3U,       ///< the run's counters, five times a second and at the end
+    kFrames = 1U << 4U,       ///< the bytes that pass the devices' ports
+    kMarks = 1U << 5U,        ///< instants marked by the user
+    kNeurons = 1U << 6U,      ///< drive and potential of the watched neurons
     kStimulation = 1U << 7U,  ///< stimulation commands; the run stops them if the sink fails
   };
 

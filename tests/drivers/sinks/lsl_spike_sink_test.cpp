@@ -17,11 +17,10 @@ namespace {
 TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
   const std::string name = "merkel-test-" + std::to_string(read_clock_pair().monotonic.count());
   auto sink =
-      open_sink("lsl:" + name,
-                SinkSetup{.neurons = 27,
-                          .overwrite = false,
-                          .allow_remote = true,
-                          .run = {.scene = "finger", .facts = {}, .model = {}}});
+      open_sink("lsl:" + name, SinkSetup{.neurons = 27,
+                                         .overwrite = false,
+                                         .allow_remote = true,
+                                         .run = {.scene = "finger", .facts = {}, .model = {}}});
   ASSERT_TRUE(sink) << sink.error().sentence;
   auto found = lsl::resolve_stream("name", name, 1, 20.0);
   ASSERT_EQ(found.size(), 1U);
