@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// A value, or the reason why there is none.
+/// A value, or the error that prevented it.
 template <class T, class E>
 using Expected = tl::expected<T, E>;
 
@@ -17,8 +17,8 @@ using Unexpected = tl::unexpected<E>;
 /// Why a set-up step (open, load, create) failed.
 struct SetupError {
   enum class Kind {
-    kBadInput,     ///< what the user gave is wrong: a file, a key, a value, a URI
-    kUnavailable,  ///< the input is right, but the machine refused: a path, a device, a right
+    kBadInput,     ///< the user's input is wrong: a file, a key, a value, a URI
+    kUnavailable,  ///< the input is valid, but the host refused: a path, a device, a right
   };
   Kind kind = Kind::kBadInput;
   std::string sentence;  ///< one sentence for a person: what is wrong and what to do

@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// In which precision the kernels keep their state.
+/// The precision in which the kernels keep their state.
 enum class Precision : std::uint8_t { kDouble, kFloat };
 
 }  // namespace merkel

@@ -1,7 +1,7 @@
 #pragma once
 
 /// Marks a function that the simulation thread may call: it does not allocate, lock, log, throw or
-/// block. Compilers that can check this (clang 20 and later) do.
+/// block. Clang 20 and later check this.
 #if defined(__has_cpp_attribute)
 #if __has_cpp_attribute(clang::nonblocking)
 #define MERKEL_REALTIME [[clang::nonblocking]]

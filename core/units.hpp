@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cstdint>
 
-/// The only unit conversions of the project. Contact mechanics works in mm, mN and kPa (coherent:
+/// All unit conversions of the project. Contact mechanics works in mm, mN and kPa (coherent:
 /// kPa = mN/mm² = µJ/mm³), membranes in mV, ms, µA/cm², mS/cm² and µF/cm² (coherent:
 /// µA/cm² = mS/cm² · mV = µF/cm² · mV/ms). Time crosses interfaces as std::chrono.
 namespace merkel::units {

@@ -12,19 +12,19 @@ namespace {
 
 using std::numbers::pi;
 
-/// One bar's part of the unknowns: the line loads at its Gauss-Chebyshev nodes.
+/// One bar's share of the unknowns: the line loads at its Gauss-Chebyshev nodes.
 struct Bar {
   double centre;
   double half_width;
   int nodes;
-  Eigen::Index first;  ///< of its loads among all
+  Eigen::Index first;  ///< index of its first load
 
   [[nodiscard]] double angle(int node) const { return pi * (node + 0.5) / nodes; }
   [[nodiscard]] double x(int node) const { return centre + half_width * std::cos(angle(node)); }
 };
 
-/// −∫ ln|x−ξ| of the interpolated pressure of a bar at its own node `at`, for a unit load at its
-/// node `of`.
+/// −∫ ln|x−ξ| times the interpolated pressure of a bar, at its own node `at`, for a unit load at
+/// its node `of`.
 double own_logarithm(const Bar& bar, int at, int of) {
   // The pressure of a unit load is Σ_k c_k T_k/√(1−t²) with c_k = (2−δ_k0)·cos(kθ)/(π·half_width),
   // and ∫ ln|t'−t|·T_k(t)/√(1−t²) dt = −π·ln 2 for k = 0, −π·T_k(t')/k else.
@@ -35,7 +35,8 @@ double own_logarithm(const Bar& bar, int at, int of) {
   return sum;
 }
 
-/// The rule's error at the distance z falls as e^{−2n·asinh(z/half_width)}: n for an error of 1e-8.
+/// The error of the rule at the distance z falls as e^{−2n·asinh(z/half_width)}. Returns n for an
+/// error of 1e-8.
 int nodes_of(double half_width_mm, double finest_mm) {
   const double wanted = std::ceil(9.3 / std::asinh(finest_mm / half_width_mm));
   return static_cast<int>(std::clamp(wanted, 12.0, 64.0));
@@ -69,7 +70,7 @@ Expected<void, ParameterError> BarTip::check() const {
                "probe.bar_gaps_mm", "must list one gap fewer than there are bars");
   for (const double gap : gaps_mm) {
     all.require(gap > 0.0 && std::isfinite(gap), "probe.bar_gaps_mm",
-                "must be positive, or the bars overlap: join them, or part them");
+                "must be positive: merge bars that touch or overlap, or widen the gap");
   }
   return all.fields(*this).result();
 }

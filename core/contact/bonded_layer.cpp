@@ -29,7 +29,7 @@ double dimitriadis_factor(double chi, double nu) noexcept {
 
 double LayerEquation::stiffening(double x, double poisson_ratio) noexcept {
   const double kappa = 3.0 - 4.0 * poisson_ratio;
-  // K's numerator and denominator, both divided by e^{2x}.
+  // Numerator and denominator of K, both divided by e^{2x}.
   const double e = std::exp(-2.0 * x);
   const double denominator = kappa * (1.0 + e * e) + (kappa * kappa + 1.0 + 4.0 * x * x) * e;
   const double numerator = kappa * (1.0 - e * e) - 4.0 * x * e;

@@ -7,23 +7,23 @@
 
 namespace merkel {
 
-/// How much stiffer skin of thickness h, bonded to bone, is than a half-space: force over that of
-/// Hertz at the same depth, as a polynomial in χ = √(R*·d)/h.
+/// How much stiffer skin of thickness h, bonded to bone, is than a half-space: the ratio of its
+/// force to the Hertz force at the same depth, as a polynomial in χ = √(R*·d)/h.
 ///
 /// 1 − 2α/π·χ + 4α²/π²·χ² − 8/π³·(α³ + 4π²/15·β)·χ³ + 16α/π⁴·(α³ + 3π²/5·β)·χ⁴ with
 /// α = −(1.2876 − 1.4678ν + 1.3442ν²)/(1−ν), β = (0.6387 − 1.0277ν + 1.5164ν²)/(1−ν)
-/// Dimitriadis et al., Biophys. J. 82 (2002) 2798, Eq. 12 and 13. It takes the contact radius for
-/// √(R*·d) and so falls short of the exact solution (BondedLayer, ν = 0.48) by 1 % at χ = 0.2, 7 %
-/// at 0.5 and 17 % at 1. Real-time: yes.
+/// Dimitriadis et al., Biophys. J. 82 (2002) 2798, Eq. 12 and 13. The polynomial assumes a contact
+/// radius of √(R*·d) and so underestimates the exact force (BondedLayer, ν = 0.48) by 1 % at χ =
+/// 0.2, 7 % at 0.5 and 17 % at 1. Real-time: yes.
 [[nodiscard]] double dimitriadis_factor(double chi, double poisson_ratio) noexcept MERKEL_REALTIME;
 
-/// A contact of a paraboloid with a bonded layer; lengths in thicknesses, R = 1.
+/// The contact of a paraboloid with a bonded layer. Lengths are in units of the thickness, R = 1.
 struct LayerContact {
   double radius = 0.0;
   double depth = 0.0;
-  double force = 0.0;                 ///< over E*
+  double force = 0.0;                 ///< divided by E*
   std::vector<QuadratureNode> nodes;  ///< on 0 … radius
-  std::vector<double> phi;            ///< of the Fredholm equation, at the nodes
+  std::vector<double> phi;            ///< solution of the Fredholm equation at the nodes
 };
 
 /// The exact linear-elastic contact of a paraboloid with a layer bonded to a rigid base.
@@ -39,29 +39,29 @@ class LayerEquation {
 
   /// 1 − K(x), which falls off as e^{−2x}.
   [[nodiscard]] static double stiffening(double x, double poisson_ratio) noexcept;
-  /// \param radius  ≥ 0; at 0, a point: only the shape of φ has a meaning
+  /// \param radius  ≥ 0; at 0 (a point), only the shape of φ is meaningful
   [[nodiscard]] LayerContact solve(double radius) const;
 
  private:
-  /// h·M(y) for distances in units of h.
+  /// h·M(y), distances in units of h.
   [[nodiscard]] double kernel(double y) const noexcept;
-  std::vector<QuadratureNode> nodes_;  ///< of ξ, weighted with 1 − K
+  std::vector<QuadratureNode> nodes_;  ///< in ξ, weighted with 1 − K
 };
 
-/// Force and contact radius over those of Hertz, which depend on χ and ν alone: a table of the
-/// solutions of LayerEquation.
+/// Force and contact radius relative to Hertz, which depend on χ and ν alone: a table of solutions
+/// of LayerEquation.
 class BondedLayer {
  public:
-  static constexpr double kLargestRadius = 4.0;  ///< of the contacts solved for, in thicknesses
+  static constexpr double kLargestRadius = 4.0;  ///< of the contacts in the table, in thicknesses
 
   /// Solves the equation for contact radii up to kLargestRadius. Real-time: no.
   explicit BondedLayer(double poisson_ratio);
 
-  /// F over that of Hertz at the same depth. Real-time: yes.
+  /// F divided by the Hertz force at the same depth. Real-time: yes.
   [[nodiscard]] double force_factor(double chi) const noexcept MERKEL_REALTIME;
-  /// a over √(R*·d). Real-time: yes.
+  /// a divided by √(R*·d). Real-time: yes.
   [[nodiscard]] double radius_factor(double chi) const noexcept MERKEL_REALTIME;
-  /// The largest χ solved for; beyond it both factors go on as powers of χ.
+  /// The largest χ in the table. Beyond it both factors are extrapolated as powers of χ.
   [[nodiscard]] double largest_chi() const noexcept { return rows_.back().chi; }
 
  private:

@@ -56,19 +56,18 @@ std::string ContactValidity::sentence() const {
   if (exact_sphere) {
     append("%s", " (exact sphere)");
   } else {
-    append(" (%s %.1f; the force is %.1f %% above an exact sphere's)",
+    append(" (%s %.1f; the force is %.1f %% above that of an exact sphere)",
            radius_ratio <= kLargestRadiusRatio ? "within" : "beyond", kLargestRadiusRatio,
            100.0 * sphere_force_error);
   }
   if (thickness_given) {
-    append("; √(Rd)/h = %.3f (%s %.2g; the force is %.1f %% from that of skin bonded to bone)",
+    append("; √(Rd)/h = %.3f (%s %.2g; force error against skin bonded to bone %.1f %%)",
            layer_ratio, layer_ratio <= largest_layer_ratio ? "within" : "beyond",
            largest_layer_ratio, 100.0 * layer_force_error);
   } else if (layer_ratio > kLargestHalfSpaceRatio) {
     append(
-        "; the skin is taken as a half-space: bone %.0f mm below it, √(Rd)/h = %.3f, would make "
-        "the "
-        "force %.2f times as large (set skin.thickness_mm)",
+        "; the skin is modelled as a half-space: bone at a depth of %.0f mm, √(Rd)/h = %.3f, "
+        "would make the force %.2f times as large (set skin.thickness_mm)",
         thickness_mm, layer_ratio, 1.0 / (1.0 + layer_force_error));
   }
   return text.data();

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kMargin_mm = 10.0;
 constexpr double kCurvedMargin_mm = 6.0;
-constexpr std::size_t kDepths = 14;  ///< of the tables on a curved finger
-constexpr int kIncrements = 1;       ///< between two of them
+constexpr std::size_t kDepths = 14;  ///< number of tables on a curved finger
+constexpr int kIncrements = 1;       ///< between two tables
 constexpr double kDeepestTable_mm = 4.0;
 constexpr double kLengthFactor = 1.65;
 
@@ -25,7 +25,7 @@ double grid_spacing_mm(double receptor_depth_mm, double parts) {
   return std::clamp(receptor_depth_mm / parts, 0.02, 0.2);
 }
 
-/// Nodes of the grids of a tip, each of which covers half of it along y.
+/// Number of grid nodes of a tip; the grid covers half of the tip along y.
 double grid_nodes(double width_mm, double length_mm, const SkinParameters& skin) {
   const double spacing = grid_spacing_mm(skin.receptor_depth_mm, 8.0);
   const double grids = std::isinf(skin.radius_mm) ? 1.0 : static_cast<double>(kDepths + 2);
@@ -48,7 +48,7 @@ BarTip shortened(BarTip tip, double length_mm) {
   return tip;
 }
 
-/// Where the increments of a press from one depth to another act, and how much each is:
+/// The depths at which a press from one depth to another is evaluated, and their weights:
 /// Gauss-Legendre in √d.
 std::vector<QuadratureNode> increments(double from_mm, double to_mm, int count) {
   auto nodes = gauss_legendre(count, std::sqrt(from_mm), std::sqrt(to_mm));
@@ -125,7 +125,7 @@ FlatTipField::FlatTipField(const PinTip& tip, const SkinParameters& skin)
 }
 
 void FlatTipField::fill_curved(const PinTip& tip, const SkinParameters& skin) {
-  // Hertz's contact grows until it has reached the rim.
+  // The Hertz contact grows until it reaches the rim.
   const double plate = std::numeric_limits<double>::infinity();
   const HertzContact hertz(plate, skin.radius_mm, skin_.reduced_modulus_kPa());
   deepest_mm_ = 0.25 * tip.diameter_mm * tip.diameter_mm / skin.radius_mm;
@@ -212,7 +212,7 @@ FlatTipField::Values FlatTipField::superposed(const BarContact& contact, double 
   Values values;
   for (const LineLoad& load : contact.loads) {
     values.stress += line_load_stress(load, skin_.poisson_ratio(), x_mm, y_mm, receptor_depth_mm_);
-    // A load stands for a strip: on top of it, the strip's finite width keeps the sum finite.
+    // A load represents a strip, whose finite width keeps the sum finite directly above it.
     const double apart = std::max(std::fabs(x_mm - load.x_mm), 1e-3);
     values.displacement +=
         line_load_displacement_mm(load, skin_.reduced_modulus_kPa(), load.x_mm + apart, y_mm);
@@ -239,7 +239,7 @@ double FlatTipField::force_mN(double depth_mm) const noexcept {
 
 double FlatTipField::depth_mm(double force_mN_wanted) const noexcept {
   if (!(force_mN_wanted > 0.0)) return 0.0;
-  // Every table but the empty first presses at least with this much.
+  // Every table except the empty first one has at least this force.
   const Table& last = tables_.back();
   if (tables_.size() == 1) return force_mN_wanted / last.force_mN_per_mm;
   double low = 0.0;
@@ -265,7 +265,7 @@ FlatTipField::Values FlatTipField::far_away(double force_mN, double x_mm,
 }
 
 FlatTipField::Values FlatTipField::at(double x_mm, double y_mm, double depth_mm) const noexcept {
-  // The field is even in y, but for the two shear stresses that end there.
+  // The field is even in y, except the two shear stresses with index y.
   const double column = (x_mm - first_x_mm_) / spacing_mm_;
   const double row = std::fabs(y_mm) / spacing_mm_ + 1.0;
   if (!(column >= 1.0 && column < static_cast<double>(columns_ - 2) &&

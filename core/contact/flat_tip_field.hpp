@@ -12,29 +12,29 @@
 
 namespace merkel {
 
-/// Stress at receptor depth, and displacement of the surface, under a flat tip: superposed once on
-/// a grid, then interpolated wherever the tip is.
+/// Stress at receptor depth and displacement of the surface under a flat tip, computed once on a
+/// grid and then interpolated at any position of the tip.
 ///
-/// On flat skin all of it is proportional to the depth. On a finger of radius R, a pin of radius a
-/// touches as a plate does, by Hertz, until its rim is reached at d = a²/R, and as a punch from
-/// there on. On a finger that is curved across with radius R, straight bars touch over a length
-/// that grows with the depth d, L = min(bar length, 2·√(1.65·R·d)), and a press is the sum of its
-/// increments, each that of flat bars of the length it finds: G(d) = ∫ field(L(d')) dd'. Tabulated
-/// as G/d at depths that are even in √d. The factor 1.65 is of an independent solution (boundary
-/// elements; core/README.md has the errors). The curvature along the finger, across the bars, is
-/// neglected.
+/// On flat skin, everything is proportional to the depth. On a finger of radius R, a pin of radius
+/// a follows Hertz contact of a plate until its rim touches at d = a²/R, and punch contact from
+/// there on. On a finger curved across with radius R, straight bars touch over a length that grows
+/// with the depth d, L = min(bar length, 2·√(1.65·R·d)). A press is the sum of its increments, each
+/// of which acts as flat bars of the current length: G(d) = ∫ field(L(d')) dd'. The table holds G/d
+/// at depths that are evenly spaced in √d. The factor 1.65 comes from an independent boundary
+/// element solution (core/README.md lists the errors). The curvature along the finger, across the
+/// bars, is neglected.
 ///
 /// Positions are relative to the middle of the tip. The grid covers the contact and a margin around
-/// it; beyond, the tip acts as a point load. Real-time: yes, after construction.
+/// it; beyond the grid, the tip acts as a point load. Real-time: yes, after construction.
 class FlatTipField {
  public:
-  /// Solves the contact and fills the grid. Real-time: no (it takes some seconds).
+  /// Solves the contact and fills the grid. Real-time: no (it takes a few seconds).
   FlatTipField(const BarTip& tip, const SkinParameters& skin);
-  /// The same of a round pin, from closed forms.
+  /// The same for a round pin, from closed forms.
   FlatTipField(const PinTip& tip, const SkinParameters& skin);
 
-  /// Whether the grid of a tip would have no more than four million nodes (220 MB), and no more
-  /// than 4e8 loads to superpose on them (some ten seconds).
+  /// Whether the grid of a tip has at most four million nodes (220 MB) and at most 4e8 loads to
+  /// superpose on them (about ten seconds).
   [[nodiscard]] static bool fits(const BarTip& tip, const SkinParameters& skin) noexcept;
   [[nodiscard]] static bool fits(const PinTip& tip, const SkinParameters& skin) noexcept;
 
@@ -42,20 +42,21 @@ class FlatTipField {
     CartesianStress stress;     ///< kPa
     double displacement = 0.0;  ///< mm
   };
-  /// By cubic interpolation in both directions.
+  /// Stress and displacement at a point, by cubic interpolation in both directions.
   [[nodiscard]] Values at(double x_mm, double y_mm, double depth_mm) const noexcept MERKEL_REALTIME;
 
   [[nodiscard]] double force_mN(double depth_mm) const noexcept MERKEL_REALTIME;
-  /// The depth at which the tip presses with a force; ≤ 0 does not touch.
+  /// The depth at which the tip presses with a force. A force ≤ 0 means no contact.
   [[nodiscard]] double depth_mm(double force_mN) const noexcept MERKEL_REALTIME;
-  /// Far away, the surface is displaced by this/r.
+  /// At a large distance r, the surface is displaced by this value divided by r.
   [[nodiscard]] double far_displacement_mm2(double depth_mm) const noexcept MERKEL_REALTIME;
 
-  /// The line loads under bars at a depth, all increments of a press on a curved finger together;
+  /// The line loads under bars at a depth. On a curved finger, they include all increments of a
+  /// press.
   /// \param finest_mm  as in BarContact::solve.  Real-time: no.
   [[nodiscard]] static BarContact loads(const BarTip& tip, const SkinParameters& skin,
                                         double depth_mm, double finest_mm);
-  /// From the tip's axis to its farthest corner.
+  /// Distance from the tip's axis to its farthest corner.
   [[nodiscard]] double half_diagonal_mm() const noexcept { return half_diagonal_mm_; }
 
  private:
@@ -66,7 +67,7 @@ class FlatTipField {
     double force_mN_per_mm = 0.0;
     std::vector<Node> nodes;
   };
-  /// The two tables between which a depth lies, and their weights, times the depth.
+  /// The two tables on either side of a depth, and their weights multiplied by the depth.
   struct Blend {
     const Table* table[2];
     double weight[2];
@@ -85,11 +86,12 @@ class FlatTipField {
   double receptor_depth_mm_;
   double half_diagonal_mm_;
   double spacing_mm_;
-  double first_x_mm_;  ///< of the grid's first column; rows begin one spacing before y = 0
+  double first_x_mm_;  ///< first column of the grid; rows begin one spacing before y = 0
   std::size_t columns_;
   std::size_t rows_;
-  /// One where all is proportional to the depth; else at depths (k/last)²·deepest, and after them
-  /// the one by which the field grows from there on, where the bars touch with all of their length.
+  /// A single table if everything is proportional to the depth. Otherwise tables at depths
+  /// (k/last)²·deepest, followed by the increment per mm beyond the deepest, where the bars touch
+  /// over their whole length.
   std::vector<Table> tables_;
   double deepest_mm_ = 0.0;
 };

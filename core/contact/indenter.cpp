@@ -21,25 +21,26 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
     return ParameterCheck()
         .also(bars.check())
         .require(!skin.layered() && skin.contact_law == ContactLaw::kHertz, "probe.tip",
-                 "\"bars\" press on skin without a layer: leave out skin.thickness_mm and "
+                 "\"bars\" need skin without a layer: remove skin.thickness_mm and "
                  "skin.contact_law")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
-                 "must be at least 0.05 under bars, whose edges press infinitely hard")
-        .require(FlatTipField::fits(bars, skin), "probe.bar_widths_mm",
-                 "and bar_length_mm make a tip so large that its stress field takes more than "
-                 "220 MB or some ten seconds: make the tip smaller")
+                 "must be at least 0.05 under bars: the pressure at their edges is infinite")
+        .require(
+            FlatTipField::fits(bars, skin), "probe.bar_widths_mm",
+            "and bar_length_mm make a tip so large that its stress field needs more than 220 MB "
+            "or about ten seconds: make the tip smaller")
         .result();
   }
   if (tip == Tip::kPin) {
     return ParameterCheck()
         .also(pin.check())
         .require(!skin.layered() && skin.contact_law == ContactLaw::kHertz, "probe.tip",
-                 "\"pin\" presses on skin without a layer: leave out skin.thickness_mm and "
+                 "\"pin\" needs skin without a layer: remove skin.thickness_mm and "
                  "skin.contact_law")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
-                 "must be at least 0.05 under a pin, whose rim presses infinitely hard")
+                 "must be at least 0.05 under a pin: the pressure at its rim is infinite")
         .require(FlatTipField::fits(pin, skin), "probe.diameter_mm",
-                 "makes a tip so large that its stress field takes more than 220 MB: make it "
+                 "makes a tip so large that its stress field needs more than 220 MB: make it "
                  "smaller")
         .result();
   }

@@ -10,10 +10,10 @@
 
 namespace merkel {
 
-/// Why a scene's probes cannot be controlled each in its own way.
+/// The error for probes that mix depth and force control.
 inline constexpr std::string_view kMixedControl =
-    "must be the same for all probes, but mixes \"depth\" and \"force\": press by the one or the "
-    "other with each";
+    "must be the same for all probes, but mixes \"depth\" and \"force\": use one of them for all "
+    "probes";
 
 /// The rigid tip of a probe.
 struct Indenter {
@@ -23,10 +23,10 @@ struct Indenter {
 
   Tip tip = Tip::kSphere;
   double radius_mm = 2.0;  ///< of the sphere; infinity is a flat plate, on curved skin only
-  BarTip bars;             ///< where the tip is bars
-  PinTip pin;              ///< where the tip is a pin
+  BarTip bars;             ///< if the tip is bars
+  PinTip pin;              ///< if the tip is a pin
   Control control = Control::kDepth;
-  std::size_t patch = 0;  ///< which of the model's patches it presses on
+  std::size_t patch = 0;  ///< index of the patch that it presses on
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;

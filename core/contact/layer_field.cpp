@@ -17,12 +17,12 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kDecades = 30.0;              ///< e^{−30} = 1e-13 is left out
-constexpr double kFarthest_thicknesses = 8.0;  ///< beyond the rim, the field has died away
+constexpr double kDecades = 30.0;              ///< e^{−30} = 1e-13 is neglected
+constexpr double kFarthest_thicknesses = 8.0;  ///< beyond the rim; the field is negligible there
 constexpr std::size_t kMostRows = 240;
-constexpr int kPanel = 16;  ///< Gauss-Legendre nodes of a panel
+constexpr int kPanel = 16;  ///< Gauss-Legendre nodes per panel
 
-/// What a unit pressure p(ξ) does at a depth z, in units of p and p/2G.
+/// The response to a unit pressure p(ξ) at a depth z, in units of p and p/2G.
 struct LayerResponse {
   double radial;      ///< 2G·U
   double gradient;    ///< 2G·W'
@@ -31,8 +31,8 @@ struct LayerResponse {
 };
 
 /// Solves the layer for one wave number. The solutions of (1−2ν)∇²u + ∇∇·u = 0 that decay from the
-/// surface are (U, W) = (1, 1)e^{−ξz} and (ξz, κ+ξz)e^{−ξz}, κ = 3−4ν; those that decay from the
-/// base are their mirror images in ζ = h−z.
+/// surface are (U, W) = (1, 1)e^{−ξz} and (ξz, κ+ξz)e^{−ξz}, κ = 3−4ν. The solutions that decay
+/// from the base are their mirror images in ζ = h−z.
 LayerResponse response(double xi, double z, double h, double nu) {
   const double kappa = 3.0 - 4.0 * nu;
   /// U, W, U', W' and (ξU + W')/(1−2ν) of the four solutions at a depth.
@@ -65,10 +65,10 @@ LayerResponse response(double xi, double z, double h, double nu) {
       .radial = at(0), .gradient = at(3), .dilatation = at(4), .shear = 0.5 * (at(2) - xi * at(1))};
 }
 
-/// Wave numbers up to where the receptors' depth damps them, dense enough for the distances.
+/// Wave numbers up to the limit set by the receptors' depth, dense enough for the distances.
 std::vector<QuadratureNode> wave_numbers(double depth_mm, double farthest_mm) {
   const double end = kDecades / depth_mm;
-  // Sixteen nodes for two and a half wavelengths.
+  // Sixteen nodes per two and a half wavelengths.
   const auto panels = static_cast<int>(std::ceil(end * farthest_mm / (5.0 * pi))) + 4;
   std::vector<QuadratureNode> nodes;
   for (int k = 0; k < panels; ++k) {
@@ -78,7 +78,7 @@ std::vector<QuadratureNode> wave_numbers(double depth_mm, double farthest_mm) {
   return nodes;
 }
 
-/// ∫ φ(t)·cos(ξt) dt over ∫ φ(t) dt, times 1/2π: the pressure per force.
+/// ∫ φ(t)·cos(ξt) dt divided by ∫ φ(t) dt, times 1/2π: the pressure per force.
 double pressure_of(const LayerContact& contact, double h, double xi) {
   double sum = 0.0;
   double force = 0.0;
@@ -116,7 +116,7 @@ class HalfSpaceDisplacement {
   }
   double operator()(double r) const {
     if (!(radius_mm_ > 0.0)) return 1.0 / (pi * std::max(r, 1e-9));
-    // t = r·sin θ takes the root out of the integral.
+    // t = r·sin θ removes the root from the integral.
     static const auto nodes = gauss_legendre(16, 0.0, 1.0);
     const double end = r > radius_mm_ ? std::asin(radius_mm_ / r) : 0.5 * pi;
     double sum = 0.0;
@@ -187,7 +187,7 @@ LayerField::LayerField(const SkinParameters& skin, double largest_radius_mm)
   Eigen::ArrayXd gradient(count);
   Eigen::ArrayXd dilatation(count);
   Eigen::ArrayXd shear(count);
-  Eigen::ArrayXd bone(count);  // what the bone takes off the half-space's displacement
+  Eigen::ArrayXd bone(count);  // reduction of the half-space's displacement by the bone
   Eigen::ArrayXd wave(count);
   for (Eigen::Index k = 0; k < count; ++k) {
     const auto& [x, weight] = xi[static_cast<std::size_t>(k)];
@@ -234,7 +234,7 @@ std::size_t LayerField::points_within(double distance_mm) const noexcept {
 LayerField::Rows LayerField::rows_of(const ContactState& contact) const noexcept {
   const double last = static_cast<double>(rows_ - 1);
   const double place = std::min(contact.contact_radius_mm / row_spacing_mm_, last);
-  // The field is even in the contact radius: row −1 is row 1. The last rows serve the end.
+  // The field is even in the contact radius: row −1 is row 1. At the end, the last rows are used.
   const double below = std::min(std::floor(place), last - 2.0);
   const auto weights = cubic_weights(place - below);
   const auto first = static_cast<std::size_t>(below);
@@ -297,7 +297,7 @@ double LayerField::radius_of_displacement_mm(const ContactState& contact,
   const auto displaced = [&](std::size_t k) {
     return at(rows, kDisplacement, spacing_mm_ * static_cast<double>(k)) >= displacement_mm;
   };
-  // The displacement falls smoothly: in long strides, then point by point.
+  // The displacement falls smoothly: search in long strides, then point by point.
   constexpr std::size_t kStride = 8;
   std::size_t point = 0;
   while (point + kStride + 4 < points_ && displaced(point + kStride)) point += kStride;

@@ -11,51 +11,53 @@
 
 namespace merkel {
 
-/// Stress at receptor depth, and displacement of the surface, under a sphere on a layer of skin
-/// bonded to bone: the field of the exact contact (BondedLayer), tabulated once a scene by contact
-/// radius and distance, per mN of force.
+/// Stress at receptor depth and displacement of the surface under a sphere on a layer of skin
+/// bonded to bone: the field of the exact contact (BondedLayer), tabulated once per scene by
+/// contact radius and distance, per mN of force.
 ///
-/// For each wave number ξ, the displacements of the layer are u_r = U(z)·J1(ξr), u_z = W(z)·J0(ξr)
-/// with four constants from the loaded surface (σz = −p, τ = 0) and the bonded base (U = W = 0).
-/// The pressure of a contact is p(ξ) = E*/π·∫φ(t)·cos(ξt) dt. Gauss-Legendre panels integrate over
-/// ξ up to e^{−ξ·z} = 1e-13. Muki, Progress in Solid Mechanics 1 (1960) 401.
+/// For each wave number ξ, the displacements of the layer are u_r = U(z)·J1(ξr) and u_z =
+/// W(z)·J0(ξr), with four constants from the loaded surface (σz = −p, τ = 0) and the bonded base (U
+/// = W = 0). The pressure of a contact is p(ξ) = E*/π·∫φ(t)·cos(ξt) dt. Gauss-Legendre panels
+/// integrate over ξ until e^{−ξ·z} = 1e-13. Muki, Progress in Solid Mechanics 1 (1960) 401.
 /// Real-time: yes, after construction.
 class LayerField {
  public:
   /// \param skin  with a finite thickness and receptors at least kLeastDepth_mm deep
-  /// \param largest_radius_mm  largest contact radius that the table covers; at most 4 thicknesses
-  ///                           are. Larger contacts keep the shape of the largest.
+  /// \param largest_radius_mm  largest contact radius that the table covers, limited to 4
+  /// thicknesses. Larger contacts keep the shape of the largest.
   /// Real-time: no (it takes about half a second).
   LayerField(const SkinParameters& skin, double largest_radius_mm);
 
-  static constexpr double kLeastDepth_mm = 0.05;    ///< of receptors: the table resolves no less
-  static constexpr std::size_t kMostPoints = 4096;  ///< of any table
+  static constexpr double kLeastDepth_mm = 0.05;  ///< of receptors; the table does not resolve less
+  static constexpr std::size_t kMostPoints = 4096;  ///< per table
 
   /// Distance between the table's points, mm; point k is at k·spacing from the axis.
   [[nodiscard]] double spacing_mm() const noexcept { return spacing_mm_; }
   [[nodiscard]] std::size_t size() const noexcept { return points_; }
-  /// Points that cover a distance from the axis, with those that interpolation needs beside it.
+  /// Number of points that cover a distance from the axis, including the neighbours that
+  /// interpolation needs.
   [[nodiscard]] std::size_t points_within(double distance_mm) const noexcept MERKEL_REALTIME;
 
-  /// What is tabulated.
+  /// The tabulated quantities.
   enum Field : std::size_t { kSigmaR, kSigmaTheta, kSigmaZ, kTauRz, kDisplacement, kFields };
-  /// Writes one field of a contact at the table's first values.size() points: kPa, or mm.
+  /// Writes one field of a contact, in kPa or mm, at the first values.size() points of the table.
   void profile(const ContactState& contact, Field field,
                std::span<double> values) const noexcept MERKEL_REALTIME;
 
-  /// At a distance r ≥ 0 from the axis. Beyond the table: 0.
+  /// Stress at a distance r ≥ 0 from the axis; 0 beyond the table.
   [[nodiscard]] AxisymmetricStress stress(const ContactState& contact,
                                           double r_mm) const noexcept MERKEL_REALTIME;
-  /// Downward; negative where the skin bulges.
+  /// Downward displacement; negative where the skin bulges.
   [[nodiscard]] double displacement_mm(const ContactState& contact,
                                        double r_mm) const noexcept MERKEL_REALTIME;
-  /// The radius within which the surface is displaced by at least `displacement_mm`; 0 if nowhere.
+  /// The radius within which the surface is displaced by at least `displacement_mm`; 0 if there is
+  /// none.
   [[nodiscard]] double radius_of_displacement_mm(
       const ContactState& contact, double displacement_mm) const noexcept MERKEL_REALTIME;
 
  private:
   static constexpr std::size_t kRowWeights = 4;
-  /// The rows around a contact radius and their weights, times the force.
+  /// The rows around a contact radius, and their weights multiplied by the force.
   struct Rows {
     std::size_t row[kRowWeights];
     double weight[kRowWeights];
@@ -67,7 +69,7 @@ class LayerField {
   }
 
   double spacing_mm_;
-  double row_spacing_mm_;  ///< of the contact radii
+  double row_spacing_mm_;  ///< between contact radii
   std::size_t points_;
   std::size_t rows_;
   std::vector<double> table_;  ///< [field][row][point], per mN

@@ -14,11 +14,11 @@ struct NeighbourPress {
   Press press;
 };
 
-/// Tips that press one patch by depth share the skin that they displace: tip i at the depth d_i
-/// finds the surface already displaced by the others, and indents it by the rest alone. Solves
-/// d_i = δ_i + Σ_{j≠i} u_j(x_i; δ_j) for the indentations δ by Gauss-Seidel, to 1e-7 mm, and writes
-/// the presses; a tip that its neighbours leave no depth for does not touch. Each displacement is
-/// taken at the middle of the other contact. Real-time: yes (at most 64 rounds).
+/// Depth-controlled tips on one patch share the skin that they displace. Tip i at depth d_i meets a
+/// surface already displaced by the other tips and indents it by the remainder. Solves d_i = δ_i +
+/// Σ_{j≠i} u_j(x_i; δ_j) for the indentations δ by Gauss-Seidel, to 1e-7 mm, and writes the
+/// presses. A tip with no remaining depth does not touch. Each displacement is evaluated at the
+/// centre of the other contact. Real-time: yes (at most 64 iterations).
 void solve_neighbour_depths(std::span<NeighbourPress> presses) noexcept MERKEL_REALTIME;
 
 }  // namespace merkel

@@ -7,7 +7,7 @@
 namespace merkel {
 
 /// A rigid pin with a flat round end, as in most recordings of single afferents. The closed forms
-/// below are those of flat skin; FlatTipField has a curved finger's.
+/// below are for flat skin; FlatTipField handles a curved finger.
 struct PinTip {
   double diameter_mm = 1.0;
 
@@ -24,7 +24,8 @@ struct PinTip {
 /// ψ1 = P/a·Im(c·ln(R+c) − R) its integral over z, for which (Johnson, section 3.2)
 /// σz = [ψ_z − z·ψ_zz]/2π, τrz = −z·ψ_rz/2π, σr = [2ν·ψ_z − z·ψ_rr − (1−2ν)·ψ1_rr]/2π,
 /// σθ = [2ν·ψ_z − z·ψ_r/r − (1−2ν)·ψ1_r/r]/2π.
-/// \param r_mm  ≥ 0.  \param z_mm  > 0: on the surface, the rim is pressed infinitely hard.
+/// \param r_mm  ≥ 0
+/// \param z_mm  > 0: on the surface, the stress at the rim is infinite.
 /// Real-time: yes.
 [[nodiscard]] AxisymmetricStress pin_stress(double force_mN, double radius_mm, double poisson_ratio,
                                             double r_mm, double z_mm) noexcept MERKEL_REALTIME;

@@ -8,14 +8,15 @@
 
 namespace merkel {
 
-/// A contact, the place of its axis on the patch, and its reach.
+/// A contact, the position of its axis on the patch, and its reach.
 struct PlacedContact {
   ContactState contact;
   const FlatTipField* flat_tip = nullptr;  ///< the unit field of bars or a pin; null for a sphere
-  const LayerField* layer = nullptr;  ///< of a sphere on skin bonded to bone; else a half-space
+  const LayerField* layer =
+      nullptr;  ///< field of a sphere on skin bonded to bone; null: half-space
   double x_mm = 0.0;
   double y_mm = 0.0;
-  /// Beyond this distance from the axis, the energy density counts as zero (see DriveReach).
+  /// Beyond this distance from the axis, the energy density is taken as zero (see DriveReach).
   double reach_mm = std::numeric_limits<double>::infinity();
 
   friend bool operator==(const PlacedContact&, const PlacedContact&) = default;

@@ -10,8 +10,7 @@ namespace {
 /// d/R as a function of q = a/R: q·atanh(q).
 double depth_ratio(double q) { return q * std::atanh(q); }
 
-/// F/(E*R²): (1+q²)·atanh(q) − q. Its cubic beginning ⁴⁄₃·q³ cancels for small q, where its series
-/// is used.
+/// F/(E*R²): (1+q²)·atanh(q) − q. For small q the terms cancel to ⁴⁄₃·q³, so a series is used.
 double force_ratio(double q) {
   const double q2 = q * q;
   if (q < 0.05) {
@@ -22,8 +21,8 @@ double force_ratio(double q) {
   return (1.0 + q2) * std::atanh(q) - q;
 }
 
-/// The q in [0, 1) at which a rising function takes a value, by bisection on atanh(q), which covers
-/// every depth: q = tanh(t).
+/// The q in [0, 1) at which a rising function takes a value. Bisection on t = atanh(q) covers
+/// every depth.
 template <class Function>
 double solve(Function f, double value) {
   double low = 0.0;

@@ -5,20 +5,20 @@
 
 namespace merkel {
 
-/// Contact of a rigid sphere of exactly spherical shape with an elastic half-space: where a/R is
-/// large, Hertz's paraboloid is not a sphere.
+/// Contact of an exact rigid sphere with an elastic half-space. Hertz approximates the sphere by a
+/// paraboloid, which is inaccurate where a/R is large.
 ///
 /// d = a/2·ln((R+a)/(R−a)), F = E*·[(R²+a²)/2·ln((R+a)/(R−a)) − aR]
-/// Sneddon, Int. J. Engng Sci. 3 (1965) 47. The pressure returned is the semi-ellipse
+/// Sneddon, Int. J. Engng Sci. 3 (1965) 47. The pressure is approximated by the semi-ellipse
 /// p0·√(1−r²/a²) of the same force and radius. Real-time: yes (a bisection of bounded length).
 class SneddonContact {
  public:
   /// \param radius_mm  R > 0, finite
   SneddonContact(double radius_mm, double reduced_modulus_kPa) noexcept;
 
-  /// The contact at an indentation depth; ≤ 0 does not touch.
+  /// The contact at an indentation depth. A depth ≤ 0 means no contact.
   [[nodiscard]] ContactState at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
-  /// The contact under a force; ≤ 0 does not touch.
+  /// The contact under a force. A force ≤ 0 means no contact.
   [[nodiscard]] ContactState at_force(double force_mN) const noexcept MERKEL_REALTIME;
 
  private:

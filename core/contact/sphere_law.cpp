@@ -50,8 +50,8 @@ ContactState SphereLaw::at_force(double force_mN) const noexcept {
   if (sneddon_ && !stiffens) return sneddon_->at_force(force_mN);
   ContactState contact = hertz_.at_force(force_mN);
   if (!contact.touching() || (std::isinf(thickness_mm_) && !stiffens)) return contact;
-  // A layer and stiffening make the skin harder than the half-space, so the depth lies below
-  // that without them; force rises with it.
+  // A layer and stiffening make the skin stiffer, so the depth is below that of the half-space;
+  // the force rises with the depth.
   double low = 0.0;
   double high = sneddon_ ? sneddon_->at_force(force_mN).depth_mm : contact.depth_mm;
   for (int halving = 0; halving < 60; ++halving) {

@@ -10,10 +10,10 @@
 namespace merkel {
 namespace {
 
-/// Deeper presses keep the shape of the field at this depth.
+/// Deeper presses use the shape of the field at this depth.
 constexpr double kDeepest_mm = 10.0;
 
-/// The part of an offset from the apex that the contact keeps.
+/// Ratio of the contact's offset from the apex to the tip's.
 double kept_of(double tip_radius_mm, double skin_radius_mm) {
   return std::isinf(skin_radius_mm) ? 1.0 : skin_radius_mm / (skin_radius_mm + tip_radius_mm);
 }
@@ -94,7 +94,7 @@ double TipContact::flat_depth_mm(double force_mN) const noexcept {
   const double elastic_mm = flat_tip_->depth_mm(force_mN);
   if (std::isinf(stiffening_mm_)) return elastic_mm;
   double low = 0.0;
-  double high = elastic_mm;  // the skin only gets stiffer
+  double high = elastic_mm;  // the skin can only be stiffer
   for (int halving = 0; halving < 60; ++halving) {
     const double middle = 0.5 * (low + high);
     (stiffening_of(middle) * flat_tip_->force_mN(middle) < force_mN ? low : high) = middle;

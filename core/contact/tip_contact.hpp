@@ -16,7 +16,7 @@ namespace merkel {
 /// The contact of any tip with the skin at one instant.
 struct Press {
   ContactState contact;
-  double x_mm = 0.0;  ///< of its centre
+  double x_mm = 0.0;  ///< of the contact's centre
   double y_mm = 0.0;
 
   [[nodiscard]] bool touching() const noexcept { return contact.depth_mm > 0.0; }
@@ -25,25 +25,25 @@ struct Press {
 /// Turns a probe's reading into the contact of its tip. Real-time: yes, after construction.
 class TipContact {
  public:
-  /// \param layer  what layer_field() made for this skin; null: it is made here, where it is needed
+  /// \param layer  result of layer_field() for this skin; null: computed here if needed
   TipContact(const Indenter& indenter, const SkinParameters& skin,
              std::shared_ptr<const LayerField> layer = nullptr);
 
-  /// The stress field that all spheres of a scene share; null where no sphere presses on skin with
-  /// an exact layer. Real-time: no (it takes about half a second).
+  /// The stress field that all spheres of a scene share; null if no sphere presses on skin with an
+  /// exact layer. Real-time: no (it takes about half a second).
   [[nodiscard]] static std::shared_ptr<const LayerField> layer_field(
       std::span<const Indenter> indenters, const SkinParameters& skin);
 
   [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
-  /// The same where the neighbouring contacts leave another depth to press.
+  /// The same at the depth that the neighbouring contacts leave.
   [[nodiscard]] Press press_at_depth(const ContactInput& input,
                                      double depth_mm) const noexcept MERKEL_REALTIME;
-  /// What a press displaces the surface by at a point of the patch, downward.
+  /// Downward displacement of the surface by a press at a point of the patch.
   [[nodiscard]] double displacement_mm(const Press& press, double x_mm,
                                        double y_mm) const noexcept MERKEL_REALTIME;
   /// The unit field of bars or a pin; null for a sphere.
   [[nodiscard]] const FlatTipField* flat_tip() const noexcept { return flat_tip_.get(); }
-  /// The field of a sphere on a layer; null where the half-space's holds.
+  /// The field of a sphere on a layer; null for a half-space.
   [[nodiscard]] const LayerField* layer() const noexcept { return layer_.get(); }
   [[nodiscard]] bool by_force() const noexcept { return by_force_; }
   /// The contact law of a sphere; null for a flat tip.
@@ -60,7 +60,8 @@ class TipContact {
   std::shared_ptr<const LayerField> layer_;
   std::optional<SphereLaw> sphere_;
   std::optional<Position> apex_;
-  /// Of the axis from the apex, along and across the finger: k/(k + 1/R_skin), k = 1/R.
+  /// Ratio of the contact's offset from the apex to the axis's, along and across the finger: k/(k +
+  /// 1/R_skin), k = 1/R.
   double kept_along_ = 1.0;
   double kept_across_ = 1.0;
   std::shared_ptr<const FlatTipField> flat_tip_;

@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-/// What an encoder must know of the model whose touch it encodes.
+/// The facts about a model that an encoder needs.
 struct EncodedModel {
   struct OfPatch {
     Patch area;
@@ -18,7 +18,7 @@ struct EncodedModel {
   };
 
   std::chrono::nanoseconds tick{1'000'000};
-  std::size_t most_spikes = 40;  ///< of an afferent in a tick: one a membrane step
+  std::size_t most_spikes = 40;  ///< of an afferent in a tick: one per membrane step
   std::vector<OfPatch> patches;
   std::vector<std::size_t> patch_of_probe;
 };

@@ -40,7 +40,7 @@ void check_electrode(const Electrode& e, ParameterCheck& check) {
       .require(is_range(e.frequency_Hz), e.key("frequency_Hz"), kRange);
 }
 
-/// The ranges of a valid electrode against valid limits.
+/// Checks the ranges of a valid electrode against valid limits.
 void check_ranges(const Electrode& e, const StimulationParameters& p, ParameterCheck& check) {
   const double strongest_uA = e.amplitude_uA[1];
   const double phase_us = units::us_from(p.phase);
@@ -76,8 +76,9 @@ FieldTable Electrode::fields() {
       {"name", "", any_value(), "name of the electrode: letters, digits, '_', '-' or '.'",
        at<&E::name>},
       {"field_mm", "mm", from_to(-1e4, 1e4),
-       "[x, y, radius] on the patch: whose afferents the electrode stands for", at<&E::field_mm>},
-      {"encoder", "", one_of(kEncoders), "how commands follow from the touch", at<&E::encoder>},
+       "[x, y, radius] on the patch; the electrode represents the afferents inside",
+       at<&E::field_mm>},
+      {"encoder", "", one_of(kEncoders), "how the touch determines the commands", at<&E::encoder>},
       {"window_ms", "ms", from_to(1.0, 1e4),
        "time constant of the causal exponential window of rate and recruited", at<&E::window>},
       {"amplitude_uA", "µA", not_negative(1e5),
@@ -101,19 +102,20 @@ FieldTable Electrode::fields() {
 FieldTable StimulationParameters::fields() {
   using P = StimulationParameters;
   static constexpr Field kFields[] = {
-      {"update_ms", "ms", positive(1e3), "time between updates: a whole number of ticks",
+      {"update_ms", "ms", positive(1e3), "time between updates; a multiple of the tick",
        at<&P::update>},
       {"phase_us", "us", from_to(1.0, 1e4), "length of each phase of a biphasic pulse",
        at<&P::phase>},
       {"max_charge_nC", "nC", not_negative(1e6),
-       "largest charge of a phase, each electrode; must be set", at<&P::max_charge_nC>},
+       "largest charge per phase and electrode; must be set", at<&P::max_charge_nC>},
       {"max_total_uA", "µA", not_negative(1e7), "largest sum of all amplitudes; must be set",
        at<&P::max_total_uA>},
       {"max_slope_uA_per_s", "µA/s", positive(1e9),
-       "how fast an amplitude may rise; falls are not limited", at<&P::max_slope_uA_per_s>,
+       "largest rise of an amplitude; decreases are not limited", at<&P::max_slope_uA_per_s>,
        "no limit"},
       {"max_electrodes", "", from_to(1, kMostElectrodes),
-       "electrodes that stimulate at once, the strongest first", at<&P::max_electrodes>, "all"}};
+       "most electrodes that stimulate at the same time, the strongest first",
+       at<&P::max_electrodes>, "all"}};
   return {"stimulation", kFields};
 }
 
@@ -133,15 +135,16 @@ Expected<void, ParameterError> EncodingParameters::check() const {
   ParameterCheck check;
   if (electrodes.empty()) return check.result();
   check.require(electrodes.size() <= kMostElectrodes, "electrode",
-                "may be given 256 times at most");
+                "must not appear more than 256 times");
   check_limits(stimulation, check);
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
     check_electrode(electrodes[i], check);
     if (!check.result()) return check.result();
     check_ranges(electrodes[i], stimulation, check);
     for (std::size_t j = 0; j < i; ++j) {
-      check.require(electrodes[i].name != electrodes[j].name, "electrode.name",
-                    "\"" + electrodes[i].name + "\" names two electrodes: give each its own");
+      check.require(
+          electrodes[i].name != electrodes[j].name, "electrode.name",
+          "\"" + electrodes[i].name + "\" is used by two electrodes: give each its own name");
     }
   }
   return check.result();

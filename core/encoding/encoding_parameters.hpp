@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// How an electrode's command follows from the touch.
+/// How the touch determines an electrode's command.
 enum class EncoderKind : std::uint8_t {
   kRate,           ///< mean firing rate of the field's afferents
   kRecruited,      ///< share of the field's afferents that fire
@@ -22,16 +22,16 @@ enum class EncoderKind : std::uint8_t {
   kOkorokova,      ///< depth, velocity and acceleration, by the model of Okorokova et al. (2018)
 };
 
-/// An electrode, the skin that it stands for, and its encoder.
+/// An electrode, the area of skin that it represents, and its encoder.
 ///
-/// Every encoder returns a drive from 0 (off) to 1. The amplitude and the frequency run linearly
-/// from the weakest to the strongest command with it.
+/// Every encoder returns a drive from 0 (off) to 1. Amplitude and frequency are linear in the
+/// drive, from the weakest to the strongest command.
 struct Electrode {
   std::string name;
   std::size_t patch = 0;                          ///< the patch of its field
   std::vector<double> field_mm{15.0, 10.0, 3.0};  ///< centre x, y and radius on the patch
   EncoderKind encoder = EncoderKind::kRate;
-  std::chrono::nanoseconds window{30'000'000};  ///< time constant, of rate and recruited
+  std::chrono::nanoseconds window{30'000'000};  ///< time constant of `rate` and `recruited`
   std::vector<double> amplitude_uA;             ///< weakest and strongest; no default
   std::vector<double> frequency_Hz;             ///< weakest and strongest; no default
   double full_rate_Hz = 100.0;         ///< strongest command of `rate`: mean rate of an afferent
@@ -44,25 +44,25 @@ struct Electrode {
   [[nodiscard]] std::string key(std::string_view field) const;
 };
 
-/// Whether an electrode may have this name: 1 to 32 letters, digits, '_', '-' or '.'.
+/// Whether a name is valid for an electrode: 1 to 32 letters, digits, '_', '-' or '.'.
 [[nodiscard]] bool is_electrode_name(std::string_view name) noexcept;
 
 /// What no command may exceed, whatever the encoders return. The limits have no defaults: they
 /// depend on the electrode and the tissue, and are the user's to set.
 struct StimulationParameters {
   std::chrono::nanoseconds update{10'000'000};  ///< between updates; a multiple of the tick
-  std::chrono::nanoseconds phase{200'000};      ///< of a biphasic pulse
-  double max_charge_nC = 0.0;                   ///< of a phase, each electrode
-  double max_total_uA = 0.0;                    ///< of all electrodes at once
-  /// How fast the amplitude of an electrode may rise from one command to the next. Falls are not
-  /// limited, so that a fault is answered at once.
+  std::chrono::nanoseconds phase{200'000};      ///< one phase of a biphasic pulse
+  double max_charge_nC = 0.0;                   ///< per phase and electrode
+  double max_total_uA = 0.0;                    ///< sum over all electrodes
+  /// How fast the amplitude of an electrode may rise from one command to the next. Decreases are
+  /// not limited, so a fault takes effect at once.
   std::optional<double> max_slope_uA_per_s;
   std::optional<std::int64_t> max_electrodes;  ///< that stimulate at once; absent: all
 
   [[nodiscard]] static FieldTable fields();
 };
 
-/// Most electrodes of a scene.
+/// Largest number of electrodes in a scene.
 inline constexpr std::size_t kMostElectrodes = 256;
 
 /// The electrodes of a scene and their limits. Without electrodes nothing is encoded.
@@ -70,7 +70,7 @@ struct EncodingParameters {
   std::vector<Electrode> electrodes;
   StimulationParameters stimulation;
 
-  /// Fails with the first value that cannot be, and where an electrode's own range breaks a limit.
+  /// Fails with the first invalid value, or if an electrode's own range exceeds a limit.
   /// Real-time: no.
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };

@@ -11,10 +11,11 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kNever = nanoseconds::min();
-/// Sums below are 0: they would end as subnormal numbers, which are slow.
+/// Smaller sums are set to 0, because subnormal numbers are slow.
 constexpr double kLeastSum = 1e-12;
 
-/// Whether the middle of an afferent lies in a field. An afferent without receptors never fires.
+/// Whether the centre of an afferent lies in a field; false without receptors, because it never
+/// fires.
 bool in_field(const AfferentSite& afferent, const Electrode& electrode) {
   if (afferent.receptors == 0) return false;
   const double dx_mm = afferent.x_mm - electrode.field_mm[0];
@@ -25,7 +26,7 @@ bool in_field(const AfferentSite& afferent, const Electrode& electrode) {
 }  // namespace
 
 FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const EncodedModel& model) {
-  std::vector<std::size_t> first_of_patch;  // number of its first afferent, from 0
+  std::vector<std::size_t> first_of_patch;  // number of the first afferent, from 0
   std::size_t afferents = 0;
   for (const EncodedModel::OfPatch& patch : model.patches) {
     first_of_patch.push_back(afferents);
@@ -83,7 +84,7 @@ void FieldActivity::advance(std::span<const SpikeEvent> spikes, nanoseconds end)
 
 void FieldActivity::add(const SpikeEvent& spike, nanoseconds end) noexcept {
   const double age_ns = static_cast<double>((end - spike.time).count());
-  double of_per_ns = -1.0;  // fields mostly share one window
+  double of_per_ns = -1.0;  // most fields share one window
   double added = 0.0;
   for (const Membership& membership : memberships(spike)) {
     Field& field = fields_[membership.electrode];

@@ -14,7 +14,7 @@ PopulationResponse okorokova_response(const std::array<double, 4>& c) noexcept {
   const double recruited = 181.7049 * c[0] - 164.2083 * c[1] + 527.9869 * std::fabs(v[0]) +
                            292.2716 * std::fabs(v[1]) + 6.3115 * std::fabs(a[0]) +
                            21.9826 * std::fabs(a[1]) - 2.0783;
-  // In this order, NaN stays NaN.
+  // Comparing in this order keeps NaN.
   return {.rate_Hz = rate_Hz < 0.0 ? 0.0 : rate_Hz, .recruited = recruited < 0.0 ? 0.0 : recruited};
 }
 

@@ -30,7 +30,7 @@ class DepthHistory {
 
   explicit DepthHistory(std::chrono::nanoseconds tick);
 
-  /// As if the depth had been the same for ever.
+  /// Restarts as if the depth had always been `depth_mm`.
   void reset(double depth_mm) noexcept MERKEL_REALTIME;
   void push(double depth_mm) noexcept MERKEL_REALTIME;
   /// Depth at the last tick and 33, 66 and 99 ms before, to the nearest tick.
@@ -38,7 +38,7 @@ class DepthHistory {
 
  private:
   std::array<std::size_t, 4> lags_;  ///< ticks
-  std::vector<double> depths_;       ///< a ring
+  std::vector<double> depths_;       ///< ring buffer
   std::size_t newest_ = 0;
 };
 

@@ -14,7 +14,7 @@ using std::chrono::nanoseconds;
 using Kind = StimulationCommand::Kind;
 using State = TickRecord::State;
 
-/// Drives below are off: an exponential window never quite ends.
+/// Smaller drives count as off, because an exponential window never decays to 0.
 constexpr double kLeastDrive = 0.01;
 
 bool counts_spikes(EncoderKind kind) {
@@ -38,7 +38,7 @@ StimulationLimiter::Limits limits_of(const StimulationParameters& p) {
   return limits;
 }
 
-/// Pulses that can come in a tick before the limiter has seen them.
+/// Largest number of pulses in a tick before the limiter.
 std::size_t most_pulses(const EncodingParameters& parameters, const EncodedModel& model,
                         const FieldActivity& activity) {
   std::size_t most = 0;
@@ -55,8 +55,8 @@ Expected<void, ParameterError> check_with_model(const EncodingParameters& parame
   ParameterCheck check;
   check.require(parameters.stimulation.update % model.tick == nanoseconds{0},
                 "stimulation.update_ms",
-                "must be a whole number of ticks, which are " +
-                    shortest_decimal(units::ms_from(model.tick)) + " ms (loop.tick_us)");
+                "must be a multiple of the tick, " + shortest_decimal(units::ms_from(model.tick)) +
+                    " ms (loop.tick_us)");
   for (const Electrode& each : parameters.electrodes) {
     const bool known = each.patch < model.patches.size();
     check.require(known, each.key("patch"), "is not a patch of the scene");
@@ -73,8 +73,8 @@ Expected<void, ParameterError> check_fields(const EncodingParameters& parameters
   for (std::size_t e = 0; e < parameters.electrodes.size(); ++e) {
     const Electrode& each = parameters.electrodes[e];
     check.require(!counts_spikes(each.encoder) || activity.afferents(e) > 0, each.key("field_mm"),
-                  "holds no afferent: move it, or make its radius larger (merkel inspect "
-                  "afferents prints where they are)");
+                  "contains no afferent: move it or enlarge its radius (merkel inspect "
+                  "afferents prints their positions)");
   }
   return check.result();
 }
@@ -149,7 +149,8 @@ std::span<const StimulationCommand> StimulationEncoder::finish() noexcept {
   return commands;
 }
 
-/// Finds what stops each patch in this tick. \return whether a stop has started
+/// Finds the stop of each patch in this tick.
+/// \return whether a stop has started
 bool StimulationEncoder::find_stops(const Tick& tick) noexcept {
   const nanoseconds begin = tick.records.front().time - tick_;
   const bool gap = last_end_ && *last_end_ != begin;
@@ -195,7 +196,7 @@ StimulationEncoder::FieldContact StimulationEncoder::contact(
     const double dy_mm = press.y_mm - electrode.field_mm[1];
     if (dx_mm * dx_mm + dy_mm * dy_mm > reach_mm * reach_mm) continue;
     all.force_mN += press.contact.force_mN;
-    // NaN is not the lesser: the limiter is to see it.
+    // Written so that NaN wins: the limiter must see it.
     if (!(press.contact.depth_mm <= all.depth_mm)) all.depth_mm = press.contact.depth_mm;
   }
   return all;
@@ -203,7 +204,7 @@ StimulationEncoder::FieldContact StimulationEncoder::contact(
 
 std::size_t StimulationEncoder::collect_pulses(const Tick& tick) noexcept {
   std::size_t pulses = 0;
-  // Never used up: see EncodedModel::most_spikes.
+  // Always sufficient: see EncodedModel::most_spikes.
   const std::size_t room = commands_.size() - parameters_.electrodes.size();
   for (const SpikeEvent& spike : tick.spikes) {
     if (stop_of_patch_[spike.patch] != Stop::kNone) continue;
@@ -244,7 +245,7 @@ StimulationEncoder::Drive StimulationEncoder::drive(std::size_t e) const noexcep
 
 void StimulationEncoder::update(std::span<StimulationCommand> commands) noexcept {
   ++heartbeat_;
-  // A value that is not finite stays so: the limiter counts it and switches the electrode off.
+  // A non-finite value stays non-finite: the limiter counts it and switches the electrode off.
   const auto within = [](const std::vector<double>& range, double drive) {
     if (!std::isfinite(drive)) return std::numeric_limits<double>::quiet_NaN();
     return range[0] + (range[1] - range[0]) * std::min(drive, 1.0);

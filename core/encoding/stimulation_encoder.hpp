@@ -20,67 +20,69 @@
 
 namespace merkel {
 
-/// From a model's touch to stimulation commands, a tick at a time: encoders, then one limiter.
+/// Converts a model's touch to stimulation commands, one tick at a time: encoders, then one
+/// limiter.
 ///
-/// Research software: it drives no implant by itself, and nothing here makes a stimulation safe.
+/// Research software: it does not drive an implant by itself, and nothing here makes a stimulation
+/// safe.
 ///
-/// A fault sets the amplitude of every electrode of the patch to 0 in an update of its own at the
-/// end of the same tick, and the encoders forget what they have seen. Construct, reset, step:
-/// create() allocates all memory. Deterministic: the same ticks give the same bits.
+/// A fault sets the amplitude of every electrode of the patch to 0, in a separate update at the end
+/// of the same tick, and clears the encoders' history. Construct, reset, step: create() allocates
+/// all memory. Deterministic: the same ticks give the same bits.
 class StimulationEncoder {
  public:
   using Stop = StimulationCommand::Stop;
 
-  /// What one tick of the model has given.
+  /// The output of the model for one tick.
   struct Tick {
-    std::span<const TickRecord> records;  ///< one a probe, all of the same end
-    std::span<const Press> presses;       ///< one a probe
+    std::span<const TickRecord> records;  ///< one per probe, all with the same end
+    std::span<const Press> presses;       ///< one per probe
     std::span<const SpikeEvent> spikes;   ///< in order of time
     std::span<const SpikeEvent> resets;   ///< neurons reset
   };
 
-  /// Fails with the first parameter that cannot be, and where the model lacks what an electrode
-  /// names. Real-time: no.
+  /// Fails with the first invalid parameter, or if an electrode names something that the model
+  /// lacks. Real-time: no.
   [[nodiscard]] static Expected<StimulationEncoder, ParameterError> create(
       const EncodingParameters& parameters, const EncodedModel& model);
 
-  /// Everything is off and nothing has been seen. Real-time: yes.
+  /// Switches everything off and clears the history. Real-time: yes.
   void reset() noexcept MERKEL_REALTIME;
 
-  /// Takes the next tick. A tick that does not follow the one before is a gap.
+  /// Processes the next tick. A tick that does not follow its predecessor is a gap.
   /// \return its commands in order of time, valid until the next call.  Real-time: yes.
   std::span<const StimulationCommand> step(const Tick& tick) noexcept MERKEL_REALTIME;
 
   /// Keeps all electrodes off from the next tick on, until reset(). Real-time: yes.
   void fail_safe(Stop stop) noexcept MERKEL_REALTIME { latched_ = stop; }
 
-  /// The last update of a run, with everything off, at the end of the last tick; nothing where
-  /// there was no tick. Real-time: yes.
+  /// The last update of a run, at the end of the last tick: everything is off. Empty if there was
+  /// no tick. Real-time: yes.
   std::span<const StimulationCommand> finish() noexcept MERKEL_REALTIME;
 
   [[nodiscard]] const EncodingParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] const StimulationLimiter::Clippings& clippings() const noexcept {
     return limiter_.clippings();
   }
-  /// Times that a fault has switched a patch or all of them off, since construction.
+  /// How often a fault has switched off one patch or all patches, since construction.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
   /// Afferents in an electrode's field.
   [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
     return activity_.afferents(electrode);
   }
-  /// Most commands that a call can return.
+  /// Largest number of commands that a call can return.
   [[nodiscard]] std::size_t most_commands() const noexcept { return commands_.size(); }
 
  private:
-  /// From 0 to 1, or more, or not finite.
+  /// Usually 0 to 1; may be larger or not finite.
   struct Drive {
     double amplitude = 0.0;
     double frequency = 0.0;
   };
   /// The contacts that reach an electrode's field.
   struct FieldContact {
-    double force_mN = 0.0;  ///< of all
-    double depth_mm = 0.0;  ///< of the deepest
+    double force_mN = 0.0;  ///< of all contacts
+    double depth_mm = 0.0;  ///< of the deepest contact
   };
 
   StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);

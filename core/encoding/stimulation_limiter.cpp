@@ -13,9 +13,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Totals are scaled to just below the budget, so that rounding cannot bring their sum above it.
+/// Totals are scaled to slightly below the budget, so that rounding cannot raise the sum above it.
 constexpr double kBelow = 1.0 - 0x1.0p-40;
-/// Share of the budget below which pulses are left out.
+/// Share of the budget below which pulses are dropped.
 constexpr double kLeast = 1e-6;
 
 double largest_within_charge(double max_charge_nC, nanoseconds phase) {
@@ -104,8 +104,7 @@ void StimulationLimiter::scale_update(std::span<StimulationCommand> update,
     trains_uA += update[i].amplitude_uA;
     pulses_uA += outputs_[i].wanted_uA;
   }
-  // Trains share the budget with the pulses that can be expected, and leave room for those under
-  // way.
+  // Trains share the budget with the expected pulses and leave room for the pulses in progress.
   if (trains_uA + pulses_uA <= limits_.max_total_uA &&
       trains_uA + alive_uA <= limits_.max_total_uA) {
     return;

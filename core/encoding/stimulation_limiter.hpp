@@ -12,20 +12,20 @@
 
 namespace merkel {
 
-/// The last stage before commands leave: whatever comes in, nothing above a limit goes out.
+/// The last stage before commands leave: no output exceeds a limit, whatever the input.
 ///
-/// In order: values that are not finite or are negative switch the electrode off; amplitude, charge
-/// and frequency are clipped; an amplitude rises no faster than the slope; the weakest of too many
-/// simultaneous electrodes are switched off; a total above the budget scales all by one factor.
-/// Pulses of one tick count as simultaneous, because they are sent together. Real-time: yes, after
-/// construction. Deterministic.
+/// In order: negative and non-finite values switch the electrode off; amplitude, charge and
+/// frequency are clipped; an amplitude rises no faster than the slope; if too many electrodes are
+/// active at once, the weakest are switched off; if the total exceeds the budget, all amplitudes
+/// are scaled by one factor. Pulses of one tick count as simultaneous, because they are sent
+/// together. Real-time: yes, after construction. Deterministic.
 class StimulationLimiter {
  public:
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   struct Limits {
     std::chrono::nanoseconds phase{200'000};
-    double max_charge_nC = 0.0;  ///< of a phase
-    double max_total_uA = 0.0;   ///< of all electrodes
+    double max_charge_nC = 0.0;  ///< per phase
+    double max_total_uA = 0.0;   ///< sum over all electrodes
     double max_slope_uA_per_s = kNone;
     std::size_t max_electrodes = std::numeric_limits<std::size_t>::max();
   };
@@ -35,13 +35,13 @@ class StimulationLimiter {
   };
   /// How often each limit took effect.
   struct Clippings {
-    std::uint64_t invalid = 0;  ///< commands that were not finite, or negative
+    std::uint64_t invalid = 0;  ///< negative or non-finite commands
     std::uint64_t amplitude = 0;
     std::uint64_t charge = 0;
-    std::uint64_t frequency = 0;  ///< of pulses: those left out because they came too soon
+    std::uint64_t frequency = 0;  ///< also pulses dropped because they came too soon
     std::uint64_t slope = 0;
-    std::uint64_t electrodes = 0;  ///< commands switched off, pulses left out
-    std::uint64_t total = 0;       ///< updates, and ticks with pulses, that were scaled
+    std::uint64_t electrodes = 0;  ///< commands switched off, pulses dropped
+    std::uint64_t total = 0;       ///< scaled updates, and scaled ticks with pulses
 
     [[nodiscard]] std::uint64_t all() const noexcept {
       return invalid + amplitude + charge + frequency + slope + electrodes + total;
@@ -54,12 +54,14 @@ class StimulationLimiter {
   /// All electrodes are off at `time`.
   void reset(std::chrono::nanoseconds time) noexcept MERKEL_REALTIME;
 
-  /// Limits an update in place. \param update  a command for each electrode, in order, of one time
+  /// Limits an update in place.
+  /// \param update  one command per electrode, in order, at one time
   void limit_update(std::span<StimulationCommand> update) noexcept MERKEL_REALTIME;
 
-  /// Limits the pulses of one tick in place and moves those that may leave to the front.
-  /// \param pulses  in order of time.  \param tick_begin  earlier than all of them
-  /// \return how many may leave
+  /// Limits the pulses of one tick in place and moves the allowed pulses to the front.
+  /// \param pulses  in order of time
+  /// \param tick_begin  earlier than all of them
+  /// \return the number of allowed pulses
   [[nodiscard]] std::size_t limit_pulses(std::span<StimulationCommand> pulses,
                                          std::chrono::nanoseconds tick_begin) noexcept
       MERKEL_REALTIME;
@@ -67,13 +69,13 @@ class StimulationLimiter {
   [[nodiscard]] const Clippings& clippings() const noexcept { return clippings_; }
 
  private:
-  /// What an electrode has put out.
+  /// The recent output of an electrode.
   struct Output {
     double train_uA = 0.0;  ///< of the last update
     double pulse_uA = 0.0;  ///< of the last pulse
     std::chrono::nanoseconds pulse_time{0};
-    bool pulsed = false;                    ///< there has been a pulse
-    double rise_from_uA = 0.0;              ///< of the last pulse; 0 from a stop on
+    bool pulsed = false;                    ///< there has been at least one pulse
+    double rise_from_uA = 0.0;              ///< of the last pulse; 0 after a stop
     std::chrono::nanoseconds rise_time{0};  ///< of that pulse or stop
     double wanted_uA = 0.0;                 ///< strongest pulse since the last update, unscaled
     double tick_uA = 0.0;                   ///< strongest pulse of the tick being limited
@@ -89,9 +91,10 @@ class StimulationLimiter {
 
   Limits limits_;
   std::vector<OfElectrode> electrodes_;
-  double charge_uA_;                                ///< largest amplitude within the charge
-  double budget_uA_;                                ///< that scaled totals keep to
-  std::vector<std::chrono::nanoseconds> interval_;  ///< least, between pulses of an electrode
+  double charge_uA_;  ///< largest amplitude within the charge limit
+  double budget_uA_;  ///< limit for scaled totals
+  std::vector<std::chrono::nanoseconds>
+      interval_;  ///< smallest interval between pulses, by electrode
   std::vector<Output> outputs_;
   std::vector<std::size_t> order_;  ///< scratch
   std::chrono::nanoseconds last_update_{0};

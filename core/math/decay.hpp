@@ -6,12 +6,12 @@
 
 namespace merkel {
 
-/// e^−x for x ≥ 0 from +, − and × alone, so that every machine and C library gives the same bits;
-/// 0 beyond x = 700. Relative error below 1e-15. Without divisions, so about four times as fast as
-/// portable_exp(). Real-time: yes.
+/// e^−x for x ≥ 0, and 0 beyond x = 700. Uses only +, − and ×, so every machine and C library gives
+/// the same bits. Relative error below 1e-15. It needs no division and is about four times as fast
+/// as portable_exp(). Real-time: yes.
 [[nodiscard]] inline double decay(double x) noexcept {
   if (!(x < 700.0)) return 0.0;
-  // e^−x = 2^−k · e^r with |r| ≤ ln2/2; ln2 is split so that k·ln2 loses nothing.
+  // e^−x = 2^−k · e^r with |r| ≤ ln2/2; ln2 is split so that k·ln2 keeps full precision.
   constexpr double kLn2High = 6.93147180369123816490e-01;
   constexpr double kLn2Low = 1.90821492927058770002e-10;
   const auto k = static_cast<std::int64_t>(x * std::numbers::log2e + 0.5);

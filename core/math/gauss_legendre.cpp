@@ -10,7 +10,7 @@ std::vector<QuadratureNode> gauss_legendre(int points, double low, double high) 
   std::vector<QuadratureNode> nodes(static_cast<std::size_t>(points));
   const double half = 0.5 * (high - low);
   for (int k = 0; k < points; ++k) {
-    // Newton's iteration on the Legendre polynomial, from its well-known first guess.
+    // Newton's iteration on the Legendre polynomial, from the usual initial guess.
     double x = std::cos(std::numbers::pi * (k + 0.75) / (points + 0.5));
     double slope = 0.0;
     for (int iteration = 0; iteration < 10; ++iteration) {

@@ -4,8 +4,9 @@
 
 namespace merkel {
 
-/// The number of a pair of normal streams that share one word a step, and which of both it is.
-/// Neighbours eight apart are a pair, so that a vector of neurons finds its partners in another.
+/// The index of a pair of normal streams that share one random word per step, and which stream of
+/// the pair it is. Streams eight apart form a pair, so that the partners of one vector of neurons
+/// lie in another.
 struct NormalStream {
   static constexpr std::uint64_t kDistance = 8;
   std::uint64_t pair;
@@ -17,10 +18,10 @@ struct NormalStream {
   }
 };
 
-/// Where a pair's SplitMix64 sequence begins.
+/// Start of a pair's SplitMix64 sequence.
 [[nodiscard]] std::uint64_t normal_key(std::uint64_t seed, std::uint64_t pair) noexcept;
 
-/// Taylor coefficients of sin(f)/f and of cos(f) in powers of f², from the highest.
+/// Taylor coefficients of sin(f)/f and of cos(f) in powers of f², highest power first.
 inline constexpr double kSineSeries[] = {
     -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0,
     -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0,        1.0};
@@ -34,12 +35,12 @@ inline constexpr double kCosineSeries[] = {1.0 / 20922789888000.0,
                                            -0.5,
                                            1.0};
 
-/// A standard normal number that depends on nothing but a seed, the number of a stream (an
-/// afferent, from 0) and the number of a step: no order of evaluation, chunk or vector width can
-/// change it. By Box and Muller from word `step` of the pair's SplitMix64 sequence; from +, −, ×, ÷
-/// and √ alone, so that every machine gives the same bits. Real-time: yes.
+/// A standard normal number that depends only on a seed, the number of a stream (an afferent, from
+/// 0) and the number of a step. Evaluation order, chunks and vector width do not change it.
+/// Box-Muller transform of word `step` of the pair's SplitMix64 sequence, using only +, −, ×, ÷ and
+/// √, so every machine gives the same bits. Real-time: yes.
 ///
-/// The neuron kernels compute the same (neurons/noisy_steps-inl.hpp), to the last bit.
+/// The neuron kernels compute identical bits (neurons/noisy_steps-inl.hpp).
 [[nodiscard]] double normal_random(std::uint64_t seed, std::uint64_t stream,
                                    std::uint64_t step) noexcept;
 

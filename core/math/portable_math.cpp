@@ -7,10 +7,10 @@
 namespace merkel {
 
 double portable_exp(double x) noexcept {
-  // Beyond these, the result is 0 or infinite.
+  // Beyond these limits, the result is 0 or infinite.
   if (x < -746.0) return 0.0;
   if (x > 710.0) return std::numeric_limits<double>::infinity();
-  // e^x = 2^k · e^r with |r| ≤ ln2/2; ln2 is split so that k·ln2 loses nothing.
+  // e^x = 2^k · e^r with |r| ≤ ln2/2; ln2 is split so that k·ln2 keeps full precision.
   constexpr double kLn2High = 6.93147180369123816490e-01;
   constexpr double kLn2Low = 1.90821492927058770002e-10;
   const double k = std::floor(x * std::numbers::log2e + 0.5);

@@ -6,13 +6,13 @@ namespace merkel {
 
 /// The project's own random generator: SplitMix64 (Steele, Lea & Flood 2014, OOPSLA, "Fast
 /// splittable pseudorandom number generators"). The same seed gives the same numbers on every
-/// compiler, library and machine, which the std:: distributions do not promise.
+/// compiler, library and machine; the std:: distributions do not guarantee this.
 /// Real-time: yes.
 class Random {
  public:
   explicit constexpr Random(std::uint64_t seed) noexcept : state_(seed) {}
 
-  /// From one word's state to the next's: word k of a seed is mix(seed + (k+1)·increment).
+  /// Increment of the state per word: word k of a seed is mix(seed + (k+1)·increment).
   static constexpr std::uint64_t kIncrement = 0x9e3779b97f4a7c15U;
 
   constexpr std::uint64_t next() noexcept {

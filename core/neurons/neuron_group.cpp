@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-/// Turns the events of a call of a kernel into spike events.
+/// Converts the events of a kernel call into spike events.
 class SpikeRecorder final : public StepObserver {
  public:
   SpikeRecorder(std::chrono::nanoseconds start, std::chrono::nanoseconds step, std::uint16_t patch,
@@ -43,11 +43,11 @@ class SpikeRecorder final : public StepObserver {
   SpikeBuffer& resets_;
 };
 
-/// Shares neurons between the threads of a team in whole blocks, where there are enough of them.
-/// Calls step(first, last, peers) for each part; peers is null where a part is alone.
+/// Divides the neurons among the threads of a team in whole blocks, if there are enough neurons.
+/// Calls step(first, last, peers) for each part; peers is null for a single part.
 template <class Step>
 void share_neurons(std::size_t neurons, WorkerTeam* team, Step step) noexcept MERKEL_REALTIME {
-  /// With fewer neurons a part, sharing the work costs more than it saves.
+  /// With fewer neurons per part, sharing the work costs more than it saves.
   constexpr std::size_t kLeastPart = 1024;
   const std::size_t worth = std::max<std::size_t>(neurons / kLeastPart, 1);
   const int parts = team == nullptr

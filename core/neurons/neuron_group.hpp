@@ -14,57 +14,60 @@
 
 namespace merkel {
 
-/// N neurons of one kind stepped together.
+/// N neurons of one kind, stepped together.
 ///
-/// The result, noise included, depends neither on the instruction set, nor on the number of
-/// threads, nor on how many steps a call takes. Real-time: yes, after construction, which allocates
-/// all memory.
+/// The result, including the noise, does not depend on the instruction set, the number of threads
+/// or the number of steps per call. The constructor allocates all memory. Real-time: yes, after
+/// construction.
 class NeuronGroup {
  public:
   virtual ~NeuronGroup() = default;
   NeuronGroup(const NeuronGroup&) = delete;
   NeuronGroup& operator=(const NeuronGroup&) = delete;
 
-  /// Puts every neuron at rest, before the first step.
+  /// Puts every neuron at rest and restarts the count of steps.
   void reset() noexcept MERKEL_REALTIME;
 
-  /// Takes `steps` steps from `start`, the input running linearly from `input_begin` to `input_end`
-  /// (N values each, in the unit of the kind), and adds the spikes to `spikes`, in no particular
-  /// order. \param team  shares the work of large groups; null: alone
+  /// Takes `steps` steps from `start` and appends the spikes to `spikes`, in no particular order.
+  /// The input runs linearly from `input_begin` to `input_end` (N values each, in the unit of the
+  /// kind).
+  /// \param team  shares the work of large groups; null: one thread
   void advance(std::span<const double> input_begin, std::span<const double> input_end, int steps,
                std::chrono::nanoseconds start, SpikeBuffer& spikes,
                WorkerTeam* team = nullptr) noexcept MERKEL_REALTIME;
 
   [[nodiscard]] std::size_t size() const noexcept { return neurons_; }
   [[nodiscard]] std::chrono::nanoseconds step() const noexcept { return step_; }
-  /// Of a neuron from 0: mV; of integrate-and-fire neurons, in units of the threshold.
+  /// Potential of a neuron, counted from 0, in mV; for integrate-and-fire neurons, in units of the
+  /// threshold.
   [[nodiscard]] virtual double potential(std::size_t neuron) const noexcept = 0;
-  /// Neurons that the last advance() reset because their state had turned non-finite, with the time
-  /// at which that was found.
+  /// Neurons that the last advance() reset because of a non-finite state, with the time of
+  /// detection.
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
-  /// Blocks of 16 neurons that the last advance() skipped because they were at rest.
+  /// Number of blocks of 16 neurons that the last advance() skipped because they were at rest.
   [[nodiscard]] std::size_t resting_blocks() const noexcept { return resting_blocks_; }
-  /// Neurons in the blocks that the last advance() stepped.
+  /// Number of neurons in the blocks that the last advance() stepped.
   [[nodiscard]] std::size_t active_neurons() const noexcept;
-  /// Whether the last advance() skipped all: with the same input, the next one will do nothing.
+  /// Whether the last advance() skipped all blocks; with the same input, the next call will too.
   [[nodiscard]] bool all_resting() const noexcept { return resting_blocks_ == blocks_of(neurons_); }
 
  protected:
-  /// \param neurons  N ≥ 1.  \param patch  written into every spike
-  /// \param first_neuron  number of the first neuron in spikes
+  /// \param neurons  N ≥ 1
+  /// \param patch  written into every spike
+  /// \param first_neuron  number of the first neuron, used in spikes
   NeuronGroup(std::size_t neurons, std::chrono::nanoseconds step, std::uint16_t patch,
               std::uint32_t first_neuron);
 
-  /// Nothing is known to be at rest: a state was changed from outside.
+  /// Marks all blocks as awake, after a state was changed from outside.
   void wake() noexcept { resting_blocks_ = 0; }
   [[nodiscard]] std::uint64_t steps_taken() const noexcept { return steps_taken_; }
 
  private:
   virtual void put_to_rest() noexcept = 0;
-  /// \return how many blocks are at rest under this input and will be skipped
+  /// \return the number of blocks that are at rest under this input and will be skipped
   virtual std::size_t take_input(std::span<const double> begin,
                                  std::span<const double> end) noexcept = 0;
-  /// Calls the kernel. Thread: several at the same time, each with its own part.
+  /// Calls the kernel. Thread: several at the same time, each with a separate part.
   virtual void step_part(const StepCall& part) noexcept = 0;
 
   std::size_t neurons_;

@@ -1,5 +1,5 @@
-// The steps of noisy neurons, and their standard normal numbers: normal_random(), to the last bit,
-// as vectors.
+// The steps of noisy neurons, and their standard normal numbers as vectors: bit-identical to
+// normal_random().
 #if defined(CORE_NEURONS_NOISY_STEPS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_NEURONS_NOISY_STEPS_INL_HPP
 #undef CORE_NEURONS_NOISY_STEPS_INL_HPP
@@ -41,7 +41,7 @@ struct NormalNoise {
     return number_of(hn::Or(bits, word_of(0x3ff0000000000000U)));
   }
 
-  /// The low 64 bits of a·b, from products of 32 bits: most instruction sets have no other.
+  /// The low 64 bits of a·b, from 32-bit products: most instruction sets have no 64-bit product.
   static HWY_INLINE Word times(Word a, std::uint64_t factor) {
 #if HWY_TARGET == HWY_SCALAR
     return word_of(hn::GetLane(a) * factor);
@@ -63,7 +63,7 @@ struct NormalNoise {
     z = times(hn::Xor(z, hn::ShiftRight<27>(z)), 0x94d049bb133111ebU);
     return hn::Xor(z, hn::ShiftRight<31>(z));
   }
-  /// Σ c_k x^k by Horner's rule with two roundings a term; the coefficients end with c_0.
+  /// Σ c_k x^k by Horner's rule with two roundings per term; the coefficients end with c_0.
   template <std::size_t kCount>
   static HWY_INLINE X horner(const double (&series)[kCount], const X& x) {
     X sum = Math::add(Math::mul(x, Math::constant(series[0])), Math::constant(series[1]));
@@ -77,7 +77,7 @@ struct NormalNoise {
     const Word border = word_of(0x3fe6a09e00000000U);
     const Word shifted =
         hn::Add(hn::BitCast(U(), x.v[0]), hn::Sub(word_of(0x3ff0000000000000U), border));
-    // A whole number n below 2^52 in the low bits of 2^52 reads as 2^52 + n.
+    // An integer n < 2^52 in the low bits of the double 2^52 gives 2^52 + n.
     const X e =
         Math::sub(number_of(hn::Or(hn::ShiftRight<52>(shifted), word_of(0x4330000000000000U))),
                   Math::constant(4503599627370496.0 + 1023.0));
@@ -91,7 +91,7 @@ struct NormalNoise {
                      Math::mul(Math::add(s, s), sum));
   }
 
-  /// The numbers of the streams [0, 16) of a block in step `step`.
+  /// Writes the numbers of the streams [0, 16) of a block for step `step`.
   /// \param keys  normal_key of the block's eight pairs
   static HWY_INLINE void fill(const std::uint64_t* keys, std::uint64_t step, double* normals) {
     static_assert(hn::MaxLanes(D()) <= NormalStream::kDistance);
@@ -124,7 +124,7 @@ struct NormalNoise {
 
 /// Takes the neurons of a call through all steps, block by block: step(i, number, phase, noise)
 /// steps the vector of neurons from i on, with the input at `phase` of the call.
-/// \param noise_key  of each block's eight pairs of neurons
+/// \param noise_key  of the eight pairs of neurons in each block
 template <bool kNoisy, class D, class Step>
 HWY_INLINE void take_noisy_steps(const StepCall& call, const std::uint64_t* noise_key,
                                  const Step& step) {

@@ -12,12 +12,12 @@
 
 namespace merkel {
 
-/// The spikes of one tick, in memory reserved beforehand. Real-time: yes, after construction.
+/// The spikes of one tick, in preallocated memory. Real-time: yes, after construction.
 class SpikeBuffer {
  public:
   explicit SpikeBuffer(std::size_t capacity) : events_(capacity) {}
 
-  /// Drops the event and counts it when full. Thread: several at a time, whose events then lie in
+  /// Adds an event; when full, drops and counts it. Thread: several at a time; their events are in
   /// no particular order.
   void push(const SpikeEvent& event) noexcept MERKEL_REALTIME {
     const std::size_t place = std::atomic_ref(pushed_).fetch_add(1, std::memory_order_relaxed);
@@ -34,14 +34,14 @@ class SpikeBuffer {
   [[nodiscard]] std::span<SpikeEvent> events() noexcept {
     return std::span(events_).first(std::min(pushed_, events_.size()));
   }
-  /// Spikes that found no room, since construction.
+  /// Spikes dropped since construction because the buffer was full.
   [[nodiscard]] std::uint64_t refused() const noexcept {
     return refused_ + (pushed_ - events().size());
   }
 
  private:
   std::vector<SpikeEvent> events_;
-  std::size_t pushed_ = 0;     ///< since clear(), with those that found no room
+  std::size_t pushed_ = 0;     ///< since clear(), including dropped events
   std::uint64_t refused_ = 0;  ///< before clear()
 };
 

@@ -8,7 +8,7 @@
 
 namespace merkel {
 
-/// Beyond this, a potential counts as non-finite: no sane state of a neuron is there.
+/// A potential beyond this counts as non-finite: no valid state reaches it.
 inline constexpr double kRunaway_mV = 1e4;
 
 /// Whether V rose through the threshold within a step. Real-time: yes.
@@ -17,14 +17,14 @@ inline constexpr double kRunaway_mV = 1e4;
   return V_before_mV < threshold_mV && V_after_mV >= threshold_mV;
 }
 
-/// The fraction of a step at which V, a straight line across it, reaches the threshold.
+/// The fraction of a step at which V, linear within the step, reaches the threshold.
 [[nodiscard]] inline double linear_crossing(double V_before_mV, double V_after_mV,
                                             double threshold_mV) noexcept MERKEL_REALTIME {
   return (threshold_mV - V_before_mV) / (V_after_mV - V_before_mV);
 }
 
-/// The same with the cubic that also matches the slopes at both ends (Hermite): the error falls
-/// with the fourth power of the step instead of the second, and so does not hide that of RK4.
+/// The same with the cubic that also matches the slopes at both ends (Hermite). Its error is
+/// fourth order in the step instead of second order, so it does not mask the error of RK4.
 /// Slopes in mV per step. Bisection to 2⁻⁴⁰ of the step.
 [[nodiscard]] inline double hermite_crossing(double V_before_mV, double slope_before,
                                              double V_after_mV, double slope_after,
@@ -42,10 +42,10 @@ inline constexpr double kRunaway_mV = 1e4;
   return high;
 }
 
-/// Looks at `count` neurons from i on after a step: reports each spike, at its linear crossing, and
-/// resets and reports each state that is not finite. `crossing(lane)` is the fraction of the step
-/// at which a neuron crosses; `rest(neuron)` puts it at rest. Neurons from call.last on, the
-/// padding, are not reported. Real-time: yes.
+/// Checks `count` neurons from i on after a step. Reports each spike at its crossing time; resets
+/// and reports each non-finite state. `crossing(lane)` is the fraction of the step at which a
+/// neuron crosses; `rest(neuron)` puts it at rest. Neurons from call.last on are padding and are
+/// not reported. Real-time: yes.
 template <class Real, class Crossing, class Rest>
 void observe_step(const StepCall& call, int step, std::size_t i, std::size_t count,
                   Real threshold_mV, const Real* before, const Real* after, Crossing crossing,

@@ -20,7 +20,7 @@ std::string fault_of_time(const Field& field, std::chrono::nanoseconds value) {
          unit;
 }
 
-/// The fault of a value by its type. Texts, switches, seeds and choices have none of their own.
+/// The error in a value, by type. Texts, switches, seeds and choices are always valid.
 struct FaultOf {
   const Field& field;
 

@@ -15,38 +15,38 @@
 
 namespace merkel {
 
-/// A value that is one of several words: an index into Field::range.words, or none.
+/// A value chosen from a list of words: an index into Field::range.words, or none.
 struct Choice {
   void* value;
   std::optional<std::size_t> (*get)(const void* value);
   void (*set)(void* value, std::size_t index);
 };
 
-/// Where a parameter's value is. An empty optional stands for a default that follows from something
-/// else, which Field::absent describes.
+/// Pointer to a parameter's value. An empty optional selects a default that depends on other
+/// values; Field::absent describes it.
 using FieldPointer =
     std::variant<double*, int*, std::int64_t*, std::uint64_t*, bool*, std::string*,
                  std::chrono::nanoseconds*, Choice, std::vector<double>*, std::vector<Position>*,
                  std::optional<double>*, std::optional<int>*, std::optional<std::int64_t>*,
                  std::optional<std::chrono::nanoseconds>*, std::optional<Position>*>;
 
-/// One parameter of a struct: everything that the check, the reader and writer of scenes and the
-/// documents need to know of it. Times are std::chrono::nanoseconds in the struct and numbers of
-/// `unit` ("us" or "ms") outside.
+/// One parameter of a struct, with everything that the check, the reader and writer of scenes, and
+/// the documents need. Times are std::chrono::nanoseconds in the struct and numbers in `unit` ("us"
+/// or "ms") outside.
 struct Field {
   std::string_view key;      ///< its name in a scene, for example "radius_mm"
-  std::string_view unit;     ///< for people, for example "mm"; empty: none
-  Range range;               ///< the values it may have
+  std::string_view unit;     ///< for display, for example "mm"; empty: none
+  Range range;               ///< the allowed values
   std::string_view meaning;  ///< a phrase without a full stop
   FieldPointer (*in)(void* parameters);
-  std::string_view absent = {};  ///< of an optional: what holds where it is not set
-  bool fitted = false;           ///< `merkel fit` may change it
+  std::string_view absent = {};  ///< of an optional: the default when it is not set
+  bool fitted = false;           ///< may be changed by `merkel fit`
 };
 
-/// The parameters of one struct, in the order in which people read them. A struct with parameters
-/// has `static FieldTable fields()`; a new parameter is one line of it.
+/// The parameters of one struct, in reading order. A struct with parameters has `static FieldTable
+/// fields()`; a new parameter is one line in it.
 struct FieldTable {
-  std::string_view name;  ///< the table of a scene that holds them, for example "skin"
+  std::string_view name;  ///< the scene table that contains them, for example "skin"
   std::span<const Field> fields;
 };
 
@@ -55,15 +55,15 @@ struct BoundField {
   std::string_view table;
   const Field* field;
   FieldPointer value;
-  /// The words of a choice: those of the field's range, or those that the scene itself defines.
+  /// The words of a choice: from the field's range, or defined by the scene itself.
   std::vector<std::string> words;
 
-  /// As in a scene file, for example "skin.poisson_ratio".
+  /// The name in a scene file, for example "skin.poisson_ratio".
   [[nodiscard]] std::string name() const;
 };
 using BoundFields = std::vector<BoundField>;
 
-/// Appends the parameters of an object, borrowed. Real-time: no.
+/// Appends the parameters of an object; the object is borrowed. Real-time: no.
 void bind_fields(const FieldTable& table, void* parameters, BoundFields& fields);
 template <class P>
 void bind_fields(P& parameters, BoundFields& fields) {
@@ -76,11 +76,11 @@ template <class P>
   return fields;
 }
 
-/// What is wrong with the value of a field, as "must be …, but is …"; empty where nothing is.
+/// The error in the value of a field, as "must be …, but is …"; empty if the value is valid.
 /// Real-time: no.
 [[nodiscard]] std::string fault_of(const BoundField& field);
 
-/// Nanoseconds in the unit of a time.
+/// Nanoseconds per `unit`.
 [[nodiscard]] double nanoseconds_of_unit(std::string_view unit) noexcept;
 
 namespace detail {

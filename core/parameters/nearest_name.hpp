@@ -6,9 +6,9 @@
 
 namespace merkel {
 
-/// The candidate with the fewest single-letter edits from `name`, or "" where none is near (more
-/// than a third of the letters, at least two, would have to change, and the name is not the
-/// beginning of any). For messages about a mistyped key. Real-time: no.
+/// The candidate with the fewest single-letter edits from `name`, for messages about a mistyped
+/// key. Returns "" if none is near: more than a third of the letters (at least two) would have to
+/// change, and the name is not a prefix of any candidate. Real-time: no.
 [[nodiscard]] std::string nearest_name(std::string_view name,
                                        std::span<const std::string> candidates);
 

@@ -9,33 +9,33 @@
 
 namespace merkel {
 
-/// A parameter that no scene can have: which key, and what it must be.
+/// An invalid parameter: its key, and what its value must be.
 struct ParameterError {
   std::string key;     ///< as in a scene file, for example "skin.poisson_ratio"
   std::string reason;  ///< "must be … , but is …"
 };
 
-/// Collects the first thing wrong with a set of parameters.
+/// Finds the first error in a set of parameters.
 ///
 /// \code
 ///   return ParameterCheck().fields(*this).require(low < high, "skin.low", "must be below
 ///   high").result();
 /// \endcode
-/// Every check also refuses NaN. Real-time: no (it builds strings).
+/// Every check also rejects NaN. Real-time: no (it builds strings).
 class ParameterCheck {
  public:
-  /// Every field of a struct that has a field table: the value must lie in the field's range.
+  /// Checks every field of a struct that has a field table against the field's range.
   template <class P>
   ParameterCheck& fields(const P& parameters) {
     P copy = parameters;
     return fields(bind_fields(copy));
   }
   ParameterCheck& fields(const BoundFields& fields);
-  /// One number.
+  /// Checks one number.
   ParameterCheck& number(std::string_view key, double value, const Range& range);
-  /// A condition between parameters.
+  /// Checks a condition between parameters.
   ParameterCheck& require(bool condition, std::string_view key, std::string_view reason);
-  /// A nested check's outcome.
+  /// Adds the result of a nested check.
   ParameterCheck& also(const Expected<void, ParameterError>& other);
 
   [[nodiscard]] Expected<void, ParameterError> result() const;

@@ -8,19 +8,19 @@
 
 namespace merkel {
 
-/// The values that a parameter may have. NaN is never one of them.
+/// The allowed values of a parameter. NaN is never allowed.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool above_low = false;                        ///< low itself is not in the range
   bool below_high = false;                       ///< high itself is not in the range
-  bool or_infinite = false;                      ///< +infinity is in the range, whatever `high` is
+  bool or_infinite = false;                      ///< +infinity is allowed, whatever `high` is
   std::span<const std::string_view> words = {};  ///< of a choice
 
   [[nodiscard]] bool holds(double value) const noexcept;
-  /// For people, for example "> 0 to 1000, or inf"; empty where any value is in the range.
+  /// For display, for example "> 0 to 1000, or inf"; empty if any value is allowed.
   [[nodiscard]] std::string text() const;
-  /// What is wrong with a number: "must be …, but is …"; empty where nothing is.
+  /// The error in a number: "must be …, but is …"; empty if the number is valid.
   [[nodiscard]] std::string fault(double value) const;
   [[nodiscard]] std::string fault(std::int64_t value) const;
 };
@@ -47,10 +47,10 @@ struct Range {
 [[nodiscard]] constexpr Range one_of(std::span<const std::string_view> words) noexcept {
   return {.words = words};
 }
-/// Of switches, texts and seeds.
+/// For switches, texts and seeds.
 [[nodiscard]] constexpr Range any_value() noexcept { return {}; }
 
-/// The shortest decimal that reads back as the same double, without exponent from 1e-4 to 1e7.
+/// The shortest decimal that reads back as the same double, without an exponent from 1e-4 to 1e7.
 [[nodiscard]] std::string readable_decimal(double value);
 /// The shortest decimal that reads back as the same double.
 [[nodiscard]] std::string shortest_decimal(double value);

@@ -10,7 +10,7 @@
 namespace merkel {
 namespace {
 
-/// Below it, a state counts as none: far below what moves a spike.
+/// Smaller states are set to 0; they are far too small to move a spike.
 constexpr double kNothing_Hz = 1e-9;
 
 }  // namespace
@@ -19,7 +19,7 @@ FieldTable AdaptationParameters::fields() {
   using P = AdaptationParameters;
   static constexpr Field kFields[] = {
       {"gain_Hz_per_kPa", "Hz/kPa", not_negative(1e6),
-       "drive for each unit of mean energy density in the receptive field, held for long",
+       "steady drive per unit of mean energy density in the receptive field",
        at<&P::gain_Hz_per_kPa>, "", true},
       {"fast_weight", "", not_negative(1e6), "weight of the fast adaptation", at<&P::fast_weight>,
        "", true},
@@ -34,7 +34,7 @@ FieldTable AdaptationParameters::fields() {
        at<&P::compression_ms>, "", true},
       {"gain_spread", "", from_below(0.0, 2.0), "standard deviation of ln(gain) between afferents",
        at<&P::gain_spread>},
-      {"seed", "", any_value(), "seed of the spread", at<&P::seed>}};
+      {"seed", "", any_value(), "seed of the gains", at<&P::seed>}};
   return {"afferent", kFields};
 }
 

@@ -6,8 +6,8 @@
 
 namespace merkel {
 
-/// A rectangle of skin and its grid of subregions, one afferent each.
-/// x runs from the fingertip along the finger, y across it; both from 0.
+/// A rectangle of skin and its grid of subregions, one afferent each. x runs from the fingertip
+/// along the finger, y across it; both start at 0.
 ///
 /// Afferents are numbered from 1 along x, then y: n = columns·⌊y/height⌋ + ⌊x/width⌋ + 1.
 struct Patch {
@@ -21,10 +21,10 @@ struct Patch {
   [[nodiscard]] int subregions() const noexcept { return columns * rows; }
   [[nodiscard]] double area_mm2() const noexcept { return length_mm * width_mm; }
   [[nodiscard]] bool contains(double x_mm, double y_mm) const noexcept;
-  /// The afferent of the subregion that holds a point of the patch; the far edges belong to the
+  /// The afferent of the subregion that contains a point of the patch. The far edges belong to the
   /// last column and row.
   [[nodiscard]] std::uint32_t neuron_at(double x_mm, double y_mm) const noexcept;
-  /// Centre of the subregion of afferent n, from 1.
+  /// Centre of the subregion of an afferent, numbered from 1.
   [[nodiscard]] double centre_x_mm(std::uint32_t neuron) const noexcept;
   [[nodiscard]] double centre_y_mm(std::uint32_t neuron) const noexcept;
 };

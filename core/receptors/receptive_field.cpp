@@ -6,8 +6,8 @@
 namespace merkel {
 namespace {
 
-/// cos and sin of the golden angle π(3−√5), of which a spiral is made by turning again and again:
-/// no library's cos, which differ in the last bit.
+/// cos and sin of the golden angle π(3−√5). The spiral is built by repeated rotation, because the
+/// cos of different C libraries differs in the last bit.
 constexpr double kCosine = -0.73736887807831990;
 constexpr double kSine = 0.67549029426152364;
 
@@ -15,10 +15,9 @@ constexpr double kSine = 0.67549029426152364;
 
 FieldTable ReceptiveField::fields() {
   static constexpr Field kFields[] = {
-      {"field_receptors", "", from_to(1, 10'000),
-       "receptors of an afferent that has a receptive field of its own",
+      {"field_receptors", "", from_to(1, 10'000), "receptors per afferent, with receptive fields",
        at<&ReceptiveField::receptors>},
-      {"field_radius_mm", "mm", positive(1e3), "radius of its receptive field",
+      {"field_radius_mm", "mm", positive(1e3), "radius of a receptive field",
        at<&ReceptiveField::radius_mm>}};
   return {"receptors", kFields};
 }
@@ -28,8 +27,8 @@ Expected<void, ParameterError> ReceptiveField::check(const Patch& patch) const {
       .fields(*this)
       .require(2.0 * radius_mm <= std::min(patch.length_mm, patch.width_mm),
                "receptors.field_radius_mm",
-               "must be at most half of the patch's shorter side, or the receptive fields lie "
-               "outside the patch: make it smaller, or receptors.length_mm and width_mm larger")
+               "must be at most half of the patch's shorter side: reduce it, or increase "
+               "receptors.length_mm and width_mm")
       .result();
 }
 
@@ -40,11 +39,11 @@ Expected<std::vector<Receptor>, ParameterError> place_fields(
       .require(!centres.empty(), "receptors.centres_mm", "must list at least one afferent")
       .require(static_cast<std::int64_t>(centres.size()) <=
                    kMaxReceptors / std::max<std::int64_t>(1, field.receptors),
-               "receptors.count", "makes more receptors than a patch can hold (10000000)");
+               "receptors.count", "gives more receptors than a patch can hold (10000000)");
   for (const FieldCentre& centre : centres) {
     if (patch.contains(centre.x_mm, centre.y_mm)) continue;
     all.require(false, "receptors.centres_mm",
-                "holds a receptive field at (" + shortest_decimal(centre.x_mm) + ", " +
+                "has a receptive field at (" + shortest_decimal(centre.x_mm) + ", " +
                     shortest_decimal(centre.y_mm) + ") mm, outside the patch of " +
                     shortest_decimal(patch.length_mm) + " × " + shortest_decimal(patch.width_mm) +
                     " mm: move it, or set receptors.length_mm and width_mm");

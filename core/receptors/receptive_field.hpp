@@ -9,33 +9,33 @@
 
 namespace merkel {
 
-/// How the receptors of a patch are shared out among its afferents.
+/// How the receptors of a patch are assigned to its afferents.
 enum class ReceptorLayout : std::uint8_t {
-  kSubregions,  ///< the paper's: receptors by the density law, one afferent a subregion
-  kFields,      ///< afferents by the density law, each with a receptive field of its own
+  kSubregions,  ///< as in the paper: receptors by the density law, one afferent per subregion
+  kFields,      ///< afferents by the density law, each with its own receptive field
 };
 
 /// The receptive field of an afferent: a disc of receptors around its centre.
 struct ReceptiveField {
-  std::int64_t receptors = 28;  ///< MCNCs of an afferent
+  std::int64_t receptors = 28;  ///< MCNCs per afferent
   double radius_mm = 1.0;
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const Patch& patch) const;
 };
 
-/// Where the centre of an afferent's receptive field is.
+/// The centre of an afferent's receptive field.
 using FieldCentre = Position;
 
 /// The receptors of afferents with given centres, numbered from 1 in their order: each on a Vogel
 /// spiral, r_k = radius·√((k+½)/n), θ_k = k·π(3−√5), which fills the disc evenly. Fields at the
-/// patch's edge reach beyond it by up to their radius: the skin goes on there.
-/// Fails where a centre is outside the patch. Real-time: no.
+/// patch's edge extend beyond it by up to their radius, as the skin does. Fails if a centre is
+/// outside the patch. Real-time: no.
 [[nodiscard]] Expected<std::vector<Receptor>, ParameterError> place_fields(
     const ReceptiveField& field, const std::vector<FieldCentre>& centres, const Patch& patch);
 
-/// Centres that follow the density law: the density and count of `placement` are those of afferents
-/// (450 on the default patch). Real-time: no.
+/// Places centres by the density law. The density and count of `placement` refer to afferents (450
+/// on the default patch). Real-time: no.
 [[nodiscard]] Expected<std::vector<FieldCentre>, ParameterError> place_centres(
     const ReceptorParameters& placement, const Patch& patch);
 

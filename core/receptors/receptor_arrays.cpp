@@ -6,7 +6,7 @@
 namespace merkel {
 namespace {
 
-/// The closed forms divide by the depth; so close to the surface, nothing changes any more.
+/// The closed forms divide by the depth; this close to the surface, the stress no longer changes.
 constexpr double kLeastDepth_mm = 1e-6;
 
 std::size_t padded(std::size_t receptors) {
@@ -15,7 +15,7 @@ std::size_t padded(std::size_t receptors) {
 
 template <class Real>
 double sum_of(const AlignedArray<Real>& values, std::size_t first, std::size_t last) noexcept {
-  // Four sums side by side: one alone would wait for each addition.
+  // Four sums side by side, because a single sum would wait for each addition.
   double sums[4] = {0.0, 0.0, 0.0, 0.0};
   std::size_t i = first;
   for (; i + 4 <= last; i += 4) {
@@ -77,7 +77,8 @@ template <class Real>
 void ReceptorArrays<Real>::add_bars(const PlacedContact& placed, std::size_t first,
                                     std::size_t last) noexcept {
   const double depth_mm = placed.contact.depth_mm;
-  // The tip presses `stiffening` times as hard; of that energy, 1/stiffening is felt.
+  // The stress grows by `stiffening`, and so do the moduli: √stiffening gives the same energy with
+  // unstiffened moduli.
   const double stiffened = std::sqrt(placed.contact.stiffening);
   for (std::size_t i = first; i < last; ++i) {
     const CartesianStress stress = placed.flat_tip

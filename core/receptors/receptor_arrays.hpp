@@ -13,31 +13,33 @@
 
 namespace merkel {
 
-/// Receptors are worked on in whole blocks of so many, so that which of them are does not depend on
-/// the width of the vectors in use.
+/// Receptors are processed in whole blocks of this size, so that the set of processed receptors
+/// does not depend on the vector width.
 inline constexpr std::size_t kReceptorBlock = 16;
 
-/// The receptors of a patch as structure of arrays in one precision, and the calls of the kernels
-/// that work on them. Real-time: yes, after construction.
+/// The receptors of a patch as a structure of arrays in one precision, and the kernel calls that
+/// process them. Real-time: yes, after construction.
 template <class Real>
 class ReceptorArrays {
  public:
   ReceptorArrays(std::span<const Receptor> receptors, const SkinParameters& skin,
                  const SigmoidTransduction& transduction);
 
-  /// Energy densities under the sum of all contacts, at the receptors [first, last) and those that
-  /// share a block with them.
+  /// Computes the energy densities under the sum of all contacts, for the receptors [first, last)
+  /// and the rest of their blocks.
   void press(std::span<const PlacedContact> contacts, std::size_t first,
              std::size_t last) noexcept MERKEL_REALTIME;
-  /// Their currents without the threshold, from their energy densities.
+  /// Computes their currents, without the threshold, from their energy densities.
   void transduce(std::size_t first, std::size_t last) noexcept MERKEL_REALTIME;
-  /// Nothing presses on the receptors [first, last) and those that share a block with them.
+  /// Sets the energy densities of the receptors [first, last), and of the rest of their blocks, to
+  /// 0.
   void clear_energy(std::size_t first, std::size_t last) noexcept MERKEL_REALTIME;
 
-  /// µA/cm², of receptors [first, last) in a fixed order, whatever the instruction set.
+  /// Sum over the receptors [first, last), µA/cm², in an order that does not depend on the
+  /// instruction set.
   [[nodiscard]] double sum_of_currents(std::size_t first,
                                        std::size_t last) const noexcept MERKEL_REALTIME;
-  /// kPa, likewise.
+  /// Sum over the receptors [first, last), kPa, in the same order.
   [[nodiscard]] double sum_of_energy_densities(std::size_t first,
                                                std::size_t last) const noexcept MERKEL_REALTIME;
   void silence(std::size_t receptor) noexcept { current_[receptor] = Real(0); }
@@ -52,7 +54,7 @@ class ReceptorArrays {
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
   void add_bars(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   void add_layer(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
-  /// Energy densities under a sphere on a layer, by their profile along the radius.
+  /// The profile of the energy density along the radius, under a sphere on a layer.
   [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
 
   SkinMaterial skin_;
@@ -61,11 +63,11 @@ class ReceptorArrays {
   SigmoidConstants<Real> sigmoid_;
   AlignedArray<Real> x_, y_, energy_, current_;
   AlignedArray<Real> sums_[kSums];      ///< of stresses
-  double left_, right_, bottom_, top_;  ///< of the receptors
-  PlacedContact profiled_;              ///< that the profile is of
+  double left_, right_, bottom_, top_;  ///< bounding box of the receptors
+  PlacedContact profiled_;              ///< contact of the profile
   std::size_t profile_points_ = 0;
   AlignedArray<double> stress_profile_[4];
-  AlignedArray<Real> energy_profile_;  ///< begins at the point −1
+  AlignedArray<Real> energy_profile_;  ///< begins at index −1
 };
 
 extern template class ReceptorArrays<double>;

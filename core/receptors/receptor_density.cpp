@@ -11,7 +11,8 @@ namespace {
 using std::numbers::pi;
 using std::numbers::sqrt2;
 
-/// Halves [low, high] until no double lies between; `below(x)` tells whether the root is above x.
+/// Bisects [low, high] until no double lies between; `below(x)` returns whether the root is above
+/// x.
 template <class Below>
 double bisect(double low, double high, Below below) {
   for (;;) {
@@ -36,7 +37,7 @@ Expected<ReceptorDensity, ParameterError> ReceptorDensity::create(const Paramete
           .result();
   if (!checked) return Unexpected<ParameterError>(checked.error());
 
-  // The mean over [0, l], as a fraction of the way from d_min to d_max, is g(l/(σ√2)) with
+  // The mean over [0, l], relative to the range from d_min to d_max, is g(l/(σ√2)) with
   // g(q) = √π·erf(q)/(2q), which falls from 1 at q = 0 to 0.
   const double fraction = (p.mean_per_mm2 - p.min_per_mm2) / (p.max_per_mm2 - p.min_per_mm2);
   const double q = bisect(0.0, 1.0 / fraction, [fraction](double x) {

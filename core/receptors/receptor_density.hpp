@@ -30,7 +30,7 @@ class ReceptorDensity {
   [[nodiscard]] double density_per_mm2(double x_mm) const noexcept;
   /// F(x) = ∫₀ˣ f = α/2·erf(x/σ√2) + βx, per mm of width.
   [[nodiscard]] double cumulative_per_mm(double x_mm) const noexcept;
-  /// F⁻¹: the x in [0, l] at which a fraction in [0, 1] of the receptors lies nearer the fingertip.
+  /// F⁻¹: the x in [0, l] such that a given fraction of the receptors lies nearer the fingertip.
   [[nodiscard]] double quantile_mm(double fraction) const noexcept;
 
  private:

@@ -95,8 +95,8 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
     const double farthest2 = box_.farthest2(placed.x_mm, placed.y_mm);
     Ranges ranges{.reach2 = square(placed.reach_mm), .displaced2 = 0.0, .may_displace2 = 0.0};
     if (placed.flat_tip != nullptr) {
-      // All of the force acts within half a diagonal of the axis, so U lies between what it would
-      // do from the near and from the far side.
+      // The whole force acts within half a diagonal of the axis, so U lies between its values for
+      // a point load at the near and at the far side.
       const double half_diagonal = placed.flat_tip->half_diagonal_mm();
       const double at_1_mm = placed.flat_tip->far_displacement_mm2(placed.contact.depth_mm);
       ranges.displaced2 = square(std::max(0.0, at_1_mm / threshold_mm - half_diagonal));
@@ -133,7 +133,7 @@ ReceptorDrive::Displaced ReceptorDrive::displaced(const Box& box) const noexcept
   return found;
 }
 
-/// Whether the surface above a receptor is displaced by the threshold, by all contacts together.
+/// Whether all contacts together displace the surface above a receptor by the threshold.
 bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
   const double x = receptors_[receptor].x_mm;
   const double y = receptors_[receptor].y_mm;
@@ -168,7 +168,7 @@ void ReceptorDrive::rest_unreached(std::size_t neuron) noexcept {
   output_[neuron] = static_cast<double>(count) * resting_current_;
 }
 
-/// Afferents [first_neuron, last_neuron), whose receptors lie side by side.
+/// Drives the afferents [first_neuron, last_neuron), whose receptors are adjacent in memory.
 template <class Arrays>
 void ReceptorDrive::drive_reached(Arrays& arrays, std::size_t first_neuron,
                                   std::size_t last_neuron) noexcept {

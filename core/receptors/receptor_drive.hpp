@@ -16,13 +16,14 @@
 
 namespace merkel {
 
-/// From contacts to the current of every afferent: I_n = Σ over its receptors of the sigmoid of
-/// the strain energy density at receptor depth (Eq. 14); or to the mean of these energy densities.
+/// Computes the input of every afferent from the contacts: the current I_n = Σ over its receptors
+/// of the sigmoid of the strain energy density at receptor depth (Eq. 14), or the mean of these
+/// energy densities.
 ///
-/// Several contacts act together: their stresses and displacements add (the half-space is linear),
-/// and the energy density is that of the sum. Afferents whose receptors all lie beyond the
-/// contacts' reach are not looked at: their receptors feel no energy. Contacts that have not
-/// changed cost nothing. Real-time: yes, after construction.
+/// Contacts act together: their stresses and displacements add (the half-space is linear), and the
+/// energy density is that of the sum. Afferents whose receptors all lie beyond the contacts' reach
+/// are skipped and receive zero energy. Unchanged contacts are not recomputed. Real-time: yes,
+/// after construction.
 class ReceptorDrive {
  public:
   enum class Output : std::uint8_t {
@@ -33,41 +34,42 @@ class ReceptorDrive {
     SkinParameters skin;
     SigmoidTransduction transduction;
     Precision precision = Precision::kDouble;
-    std::size_t most_contacts = 1;  ///< that compute() will be given at once
+    std::size_t most_contacts = 1;  ///< largest number of contacts per compute()
     Output output = Output::kCurrent;
   };
 
-  /// \param neurons  number of afferents; each receptor names one, from 1
+  /// \param neurons  number of afferents; each receptor refers to one, from 1
   ReceptorDrive(std::span<const Receptor> receptors, std::size_t neurons,
                 const Parameters& parameters);
 
   /// Computes the output for every afferent.
-  /// \return whether any may differ from the call before.
+  /// \return whether any value may differ from the previous call.
   bool compute(std::span<const PlacedContact> contacts) noexcept MERKEL_REALTIME;
 
-  /// The output for every afferent, as computed last: µA/cm² or kPa, as Parameters::output says.
+  /// The output of the last compute() for every afferent: µA/cm² or kPa, depending on
+  /// Parameters::output.
   [[nodiscard]] std::span<const double> output() const noexcept { return output_; }
-  /// Afferents within the reach of the contacts last computed.
+  /// Number of afferents within the reach of the last contacts.
   [[nodiscard]] std::size_t afferents_reached() const noexcept { return reached_; }
 
   /// The receptors, grouped by afferent.
   [[nodiscard]] std::span<const Receptor> receptors() const noexcept { return receptors_; }
-  /// Strain energy density at a receptor, in the order of receptors(), as computed last, kPa; 0
-  /// beyond the reach.
+  /// Strain energy density at a receptor, indexed as in receptors(), after the last compute(), kPa;
+  /// 0 beyond the reach.
   [[nodiscard]] double energy_density_kPa(std::size_t receptor) const noexcept;
 
  private:
-  /// The rectangle that holds some receptors.
+  /// The bounding box of some receptors.
   struct Box {
     double left, right, bottom, top;
     [[nodiscard]] double nearest2(double x, double y) const noexcept;
     [[nodiscard]] double farthest2(double x, double y) const noexcept;
   };
-  /// Squares of the distances from a contact's axis within which things happen, mm².
+  /// Squares of distances from a contact's axis, mm².
   struct Ranges {
     double reach2;
-    double displaced2;     ///< its displacement alone is above the threshold
-    double may_displace2;  ///< beyond, even all contacts together do not displace that far
+    double displaced2;     ///< within: its displacement alone exceeds the threshold
+    double may_displace2;  ///< beyond: even all contacts together stay below the threshold
   };
   enum class Displaced : std::uint8_t { kNone, kSome, kAll };
 
@@ -87,7 +89,7 @@ class ReceptorDrive {
   std::vector<Box> box_of_neuron_;
   Box box_{};
   std::variant<ReceptorArrays<double>, ReceptorArrays<float>> arrays_;
-  double resting_current_;  ///< of a receptor that is displaced but feels no energy
+  double resting_current_;  ///< of a receptor that is displaced but has no energy
   std::vector<PlacedContact> contacts_;
   std::vector<Ranges> ranges_;
   std::vector<double> output_;

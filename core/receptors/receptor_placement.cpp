@@ -24,7 +24,7 @@ FieldTable ReceptorParameters::fields() {
        at<&P::placement>},
       {"seed", "", any_value(), "seed of random positions", at<&P::seed>},
       {"count", "", from_to(0, static_cast<double>(kMaxReceptors)),
-       "number of receptors (of afferents, with receptive fields); 0 is density × area",
+       "number of receptors (of afferents, with receptive fields); 0: density × area",
        at<&P::count>},
       {"density_per_mm2", "1/mm²", positive(1e4), "mean density", at<&P::density_per_mm2>},
       {"density_max_per_mm2", "1/mm²", positive(1e4), "density at the fingertip (x = 0)",

@@ -13,7 +13,7 @@ namespace merkel {
 struct Receptor {
   double x_mm = 0.0;
   double y_mm = 0.0;
-  std::uint32_t neuron = 0;  ///< the afferent that collects its current, from 1
+  std::uint32_t neuron = 0;  ///< the afferent that sums its current, from 1
 };
 
 /// How the receptors of a patch are placed (Eq. 9).
@@ -25,7 +25,7 @@ struct ReceptorParameters {
 
   Placement placement = Placement::kRandom;
   std::uint64_t seed = 1;
-  std::int64_t count = 0;  ///< N; 0 takes density · area
+  std::int64_t count = 0;  ///< N; 0: density · area
   double density_per_mm2 = 0.75;
   double density_max_per_mm2 = 1.29;
   double density_min_per_mm2 = 0.143;
@@ -36,7 +36,7 @@ struct ReceptorParameters {
 /// Largest number of receptors a patch may hold.
 inline constexpr std::int64_t kMaxReceptors = 10'000'000;
 
-/// Places the receptors of a patch, in the order in which they are drawn. The same parameters give
+/// Places the receptors of a patch, in the order of drawing. The same parameters give
 /// the same bits on every machine. Real-time: no.
 [[nodiscard]] Expected<std::vector<Receptor>, ParameterError> place_receptors(
     const ReceptorParameters& parameters, const Patch& patch);

@@ -11,7 +11,7 @@ FieldTable SigmoidTransduction::fields() {
        at<&P::lambda_kPa>},
       {"gamma_per_kPa", "1/kPa", positive(1e9), "slope of the sigmoid", at<&P::gamma_per_kPa>},
       {"threshold_um", "µm", not_negative(1e6),
-       "least displacement of the surface at which a receptor responds", at<&P::threshold_um>}};
+       "smallest surface displacement at which a receptor responds", at<&P::threshold_um>}};
   return {"transduction", kFields};
 }
 

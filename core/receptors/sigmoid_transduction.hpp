@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// 1/(1+e^−x). Branches on the sign of x, so that nothing overflows: ±huge saturates. Real-time:
+/// 1/(1+e^−x). Branches on the sign of x, so that large |x| saturates without overflow. Real-time:
 /// yes.
 template <class Real>
 [[nodiscard]] Real logistic(Real x) noexcept {
@@ -18,13 +18,13 @@ template <class Real>
   return Real(1) / (Real(1) + std::exp(-x));
 }
 
-/// The current a receptor makes of the strain energy density around it (Eq. 7, 10):
-/// I = α/(1+exp(γ(λ−SED))) where the skin's surface is displaced by at least the threshold, else 0.
+/// The current of a receptor as a function of its strain energy density (Eq. 7, 10):
+/// I = α/(1+exp(γ(λ−SED))) if the skin's surface is displaced by at least the threshold, else 0.
 struct SigmoidTransduction {
   double alpha_uA_per_cm2 = 1.0;  ///< α, saturation current of one receptor
   double lambda_kPa = 0.10;       ///< λ, energy density at half saturation
   double gamma_per_kPa = 50.0;    ///< γ, slope
-  double threshold_um = 5.0;      ///< least surface displacement at the receptor
+  double threshold_um = 5.0;      ///< smallest surface displacement at the receptor
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;

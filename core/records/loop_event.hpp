@@ -7,17 +7,17 @@
 
 namespace merkel {
 
-/// Something that a reader of the spikes must know about the run: plain data that crosses threads.
+/// An event in a run that matters to readers of the spikes: plain data that crosses threads.
 struct LoopEvent {
   enum class Kind : std::uint16_t {
-    kRelease,      ///< a probe was released: it had sent nothing for too long
-    kResume,       ///< its samples came back
-    kGap,          ///< ticks were left out: the loop had fallen too far behind
-    kNeuronReset,  ///< a neuron's state had turned non-finite; it was reset to rest
+    kRelease,      ///< a probe was released after sending nothing for too long
+    kResume,       ///< its samples returned
+    kGap,          ///< ticks were skipped: the loop had fallen too far behind
+    kNeuronReset,  ///< a neuron was reset to rest after a non-finite state
   };
 
   std::chrono::nanoseconds time{0};    ///< probe time
-  std::chrono::nanoseconds length{0};  ///< of a gap; of the silence before a resume
+  std::chrono::nanoseconds length{0};  ///< of a gap, or of the silence before a resume
   std::uint32_t subject = 0;           ///< probe number from 0; neuron number from 1
   Kind kind = Kind::kRelease;
 

@@ -8,10 +8,10 @@ namespace merkel {
 
 /// One calibrated reading of a probe: plain data that crosses threads.
 ///
-/// Fields whose bit in `channels` is not set hold 0 and mean nothing. Every field is finite: a
-/// non-finite reading stops at the driver.
+/// Fields whose bit in `channels` is not set are 0 and unused. Every field is finite: the driver
+/// rejects non-finite readings.
 struct ProbeSample {
-  /// Which channels a sample carries.
+  /// The channels of a sample.
   enum Channel : std::uint32_t {
     kDepth = 1U << 0U,  ///< indentation depth
     kForce = 1U << 1U,  ///< normal force
@@ -23,13 +23,13 @@ struct ProbeSample {
   std::chrono::nanoseconds time{0};
   /// When the sample reached the host, on the clock of `time`; equal to `time` in a replay.
   std::chrono::nanoseconds arrival{0};
-  double depth_mm = 0.0;       ///< indentation depth; ≤ 0 is no contact
-  double force_mN = 0.0;       ///< compressive force; ≤ 0 is no contact
+  double depth_mm = 0.0;       ///< indentation depth; ≤ 0: no contact
+  double force_mN = 0.0;       ///< compressive force; ≤ 0: no contact
   double x_mm = 0.0;           ///< patch coordinate from the fingertip
   double y_mm = 0.0;           ///< patch coordinate across the finger
-  std::uint32_t sequence = 0;  ///< counts samples from the device, lost ones included
+  std::uint32_t sequence = 0;  ///< counts samples from the device, including lost ones
   std::uint32_t channels = 0;  ///< Channel bits
-  /// How long it holds when no sample follows; then the probe is released. 0: until one follows.
+  /// How long the sample is held if no other follows; then the probe is released. 0: without limit.
   std::chrono::nanoseconds valid_for{0};
 
   [[nodiscard]] bool has(Channel channel) const noexcept { return (channels & channel) != 0U; }

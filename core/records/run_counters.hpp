@@ -7,10 +7,10 @@
 
 namespace merkel {
 
-/// Everything that a run counts, one member a counter. `kRunCounterFields` gives each its name,
-/// unit and meaning; whoever prints, stores or reads counters walks that table.
+/// All counters of a run. `kRunCounterFields` gives the name, unit and meaning of each; all code
+/// that prints, stores or reads counters iterates over that table.
 ///
-/// \tparam Cell  `std::uint64_t` for a snapshot; an atomic counter where threads fill it
+/// \tparam Cell  `std::uint64_t` for a snapshot; an atomic counter where threads update it
 template <class Cell>
 struct RunCountersOf {
   Cell ticks{};
@@ -47,17 +47,17 @@ struct RunCountersOf {
 
 using RunCounters = RunCountersOf<std::uint64_t>;
 
-/// A line of a table of counters.
+/// A row of a table of counters.
 template <class Struct, class Cell>
 struct CounterField {
   std::string_view name;
-  std::string_view unit;  ///< empty: a number of what the name says
+  std::string_view unit;  ///< empty: a plain count
   std::string_view meaning;
   Cell Struct::*cell;
   bool fault = false;  ///< a value above 0 means that something was late or lost
 };
 
-/// The one table of a run's counters. A new counter is a member above and a line here.
+/// The table of a run's counters. A new counter needs a member above and a row here.
 template <class Cell = std::uint64_t>
 inline constexpr auto kRunCounterFields = [] {
   using Counters = RunCountersOf<Cell>;
@@ -66,15 +66,15 @@ inline constexpr auto kRunCounterFields = [] {
       Row{"ticks", "", "ticks simulated", &Counters::ticks},
       Row{"overruns", "", "ticks that ended after the next tick was due", &Counters::overruns,
           true},
-      Row{"longest_overrun_ns", "ns", "how late the latest of them ended",
+      Row{"longest_overrun_ns", "ns", "longest time by which a tick overran",
           &Counters::longest_overrun_ns},
       Row{"overruns_by_late_wake_up", "", "overruns caused by the host: a late wake-up",
           &Counters::overruns_by_late_wake_up},
       Row{"overruns_by_long_compute", "", "overruns caused by the model: a long computation",
           &Counters::overruns_by_long_compute},
-      Row{"catch_up_ticks", "", "ticks that started late, one after the other",
+      Row{"catch_up_ticks", "", "ticks that started late and ran back to back",
           &Counters::catch_up_ticks},
-      Row{"gaps", "", "times that ticks were skipped", &Counters::gaps, true},
+      Row{"gaps", "", "gaps: intervals in which ticks were skipped", &Counters::gaps, true},
       Row{"skipped_ticks", "", "ticks skipped because the loop had fallen too far behind",
           &Counters::skipped_ticks, true},
       Row{"held_ticks", "", "ticks that held a probe's last sample, because none had arrived",
@@ -99,11 +99,11 @@ inline constexpr auto kRunCounterFields = [] {
       Row{"demotions", "", "1 if the loop was demoted to SCHED_OTHER: it used too much processor",
           &Counters::demotions, true},
       Row{"commands", "", "stimulation commands", &Counters::commands},
-      Row{"commands_limited", "", "times that a stimulation limit took effect",
+      Row{"commands_limited", "", "number of times that a stimulation limit took effect",
           &Counters::commands_limited},
       Row{"commands_dropped", "", "stimulation commands dropped: the queue of a sink was full",
           &Counters::commands_dropped, true},
-      Row{"stimulation_stops", "", "times that a fault switched stimulation off",
+      Row{"stimulation_stops", "", "number of times that a fault switched stimulation off",
           &Counters::stimulation_stops, true},
       Row{"probe_count", "", "probes of the scene", &Counters::probe_count},
       Row{"probes_ended", "", "probes whose stream has ended", &Counters::probes_ended},
@@ -111,6 +111,6 @@ inline constexpr auto kRunCounterFields = [] {
 }();
 
 static_assert(sizeof(RunCounters) == kRunCounterFields<>.size() * sizeof(std::uint64_t),
-              "every counter has its line in the table");
+              "every counter has its row in the table");
 
 }  // namespace merkel

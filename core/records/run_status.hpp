@@ -9,7 +9,7 @@ namespace merkel {
 
 /// A run's counters at one time, for one sink: plain data.
 struct RunStatus {
-  /// What one sink has lost because its queues were full.
+  /// Items that one sink has lost because its queues were full.
   struct Losses {
     std::uint64_t spikes = 0;
     std::uint64_t ticks = 0;
@@ -21,7 +21,7 @@ struct RunStatus {
     friend bool operator==(const Losses&, const Losses&) = default;
   };
 
-  /// What the kernel grants the simulation thread. −1: not known, or a virtual clock.
+  /// The rights that the kernel grants the simulation thread. −1: unknown, or a virtual clock.
   struct Rights {
     std::int64_t scheduling_class = -1;
     std::int64_t priority = -1;
@@ -43,7 +43,7 @@ inline constexpr auto kLossFields = [] {
   using Row = CounterField<Losses, std::uint64_t>;
   return std::array{
       Row{"lost_spikes", "", "spikes not in this file", &Losses::spikes, true},
-      Row{"lost_ticks", "", "tick records not in this file: one a tick and probe", &Losses::ticks,
+      Row{"lost_ticks", "", "tick records not in this file: one per tick and probe", &Losses::ticks,
           true},
       Row{"lost_events", "", "events not in this file", &Losses::events, true},
       Row{"lost_samples", "", "samples not in this file", &Losses::samples, true},

@@ -9,23 +9,23 @@
 
 namespace merkel {
 
-/// What the loop used of one probe for one tick: plain data that crosses threads. The records of a
-/// run are all that its spikes depend on, whatever was late, held or lost on the way.
+/// The input of one probe that the loop used for one tick: plain data that crosses threads. The
+/// spikes of a run depend only on its records, whatever was late, held or lost on the way.
 struct TickRecord {
   enum class State : std::uint8_t {
-    kFollowing,  ///< the contact is that of the samples around the tick's end
+    kFollowing,  ///< the contact is interpolated from the samples around the tick's end
     kHeld,       ///< the last sample was held: none had arrived in time
-    kReleased,   ///< no contact: the probe had been silent for too long
-    kEnded,      ///< the recording was over; its last sample was held until it was stale
+    kReleased,   ///< no contact: the probe was silent for too long
+    kEnded,      ///< the recording has ended; its last sample is held until stale
   };
 
   std::chrono::nanoseconds time{0};  ///< probe time of the tick's end
-  /// Host time from the tick's deadline until its spikes were published; 0 on a virtual clock.
+  /// Host time from the tick's deadline to the publication of its spikes; 0 on a virtual clock.
   std::chrono::nanoseconds latency{0};
   ContactInput contact;      ///< at the tick's end
-  std::uint64_t number = 0;  ///< counts the ticks simulated, from 1: a jump is a lost record
+  std::uint64_t number = 0;  ///< counts simulated ticks from 1; a jump is a lost record
   std::uint32_t probe = 0;   ///< from 0
-  std::uint16_t late = 0;    ///< samples found at this tick whose time had been simulated
+  std::uint16_t late = 0;    ///< samples found at this tick after their time was simulated
   State state = State::kFollowing;
 };
 

@@ -74,7 +74,7 @@ Expected<std::shared_ptr<const RateCurrentTable>, ParameterError> rate_current_t
   if (!table->valid()) {
     return Unexpected<ParameterError>(
         {.key = "neuron.kind",
-         .reason = "is \"connor_stevens\" with conductances under which it never fires steadily: "
+         .reason = "is \"connor_stevens\" with conductances at which it never fires steadily: "
                    "change g_Na, g_K, g_A or g_L"});
   }
   return table;

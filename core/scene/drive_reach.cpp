@@ -15,12 +15,13 @@ namespace {
 constexpr double kDeepest_mm = 10.0;
 constexpr int kDepths = 200;
 constexpr double kFarthest_mm = 200.0;
-constexpr double kSpacing_mm = 0.05;  ///< of the distances looked at
-constexpr int kDirections = 360;      ///< of those around bars
+constexpr double kSpacing_mm = 0.05;  ///< between sampled distances
+constexpr int kDirections = 360;      ///< sampled directions around bars
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// The first distance beyond which an energy density stays below a limit, looked for from outside.
-/// \param rim_mm  beyond it, the energy density falls without end
+/// The smallest distance beyond which an energy density stays below a limit, searched from
+/// outside.
+/// \param rim_mm  beyond it, the energy density decreases monotonically
 double last_above(double limit_kPa, double rim_mm,
                   const std::function<double(double)>& energy_kPa) {
   double r = std::max(rim_mm, kSpacing_mm);
@@ -66,8 +67,8 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
       }));
     }
   } else {
-    // The energy density per depth², the largest in any direction and at any depth: on flat skin it
-    // is the same at all, on a curved finger the longest contact has it.
+    // The energy density per depth², maximised over all directions and depths. On flat skin it is
+    // the same at all depths; on a curved finger the longest contact has the maximum.
     std::vector<double> largest_kPa;
     for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
       double largest = 0.0;

@@ -9,26 +9,27 @@
 
 namespace merkel {
 
-/// How far from a tip's axis its press can move a receptor's current by more than a tolerance.
+/// The distance from a tip's axis within which its press can change a receptor's current by more
+/// than a tolerance.
 ///
-/// Beyond the reach, the current lies between σ(0) and σ(0) + tolerance·α, σ the sigmoid of Eq. 7:
-/// it is taken as σ(0). √SED is a norm of the stress, so where `tips` of them press at once, each
-/// may add 1/tips of the norm that the tolerance allows.
+/// Beyond the reach, the current lies between σ(0) and σ(0) + tolerance·α, where σ is the sigmoid
+/// of Eq. 7; it is taken as σ(0). √SED is a norm of the stress, so if `tips` tips press at the same
+/// time, each may add 1/tips of the norm that the tolerance allows.
 /// Real-time: yes, after construction.
 class DriveReach {
  public:
-  /// \param tolerance  of a receptor's current, as a fraction of α; 0: no end to the reach
+  /// \param tolerance  of a receptor's current, as a fraction of α; 0: unlimited reach
   DriveReach(const TipContact& tip, const SkinParameters& skin,
              const SigmoidTransduction& transduction, double tolerance, std::size_t tips);
 
-  /// The reach of an energy density: where one tip alone makes no more than a limit, kPa; infinite
-  /// where the limit is 0. Several tips share it as above.
+  /// The reach of an energy density: the distance beyond which one tip alone stays below a limit
+  /// in kPa; infinite if the limit is 0. As above, each of `tips` tips may add 1/tips of the norm.
   DriveReach(const TipContact& tip, const SkinParameters& skin, double limit_kPa, std::size_t tips);
 
-  /// At an indentation depth; infinite where the table ends. Never falls with the depth.
+  /// The reach at an indentation depth; infinite beyond the table. Never decreases with the depth.
   [[nodiscard]] double radius_mm(double depth_mm) const noexcept MERKEL_REALTIME;
 
-  /// The energy density that moves the current by the tolerance, kPa.
+  /// The energy density that changes the current by the tolerance, kPa.
   [[nodiscard]] static double energy_of_tolerance_kPa(const SigmoidTransduction& transduction,
                                                       double tolerance) noexcept;
 

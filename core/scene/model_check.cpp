@@ -19,8 +19,8 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
   if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&p.afferent)) {
     return all.also(paper->neuron.check())
         .require(!fields || p.network.gain == 0.0, "network.gain",
-                 "must be 0 where afferents have receptive fields of their own: the network "
-                 "couples the neurons of neighbouring subregions")
+                 "must be 0 if afferents have their own receptive fields: the network couples the "
+                 "neurons of neighbouring subregions")
         .result();
   }
   if (const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent)) {
@@ -40,7 +40,8 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
 constexpr double kSmallestStep_ms = 1e-4;
 constexpr std::int64_t kMostStepsPerTick = 100'000;
 
-/// A step that divides the tick and is no longer than a bound, as the shortest decimal of µs.
+/// The largest step that divides the tick and does not exceed a bound, as the shortest decimal in
+/// µs.
 std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
   std::int64_t parts = 1;
   while (tick.count() % parts != 0 ||
@@ -66,7 +67,7 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   for (const auto& patch : p.patches) all.also(patch.patch.check());
   for (const Indenter& indenter : p.indenters) {
     all.also(indenter.check(p.skin))
-        .require(indenter.patch < p.patches.size(), "probe.patch", "names no patch of the scene")
+        .require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
         .require(indenter.control == p.indenters.front().control, "probe.control", kMixedControl);
   }
   if (const auto checked = all.result(); !checked) return checked;
@@ -75,7 +76,7 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
       .require(p.tick.count() % p.step.count() == 0, "neuron.step_us",
                "must divide loop.tick_us without remainder")
       .require(p.tick / p.step <= kMostStepsPerTick, "neuron.step_us",
-               "must be at least a hundred-thousandth of loop.tick_us")
+               "must be at least 1/100000 of loop.tick_us")
       .result();
 }
 
@@ -92,14 +93,12 @@ Expected<void, ParameterError> check_step(const TactileModel::Parameters& p,
   if (bound_ms < kSmallestStep_ms) {
     return Unexpected<ParameterError>(
         {.key = "network.gain",
-         .reason =
-             "couples the neurons so strongly that no step is small enough: make it smaller"});
+         .reason = "couples the neurons so strongly that no step is small enough: reduce it"});
   }
   return Unexpected<ParameterError>({.key = "neuron.step_us",
                                      .reason = "must be at most " + bound + " for " + method +
                                                (network ? " in this network" : "") + ", but is " +
-                                               given + ": " + step_below(bound_ms, p.tick) +
-                                               " would do"});
+                                               given + ": use " + step_below(bound_ms, p.tick)});
 }
 
 }  // namespace merkel

@@ -9,10 +9,10 @@
 
 namespace merkel {
 
-/// Refuses parameters that contradict each other or that no scene can have.
+/// Rejects invalid or contradictory parameters.
 [[nodiscard]] Expected<void, ParameterError> check(const TactileModel::Parameters& p);
 
-/// Refuses a step at which the method would diverge or give wrong spike counts.
+/// Rejects a step at which the method would diverge or give wrong spike counts.
 [[nodiscard]] Expected<void, ParameterError> check_step(
     const TactileModel::Parameters& p, const std::optional<LatticeCoupling>& network);
 

@@ -47,7 +47,7 @@ FieldTable HodgkinHuxleyAfferent::fields() {
 FieldTable ConnorStevensAfferent::fields() {
   static constexpr Field kFields[] = {
       {"compression_ms", "ms", not_negative(1e6),
-       "compresses strong drives as a refractory period of this length would",
+       "compresses strong drives like a refractory period of this length",
        at<&ConnorStevensAfferent::compression_ms>, "", true}};
   return {"neuron", kFields};
 }
@@ -55,9 +55,9 @@ FieldTable ConnorStevensAfferent::fields() {
 FieldTable PatchParameters::fields() {
   using Q = PatchParameters;
   static constexpr Field kFields[] = {
-      {"name", "", any_value(), "name by which a [[probe]] chooses this patch", at<&Q::name>},
+      {"name", "", any_value(), "name by which a [[probe]] selects this patch", at<&Q::name>},
       {"layout", "", one_of(kLayouts),
-       "one afferent a subregion (the paper), or afferents with receptive fields of their own",
+       "one afferent per subregion (the paper), or afferents with their own receptive fields",
        at<&Q::layout>},
       {"centres_mm", "mm", from_to(-1e4, 1e4),
        "[[x, y], …]: centres of the receptive fields; [] places them by the density law",
@@ -68,7 +68,7 @@ FieldTable PatchParameters::fields() {
 FieldTable AccuracyParameters::fields() {
   static constexpr Field kFields[] = {
       {"cull_tolerance", "", from_below(0.0, 1.0),
-       "receptors are skipped whose current the press changes by less than this fraction of "
+       "skip receptors whose current the press changes by less than this fraction of "
        "alpha_uA_per_cm2; 0 skips none",
        at<&AccuracyParameters::cull_tolerance>},
       {"freeze_resting", "", any_value(), "skip neurons that are at rest",

@@ -11,8 +11,8 @@ namespace merkel {
 [[nodiscard]] BoundFields tip_fields(Indenter& indenter);
 /// The parameter of [loop] that belongs to the model: tick_us.
 [[nodiscard]] BoundFields tick_fields(ModelParameters& model);
-/// `kind` of [neuron]. To set another kind takes the default afferent and step of that kind, and
-/// ends the validity of neuron_fields().
+/// `kind` of [neuron]. Setting another kind selects its default afferent and step, and invalidates
+/// neuron_fields().
 [[nodiscard]] BoundFields neuron_kind_fields(ModelParameters& model);
 /// The other parameters of [neuron], which depend on its kind.
 [[nodiscard]] BoundFields neuron_fields(ModelParameters& model);

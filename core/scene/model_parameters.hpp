@@ -28,11 +28,11 @@ namespace merkel {
 struct PatchParameters {
   std::string name;
   Patch patch;
-  /// Where the receptors are; with receptive fields, where the centres of the fields are.
+  /// Placement of the receptors, or with receptive fields, of the fields' centres.
   ReceptorParameters receptors;
   ReceptorLayout layout = ReceptorLayout::kSubregions;
   ReceptiveField field;              ///< for ReceptorLayout::kFields
-  std::vector<FieldCentre> centres;  ///< of fields; empty: by the density law
+  std::vector<FieldCentre> centres;  ///< of the fields; empty: by the density law
 
   [[nodiscard]] static FieldTable fields();
 };
@@ -52,7 +52,8 @@ struct IntegrateAndFireAfferent {
 };
 
 /// The adapted mean energy density drives a noisy Connor-Stevens neuron through its inverse f–I
-/// curve: it gets the current under which it fires at I/(1 + compression·I), I the drive in Hz.
+/// curve: it receives the current at which it fires at I/(1 + compression·I), with the drive I in
+/// Hz.
 struct ConnorStevensAfferent {
   ConnorStevens neuron;
   double compression_ms = 1.0;
@@ -66,10 +67,10 @@ using AfferentParameters =
 /// The alternatives of AfferentParameters, in their order.
 enum class NeuronKind : std::uint8_t { kHodgkinHuxley, kIntegrateAndFire, kConnorStevens };
 
-/// Approximations, and how much they may change.
+/// Approximations and their tolerances.
 struct AccuracyParameters {
-  /// Receptors are skipped where the press can move their current by no more than this fraction of
-  /// α, or the energy density by no more than this many kPa where that is the drive; 0 skips none.
+  /// A receptor is skipped if the press can change its current by at most this fraction of α or, if
+  /// energy density is the drive, its energy density by at most this many kPa. 0 skips none.
   double cull_tolerance = 1e-4;
   bool freeze_resting = true;  ///< do not step neurons that are at rest
 
@@ -83,10 +84,11 @@ struct ModelParameters {
   std::vector<PatchParameters> patches{PatchParameters{}};
   AfferentParameters afferent;
   SigmoidTransduction transduction;  ///< of Hodgkin-Huxley afferents
-  NetworkParameters network;         ///< of theirs, in each patch; seeds count up by patch
-  AdaptationParameters adaptation;   ///< of all other afferents
+  NetworkParameters
+      network;  ///< of Hodgkin-Huxley afferents, in each patch; seeds count up by patch
+  AdaptationParameters adaptation;  ///< of all other afferents
   AccuracyParameters accuracy;
-  std::vector<Indenter> indenters{Indenter{}};  ///< one a probe
+  std::vector<Indenter> indenters{Indenter{}};  ///< one per probe
   std::chrono::nanoseconds tick{1'000'000};
   std::chrono::nanoseconds step{25'000};  ///< of the neurons; divides the tick
 
@@ -106,7 +108,7 @@ struct ModelParameters {
   }
 };
 
-/// Gives a model the default afferent of a kind, with the step that suits it. Real-time: no.
+/// Sets the default afferent of a kind, with its default step. Real-time: no.
 void set_kind(ModelParameters& model, NeuronKind kind);
 
 }  // namespace merkel

@@ -9,12 +9,12 @@
 
 namespace merkel {
 
-/// Where an afferent of a patch is.
+/// The position of an afferent on its patch.
 struct AfferentSite {
-  double x_mm = 0.0;  ///< of the middle of its receptive field or subregion
+  double x_mm = 0.0;  ///< centre of its receptive field or subregion
   double y_mm = 0.0;
-  double radius_mm = 0.0;     ///< of its receptive field; of the circle about its subregion
-  std::size_t receptors = 0;  ///< how many it collects from
+  double radius_mm = 0.0;     ///< of its receptive field, or of the circle around its subregion
+  std::size_t receptors = 0;  ///< number of its receptors
 };
 
 /// The receptors and afferents of a patch. Afferent n, from 1 within the patch, is afferents[n−1].
@@ -23,7 +23,7 @@ struct PatchLayout {
   std::vector<AfferentSite> afferents;
 };
 
-/// Which receptors and afferents a patch has: what a model of it simulates and every program shows.
+/// The receptors and afferents that a model of a patch simulates and every program shows.
 /// The same parameters give the same bits on every machine. Real-time: no.
 [[nodiscard]] Expected<PatchLayout, ParameterError> layout_of(const PatchParameters& parameters);
 

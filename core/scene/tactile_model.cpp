@@ -14,7 +14,8 @@
 namespace merkel {
 namespace {
 
-/// Of a tick: neurons are refractory for a millisecond or more after a spike.
+/// Largest number of spikes per tick: neurons are refractory for at least a millisecond after a
+/// spike.
 std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
   const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
   const double refractory_ms =
@@ -28,7 +29,7 @@ std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
                     [patch](const Indenter& indenter) { return indenter.patch == patch; }));
 }
 
-/// The memory that all patches of a model may take.
+/// Limits the memory of all patches of a model.
 constexpr std::size_t kMostSpikesPerTick = 10'000'000;
 
 Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel::Parameters& p) {
@@ -43,7 +44,7 @@ Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel
     const auto checked =
         ParameterCheck()
             .require(receptors <= static_cast<std::size_t>(kMaxReceptors), "receptors.count",
-                     "makes more receptors in all patches than a scene can hold (10000000)")
+                     "gives more receptors in all patches than a scene can hold (10000000)")
             .require(spikes <= kMostSpikesPerTick, "loop.tick_us",
                      "is so long that the afferents could fire more than 10000000 spikes in a "
                      "tick: make it shorter")

@@ -24,7 +24,7 @@
 namespace merkel {
 
 /// Patches of skin, their afferents and the probes that press on them: contact → stress → energy
-/// density → current → membrane → spikes, a tick at a time.
+/// density → current → membrane → spikes, one tick at a time.
 ///
 /// Construct, reset, step: create() allocates all memory.
 class TactileModel {
@@ -34,15 +34,17 @@ class TactileModel {
   /// Fails with the first parameter that is out of range. Real-time: no.
   [[nodiscard]] static Expected<TactileModel, ParameterError> create(const Parameters& parameters);
 
-  /// Shares the work of step() among threads from now on; null: none. The spikes stay the same to
-  /// the bit. \param team  borrowed. Real-time: no.
+  /// Shares the work of step() among threads from now on; null: none. The spikes stay
+  /// bit-identical.
+  /// \param team  borrowed
+  /// Real-time: no.
   void share_work(WorkerTeam* team) noexcept { team_ = team; }
 
-  /// Back to rest, without contact. Real-time: yes.
+  /// Resets to rest, without contact. Real-time: yes.
   void reset() noexcept MERKEL_REALTIME;
 
-  /// Advances by one tick from `start`. The contacts are those at the tick's end, one an indenter;
-  /// the currents run linearly from the previous tick's to theirs.
+  /// Advances by one tick from `start`. The contacts apply at the tick's end, one per indenter;
+  /// the currents run linearly from the previous tick's to the new ones.
   /// \return the tick's spikes in order of time, valid until the next call.  Real-time: yes.
   std::span<SpikeEvent> step(std::span<const ContactInput> contacts_at_end,
                              std::chrono::nanoseconds start) noexcept MERKEL_REALTIME;
@@ -56,12 +58,12 @@ class TactileModel {
   [[nodiscard]] const Parameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] std::size_t indenters() const noexcept { return tips_.size(); }
   [[nodiscard]] std::span<const TactilePatch> patches() const noexcept { return patches_; }
-  /// Neurons of all patches.
+  /// Number of neurons in all patches.
   [[nodiscard]] std::size_t neurons() const noexcept;
   /// Drive and potential of a neuron at the end of the last step.
-  /// \param number  through all patches, from 1 to neurons(). Real-time: yes.
+  /// \param number  across all patches, from 1 to neurons(). Real-time: yes.
   [[nodiscard]] NeuronSample neuron(std::uint32_t number) const noexcept MERKEL_REALTIME;
-  /// Receptors of all patches.
+  /// Number of receptors in all patches.
   [[nodiscard]] std::size_t receptors() const noexcept;
   /// Whether an indenter touched a patch in the last step. Real-time: yes.
   [[nodiscard]] bool touched(std::size_t patch) const noexcept { return !touching_[patch].empty(); }
@@ -69,20 +71,19 @@ class TactileModel {
   [[nodiscard]] std::span<const Press> presses() const noexcept { return presses_; }
   /// The deepest press of each indenter since reset.
   [[nodiscard]] std::span<const Press> deepest() const noexcept { return deepest_; }
-  /// The least distance so far between the rims of two spheres' contacts that touch one patch at
-  /// once, in units of the larger radius; infinite where that never happened. Below 1, either
-  /// contact lies where the other has bent the skin, which the sum of both does not know.
+  /// The smallest distance so far between the rims of two spheres' contacts on one patch at the
+  /// same time, in units of the larger radius; infinite if there was none. Below 1, each contact
+  /// lies on skin that the other has bent, which superposition does not model.
   [[nodiscard]] double closest_rims() const noexcept { return closest_rims_; }
-  /// Neurons reset in the last step because their state had turned non-finite, with the time at
-  /// which that was found.
+  /// Neurons reset in the last step because of a non-finite state, with the time of detection.
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
-  /// Spikes for which a tick's buffer had no room, since construction.
+  /// Spikes dropped since construction because a tick's buffer was full.
   [[nodiscard]] std::uint64_t spikes_refused() const noexcept;
 
  private:
   TactileModel(const Parameters& parameters, std::vector<TactilePatch> patches);
   void update_rim_distance(std::span<const PlacedContact> touching) noexcept;
-  /// Writes presses_; tips that press one patch by depth share the skin they displace.
+  /// Writes presses_; depth-controlled tips on one patch share the skin that they displace.
   void press_tips(std::span<const ContactInput> contacts) noexcept;
   void step_patches(std::chrono::nanoseconds start) noexcept;
   void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
@@ -98,8 +99,9 @@ class TactileModel {
   std::vector<Press> deepest_;
   double closest_rims_ = std::numeric_limits<double>::infinity();
   WorkerTeam* team_ = nullptr;
-  std::chrono::nanoseconds start_{0};                     ///< of the step in progress
-  std::unique_ptr<std::atomic<std::size_t>> next_patch_;  ///< that no thread has taken in this step
+  std::chrono::nanoseconds start_{0};  ///< of the step in progress
+  std::unique_ptr<std::atomic<std::size_t>>
+      next_patch_;  ///< next patch to step, shared by the threads
   SpikeBuffer spikes_;
   SpikeBuffer resets_;
 };

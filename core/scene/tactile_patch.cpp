@@ -22,7 +22,7 @@ void TactilePatch::step(std::span<const PlacedContact> contacts, int steps,
   const std::span<const double> before = drive_.output();
   std::copy(before.begin(), before.end(), drive_begin_.begin());
   const bool changed = drive_.compute(contacts);
-  // The input before this step ran on to `before`: it was constant if the neurons were at rest.
+  // If the neurons were at rest, the input of the previous step was constant.
   asleep_ = !changed && afferents_.all_resting();
   if (asleep_) return;
   afferents_.advance(drive_begin_, drive_.output(), steps, start, spikes_, team);

@@ -18,12 +18,13 @@
 
 namespace merkel {
 
-/// The afferents of one patch of skin: receptors and neurons, a tick at a time. An untouched patch
-/// whose neurons are all at rest is not stepped. Real-time: yes, after construction.
+/// The afferents of one patch of skin: receptors and neurons, stepped one tick at a time. An
+/// untouched patch whose neurons are all at rest is not stepped. Real-time: yes, after
+/// construction.
 class TactilePatch {
  public:
-  /// \param drive  whose output is the input of the afferents
-  /// \param most_spikes  that a tick can make
+  /// \param drive  its output is the input of the afferents
+  /// \param most_spikes  largest number of spikes per tick
   TactilePatch(std::span<const Receptor> receptors, const ReceptorDrive::Parameters& drive,
                Afferents afferents, std::size_t most_spikes)
       : drive_(receptors, afferents.neurons().size(), drive),
@@ -31,27 +32,27 @@ class TactilePatch {
         drive_begin_(afferents_.neurons().size()),
         spikes_(most_spikes) {}
 
-  /// Back to rest, without contact.
+  /// Resets to rest, without contact.
   void reset() noexcept MERKEL_REALTIME;
 
-  /// Advances by `steps` steps of the neurons from `start`. The contacts are those at the end; the
-  /// input of the afferents runs linearly from the previous call's to theirs.
+  /// Advances by `steps` steps of the neurons from `start`. The contacts apply at the end; the
+  /// input of the afferents runs linearly from the previous call's to the new one.
   void step(std::span<const PlacedContact> contacts, int steps, std::chrono::nanoseconds start,
             WorkerTeam* team) noexcept MERKEL_REALTIME;
 
-  /// Of the last step, in order of time.
+  /// The spikes of the last step, in order of time.
   [[nodiscard]] std::span<const SpikeEvent> spikes() const noexcept { return spikes_.events(); }
-  /// Neurons reset in the last step because their state had turned non-finite.
+  /// Neurons reset in the last step because of a non-finite state.
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept;
-  /// Spikes for which a step's buffer had no room, since construction.
+  /// Spikes dropped since construction because a step's buffer was full.
   [[nodiscard]] std::uint64_t spikes_refused() const noexcept { return spikes_.refused(); }
 
   [[nodiscard]] std::size_t neurons() const noexcept { return drive_begin_.size(); }
   [[nodiscard]] const ReceptorDrive& drive() const noexcept { return drive_; }
-  /// Drive and potential of a neuron, from 0, at the end of the last step; in the units of
+  /// Drive and potential of a neuron, counted from 0, at the end of the last step, in the units of
   /// NeuronSample. Real-time: yes.
   [[nodiscard]] NeuronSample neuron(std::size_t neuron) const noexcept MERKEL_REALTIME;
-  /// Neurons that the last step took, the others being at rest; in whole blocks.
+  /// Number of neurons stepped in the last step, in whole blocks; the others were at rest.
   [[nodiscard]] std::size_t active_neurons() const noexcept;
   /// Whether the last step found nothing to do.
   [[nodiscard]] bool asleep() const noexcept { return asleep_; }

@@ -7,8 +7,8 @@
 
 namespace merkel {
 
-/// An array of numbers that begins at a cache line, as vectors like it; all zero at first. Of fixed
-/// size; moved, not copied.
+/// An array of numbers aligned to a cache line, for vector loads, and initialised to zero. Fixed
+/// size; movable, not copyable.
 template <class T>
 class AlignedArray {
  public:

@@ -53,8 +53,8 @@ Expected<void, SetupError> force_simd_target(std::string_view name) {
     }
     known.append(known.empty() ? "" : ", ").append(name_of(target));
   }
-  return bad_input("this processor cannot run the instruction set \"" + std::string(name) +
-                   "\"; it has " + known);
+  return bad_input("this processor does not support the instruction set \"" + std::string(name) +
+                   "\"; it supports " + known);
 }
 
 }  // namespace merkel

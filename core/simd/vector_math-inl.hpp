@@ -1,5 +1,5 @@
-// Vector arithmetic that gives the same bits on every instruction set. Included once for each
-// target, by the kernels only; hence no #pragma once, but Highway's own guard.
+// Vector arithmetic that gives the same bits on every instruction set. The kernels include it once
+// per target, so it uses Highway's guard instead of #pragma once.
 #if defined(CORE_SIMD_VECTOR_MATH_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_SIMD_VECTOR_MATH_INL_HPP
 #undef CORE_SIMD_VECTOR_MATH_INL_HPP
@@ -20,7 +20,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// For the lambda expressions of the innermost loops: compiled for the target, and always inline.
+/// For lambda expressions in innermost loops: compiled for the target and always inlined.
 #undef MERKEL_INLINE_LAMBDA
 #define MERKEL_INLINE_LAMBDA HWY_ATTR __attribute__((always_inline))
 
@@ -103,8 +103,7 @@ struct SideBySide {
   MERKEL_LANEWISE(X, floor, Floor)
   MERKEL_LANEWISE(M, inverse, Not)
 #undef MERKEL_LANEWISE
-  /// before < threshold and not after < threshold: a rise through it, or a state that is not
-  /// finite.
+  /// before < threshold and not after < threshold: an upward crossing, or a non-finite state.
   static HWY_INLINE M rises(const X& before, const X& after, V threshold) {
     M r;
     MERKEL_SIDE_BY_SIDE(r,
@@ -130,7 +129,7 @@ struct SideBySide {
     return !hn::AllFalse(d, all);
   }
   /// a·b + c with one rounding, on every target. Where the instruction set has no such instruction
-  /// (SSE4, plain scalar), the C library does it lane by lane: slow, but the same bits.
+  /// (SSE4, plain scalar), the C library computes it lane by lane: slow, but bit-identical.
   template <class A, class B, class C>
   static HWY_INLINE X fused(const A& a, const B& b, const C& c) {
     X r;
@@ -169,7 +168,7 @@ struct SideBySide {
     constexpr bool kDouble = sizeof(T) == 8;
     constexpr int kMantissa = kDouble ? 52 : 23;
     constexpr double kLimit = kDouble ? 708.0 : 87.0;
-    // Adding 1.5·2^mantissa rounds to a whole number and leaves it in the low bits.
+    // Adding 1.5·2^mantissa rounds to an integer and leaves it in the low bits.
     const V shift = constant(kDouble ? 6755399441055744.0 : 12582912.0);
     const X x = min(max(argument, constant(-kLimit)), constant(kLimit));
     const X shifted = fused(x, constant(1.4426950408889634074), shift);

@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-/// The antiderivative along the line, at the distance s of the point from an end.
+/// The antiderivative along the line, at the distance s from one end.
 CartesianStress up_to(double s, double X, double z, double nu) noexcept {
   const double q2 = X * X + z * z;
   const double R = std::sqrt(q2 + s * s);

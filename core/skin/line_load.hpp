@@ -4,7 +4,8 @@
 
 namespace merkel {
 
-/// A straight line on the surface that presses evenly: from (x, −half_length) to (x, +half_length).
+/// A uniform normal load on the straight line from (x, −half_length) to (x, +half_length) on the
+/// surface.
 struct LineLoad {
   double x_mm = 0.0;
   double half_length_mm = 0.0;

@@ -14,20 +14,21 @@ FieldTable SkinParameters::fields() {
       {"poisson_ratio", "", from_below(0.0, 0.5), "Poisson's ratio of both layers",
        at<&P::poisson_ratio>},
       {"radius_mm", "mm", positive_or_infinite(1e6),
-       "radius of curvature of the finger; inf is flat skin", at<&P::radius_mm>},
+       "radius of curvature of the finger; inf: flat skin", at<&P::radius_mm>},
       {"radius_along_mm", "mm", not_negative(1e6),
-       "radius along the finger, where radius_mm is that across it: how far a contact moves with its tip; "
-       "0 is the same",
+       "radius along the finger (radius_mm is across it); only affects how far a contact moves "
+       "with its tip; 0: same as radius_mm",
        at<&P::radius_along_mm>},
       {"stiffening_mm", "mm", positive_or_infinite(1e6),
-       "d1 of moduli that grow by e^(depth/d1); inf is no stiffening", at<&P::stiffening_mm>},
+       "d1: all moduli grow by e^(depth/d1); inf: no stiffening", at<&P::stiffening_mm>},
       {"apex_mm", "mm", from_to(-1e4, 1e4),
-       "[x, y] of the highest point of a curved finger; a sphere beside it touches nearer to it",
+       "[x, y] of the highest point of a curved finger; a sphere offset from it touches closer to "
+       "it",
        at<&P::apex>, "the skin curves away from the axis of the probe"},
       {"receptor_depth_mm", "mm", not_negative(100.0), "depth of the receptors below the surface",
        at<&P::receptor_depth_mm>},
       {"thickness_mm", "mm", positive_or_infinite(1e3),
-       "thickness of the skin down to bone; inf is no bone", at<&P::thickness_mm>},
+       "thickness of the skin down to the bone; inf: no bone", at<&P::thickness_mm>},
       {"contact_law", "", one_of(kContactLaws),
        "force and contact radius of a sphere: a paraboloid (the paper) or the exact sphere",
        at<&P::contact_law>},
@@ -35,7 +36,7 @@ FieldTable SkinParameters::fields() {
        "how bone at thickness_mm stiffens the contact: published polynomial or exact equation",
        at<&P::layer_law>},
       {"energy_density", "", one_of(kEnergyDensities),
-       "strain energy density at the receptors: distortional part (the paper) or all of it",
+       "strain energy density at the receptors: distortional part (the paper) or full",
        at<&P::energy_density>}};
   return {"skin", kFields};
 }
@@ -44,13 +45,13 @@ Expected<void, ParameterError> SkinParameters::check() const {
   return ParameterCheck()
       .fields(*this)
       .require(!apex || std::isfinite(radius_mm), "skin.apex_mm",
-               "is only of a curved finger: set skin.radius_mm")
+               "requires a curved finger: set skin.radius_mm")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
                "must be less than skin.thickness_mm: the receptors lie in the skin, not the bone")
       .require(!exactly_layered() || receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
-               "must be at least 0.05 for skin.layer_law \"exact\": its table resolves no less")
+               "must be at least 0.05 for skin.layer_law \"exact\", the resolution of its table")
       .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",
-               "must be \"hertz\" where skin.thickness_mm is set: the layer corrects that law")
+               "must be \"hertz\" if skin.thickness_mm is set: the layer laws correct that law")
       .result();
 }
 

@@ -8,40 +8,41 @@
 
 namespace merkel {
 
-/// How force and contact radius follow from the depth of a sphere.
+/// The relation between depth, force and contact radius of a sphere.
 enum class ContactLaw {
   kHertz,    ///< a paraboloid on elastic skin (the paper)
   kSneddon,  ///< an exact sphere on an elastic half-space
 };
 
-/// How much a bone at `thickness_mm` stiffens the contact.
+/// The model of stiffening by bone at `thickness_mm`.
 enum class LayerLaw {
   kDimitriadis,  ///< the published polynomial
   kExact,        ///< the Fredholm equation of the bonded layer
 };
 
-/// Which strain energy density the receptors feel.
+/// The strain energy density that drives the receptors.
 enum class EnergyDensity {
-  kDistortional,  ///< the paper's, 3·τ_oct²/(4G)
+  kDistortional,  ///< as in the paper, 3·τ_oct²/(4G)
   kFull,          ///< with the volumetric part, (σ1+σ2+σ3)²/(18K)
 };
 
-/// What the skin is made of and how it lies.
+/// Material and geometry of the skin.
 struct SkinParameters {
   double epidermis_kPa = 136.0;                                ///< Young's modulus of the epidermis
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
   double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
-  /// Curvature radius along the finger, x, where radius_mm is that across it. Only how far a
-  /// contact moves with its tip depends on it; 0: the same.
+  /// Curvature radius along the finger, x; radius_mm is the radius across it. Only affects how far
+  /// a contact moves with its tip. 0: the same as radius_mm.
   double radius_along_mm = 0.0;
-  /// Where a curved finger is highest, in patch coordinates. A sphere whose axis is X beside it
-  /// touches the finger at X·k/(k + 1/R_skin), k = 1/R: a plate always touches the apex. Without an
-  /// apex, the skin curves away from the axis of the sphere wherever that is.
+  /// Highest point of a curved finger, in patch coordinates. A sphere whose axis is offset by X
+  /// from it touches the finger at X·k/(k + 1/R_skin), k = 1/R; a plate always touches the apex.
+  /// Without an apex, the skin curves away from the axis of the sphere, at any position.
   std::optional<Position> apex;
   double receptor_depth_mm = 0.65;  ///< z0, the epidermal-dermal junction
-  double thickness_mm = std::numeric_limits<double>::infinity();  ///< h, down to bone; inf: none
-  /// d1 of skin that stiffens with the depth of a press: all moduli grow by e^(d/d1). Inf: none.
+  double thickness_mm =
+      std::numeric_limits<double>::infinity();  ///< h, depth of the bone; inf: none
+  /// d1 of skin that stiffens with the depth of a press: all moduli grow by e^(d/d1). inf: none.
   double stiffening_mm = std::numeric_limits<double>::infinity();
   ContactLaw contact_law = ContactLaw::kHertz;
   LayerLaw layer_law = LayerLaw::kDimitriadis;
@@ -60,7 +61,7 @@ struct SkinParameters {
 /// The skin as one isotropic elastic solid.
 ///
 /// E = 2/(1/E_epidermis + 1/E_dermis), the equal-weight series (Reuss) mean of the two layers;
-/// E* = E/(1−ν²) under a rigid indenter (Eq. 1, fixed); G = E/(2(1+ν)) (Eq. 3, fixed).
+/// E* = E/(1−ν²) under a rigid indenter (Eq. 1, corrected); G = E/(2(1+ν)) (Eq. 3, corrected).
 /// Real-time: yes, after construction.
 class SkinMaterial {
  public:
@@ -71,7 +72,7 @@ class SkinMaterial {
   [[nodiscard]] double poisson_ratio() const noexcept { return poisson_ratio_; }
   /// E*, for contact with a rigid indenter.
   [[nodiscard]] double reduced_modulus_kPa() const noexcept;
-  /// E* for an indenter that is elastic too: 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂.
+  /// E* for an indenter that is also elastic: 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂.
   [[nodiscard]] double reduced_modulus_kPa(const SkinMaterial& indenter) const noexcept;
   /// G, the shear modulus.
   [[nodiscard]] double shear_modulus_kPa() const noexcept;

@@ -12,7 +12,7 @@ struct AxisymmetricStress {
   double tau_rz = 0.0;
 };
 
-/// Stress on the patch's axes; the sum of several loads. kPa.
+/// Stress on the patch's axes, the sum of all loads, kPa.
 struct CartesianStress {
   double sigma_x = 0.0;
   double sigma_y = 0.0;
@@ -40,8 +40,8 @@ struct CartesianStress {
   }
 };
 
-/// Turns an axisymmetric stress at (dx, dy) from its axis to the patch's axes. On the axis itself
-/// any direction will do. Real-time: yes.
+/// Converts an axisymmetric stress at (dx, dy) from its axis to the patch's axes. On the axis, the
+/// direction is arbitrary. Real-time: yes.
 [[nodiscard]] inline CartesianStress cartesian(const AxisymmetricStress& stress, double dx_mm,
                                                double dy_mm) noexcept {
   const double r2 = dx_mm * dx_mm + dy_mm * dy_mm;

@@ -6,7 +6,7 @@
 namespace merkel {
 namespace {
 
-/// x^(1/3) for x in (0, 8]: Newton's iteration, from + − × ÷ alone.
+/// x^(1/3) for x in (0, 8]: Newton's iteration, using only + − × ÷.
 double cube_root(double x) {
   double y = x > 1.0 ? 2.0 : 1.0;
   for (int k = 0; k < 60; ++k) y = (y + y + x / (y * y)) / 3.0;
@@ -32,7 +32,7 @@ FieldTable ConnorStevens::fields() {
       {"spike_threshold_mV", "mV", kPotential, "an upward crossing is a spike",
        at<&P::spike_threshold_mV>},
       {"noise", "mV/√ms", not_negative(1e6),
-       "white noise: a step of dt adds noise·√dt·ξ; needs a seed beside it",
+       "white noise: a step dt adds noise·√dt·ξ; requires seed",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->noise.sigma; }, "", true},
       {"seed", "", any_value(), "seed of the noise",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->noise.seed; }}};

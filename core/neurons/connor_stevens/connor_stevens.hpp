@@ -5,10 +5,10 @@
 
 namespace merkel {
 
-/// The Hodgkin-Huxley neuron with an A-current of Connor & Stevens (1971), in the form and with the
-/// rates of Dayan & Abbott, Theoretical Neuroscience (2001), section 6.2, as data:
+/// Parameters of the Hodgkin-Huxley neuron with an A-current of Connor & Stevens (1971), in the
+/// form and with the rates of Dayan & Abbott, Theoretical Neuroscience (2001), section 6.2:
 /// C·V̇ = gl(El−V) + gNa·m³h(ENa−V) + gK·n⁴(EK−V) + gA·a³b(EA−V) + I + noise.
-/// Unlike the paper's neuron it can fire at any low rate (class I): from 8.1 µA/cm² on.
+/// Unlike the paper's neuron, it can fire at arbitrarily low rates (class I), from 8.1 µA/cm².
 struct ConnorStevens {
   double capacitance_uF_per_cm2 = 1.0;
   double g_Na = 120.0;  ///< mS/cm²
@@ -22,7 +22,7 @@ struct ConnorStevens {
   double spike_threshold_mV = -20.0;           ///< an upward crossing is a spike
   NeuronNoise noise{.sigma = 0.8, .seed = 1};  ///< σ in mV/√ms
 
-  /// The gating variables, each in [0, 1]; a and b open and close the A-current.
+  /// The gating variables, each in [0, 1]; a and b gate the A-current.
   struct Gates {
     double m = 0.0;
     double h = 0.0;
@@ -30,7 +30,7 @@ struct ConnorStevens {
     double a = 0.0;
     double b = 0.0;
   };
-  /// Where the gates tend to at a potential, and how fast.
+  /// Steady states and time constants of the gates at a potential.
   struct Kinetics {
     Gates steady;
     Gates tau_ms;

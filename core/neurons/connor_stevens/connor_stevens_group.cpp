@@ -9,7 +9,7 @@
 namespace merkel {
 namespace {
 
-/// For the settling to rest, whose spikes are no events.
+/// Ignores the spikes while the neuron settles to rest.
 class SilentObserver final : public StepObserver {
  public:
   void spiked(std::size_t, int, double) noexcept override {}
@@ -34,7 +34,7 @@ ConnorStevensGroup::ConnorStevensGroup(const Parameters& parameters, std::size_t
   const double steady[] = {gates.m, gates.h, gates.n, gates.a, gates.b};
   std::copy(std::begin(steady), std::end(steady), resting_gates_);
   reset();
-  // The state of rest is that of one neuron after a second without noise.
+  // The resting state is that of one neuron after one second without noise.
   input_.begin[0] = parameters.holding_current_uA_per_cm2;
   SilentObserver observer;
   ConnorStevensArguments settle =

@@ -11,21 +11,23 @@
 
 namespace merkel {
 
-/// N Connor-Stevens neurons. Their input is an injected current in µA/cm². A step of 50 µs gives
-/// rates within 0.3 % of one of 20 µs.
+/// N Connor-Stevens neurons. The input is an injected current in µA/cm². A step of 50 µs gives
+/// rates within 0.3 % of those at 20 µs.
 class ConnorStevensGroup final : public NeuronGroup {
  public:
   struct Parameters {
     ConnorStevens neuron;
     std::chrono::nanoseconds step{50'000};
-    double holding_current_uA_per_cm2 = 0.0;  ///< under which the neurons are at rest
-    /// From which on the noise is full; the holding current: always.
+    double holding_current_uA_per_cm2 = 0.0;  ///< at which the neurons are at rest
+    /// The noise is full from this current on. If it equals the holding current, the noise is
+    /// always full.
     double full_noise_current_uA_per_cm2 = 0.0;
     std::uint16_t patch = 0;         ///< written into every spike
-    std::uint32_t first_neuron = 1;  ///< number of the first neuron in spikes
+    std::uint32_t first_neuron = 1;  ///< number of the first neuron, used in spikes
   };
 
-  /// \param parameters  valid.  \param neurons  N ≥ 1
+  /// \param parameters  valid
+  /// \param neurons  N ≥ 1
   ConnorStevensGroup(const Parameters& parameters, std::size_t neurons);
 
   [[nodiscard]] double potential_mV(std::size_t neuron) const noexcept { return V_[neuron]; }
@@ -39,13 +41,13 @@ class ConnorStevensGroup final : public NeuronGroup {
   [[nodiscard]] ConnorStevensArguments arguments(const StepCall& part) noexcept;
 
   ConnorStevens neuron_;
-  /// Puts a block to rest exactly, where it is within 1e-3 mV (1e-5 for gates) of it and nothing
-  /// drives it.
+  /// Sets a block exactly to rest if it is within 1e-3 mV (1e-5 for gates) of rest and has no
+  /// input.
   [[nodiscard]] bool comes_to_rest(std::size_t block) noexcept;
 
   double holding_current_;
   double full_noise_current_;
-  std::vector<std::uint8_t> resting_;  ///< of each block
+  std::vector<std::uint8_t> resting_;  ///< by block
   GateTable gate_table_;
   AlignedArray<double> V_;
   AlignedArray<double> gates_[GateTable::kGates];

@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 
 using Args = ConnorStevensArguments;
 
-/// Reports the spikes and non-finite states among `count` neurons from i on, and resets the latter.
+/// Reports spikes and non-finite states of `count` neurons from i on, and resets non-finite states.
 HWY_NOINLINE void observe(const Args& a, std::size_t i, std::size_t count, int step,
                           const double* before, const double* after) {
   const double threshold = a.neuron->spike_threshold_mV;
@@ -32,7 +32,7 @@ HWY_NOINLINE void observe(const Args& a, std::size_t i, std::size_t count, int s
       });
 }
 
-/// One vector of neurons through one step.
+/// Takes one vector of neurons through one step.
 template <bool kNoisy>
 struct ConnorStevensStep {
   using D = hn::ScalableTag<double>;
@@ -50,7 +50,7 @@ struct ConnorStevensStep {
         highest(Math::constant(GateTable::kHighest_mV - 1.0 / GateTable::kPer_mV)),
         shift(Math::constant(4503599627370496.0)) {}
 
-  /// Takes the gates a step on, by the table's rows about the potential.
+  /// Advances the gates by one step, with the table's rows next to the potential.
   HWY_INLINE void step_gates(std::size_t i, const X& potential, X* x) const {
     const X place = Math::mul(Math::sub(Math::min(Math::max(potential, lowest), highest), lowest),
                               Math::constant(GateTable::kPer_mV));
@@ -112,10 +112,10 @@ struct ConnorStevensStep {
     }
   }
 
-  const Args a;  ///< a local copy: no other pointer can alias it
+  const Args a;  ///< local copy: no other pointer can alias it
   const ConnorStevens c;
   V capacitance_per_step, half, lowest, highest;
-  V shift;  ///< 2^52: a whole number added to it stands in the low bits
+  V shift;  ///< 2^52: adding it puts an integer into the low bits
 };
 
 void step_connor_stevens_all(const Args& a) {
@@ -125,7 +125,7 @@ void step_connor_stevens_all(const Args& a) {
   } else {
     take_noisy_steps<false, D>(a.call, nullptr, ConnorStevensStep<false>(a));
   }
-  // A non-finite state affects its own neuron only, so one look a call is enough.
+  // A non-finite state affects only its own neuron, so one check per call is enough.
   for (std::size_t i = a.call.first; i < a.call.last; ++i) {
     if (HWY_UNLIKELY(!(std::fabs(a.V[i]) < kRunaway_mV))) {
       observe(a, i, 1, a.call.steps - 1, a.V + i, a.V + i);

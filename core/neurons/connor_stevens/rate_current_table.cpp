@@ -14,7 +14,7 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kSettle{300};
 constexpr milliseconds kMeasure{2500};
-/// How far below the onset a neuron rests that is not driven: noise hardly makes it fire.
+/// How far below the onset an undriven neuron rests, so that noise rarely makes it fire.
 constexpr double kBelowOnset = 0.33;
 
 std::vector<double> currents_to_try() {
@@ -25,8 +25,8 @@ std::vector<double> currents_to_try() {
   return currents;
 }
 
-/// The rate of each of several neurons under constant currents, from its intervals; 0 where there
-/// are too few.
+/// The rate of each neuron at its constant current, from its interspike intervals; 0 if there are
+/// too few.
 std::vector<double> steady_rates(const ConnorStevens& neuron, nanoseconds step,
                                  const std::vector<double>& currents) {
   ConnorStevens quiet = neuron;
@@ -54,7 +54,7 @@ std::vector<double> steady_rates(const ConnorStevens& neuron, nanoseconds step,
   return rates;
 }
 
-/// y at x on the straight lines between the points of a rising table; its ends beyond.
+/// y at x by linear interpolation in a rising table; constant beyond its ends.
 double interpolated(const std::vector<double>& xs, const std::vector<double>& ys, double x) {
   if (x <= xs.front()) return ys.front();
   if (x >= xs.back()) return ys.back();
@@ -74,7 +74,7 @@ RateCurrentTable::RateCurrentTable(const ConnorStevens& neuron, nanoseconds step
       rate_.push_back(0.0);
       current_.push_back(currents[k] - kBelowOnset);
     }
-    // Where more current no longer means more spikes, the curve cannot be turned around.
+    // Where more current no longer gives more spikes, the curve cannot be inverted.
     if (rates[k] <= rate_.back()) break;
     rate_.push_back(rates[k]);
     current_.push_back(currents[k]);

@@ -8,21 +8,22 @@
 
 namespace merkel {
 
-/// Which current makes a Connor-Stevens neuron fire at a wanted rate: its f–I curve without noise,
-/// computed by stepping neurons under many currents at once, turned around. Rates are linear
-/// between currents 0.02 µA/cm² apart near the onset, up to 0.5 beyond. Real-time: no to construct.
+/// The current at which a Connor-Stevens neuron fires at a given rate: its inverse f–I curve
+/// without noise, computed by stepping neurons at many currents at once. Rates are interpolated
+/// linearly between currents that are 0.02 µA/cm² apart near the onset and up to 0.5 µA/cm² beyond.
+/// Real-time: no to construct.
 class RateCurrentTable {
  public:
-  /// \param step  with which the neurons will be stepped
+  /// \param step  of the neurons
   RateCurrentTable(const ConnorStevens& neuron, std::chrono::nanoseconds step);
 
-  /// \param rate_Hz  ≥ 0; 0 gives the resting current, a little below the onset; above the
-  ///                 fastest rate in the table, its current.  Real-time: yes.
+  /// \param rate_Hz  ≥ 0. 0 gives the resting current, slightly below the onset. Rates above the
+  /// table's fastest give its largest current. Real-time: yes.
   [[nodiscard]] double current_uA_per_cm2(double rate_Hz) const noexcept MERKEL_REALTIME;
   /// The rate at a current within the table, Hz.
   [[nodiscard]] double rate_Hz(double current_uA_per_cm2) const noexcept;
 
-  /// Whether the neuron fires steadily under any current from 7 to 60 µA/cm².
+  /// Whether the neuron fires steadily at some current between 7 and 60 µA/cm².
   [[nodiscard]] bool valid() const noexcept { return rate_.size() > 2; }
   [[nodiscard]] double onset_uA_per_cm2() const noexcept { return current_[1]; }
 

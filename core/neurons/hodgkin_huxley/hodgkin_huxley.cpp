@@ -17,7 +17,7 @@ FieldTable HodgkinHuxley::fields() {
       {"E_Na", "mV", kPotential, "reversal potential of sodium", at<&P::E_Na>},
       {"E_K", "mV", kPotential, "reversal potential of potassium", at<&P::E_K>},
       {"E_Ca", "mV", kPotential, "reversal potential of calcium", at<&P::E_Ca>},
-      {"V_rest", "mV", kPotential, "resting potential, from which the leak follows",
+      {"V_rest", "mV", kPotential, "resting potential; sets the reversal potential of the leak",
        at<&P::V_rest>},
       {"spike_threshold_mV", "mV", kPotential, "an upward crossing is a spike",
        at<&P::spike_threshold_mV>}};

@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// α(v) = rate·φ((shift−v)/slope) with φ(x) = x/(eˣ−1): opening of the n and m gates.
+/// α(v) = rate·φ((shift−v)/slope) with φ(x) = x/(eˣ−1): opening rate of the n and m gates.
 struct LinoidRate {
   double rate_per_ms;
   double shift_mV;
@@ -24,8 +24,8 @@ struct LogisticRate {
   double slope_mV;
 };
 
-/// φ(x) = x/(eˣ−1), φ(0) = 1, exact to rounding everywhere: the naive form is 10 % wrong at 1e-15
-/// and 0/0 at 0. Real-time: yes.
+/// φ(x) = x/(eˣ−1), φ(0) = 1, accurate to rounding everywhere. The direct form is wrong by 10 % at
+/// 1e-15 and is 0/0 at 0. Real-time: yes.
 [[nodiscard]] double linoid(double x) noexcept;
 
 /// The gating variables n, m, h, each in [0, 1].
@@ -41,7 +41,7 @@ struct GateRates {
   Gates beta;
 };
 
-/// The Hodgkin-Huxley neuron with an L-type calcium term (Eq. 11-13, fixed), as data.
+/// Parameters of the Hodgkin-Huxley neuron with an L-type calcium term (Eq. 11-13, corrected).
 ///
 /// C·V̇ = gl(El−V) + gNa·m³h(ENa−V) + gK·n⁴(EK−V) + gCaL·m·h(ECa−V) + I, with v = V−V_r and
 /// αn = 0.1φ((10−v)/10), βn = 0.125e^{−v/80}; αm = φ((25−v)/10), βm = 4e^{−v/18};
@@ -55,7 +55,7 @@ struct HodgkinHuxley {
   double E_Na = 50.0;
   double E_K = -77.0;
   double E_Ca = 120.0;
-  double V_rest = -65.0;              ///< V_r, made the exact resting potential by leak_reversal_mV
+  double V_rest = -65.0;  ///< V_r, exactly the resting potential due to leak_reversal_mV
   double spike_threshold_mV = -20.0;  ///< an upward crossing is a spike
 
   LinoidRate alpha_n{.rate_per_ms = 0.1, .shift_mV = 10.0, .slope_mV = 10.0};
@@ -72,7 +72,7 @@ struct HodgkinHuxley {
   [[nodiscard]] GateRates rates(double V_mV) const noexcept;
   /// α/(α+β) of every gate. Real-time: yes.
   [[nodiscard]] Gates steady_gates(double V_mV) const noexcept;
-  /// El, chosen so that V_r is a fixed point without current: −56.3469184654 mV with the defaults.
+  /// El, chosen so that V_r is a fixed point at zero current: −56.3469184654 mV with the defaults.
   [[nodiscard]] double leak_reversal_mV() const noexcept;
   /// Σ g and Σ g·E of all channels: the ionic current is driven − conductance·V. Real-time: yes.
   struct Channels {

@@ -6,7 +6,7 @@
 namespace merkel {
 namespace {
 
-/// From here on (α+β)·dt can exceed 2, where Crank–Nicolson gates would swing beyond [0, 1].
+/// Above this step, (α+β)·dt can exceed 2, and Crank–Nicolson gates would overshoot [0, 1].
 constexpr double kLargestCrankNicolsonGateStep_ms = 0.04;
 
 std::optional<RungeKuttaScheme> scheme_of(IntegrationMethod method) {
@@ -62,7 +62,7 @@ void HodgkinHuxleyArrays<Real>::set_up_network(const LatticeCoupling& network) {
     if (i + columns < neurons_) from_previous_row_[i + columns] = to_row;
     outflow_[i] = static_cast<Real>(network.conductance()[i]);
   }
-  // A halo of whole blocks, so that the middle begins at a cache line.
+  // A halo of whole blocks, so that the data begins at a cache line.
   const std::size_t halo = whole_blocks(columns + kNeuronBlock);
   for (AlignedArray<Real>& seen : seen_) seen = AlignedArray<Real>(V_.size() + 2 * halo);
   CouplingArguments<Real>& coupling = arguments_.coupling;
@@ -125,7 +125,7 @@ void HodgkinHuxleyArrays<Real>::set_up_method(IntegrationMethod method, double s
 
 template <class Real>
 void HodgkinHuxleyArrays<Real>::step(const StepCall& call, const std::uint8_t* frozen) noexcept {
-  // The arguments are filled in here, not kept: moving the object moves what they point to.
+  // The pointers are set on every call, because moving the object moves the arrays.
   HodgkinHuxleyArguments<Real> a = arguments_;
   a.V = V_.data();
   a.n = n_.data();

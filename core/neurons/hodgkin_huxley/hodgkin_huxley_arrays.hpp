@@ -16,7 +16,7 @@
 
 namespace merkel {
 
-/// The states of N neurons as structure of arrays in one precision, and the call of the kernel that
+/// The states of N neurons as a structure of arrays in one precision, and the kernel call that
 /// steps them. Real-time: yes, after construction.
 template <class Real>
 class HodgkinHuxleyArrays {
@@ -28,21 +28,23 @@ class HodgkinHuxleyArrays {
     input_.set(begin, end);
   }
 
-  /// Takes the steps of a call. Parts of a network step together: each waits for its peers after
-  /// each exchange. \param frozen  by block: 1 = skip; null: none
+  /// Takes the steps of a call. The parts of a network step in lockstep: each waits for its peers
+  /// after each exchange.
+  /// \param frozen  by block: 1 = skip; null: step all
   void step(const StepCall& call, const std::uint8_t* frozen) noexcept MERKEL_REALTIME;
 
   [[nodiscard]] std::size_t size() const noexcept { return neurons_; }
   [[nodiscard]] RestingStates::State state(std::size_t neuron) const noexcept;
   void set_state(std::size_t neuron, const RestingStates::State& state) noexcept;
-  /// Current from the neighbours, µA/cm²; 0 without a network. \param steps_taken  since reset
+  /// Current from the neighbours, µA/cm²; 0 without a network.
+  /// \param steps_taken  since reset
   [[nodiscard]] double exchange(std::size_t neuron, std::uint64_t steps_taken) const noexcept;
 
  private:
   void set_up_method(IntegrationMethod method, double step_ms, double capacitance,
                      const std::optional<LatticeCoupling>& network);
   void set_up_network(const LatticeCoupling& network);
-  /// Which of coupling.seen holds the beginning of the step after so many.
+  /// Index in coupling.seen of the beginning of the step that follows `steps` steps.
   [[nodiscard]] int seen_after(std::uint64_t steps) const noexcept;
 
   NeuronConstants<Real> constants_;
@@ -56,7 +58,7 @@ class HodgkinHuxleyArrays {
   AlignedArray<Real> scratch_memory_[9];
   RungeKuttaScratch<Real> scratch_;
   AlignedArray<Real> history_memory_[MultistepHistory<Real>::kArrays];
-  MultistepHistory<Real> history_;  ///< of the multistep method; null where there is another
+  MultistepHistory<Real> history_;  ///< of the multistep method; null for other methods
   HodgkinHuxleyArguments<Real> arguments_;
 };
 

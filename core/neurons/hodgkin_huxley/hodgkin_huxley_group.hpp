@@ -15,13 +15,13 @@
 
 namespace merkel {
 
-/// N Hodgkin-Huxley neurons, with or without a network between them. Their input is a current in
+/// N Hodgkin-Huxley neurons, with or without a network between them. The input is a current in
 /// µA/cm².
 ///
-/// C·V̇ = Σ ionic + I + κΣ_j w_nj(V_j − V_n) (Eq. 11, fixed). A spike is an upward crossing of the
-/// threshold; its time is interpolated within the step. A neuron whose state turns non-finite is
-/// reset to rest and reported before its neighbours can see it. Blocks of 16 neurons that are at
-/// rest under a constant current are skipped until something changes.
+/// C·V̇ = Σ ionic + I + κΣ_j w_nj(V_j − V_n) (Eq. 11, corrected). A spike is an upward crossing of
+/// the threshold; its time is interpolated within the step. If a neuron's state turns non-finite,
+/// the neuron is reset to rest and reported before its neighbours see it. Blocks of 16 neurons that
+/// are at rest under a constant current are skipped until something changes.
 class HodgkinHuxleyGroup final : public NeuronGroup {
  public:
   struct Parameters {
@@ -30,12 +30,12 @@ class HodgkinHuxleyGroup final : public NeuronGroup {
     Precision precision = Precision::kDouble;
     std::chrono::nanoseconds step{25'000};
     std::uint16_t patch = 0;         ///< written into every spike
-    std::uint32_t first_neuron = 1;  ///< number of the first neuron in spikes
+    std::uint32_t first_neuron = 1;  ///< number of the first neuron, used in spikes
     bool freeze_resting = true;      ///< skip blocks at rest
   };
 
   /// \param neurons  N ≥ 1
-  /// \param network  a grid of N neurons, or none; one whose gain is 0 counts as none
+  /// \param network  a grid of N neurons, or none; a network with gain 0 counts as none
   HodgkinHuxleyGroup(const Parameters& parameters, std::size_t neurons,
                      const std::optional<LatticeCoupling>& network);
 
@@ -55,7 +55,7 @@ class HodgkinHuxleyGroup final : public NeuronGroup {
 
   HodgkinHuxley neuron_;
   std::variant<HodgkinHuxleyArrays<double>, HodgkinHuxleyArrays<float>> arrays_;
-  std::optional<Quiescence> quiescence_;  ///< none where blocks at rest are stepped too
+  std::optional<Quiescence> quiescence_;  ///< none if blocks at rest are stepped too
 };
 
 }  // namespace merkel

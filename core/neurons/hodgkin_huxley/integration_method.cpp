@@ -34,7 +34,7 @@ double largest_step_ms(IntegrationMethod method, double exchange_per_ms) noexcep
     return exchange_per_ms > 0.0 ? std::min(alone_ms, kLargestExchange / exchange_per_ms)
                                  : alone_ms;
   };
-  // Neighbours are extrapolated, their flow back is implicit: measured on the lattice.
+  // Neighbours are extrapolated, the outflow is implicit: measured on the lattice.
   constexpr double kStaggeredInterval = 0.5;
   switch (method) {
     case IntegrationMethod::kForwardEuler:

@@ -9,9 +9,9 @@ namespace merkel {
 FieldTable NetworkParameters::fields() {
   using P = NetworkParameters;
   static constexpr Field kFields[] = {
-      {"gain", "mS/cm²", not_negative(1e6), "coupling of neighbouring afferents; 0 is no network",
-       at<&P::gain>},
-      {"weight_min", "", not_negative(1e6), "least weight of a connection", at<&P::weight_min>},
+      {"gain", "mS/cm²", not_negative(1e6),
+       "coupling between neighbouring afferents; 0: no network", at<&P::gain>},
+      {"weight_min", "", not_negative(1e6), "smallest weight of a connection", at<&P::weight_min>},
       {"weight_max", "", not_negative(1e6), "largest weight of a connection", at<&P::weight_max>},
       {"seed", "", any_value(), "seed of the weights", at<&P::seed>}};
   return {"network", kFields};

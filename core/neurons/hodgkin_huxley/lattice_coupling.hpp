@@ -9,7 +9,7 @@
 
 namespace merkel {
 
-/// Diffusive coupling of neighbouring afferents; gain 0 means that there is no network.
+/// Diffusive coupling of neighbouring afferents; gain 0 disables the network.
 struct NetworkParameters {
   double gain = 0.1;        ///< κ, mS/cm²
   double weight_min = 0.1;  ///< w ~ U(min, max), dimensionless
@@ -20,9 +20,9 @@ struct NetworkParameters {
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 
-/// The network of a columns × rows grid of neurons: every neuron exchanges the current
-/// κ·Σ_j w_nj(V_j − V_n) with its up to four neighbours, w symmetric (the paper's Eq. 11 lacks the
-/// term). A 5 × 4 grid has 31 edges.
+/// The network of a columns × rows grid of neurons. Every neuron exchanges the current κ·Σ_j
+/// w_nj(V_j − V_n) with up to four neighbours; w is symmetric (the paper's Eq. 11 lacks the term).
+/// A 5 × 4 grid has 31 edges.
 class LatticeCoupling {
  public:
   /// Weights are drawn neuron by neuron: first the edge to the next column, then to the next row.
@@ -35,7 +35,7 @@ class LatticeCoupling {
   [[nodiscard]] std::size_t edges() const noexcept;
 
   /// κ·w to the neuron in the next column (index n+1) and the next row (n+columns); 0 at the
-  /// borders. Indices from 0, mS/cm².
+  /// borders. Indices start at 0; mS/cm².
   [[nodiscard]] std::span<const double> to_next_column() const noexcept { return to_next_column_; }
   [[nodiscard]] std::span<const double> to_next_row() const noexcept { return to_next_row_; }
   /// κ·Σ_j w_nj of every neuron, mS/cm².

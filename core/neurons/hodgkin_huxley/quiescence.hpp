@@ -14,27 +14,28 @@
 
 namespace merkel {
 
-/// Which blocks of neurons need no stepping: those whose neurons all stay where they are.
+/// Finds blocks of neurons that need no stepping because their state does not change.
 ///
-/// A neuron is at rest when its current does not change within the call, all four of its states lie
-/// within ε of the stable fixed point under that current and what its neighbours give it, and the
-/// same is true of its whole block and of every block it is coupled to. (That V does not move is
-/// not enough: it hardly moves before a spike either.) ε is 1e-3 mV for V, 1e-5 for the gates.
-/// Real-time: yes, after construction.
+/// A neuron is at rest if its current does not change within the call, and all four of its states
+/// lie within ε of the stable fixed point under that current plus the exchange with its neighbours.
+/// A block is skipped if all its neurons and all blocks coupled to it are at rest. (A constant V is
+/// not sufficient: V is also almost constant shortly before a spike.) ε is 1e-3 mV for V and 1e-5
+/// for the gates. Real-time: yes, after construction.
 class Quiescence {
  public:
   static constexpr double kEpsilon_mV = 1e-3;
   static constexpr double kEpsilonGate = 1e-5;
 
-  /// \param columns  of the grid on which neighbours are coupled; 0 where there is no network
+  /// \param columns  of the grid on which neighbours are coupled; 0 without a network
   Quiescence(const HodgkinHuxley& neuron, std::size_t neurons, std::size_t columns);
 
-  /// Nothing is known to be at rest.
+  /// Marks all blocks as awake.
   void wake() noexcept;
 
-  /// Finds the blocks to skip. \param state  neuron → RestingStates::State
+  /// Finds the blocks to skip.
+  /// \param state  neuron → RestingStates::State
   /// \param exchange  neuron → current from its neighbours, µA/cm²
-  /// \return how many there are; frozen() tells which
+  /// \return their number; frozen() marks them
   template <class State, class Exchange>
   std::size_t find(std::span<const double> current_begin, std::span<const double> current_end,
                    State state, Exchange exchange) noexcept MERKEL_REALTIME {
@@ -45,7 +46,7 @@ class Quiescence {
       for (std::size_t i = first; rests && i < last; ++i) {
         rests = current_begin[i] == current_end[i];
       }
-      // A block skipped last time has not moved: with the same current, it still rests.
+      // A block skipped last time has not changed: with the same current, it is still at rest.
       const bool known = frozen_[block] != 0 && columns_ == 0;
       for (std::size_t i = first; rests && i < last; ++i) {
         if (known && current_begin[i] == current_[i]) continue;
@@ -67,7 +68,7 @@ class Quiescence {
   std::shared_ptr<const RestingStates> resting_states_;
   std::size_t neurons_;
   std::size_t columns_;
-  std::size_t reach_;  ///< in blocks, of a neuron's coupling
+  std::size_t reach_;  ///< of the coupling, in blocks
   std::vector<double> current_;
   std::vector<std::uint8_t> resting_;
   std::vector<std::uint8_t> frozen_;

@@ -10,10 +10,10 @@ namespace {
 
 constexpr int kStates = 1024;
 constexpr double kBelow_mV = 15.0;   ///< how far below V_r the table begins
-constexpr double kAbove_mV = 200.0;  ///< how far above V_r it ends at the latest
+constexpr double kAbove_mV = 200.0;  ///< how far above V_r it ends at most
 constexpr double kScan_mV = 0.1;
 
-/// The current that holds the membrane at a potential, and its gates there.
+/// The current that holds the membrane at a potential with its steady gates.
 double holding_current(const HodgkinHuxley& neuron, double leak_mV, double V) {
   const auto open = neuron.channels(neuron.steady_gates(V), leak_mV);
   return open.conductance * V - open.driven;
@@ -49,7 +49,7 @@ RestingStates::RestingStates(const HodgkinHuxley& neuron) {
   const double highest = neuron.V_rest + kAbove_mV;
   for (double at = neuron.V_rest - kBelow_mV; at < highest; at += kScan_mV) {
     const double current = holding_current(neuron, leak, at);
-    // The table ends where the fixed point is not clearly stable, or not the only one.
+    // The table ends where the fixed point is not clearly stable or not unique.
     if (!I.empty() && !(current > I.back())) break;
     if (!(growth_rate(neuron, leak, at, current) <= -0.01)) break;
     V.push_back(at);
@@ -61,7 +61,7 @@ RestingStates::RestingStates(const HodgkinHuxley& neuron) {
   spacing_ = (highest_ - lowest_) / (kStates - 1);
   for (int k = 0; k < kStates; ++k) {
     const double wanted = lowest_ + k * spacing_;
-    // Halving the interval of V in which the current lies.
+    // Bisect the interval of V that contains the current.
     const auto above =
         std::clamp<std::ptrdiff_t>(std::upper_bound(I.begin(), I.end(), wanted) - I.begin(), 1,
                                    static_cast<std::ptrdiff_t>(I.size()) - 1);

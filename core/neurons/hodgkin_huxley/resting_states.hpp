@@ -7,11 +7,11 @@
 
 namespace merkel {
 
-/// The resting state of a neuron under a constant current, for each current that has a stable one.
+/// The stable resting state of a neuron as a function of a constant current.
 ///
 /// The steady I(V) of the membrane rises with V, so each current has one fixed point. It is stable
-/// up to a Hopf bifurcation (8.4 µA/cm² with the default neuron); the table ends a little before,
-/// so that no neuron counts as resting that could begin to fire by itself. With sodium blocked
+/// up to a Hopf bifurcation (8.4 µA/cm² with the default neuron). The table ends slightly below it,
+/// so that no neuron that could start to fire counts as resting. With sodium blocked
 /// (g_Na = 0) there is no bifurcation, and the table ends 200 mV above V_r.
 class RestingStates {
  public:
@@ -23,7 +23,8 @@ class RestingStates {
   /// Real-time: no.
   explicit RestingStates(const HodgkinHuxley& neuron);
 
-  /// Whether the table holds a current, µA/cm². A neuron without a stable rest has none.
+  /// Whether the table contains a current, µA/cm². The table of a neuron without stable rest is
+  /// empty.
   [[nodiscard]] bool covers(double current) const noexcept {
     return !states_.empty() && current >= lowest_ && current <= highest_;
   }

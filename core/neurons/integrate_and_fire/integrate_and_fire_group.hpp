@@ -10,21 +10,22 @@
 
 namespace merkel {
 
-/// N integrate-and-fire neurons. Their input is a drive in Hz; at rest, they are at the reset value
-/// and out of their refractory period.
+/// N integrate-and-fire neurons. The input is a drive in Hz. A neuron at rest is at the reset
+/// value, outside its refractory period.
 class IntegrateAndFireGroup final : public NeuronGroup {
  public:
   struct Parameters {
     IntegrateAndFire neuron;
     std::chrono::nanoseconds step{500'000};
     std::uint16_t patch = 0;         ///< written into every spike
-    std::uint32_t first_neuron = 1;  ///< number of the first neuron in spikes
+    std::uint32_t first_neuron = 1;  ///< number of the first neuron, used in spikes
   };
 
-  /// \param parameters  valid.  \param neurons  N ≥ 1
+  /// \param parameters  valid
+  /// \param neurons  N ≥ 1
   IntegrateAndFireGroup(const Parameters& parameters, std::size_t neurons);
 
-  /// v of a neuron, from 0.
+  /// v of a neuron; `neuron` counts from 0.
   [[nodiscard]] double potential(std::size_t neuron) const noexcept override { return v_[neuron]; }
 
  private:
@@ -38,7 +39,7 @@ class IntegrateAndFireGroup final : public NeuronGroup {
 
   AlignedArray<double> v_, refractory_left_;
   LinearInput<double> input_;
-  std::vector<std::uint8_t> resting_;  ///< of each block
+  std::vector<std::uint8_t> resting_;  ///< by block
   AlignedArray<std::uint64_t> noise_key_;
 };
 

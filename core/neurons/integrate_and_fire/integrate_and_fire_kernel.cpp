@@ -14,7 +14,7 @@ namespace HWY_NAMESPACE {
 
 using Args = IntegrateAndFireArguments;
 
-/// Reports the spikes among `count` neurons from i on.
+/// Reports the spikes of `count` neurons from i on.
 HWY_NOINLINE void report_spikes(const Args& a, std::size_t i, std::size_t count, int step,
                                 const double* spiked, const double* time) {
   for (std::size_t lane = 0; lane < count; ++lane) {
@@ -24,7 +24,7 @@ HWY_NOINLINE void report_spikes(const Args& a, std::size_t i, std::size_t count,
   }
 }
 
-/// One vector of neurons through one step.
+/// Takes one vector of neurons through one step.
 template <bool kNoisy>
 struct IntegrateAndFireStep {
   using D = hn::ScalableTag<double>;
@@ -83,7 +83,7 @@ struct IntegrateAndFireStep {
     Math::store(left_after, a.refractory_left + i);
   }
 
-  const Args a;  ///< a local copy: no other pointer can alias it
+  const Args a;  ///< local copy: no other pointer can alias it
   V dt, inverse_tau, threshold, reset, floor, sigma, share_per_Hz, least_share, rest_below;
 };
 

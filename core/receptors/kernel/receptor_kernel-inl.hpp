@@ -1,4 +1,4 @@
-// Stress and energy density at many receptors (Eq. 3-5, fixed), and their currents (Eq. 7).
+// Stress and energy density at many receptors (Eq. 3-5, corrected), and their currents (Eq. 7).
 #if defined(CORE_AFFERENT_KERNEL_RECEPTOR_KERNEL_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_AFFERENT_KERNEL_RECEPTOR_KERNEL_INL_HPP
 #undef CORE_AFFERENT_KERNEL_RECEPTOR_KERNEL_INL_HPP
@@ -13,7 +13,7 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// What Huber's closed form gives at kCount vectors of receptors, in units of p0. With
+/// The terms of Huber's closed form at kCount vectors of receptors, in units of p0. With
 /// k = a²/(a²+u) and g = 1−t, the stresses of huber_stress.hpp are
 /// σr = A + X − s((1−ν)k + (1+ν)g), σθ = −A + s((1−ν)k − (1+ν)g), σz = −X, τrz = −r·T.
 template <class X>
@@ -67,7 +67,7 @@ struct Receptors {
     const V one = set(Real(1));
     const X B = Math::add(h.r2, set(f.z2_minus_a2));
     const X root_D = Math::sqrt(Math::fused(B, B, set(Real(4) * f.a2_z2)));
-    // u and w, of which u·w = a²z² and u−w = B: the larger by a sum, the other by a quotient.
+    // u and w satisfy u·w = a²z² and u−w = B: the larger from a sum, the other from a quotient.
     const X larger = Math::mul(Math::add(root_D, Math::abs(B)), set(Real(0.5)));
     const X smaller = Math::div(set(f.a2_z2), larger);
     const X u = Math::select(Math::less(set(Real(0)), B), larger, smaller);
@@ -76,7 +76,7 @@ struct Receptors {
     const X s2 = Math::mul(s, s);
     const X a2_plus_u = Math::add(u, set(f.a2));
     const X one_plus_s = Math::add(s, one);
-    // 1/D, 1/(a²+u) and 1/(1+s) by one division.
+    // 1/D, 1/(a²+u) and 1/(1+s) with one division.
     const X root_and_s = Math::mul(root_D, one_plus_s);
     const X inverse = Math::div(one, Math::mul(root_and_s, a2_plus_u));
     const X k = Math::mul(Math::mul(inverse, root_and_s), set(f.a2));
@@ -84,7 +84,7 @@ struct Receptors {
     const X inverse_D = Math::mul(inverse_D_s, one_plus_s);
     const X inverse_one_plus_s = Math::mul(inverse_D_s, root_D);
 
-    // g = 1 − atan(y)/y with y = a/√u, by the polynomial in y² or, beyond 1, in 1/y².
+    // g = 1 − atan(y)/y with y = a/√u, from the polynomial in y² or, beyond 1, in 1/y².
     const X y2 = Math::mul(s2, set(f.a_over_z2));
     const X v = Math::mul(root_u, set(f.inverse_a));
     const X v2 = Math::mul(v, v);
@@ -123,7 +123,7 @@ struct Receptors {
     const V p0 = set(f.p0);
     const X sigma_r = Math::mul(Math::sub(Math::add(h.A, h.X_), Math::add(h.sc1k, h.sc2g)), p0);
     const X sigma_theta = Math::mul(Math::sub(Math::sub(h.sc1k, h.sc2g), h.A), p0);
-    // On the axis itself any direction will do: cos² = 1.
+    // On the axis, the direction is arbitrary: cos² = 1.
     const V one = set(Real(1));
     const X inverse_r2 = Math::div(one, Math::max(h.r2, set(Real(1e-30))));
     const auto off_axis = Math::less(set(Real(1e-30)), h.r2);

@@ -108,7 +108,7 @@ SphereField<Real>::SphereField(const ContactState& contact, double x_mm, double 
                                double receptor_depth_mm) {
   const auto real = [](double value) { return static_cast<Real>(value); };
   const double a = contact.contact_radius_mm;
-  // Where the skin is stiffer, the same stress carries less energy.
+  // In stiffer skin, the same stress stores less energy.
   const double p2 = contact.peak_pressure_kPa * contact.peak_pressure_kPa / contact.stiffening;
   const double nu = skin.poisson_ratio();
   x = real(x_mm);

@@ -7,7 +7,8 @@
 
 namespace merkel {
 
-/// A sphere's contact as the receptor kernels want it (Huber's closed form, see huber_stress.hpp).
+/// A sphere's contact in the form that the receptor kernels use (Huber's closed form, see
+/// huber_stress.hpp).
 template <class Real>
 struct SphereField {
   SphereField() = default;
@@ -15,7 +16,7 @@ struct SphereField {
   SphereField(const ContactState& contact, double x_mm, double y_mm, const SkinMaterial& skin,
               EnergyDensity kind, double receptor_depth_mm);
 
-  Real x = 0, y = 0;   ///< where the axis is
+  Real x = 0, y = 0;   ///< position of the axis
   Real z = 1;          ///< depth of the receptors
   Real a2 = 0;         ///< a²
   Real inverse_a = 0;  ///< 1/a
@@ -24,22 +25,22 @@ struct SphereField {
   Real a2_z2 = 0;  ///< a²z²
   Real one_minus_nu = 0, one_plus_nu = 0;
   Real third = 0;         ///< (1−2ν)/3
-  Real p0 = 0;            ///< of skin that has not stiffened, by the same energy
+  Real p0 = 0;            ///< of unstiffened skin with the same energy
   Real distortional = 0;  ///< p0²/(12G): energy per (σ_i−σ_j)² in units of p0
   Real volumetric = 0;    ///< p0²/(18K), or 0
 };
 
-/// Energy density along the radius, as the receptor kernels want it: evenly spaced points from −1
-/// on, between which a cubic goes.
+/// Energy density along the radius in the form that the receptor kernels use: evenly spaced points
+/// from index −1, interpolated by cubics.
 template <class Real>
 struct EnergyProfile {
-  Real x = 0, y = 0;  ///< where the axis is
+  Real x = 0, y = 0;  ///< position of the axis
   Real points_per_mm = 1;
-  Real end = 0;  ///< from this point on there is no energy
+  Real end = 0;  ///< from this point on, the energy is 0
   const Real* energy = nullptr;
 };
 
-/// Receptors as structure of arrays; all arrays are padded to whole vectors.
+/// Receptors as a structure of arrays; all arrays are padded to whole vectors.
 template <class Real>
 struct ReceptorArguments {
   const Real* x = nullptr;
@@ -49,7 +50,7 @@ struct ReceptorArguments {
   Real* energy = nullptr;  ///< strain energy density, kPa
 };
 
-/// Sums of stresses of several contacts at every receptor, kPa.
+/// Stresses of all contacts, summed at every receptor, kPa.
 template <class Real>
 struct StressArrays {
   Real* sigma_x = nullptr;
@@ -60,7 +61,7 @@ struct StressArrays {
   Real* tau_zx = nullptr;
 };
 
-/// The sigmoid of Eq. 7 as the kernel wants it: α/(1+e^{γλ − γ·SED}).
+/// The sigmoid of Eq. 7 in the form that the kernel uses: α/(1+e^{γλ − γ·SED}).
 template <class Real>
 struct SigmoidConstants {
   Real alpha = 0;
@@ -68,14 +69,14 @@ struct SigmoidConstants {
   Real gamma_lambda = 0;
 };
 
-/// Energy density under one sphere. All of these are bit-identical on every instruction set.
+/// Energy density under one sphere. All functions below are bit-identical on every instruction set.
 /// Real-time: yes.
 void sphere_energy(const SphereField<double>& field,
                    const ReceptorArguments<double>& receptors) noexcept;
 void sphere_energy(const SphereField<float>& field,
                    const ReceptorArguments<float>& receptors) noexcept;
 
-/// Energy density by its profile.
+/// Energy density from its profile.
 void profile_energy(const EnergyProfile<double>& profile,
                     const ReceptorArguments<double>& receptors) noexcept;
 void profile_energy(const EnergyProfile<float>& profile,
@@ -94,7 +95,7 @@ void stress_energy(const StressArrays<double>& sums, const ReceptorArguments<dou
 void stress_energy(const StressArrays<float>& sums, const ReceptorArguments<float>& receptors,
                    double distortional, double volumetric) noexcept;
 
-/// Currents of receptors from their energy densities, by the sigmoid.
+/// Currents of receptors: the sigmoid of their energy densities.
 void sigmoid_currents(const SigmoidConstants<double>& sigmoid,
                       const ReceptorArguments<double>& receptors, double* current) noexcept;
 void sigmoid_currents(const SigmoidConstants<float>& sigmoid,

@@ -21,79 +21,78 @@ enum class VoltageRule : std::uint8_t {
   kExponential,    ///< V → D/G + (V − D/G)·e^{−dt·G/C}
 };
 
-/// Exchange with the up to four neighbours of a grid: conductances κ·w to each,
-/// 0 at the borders.
+/// Exchange with up to four neighbours on a grid: the conductance κ·w to each, 0 at the borders.
 template <class Real>
 struct CouplingArguments {
   const Real* from_previous_column = nullptr;
   const Real* from_next_column = nullptr;
   const Real* from_previous_row = nullptr;
   const Real* from_next_row = nullptr;
-  const Real* outflow = nullptr;  ///< their sum; null where there is no network
+  const Real* outflow = nullptr;  ///< their sum; null without a network
   std::ptrdiff_t columns = 0;
-  /// V as neighbours see it, at the beginning and the end of a step in turn;
-  /// with a halo of `columns` + kNeuronBlock zeros on either side.
+  /// V as the neighbours see it, alternately at the beginning and the end of a step, with a halo of
+  /// `columns` + kNeuronBlock zeros on either side.
   Real* seen[2] = {nullptr, nullptr};
   Real lookahead = 0;             ///< seen = V + lookahead·(V − V a step ago)
-  Real outflow_implicitness = 1;  ///< how much of the outflow is taken at the step's end
+  Real outflow_implicitness = 1;  ///< fraction of the outflow taken at the end of the step
 };
 
-/// What the multistep method keeps of the last three steps: ẋ·dt in the middle
-/// of each, of V, n, m and h. Arrays as long as the neurons'.
+/// The history of the multistep method: ẋ·dt of V, n, m and h in the middle of each of the last
+/// three steps. Arrays as long as the neurons'.
 template <class Real>
 struct MultistepHistory {
   static constexpr int kSteps = 3;
   static constexpr int kArrays = 4 * kSteps;
 
-  /// The array that step `number` since reset fills; before, it holds step
-  /// number − 3.
+  /// The array that step `number` since reset fills; until then it holds step number − 3.
   [[nodiscard]] Real* of(int variable, std::uint64_t number) const noexcept {
     return arrays[kSteps * variable + static_cast<int>(number % kSteps)];
   }
   Real* arrays[kArrays] = {};
 };
 
-/// Hodgkin-Huxley neurons as structure of arrays, and what to do with them. All
-/// arrays are padded to whole blocks.
+/// Hodgkin-Huxley neurons as a structure of arrays, and the steps to take. All arrays are padded to
+/// whole blocks.
 template <class Real>
 struct HodgkinHuxleyArguments {
   Real* V = nullptr;
   Real* n = nullptr;
   Real* m = nullptr;
   Real* h = nullptr;
-  const Real* input_begin = nullptr;   ///< µA/cm² at the first step's beginning
-  const Real* input_change = nullptr;  ///< by the last step's end
+  const Real* input_begin = nullptr;   ///< µA/cm² at the beginning of the first step
+  const Real* input_change = nullptr;  ///< change until the end of the last step
   StepCall call;
   const NeuronConstants<Real>* constants = nullptr;
   GateRule gate_rule = GateRule::kCrankNicolson;
   VoltageRule voltage_rule = VoltageRule::kCrankNicolson;
-  bool old_gates = false;                ///< V uses the gates at the step's beginning
-  Real input_phase = Real(0.5);          ///< where in the step the input is taken
-  const std::uint8_t* frozen = nullptr;  ///< by block, 1 = skip; null where none is
+  bool old_gates = false;                ///< V uses the gates at the beginning of the step
+  Real input_phase = Real(0.5);          ///< fraction of the step at which the input is taken
+  const std::uint8_t* frozen = nullptr;  ///< by block, 1 = skip; null: step all
   CouplingArguments<Real> coupling;
   int seen_at_begin = 0;  ///< which of `seen` holds the first step's beginning
-  const MultistepHistory<Real>* history = nullptr;  ///< of the multistep method; else null
+  const MultistepHistory<Real>* history =
+      nullptr;  ///< of the multistep method; null for other methods
 };
 
-/// An explicit Runge-Kutta method whose stages each start from the one before:
-/// forward Euler, Heun and the classical fourth-order method.
+/// An explicit Runge-Kutta method in which each stage depends only on the previous one: forward
+/// Euler, Heun and the classical fourth-order method.
 struct RungeKuttaScheme {
   static constexpr int kMostStages = 4;
   int stages = 1;
-  double time[kMostStages] = {0.0, 0.0, 0.0, 0.0};    ///< of a stage within the step
-  double weight[kMostStages] = {1.0, 0.0, 0.0, 0.0};  ///< of its slopes in the result
+  double time[kMostStages] = {0.0, 0.0, 0.0, 0.0};    ///< of each stage within the step
+  double weight[kMostStages] = {1.0, 0.0, 0.0, 0.0};  ///< of each stage's slopes in the result
 };
 
 /// Memory for the stages of a Runge-Kutta step: as long as the neurons' arrays.
 template <class Real>
 struct RungeKuttaScratch {
   Real* stage[4] = {};    ///< trial V, n, m, h
-  Real* result[4] = {};   ///< V, n, m, h as far as they are summed up
-  Real* slope = nullptr;  ///< of V at the step's beginning, mV a step
+  Real* result[4] = {};   ///< partial sums of V, n, m, h
+  Real* slope = nullptr;  ///< of V at the beginning of the step, mV per step
 };
 
-/// Takes all steps with a method that goes from V and gates to V and gates in
-/// one go. Bit-identical on every instruction set. Real-time: yes.
+/// Takes all steps with a single-stage method. Bit-identical on every instruction set. Real-time:
+/// yes.
 void step_hodgkin_huxley(const HodgkinHuxleyArguments<double>& arguments) noexcept;
 void step_hodgkin_huxley(const HodgkinHuxleyArguments<float>& arguments) noexcept;
 

@@ -1,14 +1,12 @@
 // The staggered multistep method of fourth order.
-//
-// As in staggered Crank–Nicolson, gates live half a step away from the
-// potential, and each of the two sees the other in the middle of its step.
+// As in staggered Crank–Nicolson, gates and potential are half a step apart, and each sees the
+// other in the middle of its step.
 // There every equation is linear, ẋ = (p − s·x)/D. With f = ẋ·dt in the middle
 // of a step, f' and f'' from differences of its last values,
 //   x₊ = x₋ + f + f''/24,   x in the middle = (x₊ + x₋)/2 − f'/8,
-// which gives one equation for f. The errors of Crank–Nicolson, which has
-// neither term, are gone up to the fourth order, at the same single evaluation
-// of the rates. After Ghrist, Fornberg and Driscoll, Staggered time integrators
-// for wave equations, SIAM J. Numer. Anal. 38 (2000).
+// which gives one equation for f. The two terms, which Crank–Nicolson lacks, raise the order to
+// four at the same single rate evaluation. After Ghrist, Fornberg and Driscoll, Staggered time
+// integrators for wave equations, SIAM J. Numer. Anal. 38 (2000).
 #include "core/neurons/hodgkin_huxley/kernel/hodgkin_huxley_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -21,15 +19,14 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// f of the last three steps of one variable; f of this step takes the place of
-/// the oldest.
+/// f of the last three steps of one variable. f of the current step replaces the oldest.
 template <class D, int kCount>
 struct Past {
   using Real = hn::TFromD<D>;
   using Math = SideBySide<D, kCount>;
   using X = VectorPack<D, kCount>;
 
-  /// How much of f is in x in the middle: 13/24 − 3/16.
+  /// The coefficient of f in x in the middle of the step: 13/24 − 3/16.
   static constexpr double kImplicit = 17.0 / 48;
 
   HWY_INLINE Past(const HodgkinHuxleyArguments<Real>& a, int variable, std::size_t i, int step) {
@@ -40,12 +37,12 @@ struct Past {
     f3 = Math::load(oldest);
   }
 
-  /// x in the middle of the step, but for kImplicit·f.
+  /// x in the middle of the step, without kImplicit·f.
   HWY_INLINE X middle(const X& x) const {
     return Math::add(x, Math::fused(f1, Math::constant(7.0 / 48),
                                     Math::mul(Math::sub(f2, f3), Math::constant(1.0 / 48))));
   }
-  /// x after the step. f is kept.
+  /// x after the step. Stores f.
   HWY_INLINE X after(const X& x, const X& f) const {
     Math::store(f, oldest);
     const X past = Math::fused(
@@ -66,9 +63,9 @@ struct Past {
   Real* oldest;
 };
 
-/// Reports the spikes and non-finite states of `count` neurons from i on, and
-/// resets the latter. A spike is where the cubic through both potentials with
-/// the slopes f and f1 reaches the threshold.
+/// Reports spikes and non-finite states of `count` neurons from i on, and resets non-finite states.
+/// A spike occurs where the cubic through both potentials with the slopes f and f1 reaches the
+/// threshold.
 template <class Real>
 HWY_NOINLINE void observe_multistep(const HodgkinHuxleyArguments<Real>& a, std::size_t i,
                                     std::size_t count, int step, const Real* before,
@@ -154,7 +151,7 @@ struct Multistep {
       Math::store(after, to);
       observe(a, i, kCount * hn::Lanes(d), step, from, to);
       if constexpr (kCoupled) {
-        // What was reset is at rest for the neighbours too.
+        // The neighbours see reset neurons at rest.
         for (std::size_t lane = 0; lane < kCount * hn::Lanes(d); ++lane) {
           if (!(std::fabs(to[lane]) < static_cast<Real>(kRunaway_mV))) {
             a.coupling.seen[1 - seen][i + lane] = a.V[i + lane];

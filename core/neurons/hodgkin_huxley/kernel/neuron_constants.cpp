@@ -7,13 +7,13 @@
 namespace merkel {
 namespace {
 
-/// Whether the slopes are those of one shared exponential, and the potentials within its range.
+/// Whether the slopes allow one shared exponential and the potentials lie within its range.
 bool can_share(const HodgkinHuxley& p, double leak_reversal_mV) {
   const double slope = p.alpha_n.slope_mV;
   const bool ratios = p.alpha_m.slope_mV == slope && p.beta_h.slope_mV == slope &&
                       p.beta_n.slope_mV == 8.0 * slope && p.alpha_h.slope_mV == 2.0 * slope &&
                       p.beta_m.slope_mV == 1.8 * slope;
-  // Potentials stay between the extreme reversal potentials of the conductances that dominate.
+  // Potentials stay between the extreme reversal potentials of the dominant conductances.
   const double centre = p.V_rest + NeuronConstants<double>::kCentre_mV;
   const double half = NeuronConstants<double>::kHalfRange_mV;
   const double lowest = std::min({p.E_K, leak_reversal_mV, p.V_rest});

@@ -1,5 +1,4 @@
-// One-step methods: Crank–Nicolson, Rush–Larsen, exponential and backward
-// Euler.
+// One-step methods: Crank–Nicolson, Rush–Larsen, exponential and backward Euler.
 #include "core/neurons/hodgkin_huxley/kernel/hodgkin_huxley_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -12,8 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// Reports the spikes and non-finite states of `count` neurons from i on, and
-/// resets the latter.
+/// Reports spikes and non-finite states of `count` neurons from i on, and resets non-finite states.
 template <class Real>
 HWY_NOINLINE void observe_one_step(const HodgkinHuxleyArguments<Real>& a, std::size_t i,
                                    std::size_t count, int step, const Real* before,
@@ -28,9 +26,8 @@ HWY_NOINLINE void observe_one_step(const HodgkinHuxleyArguments<Real>& a, std::s
       [&](std::size_t neuron) { reset_neuron(a, neuron); });
 }
 
-/// The arithmetic of a step of the neurons [i, i + kCount·lanes), in pieces.
-/// kFast: the shared exponential and Crank–Nicolson for gates and potential, by
-/// two divisions.
+/// The arithmetic of a step of the neurons [i, i + kCount·lanes), in pieces. kFast: the shared
+/// exponential and Crank–Nicolson for gates and potential, with two divisions.
 template <bool kFast, bool kCoupled, int kCount, class D>
 struct OneStepPieces {
   using Math = SideBySide<D, kCount>;
@@ -82,8 +79,8 @@ struct OneStepPieces {
     }
   }
 
-  /// Steps the potential with the given gates, reports spikes and publishes to
-  /// the neighbours.
+  /// Steps the potential with the given gates, reports spikes and publishes the potential to the
+  /// neighbours.
   static HWY_INLINE void step_potential(const Arguments& a, const Constants& c, std::size_t i,
                                         int step, hn::Vec<D> phase, int seen,
                                         const GateValues<X>& gates) {
@@ -114,8 +111,8 @@ struct OneStepPieces {
 
     Math::store(after, a.V + i);
     auto rare = Math::rises(before, after, c.threshold);
-    // Without a network a non-finite state affects its own neuron only: one
-    // look a call is enough.
+    // Without a network, a non-finite state affects only its own neuron: one check per call is
+    // enough.
     if constexpr (kCoupled) {
       const auto sane = Math::less(Math::abs(after), Math::constant(kRunaway_mV));
       rare = Math::either(rare, Math::inverse(sane));

@@ -1,5 +1,4 @@
-// The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, fixed)
-// as vectors.
+// The gate rates and channels of the Hodgkin-Huxley neuron (Eq. 11-13, corrected) as vectors.
 #if defined(CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
 #undef CORE_NEURONS_HODGKIN_HUXLEY_RATES_INL_HPP
@@ -14,8 +13,7 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// The constants, each filling a vector: made once a call, so that the loops
-/// find them ready.
+/// The constants, each broadcast to a vector once per call, before the loops.
 template <class D>
 struct VectorConstants {
   using Real = hn::TFromD<D>;
@@ -70,8 +68,8 @@ struct VectorConstants {
   static HWY_INLINE V set(Real value) { return hn::Set(D(), value); }
 };
 
-/// One gate's rates per step over a common denominator: α·dt = p/D, (α+β)·dt =
-/// s/D, so that ẋ·dt = (p − s·x)/D.
+/// One gate's rates per step, over a common denominator: α·dt = p/D, (α+β)·dt = s/D, so that ẋ·dt =
+/// (p − s·x)/D.
 template <class X>
 struct Fraction {
   X p;
@@ -115,7 +113,7 @@ struct Channels {
   X driven;
 };
 
-/// The right-hand sides of the neuron, on kCount vectors of D side by side.
+/// The right-hand sides of the neuron, for kCount vectors of D side by side.
 template <class D, int kCount>
 struct RightHandSide {
   using Real = hn::TFromD<D>;
@@ -126,8 +124,7 @@ struct RightHandSide {
 
   static constexpr bool kDouble = sizeof(Real) == 8;
 
-  /// Adds to `driven` what the four neighbours' potentials drive into the
-  /// neurons from i on.
+  /// Adds the inflow from the four neighbours to `driven`, for the neurons from i on.
   static HWY_INLINE X add_inflow(const CouplingArguments<Real>& net, int seen, std::size_t i,
                                  X driven) {
     const Real* const seen_V = net.seen[seen] + i;
@@ -141,8 +138,8 @@ struct RightHandSide {
     return driven;
   }
 
-  /// Replaces numerator and denominator of rate·x/(eˣ−1) near x = 0, where both
-  /// vanish, by those of rate/(1 + x/2 + x²/6 + x³/24).
+  /// Replaces numerator and denominator of rate·x/(eˣ−1) near x = 0, where both vanish, by rate and
+  /// 1 + x/2 + x²/6 + x³/24.
   static HWY_INLINE void extend_linoid(const X& x, V rate, Fraction<X>& gate) {
     constexpr double kSeries[] = {1.0, 1.0 / 2, 1.0 / 6, 1.0 / 24};
     const auto near = Math::less(Math::abs(x), Math::constant(kLinoidBorder<Real>));
@@ -153,8 +150,7 @@ struct RightHandSide {
   /// w and b of NeuronConstants: the exponential that all rates share.
   static HWY_INLINE Exponential<X> shared_exponential(const X& potential,
                                                       const VectorConstants<D>& c) {
-    Exponential<X> e;  // filled in place: compilers keep what is copied into it
-                       // on the stack
+    Exponential<X> e;  // filled in place: compilers keep copied members on the stack
     e.w = Math::max(Math::min(Math::sub(potential, c.offset), c.highest), c.lowest);
     e.b = Math::fused(e.w, c.b_series[Constants::kTerms - 1], c.b_series[Constants::kTerms - 2]);
     for (int k = Constants::kTerms - 3; k >= 0; --k) e.b = Math::fused(e.b, e.w, c.b_series[k]);
@@ -179,8 +175,7 @@ struct RightHandSide {
     r.m.p = Math::fused(w, c.p_m_slope, c.p_m_at_centre);
     r.n.D = Math::fused(b72, c.e_n, minus_one);
     r.m.D = Math::fused(b72, c.e_m, minus_one);
-    // In double precision few potentials are near a singular one; in single,
-    // many are.
+    // In double precision, few potentials are near a singularity; in single precision, many are.
     if (!kDouble ||
         HWY_UNLIKELY(Math::any(Math::either(Math::less(Math::abs(r.n.p), c.p_n_border),
                                             Math::less(Math::abs(r.m.p), c.p_m_border))))) {
@@ -195,8 +190,7 @@ struct RightHandSide {
     return r;
   }
 
-  /// The same with an exponential for each of the six rates: any slopes, any
-  /// potential.
+  /// The same with a separate exponential for each of the six rates: any slopes, any potential.
   static HWY_INLINE RateFractions<X> general_rates(const X& potential,
                                                    const NeuronConstants<Real>& c) {
     const auto set = [](Real value) HWY_ATTR { return hn::Set(D(), value); };
@@ -256,7 +250,7 @@ struct RightHandSide {
                             .h = Math::fused(r.h.s, implicit, r.h.D)}};
   }
 
-  /// 1/x of three by a single division.
+  /// 1/x of three values with a single division.
   static HWY_INLINE GateValues<X> inverses(const GateValues<X>& x, V one) {
     const auto& [n, m, h] = x;
     const X nm = Math::mul(n, m);
@@ -266,8 +260,7 @@ struct RightHandSide {
         .n = Math::mul(inverse_nm, m), .m = Math::mul(inverse_nm, n), .h = Math::mul(inverse, nm)};
   }
 
-  /// Σ g and Σ g·E + I of the neurons from i on, with what their neighbours
-  /// drive into them.
+  /// Σ g and Σ g·E + I of the neurons from i on, including the inflow from their neighbours.
   template <bool kCoupled>
   static HWY_INLINE Channels<X> driven_channels(const HodgkinHuxleyArguments<Real>& a,
                                                 const VectorConstants<D>& c, std::size_t i, V phase,

@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// One call's work on vectors of D.
+/// One kernel call with vectors of D.
 template <class D>
 class RungeKutta {
  public:
@@ -29,8 +29,8 @@ class RungeKutta {
              const RungeKuttaScratch<Real>& scratch)
       : a_(arguments), scheme_(scheme), scratch_(scratch), c_(*arguments.constants) {}
 
-  /// All neurons through one stage, then the next, where neighbours must see each other's stages;
-  /// else a few blocks through all steps.
+  /// With a network, takes all neurons through one stage, then the next, because neighbours need
+  /// each other's stages. Otherwise takes a few blocks at a time through all steps.
   void run() {
     constexpr std::size_t kChunk = 4 * kNeuronBlock;
     const std::size_t chunk = coupled() ? a_.call.last - a_.call.first : kChunk;
@@ -75,7 +75,7 @@ class RungeKutta {
             change(r.n, n), change(r.m, m), change(r.h, h)};
   }
 
-  /// Publishes a potential to the neighbours, or the resting one where it is non-finite.
+  /// Publishes a potential to the neighbours, or the resting potential if it is non-finite.
   HWY_INLINE void publish(std::size_t i, const X& V) const {
     const auto sane = Math::less(Math::abs(V), Math::constant(kRunaway_mV));
     Math::store(Math::select(sane, V, hn::Set(D(), a_.constants->V_rest)),
@@ -107,7 +107,7 @@ class RungeKutta {
       if (coupled()) publish(i, at[0]);
       return;
     }
-    // The last stage: the potentials before the step are kept for the search for spikes.
+    // Last stage: keep the potentials before the step for spike detection.
     Math::store(x[0], scratch_.stage[0] + i);
     for (int k = 0; k < 4; ++k) Math::store(sum[k], state[k] + i);
     if (coupled()) publish(i, sum[0]);
@@ -133,8 +133,8 @@ class RungeKutta {
     }
   }
 
-  /// Reports the spikes and non-finite states of a vector of neurons, and resets the latter. The
-  /// slopes at both ends of the step place the spikes.
+  /// Reports spikes and non-finite states of a vector of neurons, and resets non-finite states.
+  /// The slopes at both ends of the step determine the spike times.
   HWY_NOINLINE void observe(std::size_t i, int step) {
     HWY_ALIGN Real slope_after[hn::MaxLanes(D())];
     bool known = false;

@@ -1,5 +1,5 @@
-// How the kernels of one evaluation a step go through neurons and steps: in
-// stages, run by run.
+// How the kernels with one rate evaluation per step iterate over neurons and steps: in stages, run
+// by run.
 #if defined(CORE_NEURONS_HODGKIN_HUXLEY_STEPPING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef CORE_NEURONS_HODGKIN_HUXLEY_STEPPING_INL_HPP
 #undef CORE_NEURONS_HODGKIN_HUXLEY_STEPPING_INL_HPP
@@ -20,7 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// Resets a neuron whose state turned non-finite.
+/// Resets a neuron with a non-finite state to rest.
 template <class Real>
 void reset_neuron(const HodgkinHuxleyArguments<Real>& a, std::size_t neuron) {
   const NeuronConstants<Real>& c = *a.constants;
@@ -32,12 +32,11 @@ void reset_neuron(const HodgkinHuxleyArguments<Real>& a, std::size_t neuron) {
   for (Real* const array : a.history->arrays) array[neuron] = Real(0);
 }
 
-/// So many vectors at a time.
+/// A number of vectors to process at a time.
 template <int kCount>
 using Vectors = std::integral_constant<int, kCount>;
 
-/// Calls work(Vectors<kMost>(), i) for i in [begin, end), and at the end one
-/// vector at a time.
+/// Calls work(Vectors<kMost>(), i) for i in [begin, end); at the end, one vector at a time.
 template <int kMost, class D, class Work>
 HWY_INLINE void for_each_pack(D d, std::size_t begin, std::size_t end, const Work& work) {
   const std::size_t lanes = hn::Lanes(d);
@@ -46,21 +45,21 @@ HWY_INLINE void for_each_pack(D d, std::size_t begin, std::size_t end, const Wor
   for (; i < end; i += lanes) work(Vectors<1>(), i);
 }
 
-/// The share of all steps at whose point the current is taken in a step.
+/// The fraction of the call at which the current of a step is taken.
 template <class D>
 HWY_INLINE hn::Vec<D> phase_of(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& a, int step) {
   return hn::Set(d, (static_cast<hn::TFromD<D>>(step) + a.input_phase) /
                         static_cast<hn::TFromD<D>>(a.call.steps));
 }
 
-/// Neurons that go through the stages of a step together. Their data stays in
-/// the nearest cache.
+/// Number of neurons that go through the stages of a step together. Their data stays in the L1
+/// cache.
 constexpr std::size_t kStaged = 8 * kNeuronBlock;
 
-/// The step of a method with the shared exponential, in stages, each a loop
-/// over a block of neurons. The whole step is one chain of dependent operations
-/// that is longer than a processor looks ahead; in a stage several vectors
-/// overlap. Each neuron sees the same operations as in one go.
+/// The step of a method with the shared exponential, in stages, each a loop over a block of
+/// neurons. The whole step is one chain of dependent operations, longer than the processor's
+/// look-ahead; within a stage, the operations of different vectors overlap. The operations on each
+/// neuron are the same as without stages.
 template <class Method, class D>
 class StagedStep {
  public:
@@ -68,8 +67,8 @@ class StagedStep {
   using Arguments = HodgkinHuxleyArguments<Real>;
   using Constants = VectorConstants<D>;
 
-  /// Vectors of 64 bytes need less overlap: in double precision the gates' two
-  /// stages are one, in single precision the whole step is.
+  /// Vectors of 64 bytes need less overlap: in double precision the two stages of the gates are
+  /// merged, in single precision the whole step is one stage.
   static constexpr bool kWide = hn::MaxLanes(D()) * sizeof(Real) >= 64;
   static constexpr bool kPays = !kWide || sizeof(Real) == 8;
 
@@ -100,7 +99,7 @@ class StagedStep {
   using Steps = GateSteps<VectorPack<D, kCount>>;
 
   using ForGates = Real[3][kStaged];
-  /// What the stages pass on, by neuron of the block.
+  /// The values that the stages pass on, by neuron of the block.
   struct Memory {
     HWY_ALIGN Real w[kStaged];
     HWY_ALIGN Real b[kStaged];
@@ -131,7 +130,7 @@ class StagedStep {
 
   static HWY_NOINLINE void find_exponentials(const Arguments& arguments, const Constants& c,
                                              std::size_t begin, std::size_t end, Memory& memory) {
-    const Arguments a = arguments;  // a local copy, here and below: nothing aliases it
+    const Arguments a = arguments;  // local copy, here and below: nothing aliases it
     for_each_pack<4>(D(), begin, end, [&](auto count, std::size_t i) MERKEL_INLINE_LAMBDA {
       const auto found = Neurons<count>::shared_exponential(Math<count>::load(a.V + i), c);
       Math<count>::store(found.w, memory.w + (i - begin));
@@ -177,7 +176,7 @@ class StagedStep {
   }
 };
 
-/// Neurons [begin, end) through one step.
+/// Takes the neurons [begin, end) through one step.
 template <class Method, class D>
 HWY_INLINE void step_range(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& a,
                            const VectorConstants<D>& c, std::size_t begin, std::size_t end,
