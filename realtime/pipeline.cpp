@@ -31,11 +31,10 @@ constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs
 constexpr std::size_t kSpikeQueue = 65536;
 constexpr std::size_t kTickQueue = 16384;
 constexpr std::size_t kEventQueue = 1024;
-constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for so long is refused
+constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for this long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
-constexpr milliseconds kMeasuring{3000};  ///< at most; a second is enough for most
-constexpr milliseconds kMostBehind{
-    4000};  ///< the first tick begins no earlier than that before now
+constexpr milliseconds kMeasuring{3000};   ///< at most; one second is enough for most devices
+constexpr milliseconds kMostBehind{4000};  ///< the first tick begins at most this long before now
 constexpr nanoseconds kProgressEvery{250'000'000};
 
 std::size_t queue_capacity(const ProbeInfo& info) {
@@ -63,12 +62,12 @@ struct Pipeline::SinkLine {
   SpikeChannel& channel;
   std::vector<std::unique_ptr<SampleTap>> taps = {};
   std::vector<std::unique_ptr<FrameTap>> frames = {};
-  std::unique_ptr<MarkBox> marks = nullptr;  ///< null if not asked for
+  std::unique_ptr<MarkBox> marks = nullptr;  ///< null if not requested
   std::unique_ptr<SinkWriter> writer = nullptr;
   bool failure_told = false;
 };
 
-/// What one sink may ask of the run.
+/// The requests that one sink may make to the run.
 class Pipeline::SinkControl final : public RunControl {
  public:
   SinkControl(Pipeline& pipeline, SpikeChannel& channel) : pipeline_(pipeline), channel_(channel) {}
@@ -93,9 +92,9 @@ class Pipeline::SinkControl final : public RunControl {
   }
   [[nodiscard]] Link link(std::size_t probe) const override {
     if (!pipeline_.wired_.load(std::memory_order_acquire)) return Link::kConnected;
-    const Probe& asked = *pipeline_.probes_.at(probe)->probe;
-    if (asked.info().replayed) return Link::kRecording;
-    return asked.connected() ? Link::kConnected : Link::kUnplugged;
+    const Probe& queried = *pipeline_.probes_.at(probe)->probe;
+    if (queried.info().replayed) return Link::kRecording;
+    return queried.connected() ? Link::kConnected : Link::kUnplugged;
   }
 
  private:
@@ -113,7 +112,7 @@ Pipeline::Pipeline(TactileModel& model, Parameters parameters)
     : model_(model), parameters_(std::move(parameters)), events_(kEventQueue) {}
 
 Pipeline::~Pipeline() {
-  // Sinks may have threads that ask for something until they are gone.
+  // Sinks may have threads that use their RunControl until they are destroyed.
   for (const auto& line : sinks_) {
     line->writer.reset();
     line->sink.reset();
@@ -156,7 +155,7 @@ std::vector<SampleTap*> Pipeline::add_taps(const ProbeLine& probe) {
   std::vector<SampleTap*> taps;
   for (const auto& line : sinks_) {
     if ((line->sink->subscriptions() & SpikeSink::kSamples) == 0U) continue;
-    // A recording's reader fills the loop's queue and this one alike before anything is drained.
+    // A recording's reader fills both the loop's queue and this one before anything is drained.
     line->taps.push_back(
         std::make_unique<SampleTap>(queue_capacity(probe.probe->info()) + kSampleQueue));
     taps.push_back(line->taps.back().get());
@@ -218,17 +217,17 @@ Expected<void, SetupError> Pipeline::start_probes() {
   if (probes_.size() != model_.indenters()) {
     return bad_input("the scene has " + std::to_string(model_.indenters()) + " indenters, but " +
                      std::to_string(probes_.size()) +
-                     " probes were given: give one probe an indenter");
+                     " probes were given: give one probe per indenter");
   }
   const bool all_replayed = std::all_of(probes_.begin(), probes_.end(), [](const auto& line) {
     return line->probe->info().replayed;
   });
   if (parameters_.fast && !all_replayed) {
-    return bad_input("a device cannot be read faster than real time: leave out --fast");
+    return bad_input("a device cannot be read faster than real time: remove --fast");
   }
   add_frame_taps();
   for (const auto& line : probes_) {
-    // Among devices, a recording plays as if it were taken now.
+    // Together with devices, a recording plays as if it were acquired now.
     const nanoseconds shift =
         line->probe->info().replayed && !all_replayed ? PeriodicClock::now() : nanoseconds{0};
     inputs_.emplace_back(line->channel, line->parameters);
@@ -244,7 +243,7 @@ Expected<void, SetupError> Pipeline::wait_for_first_samples() {
   const nanoseconds deadline = PeriodicClock::now() + kSilence;
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     const ProbeChannel& channel = probes_[i]->channel;
-    // A recording starts with its queue well filled, so that none of its samples will be late.
+    // A recording starts with a well-filled queue, so that none of its samples is late.
     const std::uint64_t wanted = probes_[i]->probe->info().replayed ? kSampleQueue / 2 : 1;
     while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
            !stop_.load(std::memory_order_relaxed)) {
@@ -260,15 +259,16 @@ Expected<void, SetupError> Pipeline::wait_for_first_samples() {
     if (inputs_[i].first_time()) continue;
     probes_[i]->reader->stop();
     const std::string& error_message = probes_[i]->reader->error_message();
-    return bad_input(error_message.empty() ? "the probe " + probes_[i]->probe->info().uri +
-                                                 " gave no samples: nothing can be simulated"
-                                           : error_message);
+    return bad_input(error_message.empty()
+                         ? "the probe " + probes_[i]->probe->info().uri +
+                               " delivered no samples: there is nothing to simulate"
+                         : error_message);
   }
   return {};
 }
 
-/// The first second of a device's samples says how long the loop has to wait for them. They wait in
-/// the queue meanwhile: none is lost.
+/// The first second of a device's samples shows how long the loop must wait for them. Meanwhile
+/// they wait in the queue; none is lost.
 void Pipeline::wait_for_timing() {
   if (parameters_.delay) return;
   const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
@@ -340,8 +340,8 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     first_times.push_back(*inputs_[i].first_time());
     all_replayed = all_replayed && info.replayed;
   }
-  // Recordings are played from their first sample, at whatever time they were made; with devices,
-  // the run starts when the last of them speaks.
+  // Recordings play from their first sample, whatever its time. With devices, the run starts when
+  // the last device has sent a sample.
   const auto [earliest, latest] = std::minmax_element(first_times.begin(), first_times.end());
   HostTimeReport host{.wait = parameters_.wait};
   std::optional<ProcessSetup> process;
@@ -358,7 +358,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     }
     const nanoseconds now = clock.now();
     report.start = all_replayed ? earliest : std::max(latest, now - delay - kMostBehind);
-    // Recordings keep the zero of their own times; with devices, the run's start is the zero.
+    // Recordings keep their own time origin; with devices, the origin is the start of the run.
     const ClockPair clocks = read_clock_pair();
     const nanoseconds zero = all_replayed ? nanoseconds{0} : report.start;
     const nanoseconds zero_on_host = all_replayed ? clocks.monotonic - report.start : report.start;
@@ -394,7 +394,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   for (const std::string& sentence : host.rights.missing) {
     if (parameters_.on_missing_right) parameters_.on_missing_right(sentence);
   }
-  nanoseconds told = wall_start;
+  nanoseconds last_progress = wall_start;
   ProcessorShare share;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
@@ -405,8 +405,8 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
         share.too_large(now, processor_time(simulation.native_handle()))) {
       demote_raised_threads();
     }
-    if (parameters_.on_progress && now - told >= kProgressEvery) {
-      told = now;
+    if (parameters_.on_progress && now - last_progress >= kProgressEvery) {
+      last_progress = now;
       parameters_.on_progress({.probes = readings(),
                                .wall = now - wall_start,
                                .counters = counters(),
@@ -487,7 +487,7 @@ void Pipeline::finish(RunReport& report) {
 }
 
 void Pipeline::finish_sinks(RunReport& report) {
-  // All end at the same time; who waits for somebody else has until the deadline.
+  // All sinks end at the same time; a sink that waits for a peer has until the deadline.
   for (const auto& line : sinks_) line->writer->end(report.error_message.empty());
   const nanoseconds deadline = PeriodicClock::now() + parameters_.ending_patience;
   const auto all_done = [this] {

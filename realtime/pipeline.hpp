@@ -30,65 +30,66 @@ struct SampleTap;
 class SpinningTeam;
 class StimulationEncoder;
 
-/// How the simulation met the host's time.
+/// Timing of the simulation on the host's clock.
 struct HostTimeReport {
   LoopWait wait = LoopWait::kHybrid;
-  std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end
+  std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end of the run
   RealtimeRights rights;
   ThreadUsage usage;               ///< of the simulation thread, while it ran
-  LatencySummary sample_to_spike;  ///< of devices: from a sample's arrival to its spikes
+  LatencySummary sample_to_spike;  ///< for devices: from a sample's arrival to its spikes
   LatencySummary wake_up;
   LatencySummary queue;
   LatencySummary tick;
   LatencySummary publish;
 };
 
-/// What a run did: its counters, and the same at every hand-over.
+/// The result of a run: its counters, overall and per probe and sink.
 struct RunReport : RunCounters {
   struct OfProbe {
     std::string uri;
     std::uint64_t samples_in = 0;        ///< delivered by the probe
-    std::uint64_t dropped = 0;           ///< of those: found the queue full
-    std::uint64_t unused = 0;            ///< of those: still waiting when the run ended
-    ProbeInput::Counts counts;           ///< of those: used and late; and ticks held or released
-    std::uint64_t releases = 0;          ///< outages during which the press was released
-    std::optional<DeviceCounts> device;  ///< what its driver counted; not of a recording
-    std::optional<SampleTiming> timing;  ///< as measured; not of a recording
-    std::chrono::nanoseconds stale_after{0};  ///< the silence that released it; 0: none does
+    std::uint64_t dropped = 0;           ///< of these, dropped because the queue was full
+    std::uint64_t unused = 0;            ///< of these, still queued when the run ended
+    ProbeInput::Counts counts;           ///< of these, used and late; also ticks held or released
+    std::uint64_t releases = 0;          ///< outages in which the probe was released
+    std::optional<DeviceCounts> device;  ///< counted by the driver; none for a recording
+    std::optional<SampleTiming> timing;  ///< as measured; none for a recording
+    std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples
-    ContactInput deepest_input;               ///< what it reported at its deepest press
+    ContactInput deepest_input;               ///< its reading at the deepest press
   };
   struct OfSink {
     std::string uri;
-    std::uint64_t spikes_in = 0;    ///< made by the loop
-    std::uint64_t dropped = 0;      ///< of those: found the sink's queue full
-    std::uint64_t delivered = 0;    ///< of those: known to have arrived
+    std::uint64_t spikes_in = 0;    ///< produced by the loop
+    std::uint64_t dropped = 0;      ///< of these, dropped because the sink's queue was full
+    std::uint64_t delivered = 0;    ///< of these, known to have arrived
     std::uint64_t commands_in = 0;  ///< stimulation commands, if the sink takes them
-    std::string error_message;      ///< empty, or why the sink failed
+    std::string error_message;      ///< empty, or the reason why the sink failed
 
-    /// Taken from the queue, but not known to have arrived.
+    /// Spikes taken from the queue, but not known to have arrived.
     [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }
   };
   std::vector<OfProbe> probes;
   std::vector<OfSink> sinks;
   std::chrono::nanoseconds start{0};      ///< probe time of the first tick
   std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
-  std::chrono::nanoseconds wall{0};       ///< how long it took
-  std::chrono::nanoseconds delay{0};      ///< of the loop, at the end
+  std::chrono::nanoseconds wall{0};       ///< duration of the run
+  std::chrono::nanoseconds delay{0};      ///< of the loop, at the end of the run
   std::vector<std::uint64_t> spikes_of_neuron;
-  std::vector<std::uint64_t> contact_spikes_of_neuron;  ///< while a probe touched its patch
-  std::vector<std::uint64_t> contact_ticks_of_patch;    ///< ticks in which a probe touched it
+  std::vector<std::uint64_t>
+      contact_spikes_of_neuron;                       ///< while a probe touched the neuron's patch
+  std::vector<std::uint64_t> contact_ticks_of_patch;  ///< ticks in which a probe touched the patch
 
-  std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
-  std::string error_message;                ///< empty, or why a probe's stream broke off
-  bool interrupted = false;                 ///< stopped before the streams' end
+  std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
+  std::string error_message;                ///< empty, or the reason why a probe's stream failed
+  bool interrupted = false;                 ///< stopped before the end of the streams
 
   [[nodiscard]] bool complete() const;
 };
 
-/// How far a run has come. Thread: any.
+/// The progress of a run. Thread: any.
 struct RunProgress {
-  /// What a probe reads just now.
+  /// The current reading of a probe.
   struct OfProbe {
     double depth_mm = 0.0;
     double force_mN = 0.0;
@@ -102,20 +103,21 @@ struct RunProgress {
   LatencyHistogram::Snapshot tick;
 };
 
-/// The whole path: probes → queues → loop → model → fan-out → sinks, with a thread for each probe,
-/// each sink and the simulation.
+/// The whole data path: probes → queues → loop → model → fan-out → sinks, with one thread for each
+/// probe, each sink and the simulation.
 ///
-/// Add the probes in the order of the model's indenters, add sinks and consumers, then run() once.
+/// Add the probes in the order of the model's indenters, add sinks and consumers, then call run()
+/// once.
 class Pipeline {
  public:
   struct Parameters {
     bool fast = false;  ///< virtual clock: as fast as possible; recordings only
-    /// Default: of devices what their samples need, as measured (Probe::timing); of recordings
-    /// none.
+    /// Default: for devices the measured delay of their samples (Probe::timing), for recordings 0.
     std::optional<std::chrono::nanoseconds> delay;
     std::optional<std::chrono::nanoseconds> duration;  ///< of probe time
-    /// How far behind the loop may fall before it leaves ticks out. Default: 20 ticks with devices,
-    /// no limit with recordings, of which every tick counts and which nothing outside waits for.
+    /// How far behind the loop may fall before it skips ticks. Default: 20 ticks with devices;
+    /// unlimited with recordings, where every tick counts and no external process waits for the
+    /// loop.
     std::optional<std::int64_t> max_catch_up_ticks;
     LoopWait wait = LoopWait::kHybrid;
     RealtimeSettings realtime;
@@ -125,12 +127,13 @@ class Pipeline {
     std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
     /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
     std::function<void(const std::string&, const std::string&)> on_sink_failure;
-    /// Called on the thread that runs, four times a second.
+    /// Called on the thread of run(), four times a second.
     std::function<void(const RunProgress&)> on_progress;
-    /// Called on the thread that runs with each right that the host refused.
+    /// Called on the thread of run() with each right that the host refused.
     std::function<void(const std::string&)> on_missing_right;
-    std::function<void(const std::string&)> on_notice;  ///< likewise: what a device's driver says
-    /// How long a sink may take to write what is left once the run is over; then it is given up.
+    std::function<void(const std::string&)>
+        on_notice;  ///< the same, with each notice of a device's driver
+    /// How long a sink may take to write its remaining items after the run; then it is abandoned.
     std::chrono::milliseconds ending_patience{5000};
   };
 
@@ -142,26 +145,26 @@ class Pipeline {
 
   void add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
   void add_sink(std::unique_ptr<SpikeSink> sink);
-  /// A consumer that polls its own queue, from one thread of its own.
+  /// Adds a consumer that polls its own queue from a single thread.
   SpikeChannel& add_consumer(std::size_t capacity);
 
-  /// Runs to the end of the streams or until request_stop(). Blocks; call once. Fails before it
-  /// starts where a probe is silent or the probes do not fit the model.
+  /// Runs to the end of the streams or until request_stop(). Blocks; call once. Fails before the
+  /// start if a probe is silent or the probes do not match the model.
   [[nodiscard]] Expected<RunReport, SetupError> run();
 
   /// Ends the run within a tick. Safe to call from any thread or a signal handler.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
-  /// The same, and no sink waits for somebody else any more: files are finished, a pipe that nobody
-  /// reads and subscribers that are behind are given up. Safe to call from a signal handler.
+  /// The same, and no sink waits for a peer any more: files are finished, but an unread pipe and
+  /// slow subscribers are abandoned. Safe to call from a signal handler.
   void request_stop_now() noexcept {
     hurry_.store(true, std::memory_order_relaxed);
     request_stop();
   }
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept { return statistics_; }
-  /// Everything counted so far. Thread: any, once it runs.
+  /// All counters so far. Thread: any, once the run has started.
   [[nodiscard]] RunCounters counters() const;
-  /// The same with the loop's rights; losses are those of no sink. Thread: any, once it runs.
+  /// The same with the loop's rights; the losses are 0. Thread: any, once the run has started.
   [[nodiscard]] RunStatus status() const;
 
  private:
@@ -193,7 +196,7 @@ class Pipeline {
   LoopStatistics statistics_;
   BoundedQueue<LoopEvent> events_;
   std::atomic<std::int64_t> delay_ns_{0};
-  std::atomic<bool> wired_{false};  ///< probes and sinks are all there: set when the run begins
+  std::atomic<bool> wired_{false};  ///< all probes and sinks exist; set when the run begins
   std::atomic<bool> stop_{false};
   std::atomic<bool> hurry_{false};
   SharedOrigin origin_;

@@ -38,8 +38,8 @@ void PeriodicClock::wait_until(nanoseconds time) noexcept {
     host_sleep_until(time);
     return;
   }
-  // Some sleep in every wait, however short: a thread of real-time priority that never sleeps
-  // starves its core and is throttled by the kernel.
+  // Every wait includes a sleep, however short: a real-time thread that never sleeps starves its
+  // core, and the kernel throttles it.
   sleep_measured(time - std::min(margin_.margin(), (time - started) * 9 / 10));
   while (now() < time) pause_core();
 }

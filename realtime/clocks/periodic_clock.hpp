@@ -14,8 +14,8 @@ class SpinningTeam;
 
 /// How the loop waits for its next tick.
 enum class LoopWait : std::uint8_t {
-  kHybrid,  ///< sleeps until shortly before, then spins: on time to a fraction of a microsecond
-  kSleep    ///< sleeps: late by the host's wake-up latency, but free of spinning
+  kHybrid,  ///< sleeps until shortly before, then spins: on time within a fraction of a microsecond
+  kSleep    ///< sleeps: late by the host's wake-up latency, but never spins
 };
 
 /// The host's monotonic clock and absolute sleeps on it, for one thread. Real-time: the sleep
@@ -25,8 +25,8 @@ class PeriodicClock {
   struct Parameters {
     LoopWait wait = LoopWait::kSleep;
     std::chrono::nanoseconds period{1'000'000};
-    SpinningTeam* team = nullptr;  ///< told how long it may rest
-    PublishBeat* beat = nullptr;   ///< told when spikes are next to be expected
+    SpinningTeam* team = nullptr;  ///< receives the time until which it may rest
+    PublishBeat* beat = nullptr;   ///< receives the time of the next spikes
   };
 
   PeriodicClock() noexcept : PeriodicClock(Parameters{}) {}
@@ -37,10 +37,10 @@ class PeriodicClock {
   void wait_until(std::chrono::nanoseconds time) noexcept;
   static bool wait_for_others() noexcept { return false; }
 
-  /// Measures this thread's wake-up latency by a few dozen short sleeps, once it has its final
-  /// priority. Takes about 15 ms.
+  /// Measures this thread's wake-up latency with a few dozen short sleeps. Call once the thread
+  /// has its final priority. Takes about 15 ms.
   void calibrate() noexcept;
-  /// How long before a deadline a hybrid wait wakes up now. Thread: any.
+  /// The current margin of the hybrid wait: how long before a deadline it wakes up. Thread: any.
   [[nodiscard]] std::chrono::nanoseconds margin() const noexcept {
     return std::chrono::nanoseconds{margin_ns_.load(std::memory_order_relaxed)};
   }

@@ -25,7 +25,7 @@ void PublishBeat::wait(std::uint64_t& seen) const noexcept {
       return;
     }
     const nanoseconds next{next_ns_.load(std::memory_order_relaxed)};
-    if (next.count() == 0) {  // virtual time: only the count tells
+    if (next.count() == 0) {  // virtual time: only the count is valid
       host_sleep_until(now + kLongestNap);
     } else if (next > now) {
       host_sleep_until(std::min(next, started + kLongest));

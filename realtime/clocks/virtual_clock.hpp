@@ -8,12 +8,12 @@
 
 namespace merkel {
 
-/// Time that passes only when the loop waits, so that a recording is simulated as fast as possible
-/// and without any sample being late.
+/// Time that passes only when the loop waits. A recording is simulated as fast as possible, and no
+/// sample is late.
 class VirtualClock {
  public:
   VirtualClock() = default;
-  /// \param stop  once it is set, nothing is waited for any more; borrowed
+  /// \param stop  once set, no wait blocks any more; borrowed
   explicit VirtualClock(const std::atomic<bool>& stop) : stop_(&stop) {}
 
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return now_; }

@@ -9,9 +9,9 @@
 
 namespace merkel {
 
-/// How long before a deadline to wake up, learnt from how late the wake-ups so far came: a quarter
-/// more than what 99 % of the last 256 stayed within, and 5 µs. Never more than half the period, so
-/// that the thread sleeps in every one, nor than 200 µs. Real-time: yes.
+/// How long before a deadline to wake up, learnt from past wake-up latencies: 1.25 times the 99th
+/// percentile of the last 256, plus 5 µs. At most half the period, so that every wait includes a
+/// sleep, and at most 200 µs. Real-time: yes.
 class WakeUpMargin {
  public:
   static constexpr std::chrono::nanoseconds kLeast{15'000};
@@ -20,7 +20,7 @@ class WakeUpMargin {
   explicit WakeUpMargin(std::chrono::nanoseconds period) noexcept
       : most_(std::min(kMost, period / 2)), margin_(std::min(most_, kFirst)) {}
 
-  /// How late a sleep ended.
+  /// Adds the latency of one sleep.
   void add(std::chrono::nanoseconds latency) noexcept MERKEL_REALTIME {
     latest_[next_ % latest_.size()] = latency;
     if (++next_ % kLearnEvery == 0) learn();

@@ -9,8 +9,8 @@
 
 namespace merkel {
 
-/// The queue through which a sink gets the bytes that go over one port of a probe. It listens as
-/// long as it lives, or until end().
+/// The queue through which a sink receives the bytes of one port of a probe. It listens until end()
+/// or its destruction.
 class FrameTap final : public PortListener {
  public:
   /// \param number  of the probe, from 0
@@ -26,7 +26,7 @@ class FrameTap final : public PortListener {
   }
   void missed(std::uint64_t frames) noexcept override { queue.dropped.add(frames); }
 
-  /// Listens no more. Thread: any but the port's.
+  /// Stops listening. Thread: any but the port's.
   void end() {
     probe_.remove_listener(port_, *this);
     ended.store(true, std::memory_order_release);
@@ -35,7 +35,7 @@ class FrameTap final : public PortListener {
   [[nodiscard]] std::size_t probe() const noexcept { return number_; }
   [[nodiscard]] std::size_t port() const noexcept { return port_; }
 
-  CountedQueue<RawFrame> queue;    ///< thread that reads the port → consumer
+  CountedQueue<RawFrame> queue;    ///< the port's reader thread → consumer
   std::atomic<bool> ended{false};  ///< set after the last frame
 
  private:

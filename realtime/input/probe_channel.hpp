@@ -10,24 +10,24 @@
 
 namespace merkel {
 
-/// What the thread of one probe and the simulation thread share.
+/// State shared by the thread of one probe and the simulation thread.
 struct ProbeChannel {
   explicit ProbeChannel(std::size_t capacity) : samples(capacity) {}
 
   BoundedQueue<ProbeSample> samples;  ///< probe thread → simulation thread
   Counter delivered;                  ///< samples put into the queue
-  Counter dropped;                    ///< samples that found it full
+  Counter dropped;                    ///< samples dropped because the queue was full
   std::atomic<bool> ended{false};     ///< set after the last sample; none will follow
 
-  /// Raised by the simulation thread.
-  Counter used;        ///< samples that were there when their time came
+  /// Counted by the simulation thread.
+  Counter used;        ///< samples that had arrived when their time was simulated
   Counter late;        ///< samples whose time had already been simulated
   Counter held_ticks;  ///< readings for which the last sample was held
-  /// The press of the last tick, for people to look at; of the simulation thread.
+  /// The press of the last tick, for display. Written by the simulation thread.
   std::atomic<double> depth_mm{0.0};
   std::atomic<double> force_mN{0.0};
   std::atomic<TickRecord::State> state{TickRecord::State::kFollowing};
-  Counter released_ticks;  ///< readings without contact, the probe having been silent for too long
+  Counter released_ticks;  ///< readings without contact because the probe was silent for too long
 };
 
 }  // namespace merkel

@@ -3,7 +3,7 @@
 namespace merkel {
 namespace {
 
-/// How long the last sample of a recording holds that says nothing of it.
+/// How long the last sample of a recording is held if it has no period of validity.
 constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 
 }  // namespace
@@ -20,7 +20,7 @@ void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
 bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
   consume_until(time);
   if (channel_.samples.front() != nullptr) return true;
-  // The flag is set after the last sample: look for one again once it is seen.
+  // The flag is set after the last sample, so check the queue again after reading the flag.
   if (!channel_.ended.load(std::memory_order_acquire)) return false;
   consume_until(time);
   return true;
@@ -57,7 +57,7 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
 ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {
   consume_until(time);
   const bool ended = channel_.ended.load(std::memory_order_acquire);
-  consume_until(time);  // a sample may have come just before the end was flagged
+  consume_until(time);  // a sample may have arrived just before the flag was set
   simulated_ = time;
   const ProbeSample* const next = channel_.samples.front();
 
@@ -87,7 +87,7 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
     if (!over) channel_.released_ticks.add();
     return {released(before), over ? State::kEnded : State::kReleased};
   }
-  // Without interpolation the newest sample is all that is wanted.
+  // Without interpolation, only the newest sample is needed.
   if (!over && !parameters_.interpolate) return {before, State::kFollowing};
   if (!over) channel_.held_ticks.add();
   return {before, over ? State::kEnded : State::kHeld};

@@ -12,22 +12,22 @@
 
 namespace merkel {
 
-/// Turns one probe's samples into its contact at any time, which only goes forward.
+/// Converts one probe's samples into its contact at increasing times.
 ///
-/// Between two samples the contact is their linear interpolation (or the newest sample); before the
-/// first sample it is the first. Every sample says for how long it is valid: it holds for so long
-/// where none follows, then the probe is released (depth and force 0) until the next sample's time.
-/// Where no sample beyond the requested time has arrived yet, the last one holds too. The rule
-/// depends on the samples alone, so a recording gives what the live run gave whenever nothing was
-/// late. Real-time: yes.
+/// Between two samples, the contact is their linear interpolation (or the first of them). Before
+/// the first sample, the first sample applies. Every sample has a period of validity. If no other
+/// sample follows within it, the probe is released (depth and force 0) until the next sample's
+/// time. If no sample beyond the requested time has arrived yet, the last one is held. The rule
+/// depends only on the samples, so a recording gives the same result as the live run whenever
+/// nothing was late. Real-time: yes.
 class ProbeInput {
  public:
   struct Parameters {
-    /// Replaces what the samples say (ProbeSample::valid_for); 0: never released.
+    /// Overrides ProbeSample::valid_for of the samples; 0: never released.
     std::optional<std::chrono::nanoseconds> stale_after;
-    /// Between two samples: their linear interpolation, or else the first of them.
+    /// Whether to interpolate linearly between two samples; if not, the first of them is held.
     bool interpolate = true;
-    /// Where the probe presses if its samples do not say.
+    /// Position of the probe if its samples have no position.
     double x_mm = 15.0;
     double y_mm = 10.0;
   };
@@ -37,7 +37,7 @@ class ProbeInput {
     State state = State::kFollowing;
   };
   struct Counts {
-    std::uint64_t used = 0;            ///< samples that were there when their time came
+    std::uint64_t used = 0;            ///< samples that had arrived when their time was simulated
     std::uint64_t late = 0;            ///< samples whose time had already been simulated
     std::uint64_t held_ticks = 0;      ///< readings in state kHeld
     std::uint64_t released_ticks = 0;  ///< readings in state kReleased
@@ -46,22 +46,22 @@ class ProbeInput {
   ProbeInput(ProbeChannel& channel, const Parameters& parameters) noexcept
       : channel_(channel), parameters_(parameters) {}
 
-  /// Whether all samples needed for `time` are there: one beyond it, or the end of the stream.
+  /// Whether all samples needed for `time` have arrived: one beyond it, or the end of the stream.
   [[nodiscard]] bool ready_for(std::chrono::nanoseconds time) noexcept MERKEL_REALTIME;
 
-  /// The contact at `time`, which is later than at the call before.
+  /// The contact at `time`, which must be later than in the previous call.
   [[nodiscard]] Reading at(std::chrono::nanoseconds time) noexcept MERKEL_REALTIME;
 
   /// Whether every sample of an ended stream has been used.
   [[nodiscard]] bool exhausted() const noexcept MERKEL_REALTIME;
 
-  /// Time of the oldest sample that waits, if any.
+  /// Time of the oldest waiting sample, if any.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> first_time() const noexcept;
   /// Time of the last sample used, if any.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> last_time() const noexcept {
     return last_ ? std::optional(last_->time) : std::nullopt;
   }
-  /// When it arrived, if any: host-monotonic for a device.
+  /// Arrival of the last sample used, if any: host-monotonic for a device.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> last_arrival() const noexcept {
     return last_ ? std::optional(last_->arrival) : std::nullopt;
   }

@@ -37,7 +37,8 @@ bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop
   return true;
 }
 
-void ProbeReader::tell(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop) {
+void ProbeReader::push_to_tap(SampleTap& tap, const ProbeSample& sample,
+                              const std::stop_token& stop) {
   while (!tap.queue.items.try_push(sample)) {
     if (!parameters_.wait_for_taps || stop.stop_requested()) {
       tap.queue.dropped.add();
@@ -60,7 +61,7 @@ void ProbeReader::read_all(const std::stop_token& stop) {
       samples[i].time += parameters_.shift;
       samples[i].arrival += parameters_.shift;
       if (!deliver(samples[i], stop)) return;
-      for (SampleTap* const tap : parameters_.taps) tell(*tap, samples[i], stop);
+      for (SampleTap* const tap : parameters_.taps) push_to_tap(*tap, samples[i], stop);
     }
   }
 }

@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// The queue through which a sink gets one probe's samples as the probe delivers them.
+/// The queue through which a sink receives one probe's samples as the probe delivers them.
 struct SampleTap {
   explicit SampleTap(std::size_t capacity) : queue(capacity) {}
 
@@ -22,14 +22,15 @@ struct SampleTap {
 };
 
 /// The thread of one probe: reads its samples and puts them into the loop's queue. A recording
-/// waits while the queue is full; a device's samples that find it full are dropped and counted.
+/// waits while the queue is full. Samples of a device are dropped and counted when the queue is
+/// full.
 class ProbeReader {
  public:
   struct Parameters {
     std::chrono::nanoseconds shift{0};  ///< added to every sample's times
     std::vector<SampleTap*> taps;       ///< of sinks that want the samples
-    /// Waits where a tap is full instead of dropping: on a virtual clock only, since a sink must
-    /// not hold up real time.
+    /// Waits while a tap is full instead of dropping samples. Only on a virtual clock, because a
+    /// sink must not delay real time.
     bool wait_for_taps = false;
   };
 
@@ -43,13 +44,13 @@ class ProbeReader {
   /// Stops reading and joins the thread.
   void stop();
 
-  /// What ended the stream before its end, if anything did; read after the channel has ended.
+  /// The error that ended the stream early; empty if none. Read it after the channel has ended.
   [[nodiscard]] const std::string& error_message() const noexcept { return error_message_; }
 
  private:
   void read_all(const std::stop_token& stop);
   bool deliver(const ProbeSample& sample, const std::stop_token& stop);
-  void tell(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop);
+  void push_to_tap(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop);
 
   Probe& probe_;
   ProbeChannel& channel_;

@@ -23,16 +23,16 @@
 
 namespace merkel {
 
-/// The simulation thread's work: one tick after the other, at fixed steps of probe time.
+/// The work of the simulation thread: one tick after the other, at fixed steps of probe time.
 ///
 /// Tick k ends at T_k = start + k·tick in probe time and is due at wall time T_k + wall_offset +
-/// delay: the delay is a jitter buffer, in which the samples around T_k arrive. A tick reads the
+/// delay. The delay is a jitter buffer: the samples around T_k arrive within it. A tick reads the
 /// contacts at its end, steps the model from T_{k-1} to T_k and publishes the spikes.
 ///
-/// When the loop falls behind, this is what happens, and only here: ticks that are due follow each
-/// other without waiting, up to `max_catch_up_ticks`; further behind, all ticks due are skipped,
-/// which is counted and recorded as a gap event, and the loop goes on at the next point of the same
-/// grid. The membranes keep their state across a gap.
+/// This class alone decides what happens when the loop falls behind. Up to `max_catch_up_ticks`
+/// due ticks run back to back. Beyond that, all due ticks are skipped, counted and recorded as a
+/// gap event, and the loop continues at the next point of the same grid. The membranes keep their
+/// state across a gap.
 template <Clock C>
 class FixedStepLoop {
  public:
@@ -40,18 +40,19 @@ class FixedStepLoop {
     std::chrono::nanoseconds start{0};        ///< probe time at which the first tick begins
     std::chrono::nanoseconds wall_offset{0};  ///< wall time − probe time
     std::chrono::nanoseconds delay{0};        ///< jitter buffer
-    /// The delay in ns while it runs, where it may grow; borrowed.
+    /// The current delay in ns, if it may grow during the run; borrowed.
     const std::atomic<std::int64_t>* growing_delay = nullptr;
-    /// The first samples waited while their rate was measured: ticks are made up for, however many,
-    /// and are no overruns, until the first that is on time.
+    /// Set if the first samples waited while their rate was measured. All ticks are then caught up,
+    /// and none counts as an overrun, until the first tick that is on time.
     bool starts_behind = false;
-    std::optional<std::chrono::nanoseconds> duration;  ///< how much to simulate; all, if not set
+    std::optional<std::chrono::nanoseconds>
+        duration;  ///< how much to simulate; default: everything
     std::int64_t max_catch_up_ticks = 20;
     StimulationEncoder* encoder = nullptr;        ///< null: no electrodes; borrowed
     BoundedQueue<TickTiming>* timings = nullptr;  ///< gets one for every tick with spikes
   };
 
-  /// \param inputs  one an indenter of the model
+  /// \param inputs  one per indenter of the model
   FixedStepLoop(const Parameters& parameters, C& clock, TactileModel& model,
                 std::span<ProbeInput> inputs, SpikeFanout& fanout, LoopStatistics& statistics,
                 BoundedQueue<LoopEvent>& events)
@@ -105,16 +106,16 @@ class FixedStepLoop {
   [[nodiscard]] std::span<const std::uint64_t> spikes_of_neuron() const noexcept {
     return spikes_of_neuron_;
   }
-  /// The same in ticks in which a probe touched the neuron's patch.
+  /// The same, only for ticks in which a probe touched the neuron's patch.
   [[nodiscard]] std::span<const std::uint64_t> contact_spikes_of_neuron() const noexcept {
     return contact_spikes_of_neuron_;
   }
-  /// How many such ticks there were.
+  /// Number of these ticks, by patch.
   [[nodiscard]] std::span<const std::uint64_t> contact_ticks_of_patch() const noexcept {
     return contact_ticks_of_patch_;
   }
 
-  /// What each probe reported at its deepest press; read after run().
+  /// The reading of each probe at its deepest press; read after run().
   [[nodiscard]] std::span<const ContactInput> deepest_inputs() const noexcept {
     return deepest_inputs_;
   }
@@ -131,8 +132,8 @@ class FixedStepLoop {
                        [](const ProbeInput& input) { return input.exhausted(); });
   }
 
-  /// Waits until a tick is due, in parts that `stop` can end. \return when it begins,
-  /// or a time before it is due
+  /// Waits until a tick is due, and checks `stop` once per tick.
+  /// \return when the tick begins, or a time before it is due if stopped
   std::chrono::nanoseconds wait_for(std::chrono::nanoseconds due, std::chrono::nanoseconds tick,
                                     const std::atomic<bool>& stop) noexcept {
     while (due - now_ > 2 * tick && !stop.load(std::memory_order_relaxed)) {
@@ -147,7 +148,7 @@ class FixedStepLoop {
     return now_;
   }
 
-  /// Counts an overrun and its cause. An overrun caused by the one before inherits its cause.
+  /// Counts an overrun and its cause. An overrun caused by the previous one inherits its cause.
   void classify_overrun(std::chrono::nanoseconds due, std::chrono::nanoseconds started,
                         std::chrono::nanoseconds tick) noexcept {
     const auto overrun = now_ - (due + tick);
@@ -195,7 +196,7 @@ class FixedStepLoop {
                      .late = static_cast<std::uint16_t>(
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
                      .state = reading.state};
-      // Of an outage the queue knows nothing: the arrival is that of the last sample before it.
+      // During an outage, `arrival` is that of the last sample before it, so it is not recorded.
       const auto arrival = inputs_[i].last_arrival();
       if (arrival && on_time_ && reading.state == ProbeInput::State::kFollowing) {
         statistics_.queue.record(started - *arrival);
@@ -253,7 +254,7 @@ class FixedStepLoop {
     statistics_.ticks.add();
   }
 
-  /// Reports when a probe is released and when its samples come back.
+  /// Reports when a probe is released and when its samples return.
   void follow_release(std::size_t probe, ProbeInput::State state, std::chrono::nanoseconds time,
                       std::optional<std::chrono::nanoseconds> last_sample) noexcept {
     const bool released = state == ProbeInput::State::kReleased;
@@ -298,10 +299,10 @@ class FixedStepLoop {
   std::vector<std::uint64_t> spikes_of_neuron_;
   std::vector<std::uint64_t> contact_spikes_of_neuron_;
   std::vector<std::uint64_t> contact_ticks_of_patch_;
-  std::chrono::nanoseconds now_{0};  ///< when the clock was last looked at
-  bool overran_ = false;             ///< the tick before
-  bool on_time_ = true;              ///< the start has been made up for
-  bool late_wake_up_ = false;        ///< the cause of its overrun
+  std::chrono::nanoseconds now_{0};  ///< when the clock was last read
+  bool overran_ = false;             ///< whether the previous tick overran
+  bool on_time_ = true;              ///< whether the backlog of the start is caught up
+  bool late_wake_up_ = false;        ///< cause of the last overrun
 };
 
 }  // namespace merkel

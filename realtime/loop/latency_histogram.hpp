@@ -12,22 +12,22 @@
 
 namespace merkel {
 
-/// How often a duration was how long, from 1 ns to 18 minutes, told to within 3.1 %.
+/// A histogram of durations from 1 ns to 18 minutes, with a resolution of 3.1 %.
 ///
-/// Each power of two is divided into 32 equal buckets (the idea of HdrHistogram, Tene 2012), so
-/// that recording is an increment and nothing is ever allocated or lost. One thread records, any
-/// thread reads, without locks.
+/// Each power of two is divided into 32 equal buckets (as in HdrHistogram, Tene 2012). Recording is
+/// one increment; nothing is allocated or lost. One thread records, any thread reads, without
+/// locks.
 class LatencyHistogram {
  public:
   static constexpr std::size_t kBucketsAnOctave = 32;
   static constexpr std::size_t kBits = 40;  ///< longer durations fall into the last bucket
   static constexpr std::size_t kBuckets = (kBits - 4) * kBucketsAnOctave;
 
-  /// What a histogram held at one moment, or between two.
+  /// The contents of a histogram at one moment, or the difference between two moments.
   class Snapshot {
    public:
     [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
-    /// The duration that a fraction of all stayed within; 0 where there are none.
+    /// The duration that the given fraction of all durations does not exceed; 0 if there are none.
     [[nodiscard]] std::chrono::nanoseconds quantile(double fraction) const noexcept {
       if (count_ == 0) return std::chrono::nanoseconds{0};
       const double wanted = fraction * static_cast<double>(count_);
@@ -41,11 +41,11 @@ class LatencyHistogram {
       }
       return longest();
     }
-    /// The longest of all; between two moments to within a bucket.
+    /// The longest duration; for a difference, accurate to one bucket.
     [[nodiscard]] std::chrono::nanoseconds longest() const noexcept {
       return std::chrono::nanoseconds{static_cast<std::int64_t>(longest_)};
     }
-    /// What came after an earlier snapshot of the same histogram.
+    /// The durations recorded after an earlier snapshot of the same histogram.
     [[nodiscard]] Snapshot since(const Snapshot& earlier) const noexcept {
       Snapshot difference;
       for (std::size_t i = 0; i < kBuckets; ++i) {
@@ -63,7 +63,7 @@ class LatencyHistogram {
     std::uint64_t longest_ = 0;
   };
 
-  /// A negative duration counts as 0. Real-time: yes. Thread: the one that records.
+  /// A negative duration counts as 0. Real-time: yes. Thread: the recording thread.
   void record(std::chrono::nanoseconds duration) noexcept MERKEL_REALTIME {
     const auto value = static_cast<std::uint64_t>(std::max<std::int64_t>(duration.count(), 0));
     buckets_[bucket_of(value)].add();
@@ -99,7 +99,7 @@ class LatencyHistogram {
   Counter longest_;
 };
 
-/// What people want to know of a histogram.
+/// The summary of a histogram.
 struct LatencySummary {
   std::uint64_t count = 0;
   std::chrono::nanoseconds p50{0};

@@ -8,7 +8,8 @@
 
 namespace merkel {
 
-/// What a run has counted and measured so far. The simulation thread fills it; any thread reads it.
+/// The counters and latencies of a run so far. The simulation thread updates them; any thread reads
+/// them.
 struct LoopStatistics : RunCountersOf<Counter> {
   /// The counters as plain numbers. Thread: any.
   [[nodiscard]] RunCounters snapshot() const noexcept {
@@ -19,14 +20,15 @@ struct LoopStatistics : RunCountersOf<Counter> {
     return counters;
   }
 
-  /// From the arrival of the last sample before a tick's end to its spikes' being published; of
-  /// ticks with spikes.
+  /// From the arrival of the last sample before a tick's end to the publication of its spikes;
+  /// only ticks with spikes.
   LatencyHistogram sample_to_spike;
-  /// Where time goes between a sample and its spikes; of every tick.
-  LatencyHistogram wake_up;  ///< from when a tick was due to when it began; of waits alone
-  LatencyHistogram queue;    ///< from the sample's arrival to the tick's begin: the jitter buffer
-  LatencyHistogram tick;     ///< from the tick's begin to the model's end
-  LatencyHistogram publish;  ///< from there to its spikes being in the consumers' queues
+  /// The stages between a sample and its spikes, for every tick.
+  LatencyHistogram
+      wake_up;  ///< from the time a tick was due to its beginning; only ticks that waited
+  LatencyHistogram queue;  ///< from the sample's arrival to the tick's beginning: the jitter buffer
+  LatencyHistogram tick;   ///< from the tick's beginning to the end of the model's step
+  LatencyHistogram publish;  ///< from there until its spikes are in the consumers' queues
 };
 
 }  // namespace merkel

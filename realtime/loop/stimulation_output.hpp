@@ -12,16 +12,16 @@
 
 namespace merkel {
 
-/// The loop's last stage: from a tick of the model to stimulation commands in the queues of the
-/// sinks. When a sink that takes commands fails, or its queue is full, all electrodes go off at the
-/// next tick and stay off. Real-time: yes. Thread: simulation.
+/// The last stage of the loop: converts a tick of the model to stimulation commands in the queues
+/// of the sinks. When a sink that takes commands fails, or its queue is full, all electrodes are
+/// switched off at the next tick and stay off. Real-time: yes. Thread: simulation.
 class StimulationOutput {
  public:
-  /// \param encoder  null where the scene has no electrodes; borrowed
+  /// \param encoder  null if the scene has no electrodes; borrowed
   StimulationOutput(StimulationEncoder* encoder, SpikeFanout& fanout, LoopStatistics& statistics)
       : encoder_(encoder), fanout_(fanout), statistics_(statistics) {}
 
-  /// After the model's step. \param records  of the tick, one a probe
+  /// Call after the model's step. \param records  of the tick, one per probe
   template <Clock C>
   void step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
             const TactileModel& model, C& clock) noexcept MERKEL_REALTIME {

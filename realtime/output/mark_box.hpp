@@ -9,7 +9,7 @@
 
 namespace merkel {
 
-/// Marks on their way to one sink, from any thread but the simulation's.
+/// Marks on their way to one sink, added by any thread but the simulation's.
 class MarkBox {
  public:
   /// Thread: any but the simulation's.
@@ -17,14 +17,14 @@ class MarkBox {
     const std::lock_guard lock(mutex_);
     if (marks_.size() < kMost) marks_.push_back(mark);
   }
-  /// All that have come since the last call. Thread: consumer.
+  /// All marks added since the last call. Thread: consumer.
   [[nodiscard]] std::vector<Mark> take() {
     const std::lock_guard lock(mutex_);
     return std::exchange(marks_, {});
   }
 
  private:
-  static constexpr std::size_t kMost = 4096;  ///< that a hanging sink can pile up
+  static constexpr std::size_t kMost = 4096;  ///< limit if the sink hangs
 
   std::mutex mutex_;
   std::vector<Mark> marks_;

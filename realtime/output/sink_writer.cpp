@@ -13,7 +13,7 @@ namespace {
 constexpr std::chrono::milliseconds kFlushEvery{200};
 constexpr std::size_t kBatch = 1024;
 
-/// Moves what waits in a queue into `batch`, at most kBatch items.
+/// Moves the waiting items of a queue into `batch`, at most kBatch items.
 template <class T>
 void take(BoundedQueue<T>& queue, std::vector<T>& batch) {
   batch.clear();
@@ -33,7 +33,7 @@ void SinkWriter::keep(const Expected<void, SinkError>& result) {
   failed_.store(true, std::memory_order_release);
 }
 
-/// Writes at least what waits in a queue now.
+/// Writes at least the items that are in the queues now.
 template <class T>
 std::size_t SinkWriter::write_waiting(
     BoundedQueue<T>& queue, std::vector<T>& batch,
@@ -49,9 +49,9 @@ std::size_t SinkWriter::write_waiting(
 }
 
 std::size_t SinkWriter::write_ticks_and_output() {
-  // Ticks are taken first and written last: the loop publishes a tick's spikes and commands before
-  // its record, so all of them are in the queues by now, and no more than those that are in them
-  // now need be taken.
+  // Ticks are taken first and written last. The loop publishes a tick's spikes and commands before
+  // its record, so those of the taken ticks are already in the queues, and later items need not be
+  // taken.
   SpikeChannel& channel = sources_.channel;
   ticks_.clear();
   if (channel.ticks) take(channel.ticks->items, ticks_);
@@ -133,10 +133,10 @@ void SinkWriter::write_until_ended() {
   for (;;) {
     // Read the flags before the queues: they are set after the last item.
     const bool ended = all_ended();
-    if (!begun_) {
+    if (!started_) {
       const RunOrigin* const origin = sources_.origin == nullptr ? nullptr : sources_.origin->get();
       if (sources_.origin == nullptr || origin != nullptr || ended) {
-        begun_ = true;
+        started_ = true;
         keep(sink_.begin(origin == nullptr ? RunOrigin{} : *origin));
       } else {
         sources_.channel.beat.wait(seen);

@@ -26,7 +26,7 @@ class SharedOrigin {
     origin_ = origin;
     known_.store(true, std::memory_order_release);
   }
-  /// Null while it is not known. Thread: any.
+  /// Null until known. Thread: any.
   [[nodiscard]] const RunOrigin* get() const noexcept {
     return known_.load(std::memory_order_acquire) ? &origin_ : nullptr;
   }
@@ -36,25 +36,26 @@ class SharedOrigin {
   std::atomic<bool> known_{false};
 };
 
-/// The thread of one sink: takes spikes, and what else it has asked for, from its queues and writes
-/// them. When the sink fails, it takes no more, and every later spike is counted as lost; the other
-/// sinks go on.
+/// The thread of one sink: takes spikes, and the other items that the sink requested, from its
+/// queues and writes them. When the sink fails, it receives nothing more, and every later spike is
+/// counted as lost. The other sinks continue.
 class SinkWriter {
  public:
   struct Outcome {
     std::uint64_t taken = 0;      ///< spikes taken from the queue
     std::uint64_t delivered = 0;  ///< spikes known to have arrived
-    std::string error_message;    ///< empty, or why the sink failed
+    std::string error_message;    ///< empty, or the reason why the sink failed
   };
 
-  /// What a sink is fed from; everything outlives the writer.
+  /// The sources of a sink; all outlive the writer.
   struct Sources {
     SpikeChannel& channel;
-    std::span<const std::unique_ptr<SampleTap>> taps;  ///< one a probe; empty if not asked for
-    std::span<const std::unique_ptr<FrameTap>> frames = {};  ///< one a port; empty if not asked for
-    MarkBox* marks = nullptr;                                ///< null if not asked for
-    std::function<RunStatus()> status;                       ///< the run's counters; any thread
-    const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: 0
+    std::span<const std::unique_ptr<SampleTap>> taps;  ///< one per probe; empty if not requested
+    std::span<const std::unique_ptr<FrameTap>> frames =
+        {};                                ///< one per port; empty if not requested
+    MarkBox* marks = nullptr;              ///< null if not requested
+    std::function<RunStatus()> status;     ///< the run's counters; any thread
+    const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: origin 0
   };
 
   SinkWriter(SpikeSink& sink, Sources sources);
@@ -63,18 +64,17 @@ class SinkWriter {
   /// Ends without closing the sink, unless end() was called.
   ~SinkWriter();
 
-  /// Lets the thread end: once all queues have ended and the last item is written, it closes the
-  /// sink; where `complete` is false because the run failed, it leaves the sink unfinished. Returns
-  /// at once.
+  /// Ends the thread: once all queues have ended and the last item is written, it closes the sink.
+  /// If `complete` is false because the run failed, it leaves the sink unfinished. Returns at once.
   void end(bool complete) noexcept;
   /// Whether the thread is done. Thread: any.
   [[nodiscard]] bool done() const noexcept { return done_.load(std::memory_order_acquire); }
-  /// Makes the sink fail wherever it waits for somebody else. Thread: any.
+  /// Makes the sink fail instead of waiting for a peer. Thread: any.
   void give_up() noexcept { sink_.give_up(); }
   /// Waits until the thread is done.
   [[nodiscard]] Outcome finish();
 
-  /// Why the sink has failed, once it has; empty until then. Thread: any, for one caller.
+  /// The reason why the sink failed; empty until it fails. Thread: any, for one caller.
   [[nodiscard]] std::string error_message() const {
     return failed_.load(std::memory_order_acquire) ? outcome_.error_message : std::string();
   }
@@ -107,7 +107,7 @@ class SinkWriter {
   std::vector<RawFrame> frames_;
   std::vector<NeuronSample> neurons_;
   Outcome outcome_;
-  bool begun_ = false;
+  bool started_ = false;
   std::atomic<bool> failed_{false};
   std::atomic<bool> done_{false};
   std::atomic<Ending> ending_{Ending::kNotYet};

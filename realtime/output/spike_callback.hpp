@@ -10,13 +10,13 @@
 
 namespace merkel {
 
-/// A sink that hands the spikes to a function of the program that links merkel, on the thread of
-/// this sink, in which it may block: that costs its own spikes only, once its queue is full.
+/// A sink that passes the spikes to a function of the program that links merkel. The function runs
+/// on the sink's own thread and may block; once the queue is full, only this sink loses spikes.
 class SpikeCallback final : public SpikeSink {
  public:
   using Function = std::function<void(std::span<const SpikeEvent>)>;
 
-  /// \param name  what the run's report calls it
+  /// \param name  its name in the run's report
   SpikeCallback(std::string name, Function function)
       : name_(std::move(name)), function_(std::move(function)) {}
 

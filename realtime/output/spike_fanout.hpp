@@ -31,28 +31,29 @@ struct WatchedNeurons {
   CountedQueue<NeuronSample> samples;
 };
 
-/// The queues of one consumer. A slow or dead consumer costs its own items and nobody else's.
+/// The queues of one consumer. A slow or dead consumer loses only its own items.
 struct SpikeChannel {
   SpikeChannel(std::size_t capacity, const PublishBeat& the_beat)
       : spikes(capacity), beat(the_beat) {}
 
   BoundedQueue<SpikeEvent> spikes;  ///< simulation thread → consumer
-  Counter dropped;                  ///< spikes that found the queue full
+  Counter dropped;                  ///< spikes dropped because the queue was full
   std::atomic<bool> ended{false};   ///< set after the last item of the run
-  /// The same for what only some consumers want; null where it was not asked for.
+  /// Optional items; null if the consumer did not request them.
   std::unique_ptr<CountedQueue<TickRecord>> ticks;
   std::unique_ptr<CountedQueue<LoopEvent>> events;
   std::unique_ptr<WatchedNeurons> watched;
   std::unique_ptr<CountedQueue<StimulationCommand>> commands;
-  std::atomic<bool> commands_failed{false};  ///< set by the consumer when it can take no more
-  bool takes_spikes = true;                  ///< set before the loop starts
-  const PublishBeat& beat;                   ///< for waiting until there may be more
+  std::atomic<bool> commands_failed{
+      false};                ///< set by the consumer when it can no longer take commands
+  bool takes_spikes = true;  ///< set before the loop starts
+  const PublishBeat& beat;   ///< for waiting until new items are due
 };
 
-/// Gives every spike to every consumer.
+/// Sends every spike to every consumer.
 class SpikeFanout {
  public:
-  /// Adds a consumer; before the loop starts. The channel lives as long as the fan-out.
+  /// Adds a consumer; call it before the loop starts. The channel lives as long as the fan-out.
   SpikeChannel& add_consumer(std::size_t capacity) {
     return *channels_.emplace_back(std::make_unique<SpikeChannel>(capacity, beat_));
   }
@@ -68,7 +69,7 @@ class SpikeFanout {
     }
   }
 
-  /// The commands of a tick, after its spikes. Real-time: yes. Thread: simulation.
+  /// Publishes the commands of a tick, after its spikes. Real-time: yes. Thread: simulation.
   template <Clock C>
   void publish(std::span<const StimulationCommand> commands, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
@@ -86,7 +87,8 @@ class SpikeFanout {
     });
   }
 
-  /// The records of a tick, after its spikes and commands. Real-time: yes. Thread: simulation.
+  /// Publishes the records of a tick, after its spikes and commands. Real-time: yes. Thread:
+  /// simulation.
   template <Clock C>
   void publish(std::span<const TickRecord> ticks, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
@@ -105,7 +107,7 @@ class SpikeFanout {
     }
   }
 
-  /// Samples of the neurons that consumers watch. Real-time: yes. Thread: simulation.
+  /// Publishes samples of the neurons that consumers watch. Real-time: yes. Thread: simulation.
   template <Clock C>
   void publish_watched(const TactileModel& model, std::chrono::nanoseconds time,
                        C& clock) noexcept MERKEL_REALTIME {
@@ -121,13 +123,13 @@ class SpikeFanout {
     }
   }
 
-  /// Spikes that found any consumer's queue full. Thread: any, once the loop runs.
+  /// Spikes dropped because a consumer's queue was full. Thread: any, once the loop runs.
   [[nodiscard]] std::uint64_t dropped() const noexcept {
     std::uint64_t sum = 0;
     for (const auto& channel : channels_) sum += channel->dropped.value();
     return sum;
   }
-  /// Commands that found any consumer's queue full. Thread: any, once the loop runs.
+  /// Commands dropped because a consumer's queue was full. Thread: any, once the loop runs.
   [[nodiscard]] std::uint64_t commands_dropped() const noexcept {
     std::uint64_t sum = 0;
     for (const auto& channel : channels_) {
@@ -142,7 +144,7 @@ class SpikeFanout {
   }
   [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
 
-  /// Tells every consumer that no spike will follow. Thread: simulation.
+  /// Marks every channel as ended: no spike will follow. Thread: simulation.
   void end() noexcept {
     for (const auto& channel : channels_) channel->ended.store(true, std::memory_order_release);
   }

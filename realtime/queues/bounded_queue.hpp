@@ -9,35 +9,35 @@
 
 namespace merkel {
 
-/// What may cross threads: no pointers to follow, nothing to free.
+/// Data that may cross threads: trivially copyable, with no pointers to follow or memory to free.
 template <class T>
 concept PlainData = std::is_trivially_copyable_v<T>;
 
 /// A queue from one thread to one other that never blocks and never allocates after construction.
-/// When it is full it refuses; the caller counts. Real-time: yes, both ends.
+/// When full, it refuses the item; the caller counts the loss. Real-time: yes, both ends.
 template <PlainData T>
 class BoundedQueue {
  public:
-  /// \param capacity  what fits at least; the queue may hold somewhat more
+  /// \param capacity  least number of items that fit; the queue may hold slightly more
   explicit BoundedQueue(std::size_t capacity) : queue_(capacity) {
-    // Every page is touched once, so that none is missing when the simulation thread comes to it.
+    // Touch every page once, so that the simulation thread causes no page fault.
     while (queue_.try_enqueue(T{})) {
     }
     while (queue_.pop()) {
     }
   }
 
-  /// False when full. Thread: the one that writes.
+  /// False when full. Thread: the writer.
   [[nodiscard]] bool try_push(const T& item) noexcept MERKEL_REALTIME {
     return queue_.try_enqueue(item);
   }
-  /// False when empty. Thread: the one that reads.
+  /// False when empty. Thread: the reader.
   [[nodiscard]] bool try_pop(T& item) noexcept MERKEL_REALTIME { return queue_.try_dequeue(item); }
-  /// The oldest item, or null; stays valid until it is popped. Thread: the one that reads.
+  /// The oldest item, or null; valid until it is popped. Thread: the reader.
   [[nodiscard]] const T* front() const noexcept MERKEL_REALTIME { return queue_.peek(); }
-  /// Removes the oldest item. Thread: the one that reads.
+  /// Removes the oldest item. Thread: the reader.
   void pop() noexcept MERKEL_REALTIME { queue_.pop(); }
-  /// Roughly how many items wait. Thread: any.
+  /// Approximate number of items. Thread: any.
   [[nodiscard]] std::size_t size_approx() const noexcept MERKEL_REALTIME {
     return queue_.size_approx();
   }

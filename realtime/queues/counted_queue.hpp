@@ -7,13 +7,13 @@
 
 namespace merkel {
 
-/// A queue to one consumer that counts the items it had no room for.
+/// A queue to one consumer, with a count of the items dropped because it was full.
 template <PlainData T>
 struct CountedQueue {
   explicit CountedQueue(std::size_t capacity) : items(capacity) {}
 
   BoundedQueue<T> items;
-  Counter dropped;  ///< items that found the queue full
+  Counter dropped;  ///< items dropped because the queue was full
 };
 
 }  // namespace merkel

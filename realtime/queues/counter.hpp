@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-/// A count that one thread raises and any thread reads, without locks.
+/// A counter that one thread increments and any thread reads, without locks.
 class Counter {
  public:
   void add(std::uint64_t amount = 1) noexcept MERKEL_REALTIME {

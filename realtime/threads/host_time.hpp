@@ -7,7 +7,7 @@ namespace merkel {
 /// The host's monotonic clock. Real-time: yes. Thread: any.
 [[nodiscard]] std::chrono::nanoseconds host_now() noexcept;
 
-/// Sleeps until a time of the monotonic clock; returns at once where it has passed. This is the
+/// Sleeps until a time of the monotonic clock; returns at once if it has passed. This is the
 /// only blocking call of the simulation thread.
 void host_sleep_until(std::chrono::nanoseconds time) noexcept;
 

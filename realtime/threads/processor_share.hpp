@@ -6,16 +6,16 @@
 
 namespace merkel {
 
-/// Watches how much of a processor a thread takes, so that a thread of real-time priority which
-/// leaves nothing to others is found, however often it sleeps for a moment.
+/// Monitors a thread's share of a processor, to detect a real-time thread that leaves no time to
+/// others, even if it sleeps briefly now and then.
 class ProcessorShare {
  public:
-  /// A larger share over a whole window leaves too little to others.
+  /// A larger share over a whole window leaves too little time to others.
   static constexpr double kMost = 0.95;
   static constexpr std::chrono::seconds kWindow{1};
 
-  /// \param now   host time, later than at the call before
-  /// \param used  processor time of the thread until now
+  /// \param now   host time, later than in the previous call
+  /// \param used  processor time of the thread so far
   /// \return whether the share over the last window was above kMost
   [[nodiscard]] bool too_large(std::chrono::nanoseconds now,
                                std::chrono::nanoseconds used) noexcept {

@@ -10,7 +10,7 @@
 
 namespace merkel {
 
-/// Tells the core that this is a spin, so that it saves power and a sibling thread gets on.
+/// Marks a spin loop for the core, which saves power and frees resources for its sibling thread.
 /// Real-time: yes.
 inline void pause_core() noexcept MERKEL_REALTIME {
 #if defined(__x86_64__) || defined(__i386__)
@@ -20,8 +20,8 @@ inline void pause_core() noexcept MERKEL_REALTIME {
 #endif
 }
 
-/// Waiting for another thread within microseconds: spins, and where that takes so long that the
-/// other thread must have lost its core, offers it this one. Never sleeps. Real-time: yes.
+/// Waits for another thread within microseconds. Spins at first; if the wait is so long that the
+/// other thread must have lost its core, yields this core. Never sleeps. Real-time: yes.
 class SpinWait {
  public:
   void once() noexcept MERKEL_REALTIME {
@@ -33,7 +33,7 @@ class SpinWait {
   }
 
  private:
-  static constexpr int kSpins = 4000;  ///< some tens of microseconds
+  static constexpr int kSpins = 4000;  ///< tens of microseconds
   int spins_ = 0;
 };
 

@@ -15,8 +15,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kWakeBefore{80'000};  ///< the work that is expected
-constexpr nanoseconds kPatience{200'000};   ///< for which a worker spins when no work comes
+constexpr nanoseconds kWakeBefore{80'000};  ///< before the announced work
+constexpr nanoseconds kPatience{200'000};   ///< how long a worker spins without work
 constexpr nanoseconds kDoze{50'000};
 constexpr int kSpinsBetweenLooks = 64;
 
@@ -33,9 +33,8 @@ Expected<std::unique_ptr<SpinningTeam>, SetupError> SpinningTeam::create(int siz
                                                                          const Setup& setup,
                                                                          int cores) {
   if (size < 1 || size > cores) {
-    return bad_input("loop.threads = " + std::to_string(size) + " does not fit this machine's " +
-                     std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-                     " open to merkel: give 1 to " + std::to_string(cores));
+    return bad_input("loop.threads = " + std::to_string(size) + " must be from 1 to " +
+                     std::to_string(cores) + ", the number of cores available to merkel");
   }
   std::unique_ptr<SpinningTeam> team(new SpinningTeam(static_cast<std::size_t>(size - 1)));
   for (std::size_t i = 0; i < team->slots_.size(); ++i) {
@@ -60,7 +59,7 @@ bool SpinningTeam::wait_for_work(const Slot& slot, std::uint64_t done) const noe
     const nanoseconds wake =
         nanoseconds{next_work_ns_.load(std::memory_order_relaxed)} - kWakeBefore;
     if (now < wake) {
-      // The end is looked for now and then, however far away the next work is.
+      // Check for the end regularly, however far away the next work is.
       host_sleep_until(std::min(wake, now + nanoseconds{20'000'000}));
       idle_since = host_now();
     } else if (now - std::max(idle_since, wake) > kPatience + kWakeBefore) {

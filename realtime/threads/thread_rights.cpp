@@ -9,7 +9,7 @@
 namespace merkel {
 namespace {
 
-/// The core that the thread may run on, if it is one; else −1.
+/// The core that the thread may run on, if it is a single core; else −1.
 std::int32_t only_cpu() {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);

@@ -24,11 +24,11 @@ namespace {
 constexpr rlim_t kDemoteAfter_us = 500'000;
 constexpr rlim_t kEndAfter_us = 2'000'000;
 
-// A signal handler has nothing else to reach the threads by.
+// Global, because a signal handler has no other way to reach the threads.
 std::array<std::atomic<pid_t>, 256> g_raised{};
 std::atomic<bool> g_demoted{false};
 
-/// Notes the calling thread as raised, until it ends.
+/// Registers the calling thread as a real-time thread until it ends.
 class RaisedThread {
  public:
   RaisedThread() {
@@ -63,7 +63,8 @@ std::uint64_t limit_of(int resource) {
   return limit.rlim_cur == RLIM_INFINITY ? UINT64_MAX : limit.rlim_cur;
 }
 
-/// Touches what the thread's calls may need of its stack, so that no page is missing later.
+/// Touches the part of the stack that the thread's calls may need, so that no page fault occurs
+/// later.
 void touch_stack() {
   std::array<volatile char, std::size_t{128} * 1024> stack;
   for (std::size_t i = 0; i < stack.size(); i += 1024) stack[i] = 0;
@@ -80,7 +81,7 @@ void limit_time_without_sleep() {
   if (::sigaction(SIGXCPU, &action, nullptr) == 0) ::setrlimit(RLIMIT_RTTIME, &limit);
 }
 
-/// The highest priority the thread gets: FIFO, or sleeps that end on time in SCHED_OTHER.
+/// Requests SCHED_FIFO; if refused, stays in SCHED_OTHER with a timer slack of 1 ns.
 bool raise_thread(const RealtimeSettings& settings) {
   sched_param parameters{};
   parameters.sched_priority = settings.priority;
@@ -144,7 +145,7 @@ std::string fifo_refusal(const RightsFacts& facts, int priority) {
   const std::string wanted = std::to_string(priority);
   if (facts.cap_sys_nice || facts.rtprio_limit >= static_cast<std::uint64_t>(priority)) {
     return "no real-time priority, although this process has the right to it: its control group "
-           "has no real-time time (RT_GROUP_SCHED); write 950000 to the group's "
+           "has no real-time budget (RT_GROUP_SCHED); write 950000 to the group's "
            "cpu.rt_runtime_us, or start merkel from the root group";
   }
   const std::string lack =
@@ -174,7 +175,7 @@ std::string memory_lock_refusal(const RightsFacts& facts) {
 ProcessSetup::ProcessSetup(const RealtimeSettings& settings, RealtimeRights& rights) {
   if (settings.lock_memory) {
     const RightsFacts facts = RightsFacts::of_this_process();
-    // Within a limit, locking would succeed and a later allocation fail.
+    // With a finite limit, locking would succeed and a later allocation fail.
     if (!facts.cap_ipc_lock && facts.memlock_limit_bytes != UINT64_MAX) {
       rights.missing.push_back(memory_lock_refusal(facts));
     } else if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
@@ -219,7 +220,7 @@ void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& 
     } else {
       rights.missing.push_back("the simulation is not pinned: core " +
                                std::to_string(*settings.cpu) +
-                               " is not open to merkel; change loop.cpu or its cpuset");
+                               " is not available to merkel; change loop.cpu or its cpuset");
     }
   }
   g_demoted = false;

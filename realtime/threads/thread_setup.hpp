@@ -12,36 +12,36 @@
 
 namespace merkel {
 
-/// What the simulation thread asks of the host.
+/// The rights that the simulation thread requests from the host.
 struct RealtimeSettings {
   bool fifo = true;         ///< SCHED_FIFO; else SCHED_OTHER
   int priority = 70;        ///< 1 to 98: 99 belongs to the kernel's own threads
-  std::optional<int> cpu;   ///< pinned to this one; to none, if not set
-  bool lock_memory = true;  ///< no page of the process leaves memory
-  bool cpu_awake = true;    ///< idle cores stay in shallow sleep (/dev/cpu_dma_latency)
+  std::optional<int> cpu;   ///< core to pin the thread to; default: none
+  bool lock_memory = true;  ///< keep all pages of the process in memory
+  bool cpu_awake = true;    ///< keep idle cores out of deep sleep (/dev/cpu_dma_latency)
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
 };
 
-/// What it got.
+/// The rights that the host granted.
 struct RealtimeRights {
   bool fifo = false;
   int priority = 0;
   std::optional<int> cpu;
   bool memory_locked = false;
   bool cpu_awake = false;
-  /// A sentence for each thing that was refused: which right is missing, and how to get it.
+  /// One sentence for each refused request: which right is missing and how to get it.
   std::vector<std::string> missing;
 };
 
-/// What the whole process needs while the simulation runs: its memory locked, its cores awake.
+/// Process-wide settings while the simulation runs: locked memory, cores awake.
 class ProcessSetup {
  public:
   ProcessSetup(const RealtimeSettings& settings, RealtimeRights& rights);
   ProcessSetup(const ProcessSetup&) = delete;
   ProcessSetup& operator=(const ProcessSetup&) = delete;
-  /// Gives both back.
+  /// Releases both.
   ~ProcessSetup();
 
  private:
@@ -49,38 +49,39 @@ class ProcessSetup {
   int cpu_latency_file_ = -1;
 };
 
-/// Names, pins and raises the calling thread, in this order, and touches its stack. Where
-/// SCHED_FIFO is refused, the thread stays in SCHED_OTHER with a timer slack of 1 ns. When a
-/// raised thread computes for 0.5 s without a sleep, all are demoted to SCHED_OTHER, for
-/// they must not freeze the machine; if even that failed, the process would be ended after 2 s
+/// Names and pins the calling thread, raises its priority, and touches its stack. If SCHED_FIFO is
+/// refused, the thread stays in SCHED_OTHER with a timer slack of 1 ns. When a real-time thread
+/// computes for 0.5 s without a sleep, all real-time threads are demoted to SCHED_OTHER so that
+/// they cannot freeze the machine. If even that fails, the kernel kills the process after 2 s
 /// (RLIMIT_RTTIME).
 void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& rights);
-/// The same for a thread that shares the simulation's work (`loop.threads`): on any core but the
-/// simulation's own.
+/// The same for a thread that shares the simulation's work (`loop.threads`), on any core but the
+/// simulation's.
 void set_up_worker_thread(const RealtimeSettings& settings, int worker);
-/// Names the calling thread (15 letters at most) and makes its sleeps end on time; never raises it.
+/// Names the calling thread (at most 15 characters) and sets its timer slack to 1 ns; does not
+/// raise its priority.
 void set_up_helper_thread(const char* name);
 
-/// Demotes every raised thread to SCHED_OTHER. Safe to call from a signal handler.
+/// Demotes every real-time thread to SCHED_OTHER. Safe to call from a signal handler.
 void demote_raised_threads() noexcept;
-/// Processor time that a running thread has used; 0 where it is not known. Thread: any.
+/// Processor time that a running thread has used; 0 if unknown. Thread: any.
 [[nodiscard]] std::chrono::nanoseconds processor_time(pthread_t thread) noexcept;
 
-/// Whether a thread that was raised has been put back because it did not sleep.
+/// Whether a real-time thread was demoted because it did not sleep.
 [[nodiscard]] bool simulation_was_demoted() noexcept;
 
-/// What the calling thread has suffered since it began.
+/// Page faults and context switches of a thread since it started.
 struct ThreadUsage {
   std::uint64_t minor_faults = 0;          ///< pages mapped at first touch
   std::uint64_t major_faults = 0;          ///< pages read from disk
-  std::uint64_t involuntary_switches = 0;  ///< times another thread took the core
+  std::uint64_t involuntary_switches = 0;  ///< times that another thread took the core
   std::uint64_t voluntary_switches = 0;    ///< sleeps
 
   [[nodiscard]] static ThreadUsage of_this_thread() noexcept;
   [[nodiscard]] ThreadUsage since(const ThreadUsage& earlier) const noexcept;
 };
 
-/// What decides whether a thread may be raised and memory be locked.
+/// The facts that decide whether the process may use SCHED_FIFO and lock memory.
 struct RightsFacts {
   bool cap_sys_nice = false;
   bool cap_ipc_lock = false;
@@ -91,9 +92,9 @@ struct RightsFacts {
   [[nodiscard]] static RightsFacts of_this_process();
 };
 
-/// Which right SCHED_FIFO at a priority lacks, and how to get it.
+/// The right that SCHED_FIFO at a priority lacks, and how to get it.
 [[nodiscard]] std::string fifo_refusal(const RightsFacts& facts, int priority);
-/// Which right locking the memory lacks, and how to get it.
+/// The right that locking memory lacks, and how to get it.
 [[nodiscard]] std::string memory_lock_refusal(const RightsFacts& facts);
 
 }  // namespace merkel
