@@ -1,4 +1,4 @@
-// What a release build's arithmetic must still do.
+// Guarantees that the arithmetic of a release build must keep.
 #include <cmath>
 #include <limits>
 
@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-TEST(Arithmetic, NansAndInfinitiesAreThemselves) {
+TEST(Arithmetic, NansAndInfinitiesArePreserved) {
   volatile double zero = 0.0;
   const double nan = zero / zero;
   EXPECT_TRUE(std::isnan(nan));

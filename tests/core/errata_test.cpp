@@ -1,5 +1,5 @@
-// Every departure from the paper's print, with the number that shows why (core/README.md holds the
-// table). The printed forms live here and nowhere else.
+// Every departure from the printed paper, with the number that shows why (table in
+// core/README.md). The printed forms exist only here.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -65,7 +65,7 @@ TEST(Errata, Row04ReducedModulusIsPrintedAsItsReciprocal) {
   const double nu = kSkin.poisson_ratio();
   const double printed = (1.0 - nu * nu) / kSkin.youngs_modulus_kPa();
   EXPECT_NEAR(printed * kE, 1.0, 1e-14);
-  EXPECT_LT(printed, 0.01);  // as a modulus, softer than anything
+  EXPECT_LT(printed, 0.01);  // as a modulus, far too soft
 }
 
 TEST(Errata, Row05PeakPressureHasAContactRadiusTooMany) {
@@ -73,7 +73,7 @@ TEST(Errata, Row05PeakPressureHasAContactRadiusTooMany) {
   const double printed_MPa = 2.0 * kE / (pi * a) * std::sqrt(kDepth / kRadius) * 1e-3;
   EXPECT_NEAR(printed_MPa, 0.041667, 5e-7);
   EXPECT_NEAR(paper_press().peak_pressure_kPa * 1e-3, 0.072169, 5e-7);
-  // The pressure of the right peak carries the force; the printed one does not.
+  // The pressure with the corrected peak carries the force; with the printed peak it does not.
   EXPECT_NEAR(2.0 / 3.0 * pi * a * a * paper_press().peak_pressure_kPa / paper_press().force_mN,
               1.0, 1e-12);
 }
@@ -106,8 +106,8 @@ TEST(Errata, Row07OuterDisplacementTurnsNegative) {
 }
 
 TEST(Errata, Row08InverseSineIsTheArcSine) {
-  // Read as a reciprocal, the outer branch does not meet the inner one at the rim, where the
-  // bracket must be π/2·a².
+  // Read as a reciprocal, the outer branch is discontinuous at the rim, where the bracket must be
+  // π/2·a².
   EXPECT_GT(std::fabs(1.0 / std::sin(1.0) - 0.5 * pi), 0.3);
   EXPECT_DOUBLE_EQ(std::asin(1.0), 0.5 * pi);
 }
@@ -163,7 +163,7 @@ TEST(Errata, Row12ThresholdBindsForShallowPressesOnly) {
 }
 
 TEST(Errata, Row13GateEquationDivergesWithoutItsFactor) {
-  // ẋ = α(1−x) − β, from rest at rest: the n gate leaves [0, 1] within 0.2 ms of the m gate.
+  // ẋ = α(1−x) − β, starting at rest: the gates leave [0, 1] within 0.2 ms.
   const HodgkinHuxley neuron;
   const auto [alpha, beta] = neuron.rates(neuron.V_rest);
   const Gates rest = neuron.steady_gates(neuron.V_rest);
@@ -177,8 +177,8 @@ TEST(Errata, Row13GateEquationDivergesWithoutItsFactor) {
   EXPECT_NEAR(fixed, rest.m, 1e-12);
 }
 
-/// Upward crossings of −20 mV in 100 ms at 10 µA/cm², by forward Euler at 10 µs, with rates of the
-/// caller's; the leak is rebalanced for them.
+/// Upward crossings of −20 mV in 100 ms at 10 µA/cm², by forward Euler at 10 µs, with the caller's
+/// rates; the leak is rebalanced for them.
 template <class Rates>
 int spikes_with(Rates rates) {
   HodgkinHuxley neuron;
@@ -222,7 +222,7 @@ TEST(Errata, Row15TheOldSignConventionClosesGatesOnDepolarisation) {
   const HodgkinHuxley neuron;
   const auto open_m = [&](double V) { return neuron.steady_gates(V).m; };
   EXPECT_GT(open_m(-45.0), open_m(-65.0));
-  // The 1952 paper counts depolarisation as negative: its formulas at +v are ours at −v.
+  // The 1952 paper counts depolarisation as negative: its formulas at +v equal ours at −v.
   EXPECT_LT(open_m(-65.0 - 20.0), open_m(-65.0));
 }
 
@@ -256,7 +256,7 @@ TEST(Errata, Row18ThePrintedDensityIsThatOfAfferents) {
   const auto receptors = place_receptors({}, Patch{});
   ASSERT_TRUE(receptors);
   const double per_afferent = static_cast<double>(receptors->size()) / Patch{}.subregions();
-  EXPECT_EQ(per_afferent, 22.5);  // against the 28 complexes of a fibre that the paper cites
+  EXPECT_EQ(per_afferent, 22.5);  // the paper cites 28 complexes per fibre
   EXPECT_LT(per_afferent, 28.0);
 }
 

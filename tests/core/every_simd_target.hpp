@@ -8,8 +8,8 @@
 
 namespace merkel {
 
-/// Calls `compute()` on each instruction set that this processor has, and expects the same result
-/// from all. Returns the result.
+/// Calls `compute()` with each instruction set that this processor supports, and expects the same
+/// result from all. Returns the result.
 template <class Compute>
 auto on_every_simd_target(Compute compute) {
   const auto expected = compute();

@@ -1,6 +1,6 @@
-// The spikes of a press that slides, for every neuron, method and precision, against a table that
-// is the same for all processors: tests/golden/core_spikes.csv. Unlike golden.py it needs no
-// program, so it runs wherever core does. MERKEL_WRITE_GOLDEN=1 writes the table anew.
+// Compares the spikes of a sliding press, for every neuron, method and precision, with a table
+// that is the same for all processors: tests/golden/core_spikes.csv. Unlike golden.py, it needs
+// only the core library. MERKEL_WRITE_GOLDEN=1 rewrites the table.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -57,7 +57,7 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-/// Number of spikes, and all their times and neurons as one number (FNV-1a).
+/// Number of spikes, and a hash of all their times and neurons (FNV-1a).
 std::string digest_of(const TactileModel::Parameters& parameters) {
   auto model = TactileModel::create(parameters);
   if (!model) return model.error().key + " " + model.error().reason;
@@ -69,7 +69,7 @@ std::string digest_of(const TactileModel::Parameters& parameters) {
   };
   std::size_t count = 0;
   for (int tick = 0; tick < 200; ++tick) {
-    // Down, along the finger, up: sums and products alone, which are the same everywhere.
+    // Down, along the finger, up: only sums and products, which give the same bits everywhere.
     const double down = std::min({tick / 40.0, 1.0, (200 - tick) / 40.0});
     const ContactInput input{.depth_mm = 1.5 * down, .x_mm = 5.0 + 0.1 * tick, .y_mm = 9.0};
     for (const SpikeEvent& spike : model->step({&input, 1}, tick * parameters.tick)) {

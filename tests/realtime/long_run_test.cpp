@@ -1,5 +1,6 @@
-// A day of virtual time with a device whose clock drifts and whose samples fail in every way: what
-// was counted must add up, memory must stay flat, and probe and simulation time must not part.
+// A day of virtual time with a device whose clock drifts and whose samples fail in every way. The
+// counts must add up, memory must stay flat, and probe time and simulation time must not drift
+// apart.
 #include <algorithm>
 #include <vector>
 
@@ -27,10 +28,10 @@ constexpr std::uint64_t kHours = 24;
 constexpr hours kLength{kHours};
 
 /// A device of nominally 50 Hz that runs up to 1 % fast or slow, turning every hour. Its samples
-/// are mapped to the host's time, come with jitter, and are lost one by one or for a second.
+/// are mapped to the host's time, arrive with jitter, and are lost singly or for a second.
 class DriftingDevice {
  public:
-  /// Delivers what has arrived by now.
+  /// Delivers the samples that have arrived by now.
   void deliver(nanoseconds now, ProbeChannel& channel) {
     while (next_.arrival <= now && next_.time < kLength) {
       if (!lost_) {
@@ -106,8 +107,8 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
   };
   double memory_MiB = 0.0;
   ScriptedClock clock([&](nanoseconds until) {
-    // Now and then the host takes the core away: for some ticks, or for so many that they are
-    // left out.
+    // Occasionally the host takes the core away: for some ticks, or for so many that they are
+    // skipped.
     const double luck = random.uniform();
     const double late_ms = luck < 1e-5 ? 800.0 : luck < 1e-4 ? 100.0 : 0.05 * random.uniform();
     const nanoseconds woken = until + units::nanoseconds_from_ms(late_ms);
@@ -131,7 +132,7 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
   EXPECT_GT(counts.late, kHours * 20);
   EXPECT_GT(counts.held_ticks, kHours * 50);
   EXPECT_GT(counts.released_ticks, kHours * 50);
-  EXPECT_GE(releases, kHours * 3);  // one for each lost second
+  EXPECT_GE(releases, kHours * 3);  // one per lost second
   EXPECT_EQ(resumes, releases);
 
   const std::uint64_t made = statistics.spikes.value();
@@ -148,7 +149,7 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
   EXPECT_GT(statistics.catch_up_ticks.value(), kHours * 20);
   EXPECT_EQ(statistics.overruns_by_late_wake_up.value(), statistics.overruns.value());
 
-  // The simulation has come to where the probe ended, to within the tick that noticed it.
+  // The simulation has reached the end of the probe, to within one tick.
   const auto simulated =
       static_cast<std::int64_t>(statistics.ticks.value() + statistics.skipped_ticks.value()) *
       kTick;

@@ -21,7 +21,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// A recording held in memory, handed over in chunks.
+/// A recording in memory, delivered in chunks.
 class MemoryProbe final : public Probe {
  public:
   MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk, std::string error_message = {})
@@ -31,7 +31,7 @@ class MemoryProbe final : public Probe {
     info_.period = milliseconds{1};
     info_.replayed = true;
   }
-  /// Gives no more than so many samples until something holds.
+  /// Delivers at most `samples` samples until `until` returns true.
   void wait_after(std::size_t samples, std::function<bool()> until) {
     wait_after_ = samples;
     until_ = std::move(until);
@@ -75,7 +75,7 @@ class SilentProbe final : public Probe {
   ProbeInfo info_;
 };
 
-/// Keeps what it is given; fails after `limit` spikes.
+/// Stores what it receives; fails after `limit` spikes.
 class MemorySink final : public SpikeSink {
  public:
   struct Content {
@@ -176,7 +176,7 @@ TEST(Pipeline, CountersAddUp) {
   EXPECT_TRUE(outcome.report.complete());
 }
 
-TEST(Pipeline, TimesAreThoseOfTheRecording) {
+TEST(Pipeline, KeepsTheTimesOfTheRecording) {
   std::vector<ProbeSample> samples = press();
   for (ProbeSample& sample : samples) sample.time += std::chrono::hours{400'000};
   const Outcome late = run(std::make_unique<MemoryProbe>(samples, 7));
@@ -195,7 +195,7 @@ TEST(Pipeline, DurationEndsTheRun) {
   EXPECT_TRUE(outcome.closed);
 }
 
-TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunGoesOn) {
+TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunContinues) {
   const Outcome outcome = run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, {}, 5);
   EXPECT_EQ(outcome.report.ticks, 600U);
   EXPECT_EQ(outcome.report.sinks[0].error_message, "memory is full");
@@ -204,19 +204,19 @@ TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunGoesOn) {
   EXPECT_FALSE(outcome.report.complete());
 }
 
-TEST(Pipeline, AFailingSinkIsToldWhileTheRunGoesOn) {
+TEST(Pipeline, AFailingSinkIsReportedDuringTheRun) {
   auto model = TactileModel::create({});
   ASSERT_TRUE(model);
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   std::atomic<bool> heard{false};
   Pipeline pipeline(
       *model, {.fast = true,
                .on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
-                 told.push_back(uri + " " + error_message);
+                 reported.push_back(uri + " " + error_message);
                  heard = true;
                }});
   auto probe = std::make_unique<MemoryProbe>(press(8000), 7);
-  probe->wait_after(7000, [&heard] { return heard.load(); });  // or there is no run to go on
+  probe->wait_after(7000, [&heard] { return heard.load(); });  // or the run would already be over
   pipeline.add_probe(std::move(probe), {});
   MemorySink::Content broken;
   MemorySink::Content whole;
@@ -224,13 +224,13 @@ TEST(Pipeline, AFailingSinkIsToldWhileTheRunGoesOn) {
   pipeline.add_sink(std::make_unique<MemorySink>(whole));
   const auto report = pipeline.run();
   ASSERT_TRUE(report);
-  EXPECT_EQ(told, std::vector<std::string>{"memory: memory is full"});
+  EXPECT_EQ(reported, std::vector<std::string>{"memory: memory is full"});
   EXPECT_EQ(whole.spikes.size(), report->spikes);
   EXPECT_TRUE(whole.closed);
   EXPECT_FALSE(broken.closed);
 }
 
-/// Asks for everything.
+/// Requests everything.
 class CuriousSink final : public SpikeSink {
  public:
   struct Content {
@@ -239,7 +239,7 @@ class CuriousSink final : public SpikeSink {
     std::vector<LoopEvent> events;
     std::vector<ProbeSample> samples;
     RunStatus status;
-    bool in_order = true;  ///< no spike came after its tick
+    bool in_order = true;  ///< no spike arrived after its tick
   };
   CuriousSink(Content& content, std::uint32_t subscriptions)
       : content_(content), subscriptions_(subscriptions) {}
@@ -280,7 +280,7 @@ class CuriousSink final : public SpikeSink {
   std::string uri_ = "curious:";
 };
 
-TEST(Pipeline, ASinkGetsWhatItAskedForAndNothingElse) {
+TEST(Pipeline, ASinkReceivesOnlyWhatItRequested) {
   auto model = TactileModel::create({});
   ASSERT_TRUE(model);
   Pipeline pipeline(*model, {.fast = true});
@@ -318,7 +318,7 @@ TEST(Pipeline, ASinkGetsWhatItAskedForAndNothingElse) {
   EXPECT_EQ(nothing.status.counters.ticks, 0U);
 }
 
-TEST(Pipeline, ACallbackGetsEverySpikeOnItsOwnThread) {
+TEST(Pipeline, ACallbackReceivesEverySpikeOnItsOwnThread) {
   auto model = TactileModel::create({});
   Pipeline pipeline(*model, {.fast = true});
   pipeline.add_probe(std::make_unique<MemoryProbe>(press(), 7), {});
@@ -345,7 +345,7 @@ TEST(Pipeline, BadDataEndsTheRunAndLeavesTheSinkUnfinished) {
   EXPECT_FALSE(outcome.closed);
 }
 
-TEST(Pipeline, SeveralProbesShareOneTime) {
+TEST(Pipeline, ProbesShareOneTimeBase) {
   TactileModel::Parameters scene;
   scene.indenters = {Indenter{}, Indenter{}};
   auto model = TactileModel::create(scene);
@@ -365,8 +365,8 @@ TEST(Pipeline, SeveralProbesShareOneTime) {
 }
 
 TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
-  // A sink that fails, one that is stuck for a while, one that works, a consumer that polls, a team
-  // of threads, timings, events and progress: none disturbs another.
+  // A failing sink, a sink that hangs for a while, a working sink, a polling consumer, a team of
+  // threads, timings, events and progress do not disturb each other.
   class StuckSink final : public SpikeSink {
    public:
     [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -386,13 +386,13 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   const auto team = SpinningTeam::create(2, {}, 2);
   (*model).share_work(team->get());
   BoundedQueue<TickTiming> timings(10'000);
-  int told = 0;
+  int reported = 0;
   RunProgress last;
   Pipeline pipeline(*model, {.realtime = {.priority = 5},
                              .team = team->get(),
                              .timings = &timings,
                              .on_progress = [&](const RunProgress& progress) {
-                               ++told;
+                               ++reported;
                                last = progress;
                              }});
   pipeline.add_probe(std::move(*open_probe("sim:ramp?wait_s=0.05&hold_s=1.2&tail_s=0.1&live=1")),
@@ -421,7 +421,7 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   EXPECT_EQ(report->sinks[0].delivered, 3U);
   EXPECT_EQ(report->sinks[1].delivered, report->spikes);
   EXPECT_EQ(report->sinks[2].delivered, report->spikes);
-  EXPECT_GE(told, 1);
+  EXPECT_GE(reported, 1);
   EXPECT_GT(last.counters.samples, 0U);
   EXPECT_GT(last.counters.ticks, 0U);
   EXPECT_LE(last.counters.ticks, report->ticks);
@@ -442,7 +442,7 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   EXPECT_GT(before, nanoseconds{0});
 }
 
-TEST(Pipeline, ASilentDeviceIsRefusedWithWhatToCheck) {
+TEST(Pipeline, ASilentDeviceIsRefusedWithARemedy) {
   auto model = TactileModel::create({});
   Pipeline pipeline(*model, {});
   pipeline.add_probe(std::make_unique<SilentProbe>(), {});
@@ -457,10 +457,10 @@ TEST(Pipeline, ADeviceCannotRunFast) {
   auto model = TactileModel::create({});
   Pipeline pipeline(*model, {.fast = true});
   pipeline.add_probe(std::make_unique<SilentProbe>(), {});
-  EXPECT_NE(pipeline.run().error().sentence.find("leave out --fast"), std::string::npos);
+  EXPECT_NE(pipeline.run().error().sentence.find("remove --fast"), std::string::npos);
 }
 
-TEST(Pipeline, WantsAProbeForEachIndenter) {
+TEST(Pipeline, NeedsOneProbePerIndenter) {
   auto model = TactileModel::create({});
   Pipeline pipeline(*model, {.fast = true});
   EXPECT_NE(pipeline.run().error().sentence.find("1 indenters, but 0 probes"), std::string::npos);

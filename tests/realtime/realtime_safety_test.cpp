@@ -1,7 +1,6 @@
 // Replaces, for this whole program, the functions by which a thread allocates, maps, locks, wakes
-// or writes, to prove that the simulation thread calls none of them. The loop is framed by two
-// looks at what its thread has used (getrusage of the thread): what is called between them is
-// judged.
+// or writes, to prove that the simulation thread calls none of them. The loop reads its thread's
+// resource usage (getrusage) at its beginning and end; the test checks all calls in between.
 #include <array>
 #include <atomic>
 #include <condition_variable>
@@ -40,9 +39,9 @@ thread_local bool t_simulating = false;
 std::atomic<int> g_calls{0};
 std::atomic<int> g_sleeps{0};
 std::atomic<const char*> g_last{""};
-std::atomic<bool> g_trap_system_calls{false};  ///< of the next thread that simulates
+std::atomic<bool> g_trap_system_calls{false};  ///< for the next simulation thread
 std::atomic<bool> g_trapped{false};
-std::atomic<int> g_wall_step_s{0};  ///< by which the wall clock jumps at every look, to and fro
+std::atomic<int> g_wall_step_s{0};  ///< jump of the wall clock at every reading, back and forth
 std::atomic<int> g_looks_at_wall_clock{0};
 
 void note_call(const char* name) {
@@ -56,7 +55,7 @@ Function* original(const char* name) {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-// dlsym itself may allocate before the originals are known: from here.
+// dlsym may allocate before the originals are known; this memory serves it.
 std::array<char, 65536> g_early;
 std::size_t g_early_used = 0;
 
@@ -164,7 +163,7 @@ int sem_post(sem_t* semaphore) {
   return real(semaphore);
 }
 
-/// The way to futex, which has no function of its own; std::atomic's notify goes here.
+/// The path to futex, which has no wrapper of its own; std::atomic's notify uses it.
 long syscall(long number, ...) {
   static auto* real = original<long(long, ...)>("syscall");
   note_call("syscall");
@@ -211,7 +210,7 @@ int nanosleep(const timespec* request, timespec* remain) {
   return real(request, remain);
 }
 
-/// The wall clock, which may be set at any time; nothing of the simulation may depend on it.
+/// The wall clock, which may be set at any time; the simulation must not depend on it.
 int clock_gettime(clockid_t clock, timespec* time) noexcept {
   static auto* real = original<int(clockid_t, timespec*)>("clock_gettime");
   if (clock == CLOCK_REALTIME && g_wall_step_s != 0) {
@@ -241,7 +240,7 @@ int getrusage(__rusage_who_t who, rusage* usage) noexcept {
 namespace merkel {
 namespace {
 
-/// Runs `call` as if on the simulation thread, and returns how many calls were seen.
+/// Runs `call` as if on the simulation thread, and returns the number of detected calls.
 template <class Call>
 int seen(Call call) {
   g_calls = 0;
@@ -251,7 +250,7 @@ int seen(Call call) {
   return g_calls;
 }
 
-TEST(RealtimeSafety, TheTrapSeesWhatMustNotBeCalled) {
+TEST(RealtimeSafety, TheTrapDetectsForbiddenCalls) {
   EXPECT_EQ(seen([] {}), 0);
   EXPECT_EQ(seen([] {
               void* volatile memory = std::malloc(100);
@@ -276,7 +275,7 @@ TEST(RealtimeSafety, TheTrapSeesWhatMustNotBeCalled) {
   EXPECT_EQ(seen([] { std::this_thread::sleep_for(std::chrono::nanoseconds{1}); }), 1);
 }
 
-/// Watches neurons, marks every batch of ticks and asks for tares all along.
+/// Watches neurons, marks every batch of ticks and requests tares continuously.
 class WatchingSink final : public SpikeSink {
  public:
   struct Seen {
@@ -288,7 +287,7 @@ class WatchingSink final : public SpikeSink {
   std::uint32_t subscriptions() const noexcept override { return kTicks | kMarks | kNeurons; }
   void attach(RunControl& control) override {
     control_ = &control;
-    const std::array<std::uint32_t, 4> watched = {8, 13, 20, 21};  // there is no 21
+    const std::array<std::uint32_t, 4> watched = {8, 13, 20, 21};  // neuron 21 does not exist
     control.watch(watched);
   }
   Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override { return {}; }
@@ -316,7 +315,7 @@ class WatchingSink final : public SpikeSink {
   RunControl* control_ = nullptr;
 };
 
-/// An electrode of every kind, in the middle of the patch.
+/// One electrode of each kind, in the middle of the patch.
 StimulationEncoder encoder_of(const TactileModel& model) {
   EncodingParameters parameters;
   for (int kind = 0; kind < 5; ++kind) {
@@ -335,7 +334,7 @@ StimulationEncoder encoder_of(const TactileModel& model) {
 }
 
 TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrites) {
-  // Two probes with dropouts, so that holding, releasing and resuming happen too.
+  // Two probes with dropouts, so that holding, releasing and resuming also occur.
   TactileModel::Parameters scene;
   scene.indenters = {Indenter{}, Indenter{}};
   auto model = TactileModel::create(scene);
@@ -353,7 +352,7 @@ TEST(RealtimeSafety, TheSimulationThreadNeitherAllocatesNorLocksNorWakesNorWrite
   pipeline.add_probe(std::move(*open_probe(uri + "&seed=2")), {.x_mm = 21.0, .y_mm = 12.5});
   const auto neurons = static_cast<std::uint32_t>(model->neurons());
   pipeline.add_sink(std::move(*open_sink("csv:/dev/null", neurons, false)));
-  // One that asks for all there is.
+  // A sink that requests everything.
   pipeline.add_sink(std::move(*open_sink("xdf:/dev/null", neurons, false)));
   WatchingSink::Seen seen;
   pipeline.add_sink(std::make_unique<WatchingSink>(seen));
@@ -383,7 +382,7 @@ TEST(RealtimeSafety, TheSleepIsTheOnlySystemCallOfTheSimulationThread) {
         *open_sink("csv:/dev/null", static_cast<std::uint32_t>(model->neurons()), false)));
     return pipeline.run();
   };
-  // First: it does see one.
+  // First check that the trap works.
   std::jthread([] {
     g_trap_system_calls = true;
     static_cast<void>(ThreadUsage::of_this_thread());

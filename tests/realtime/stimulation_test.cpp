@@ -30,7 +30,7 @@ using Stop = StimulationCommand::Stop;
 
 constexpr milliseconds kTick{1};
 
-/// A recording held in memory, handed over in chunks.
+/// A recording in memory, delivered in chunks.
 class MemoryProbe final : public Probe {
  public:
   MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk)
@@ -55,14 +55,14 @@ class MemoryProbe final : public Probe {
   ProbeInfo info_;
 };
 
-/// What a receiver of commands gets.
+/// The commands that a receiver gets.
 struct Received {
   std::vector<StimulationCommand> commands;
   std::vector<TickRecord> ticks;
   bool spikes = false;
 };
 
-/// Keeps commands; fails when it has so many.
+/// Stores commands; fails after a given number.
 class CommandSink final : public SpikeSink {
  public:
   explicit CommandSink(Received& received, std::size_t limit = SIZE_MAX)
@@ -94,7 +94,7 @@ class CommandSink final : public SpikeSink {
   std::string uri_ = "memory:";
 };
 
-/// A second of random taps, with outages, values that are no numbers, and presses far too deep.
+/// One second of random taps, with outages, NaN values and presses that are far too deep.
 std::vector<ProbeSample> random_touch(Random& random) {
   std::vector<ProbeSample> samples;
   double depth_mm = 0.0;
@@ -137,13 +137,13 @@ Outcome run(const EncodingParameters& parameters, std::vector<ProbeSample> sampl
   return outcome;
 }
 
-/// Holds every command of a run against the limits, and every fault against the fail-safe.
-/// \return what went wrong, or nothing
-std::string judge(const EncodingParameters& limits, const Outcome& outcome) {
+/// Checks every command of a run against the limits, and the response to every fault. \return the
+/// error, or an empty string
+std::string audit(const EncodingParameters& limits, const Outcome& outcome) {
   CommandAuditor auditor = auditor_of(limits);
   const std::size_t electrodes = limits.electrodes.size();
   const auto& commands = outcome.received.commands;
-  if (outcome.received.spikes) return "a sink that takes no spikes got some";
+  if (outcome.received.spikes) return "a sink that takes no spikes received some";
   if (commands.size() < electrodes) return "the last update is missing";
   const auto last_update = commands.end() - static_cast<std::ptrdiff_t>(electrodes);
   auto next = commands.begin();
@@ -159,10 +159,10 @@ std::string judge(const EncodingParameters& limits, const Outcome& outcome) {
         return "a heartbeat is missing";
       }
       failed = failed || command.stop == Stop::kSinkFailure;
-      if (failed && command.amplitude_uA != 0.0) return "stimulation goes on after a sink failed";
+      if (failed && command.amplitude_uA != 0.0) return "stimulation continues after a sink failed";
     }
     for (std::size_t e = 0; fault && e < electrodes; ++e) {
-      if (auditor.train_uA(e) != 0.0) return "a train goes on after a fault";
+      if (auditor.train_uA(e) != 0.0) return "a train continues after a fault";
     }
     return "";
   };
@@ -195,7 +195,7 @@ EncodingParameters without(EncodingParameters parameters, const std::string& lim
   return parameters;
 }
 
-TEST(Stimulation, NothingAboveALimitLeavesThePipelineAndEveryFaultSwitchesOff) {
+TEST(Stimulation, NoOutputExceedsALimitAndEveryFaultSwitchesOff) {
   std::uint64_t on = 0;
   std::uint64_t stops = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
@@ -204,7 +204,7 @@ TEST(Stimulation, NothingAboveALimitLeavesThePipelineAndEveryFaultSwitchesOff) {
     const std::size_t failing_after = seed % 4 == 0 ? random.next() % 500 : SIZE_MAX;
     const Outcome outcome =
         run(parameters, random_touch(random), 1 + random.next() % 300, failing_after);
-    ASSERT_EQ(judge(parameters, outcome), "") << "seed " << seed;
+    ASSERT_EQ(audit(parameters, outcome), "") << "seed " << seed;
     ASSERT_EQ(outcome.report.commands, outcome.received.commands.size());
     on += std::any_of(outcome.received.commands.begin(), outcome.received.commands.end(),
                       [](const auto& command) { return command.amplitude_uA > 0.0; })
@@ -217,7 +217,7 @@ TEST(Stimulation, NothingAboveALimitLeavesThePipelineAndEveryFaultSwitchesOff) {
 }
 
 TEST(Stimulation, EveryLimitIsNeeded) {
-  // Weak limits that a hard press breaks, each by itself.
+  // Low limits, each of which a hard press exceeds.
   EncodingParameters parameters = encoding_of({});
   for (int e = 0; e < 4; ++e) {
     auto electrode = electrode_at("E" + std::to_string(e), EncoderKind::kLinear, 15.0, 10.0, 5.0);
@@ -235,21 +235,21 @@ TEST(Stimulation, EveryLimitIsNeeded) {
                        .depth_mm = (k / 150) % 2 == 1 ? 1.5 : -0.1,
                        .channels = ProbeSample::kDepth});
   }
-  ASSERT_EQ(judge(parameters, run(parameters, samples)), "");
+  ASSERT_EQ(audit(parameters, run(parameters, samples)), "");
   for (const std::string limit : {"total", "slope", "electrodes"}) {
-    EXPECT_NE(judge(parameters, run(without(parameters, limit), samples)), "") << limit;
+    EXPECT_NE(audit(parameters, run(without(parameters, limit), samples)), "") << limit;
   }
-  // These hide behind the total, and behind a slope.
+  // The total and the slope would hide these limits.
   limits.max_total_uA = 1e4;
   limits.max_slope_uA_per_s.reset();
   limits.max_electrodes.reset();
-  ASSERT_EQ(judge(parameters, run(parameters, samples)), "");
+  ASSERT_EQ(audit(parameters, run(parameters, samples)), "");
   for (const std::string limit : {"amplitude", "frequency"}) {
-    EXPECT_NE(judge(parameters, run(without(parameters, limit), samples)), "") << limit;
+    EXPECT_NE(audit(parameters, run(without(parameters, limit), samples)), "") << limit;
   }
   EncodingParameters half = parameters;
-  half.stimulation.max_charge_nC /= 2.0;  // a scene that would be refused
-  EXPECT_NE(judge(half, run(without(parameters, "charge"), samples)), "");
+  half.stimulation.max_charge_nC /= 2.0;  // the scene itself would be refused
+  EXPECT_NE(audit(half, run(without(parameters, "charge"), samples)), "");
 }
 
 TEST(Stimulation, ChunksOfAnySizeGiveTheSameCommands) {

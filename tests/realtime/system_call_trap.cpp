@@ -31,7 +31,7 @@ int last_system_call() { return g_last; }
 
 #if defined(__x86_64__) && defined(__linux__)
 
-// The one place from which the filter lets every call through.
+// The only place from which the filter allows every call.
 extern "C" {
 long merkel_let_through(long number, const long* arguments);
 extern const char merkel_let_through_return;

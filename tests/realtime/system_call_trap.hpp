@@ -2,16 +2,17 @@
 
 namespace merkel {
 
-/// Counts every system call of the calling thread from now on but absolute sleeps, whatever
-/// function makes it: the kernel itself stops it (seccomp), a signal handler counts it and lets it
-/// happen. For x86-64 Linux. \return false where the kernel or the processor has no such thing
+/// From now on, counts every system call of the calling thread except absolute sleeps, whatever
+/// function makes it. The kernel stops the call (seccomp); a signal handler counts it and lets it
+/// proceed. For x86-64 Linux.
+/// \return false if the kernel or the processor does not support this
 bool trap_system_calls_of_this_thread();
 
-/// Counting goes on, or pauses, for all threads so trapped.
+/// Resumes or pauses counting for all trapped threads.
 void count_system_calls(bool counting);
-/// How many were counted.
+/// Number of system calls counted.
 int system_calls_counted();
-/// The number of the last one counted; −1 if none was.
+/// Number of the last system call counted; −1 if none.
 int last_system_call();
 
 }  // namespace merkel

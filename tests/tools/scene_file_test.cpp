@@ -199,9 +199,10 @@ TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(fault_of("preset = \"papr\"\n"),
             "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", \"finger\", "
             "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");
-  EXPECT_EQ(fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
-            "s.toml:3: probe.bar_gaps_mm must be positive, or the bars overlap: join them, or part "
-            "them");
+  EXPECT_EQ(
+      fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
+      "s.toml:3: probe.bar_gaps_mm must be positive: merge bars that touch or overlap, or widen "
+      "the gap");
   EXPECT_EQ(fault_of("[probe]\nbar_gaps_mm = 3\n"),
             "s.toml:2: probe.bar_gaps_mm must be a list of numbers, as in [5, 5, 5]");
   EXPECT_EQ(fault_of("[skin]\nthickness_mm = 0\n"),
@@ -283,14 +284,13 @@ TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
       "other whole number, to the same table");
   EXPECT_EQ(fault_of("[[probe]]\ncontrol = \"depth\"\n[[probe]]\ncontrol = \"force\"\n"),
             "s.toml:2: probe.control must be the same for all probes, but mixes \"depth\" and "
-            "\"force\": press by the one or the other with each");
+            "\"force\": use one of them for all probes");
   EXPECT_EQ(fault_of("preset = \"goodwin\"\n[receptors]\ncentres_mm = [[15, 25]]\n"),
-            "s.toml:3: receptors.centres_mm holds a receptive field at (15, 25) mm, outside the "
+            "s.toml:3: receptors.centres_mm has a receptive field at (15, 25) mm, outside the "
             "patch of 30 × 20 mm: move it, or set receptors.length_mm and width_mm");
   EXPECT_EQ(fault_of("preset = \"goodwin\"\n[receptors]\nfield_radius_mm = 11\n"),
-            "s.toml:3: receptors.field_radius_mm must be at most half of the patch's shorter side, "
-            "or the receptive fields lie outside the patch: make it smaller, or "
-            "receptors.length_mm and width_mm larger");
+            "s.toml:3: receptors.field_radius_mm must be at most half of the patch's shorter side: "
+            "reduce it, or increase receptors.length_mm and width_mm");
   EXPECT_EQ(fault_of("[receptors]\ncentres_mm = [[15, 10]]\n"),
             "s.toml:2: receptors.centres_mm applies only to afferents with receptive fields: set "
             "layout = \"fields\"");
@@ -298,7 +298,7 @@ TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
             "s.toml:3: network.gain must be 0 for this neuron.kind: only \"hodgkin_huxley\" "
             "neurons are coupled");
   EXPECT_EQ(fault_of("[skin]\napex_mm = [15, 10]\n"),
-            "s.toml:2: skin.apex_mm is only of a curved finger: set skin.radius_mm");
+            "s.toml:2: skin.apex_mm requires a curved finger: set skin.radius_mm");
   EXPECT_EQ(fault_of("preset = \"goodwin\"\n[neuron]\ng_Na = 120\n").substr(0, 41),
             "s.toml:3: the key neuron.g_Na is not know");
 }

@@ -59,8 +59,8 @@ TEST(LineLoad, DisplacementIsThatOfPointLoadsAlongIt) {
   EXPECT_NEAR(line_load_displacement_mm(load, kModulus, 0.8, 1.5), expected, 1e-12);
 }
 
-// Independent solution: uniform strips with the pressure constant in each, collocated at their
-// middles; ∫ asinh(c/|t|) dt = t·asinh(c/|t|) + c·asinh(t/c).
+// Independent solution: uniform strips with constant pressure, collocated at their centres;
+// ∫ asinh(c/|t|) dt = t·asinh(c/|t|) + c·asinh(t/c).
 struct Strips {
   std::vector<double> x;
   Eigen::VectorXd pressure;
@@ -93,7 +93,8 @@ Strips solve_by_strips(const BarTip& tip, int per_bar) {
   return strips;
 }
 
-// The strips converge as their width (the edges are singular): 400 a bar are good to 0.3 %.
+// The strips converge linearly in their width (the edges are singular): 400 per bar are within 0.3
+// %.
 TEST(BarContact, AgreesWithAnIndependentStripSolution) {
   const BarTip tip;
   const BarContact ours = BarContact::solve(tip, kModulus, 0.65);
@@ -142,7 +143,7 @@ TEST(BarContact, VerticalStressCarriesTheForceAtAnyDepth) {
 }
 
 TEST(BarContact, PressureOfALongBarIsThatOfAFlatPunch) {
-  // p = P/(π√(b²−x²)): the Gauss-Chebyshev loads of a lone, long bar are all the same.
+  // p = P/(π√(b²−x²)): the Gauss-Chebyshev loads of a single long bar are all equal.
   const BarTip tip{.widths_mm = {2.0}, .gaps_mm = {}, .length_mm = 1e4};
   const BarContact contact = BarContact::solve(tip, kModulus, 0.65);
   for (const LineLoad& load : contact.loads) {
@@ -151,7 +152,7 @@ TEST(BarContact, PressureOfALongBarIsThatOfAFlatPunch) {
   }
 }
 
-TEST(BarContact, EveryLoadPressesAndNonePulls) {
+TEST(BarContact, EveryLoadIsCompressive) {
   for (const LineLoad& load : BarContact::solve(BarTip{}, kModulus, 0.65).loads) {
     EXPECT_GT(load.force_per_length_mN_per_mm, 0.0);
   }
@@ -162,7 +163,7 @@ TEST(FlatTipField, InterpolatesTheSuperposition) {
   const SkinParameters skin;
   const FlatTipField field(tip, skin);
   const BarContact contact = FlatTipField::loads(tip, skin, 1.0, skin.receptor_depth_mm);
-  // A quarter of a thousandth of the peak of σz.
+  // 0.025 % of the peak of σz.
   constexpr double kTolerance_kPa = 3e-3;
   for (double x = -14.03; x < 14.0; x += 0.517) {
     for (const double y : {0.0, 3.3, -9.7, 10.4, -12.0}) {
@@ -180,7 +181,7 @@ TEST(FlatTipField, InterpolatesTheSuperposition) {
 TEST(FlatTipField, FarAwayTheTipIsAPointLoad) {
   const BarTip tip{.widths_mm = {2.0}, .gaps_mm = {}, .length_mm = 3.0};
   const FlatTipField field(tip, {});
-  // Inside and outside of the grid's border, 10 mm from the tip.
+  // On both sides of the grid's border, 10 mm from the tip.
   for (const double x : {10.8, 11.5}) {
     const auto point = point_load_stress(field.force_mN(1.0), 0.48, x, 0.65);
     EXPECT_NEAR(field.at(x, 0.0, 1.0).stress.sigma_x / point.sigma_r, 1.0, 0.03) << x;
@@ -191,11 +192,11 @@ TEST(FlatTipField, FarAwayTheTipIsAPointLoad) {
   }
 }
 
-// Boundary elements (tools/studies/reference) for one bar on a finger of 7 mm radius; the errors
-// are those that core/README.md states.
-TEST(FlatTipField, OnACurvedFingerItIsNearTheBoundaryElements) {
+// Boundary elements (tools/studies/reference) for one bar on a finger of 7 mm radius;
+// core/README.md states the same errors.
+TEST(FlatTipField, OnACurvedFingerItAgreesWithBoundaryElements) {
   struct Case {
-    double width_mm, depth_mm, force, middle, edge;  ///< errors allowed
+    double width_mm, depth_mm, force, middle, edge;  ///< allowed errors
   };
   for (const Case& c : {Case{1.0, 0.3, 0.01, 0.01, 0.02}, Case{1.0, 1.5, 0.02, 0.05, 0.04},
                         Case{3.0, 0.3, 0.05, 0.12, 0.08}, Case{3.0, 0.7, 0.04, 0.03, 0.03},
@@ -220,7 +221,7 @@ TEST(FlatTipField, OnACurvedFingerItIsNearTheBoundaryElements) {
     };
     EXPECT_NEAR(ratio(0.0), 1.0, c.middle) << c.width_mm << " " << c.depth_mm;
     EXPECT_NEAR(ratio(0.5 * c.width_mm), 1.0, c.edge) << c.width_mm << " " << c.depth_mm;
-    // The table repeats the line loads it was made of.
+    // The table reproduces the line loads from which it was made.
     const BarContact loads = FlatTipField::loads(tip, skin, c.depth_mm, 0.65);
     const double peak = -stress_at(loads, skin.poisson_ratio, 0.0, 0.0, 0.65).sigma_z;
     for (const double y : {0.0, 1.1, -3.0}) {
@@ -231,12 +232,12 @@ TEST(FlatTipField, OnACurvedFingerItIsNearTheBoundaryElements) {
   }
 }
 
-TEST(FlatTipField, AShortBarOnACurvedFingerEndsUpTouchingWithAllOfItsLength) {
+TEST(FlatTipField, AShortBarOnACurvedFingerEventuallyTouchesAlongItsWholeLength) {
   const SkinParameters skin{.radius_mm = 7.0};
   const BarTip tip{.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 3.0};
   const FlatTipField curved(tip, skin);
   const FlatTipField flat(tip, {});
-  // From there on, it is as stiff as on flat skin.
+  // Beyond that depth, it is as stiff as on flat skin.
   EXPECT_NEAR(curved.force_mN(4.0) - curved.force_mN(3.0), flat.force_mN(1.0),
               1e-6 * flat.force_mN(1.0));
   EXPECT_LT(curved.force_mN(1.0), flat.force_mN(1.0));
@@ -244,7 +245,7 @@ TEST(FlatTipField, AShortBarOnACurvedFingerEndsUpTouchingWithAllOfItsLength) {
   EXPECT_EQ(curved.force_mN(-1.0), 0.0);
 }
 
-TEST(BarTip, RefusesBarsThatOverlapOrAreNone) {
+TEST(BarTip, RefusesOverlappingBarsAndEmptyRows) {
   EXPECT_EQ((BarTip{.widths_mm = {}, .gaps_mm = {}}.check().error().key), "probe.bar_widths_mm");
   EXPECT_EQ((BarTip{.widths_mm = {5.0, -1.0}, .gaps_mm = {1.0}}.check().error().key),
             "probe.bar_widths_mm");

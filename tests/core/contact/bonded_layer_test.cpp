@@ -39,7 +39,7 @@ TEST(BondedLayer, AgreesWithThePerturbationOfAThickLayer) {
   }
 }
 
-// Figures of an independent Fredholm solution: R 2, d 1.5, h 4 and R 5, d 1, h 4.
+// Values from an independent Fredholm solution: R 2, d 1.5, h 4 and R 5, d 1, h 4.
 TEST(BondedLayer, AgreesWithPublishedFigures) {
   const BondedLayer layer(kNu);
   EXPECT_NEAR(layer.force_factor(std::sqrt(2.0 * 1.5) / 4.0), 1.85, 0.005);
@@ -50,7 +50,7 @@ TEST(BondedLayer, AgreesWithPublishedFigures) {
   EXPECT_NEAR(layer.radius_factor(1.05409255339), 1.38917, 1e-4);
 }
 
-TEST(BondedLayer, DimitriadisFallsShortOfItAsDocumented) {
+TEST(BondedLayer, DimitriadisUnderestimatesTheForceAsDocumented) {
   const BondedLayer layer(kNu);
   const auto shortfall = [&](double chi) {
     return 1.0 - dimitriadis_factor(chi, kNu) / layer.force_factor(chi);
@@ -68,7 +68,7 @@ TEST(BondedLayer, DimitriadisHasThePublishedCoefficientsOfAnIncompressibleLayer)
   EXPECT_NEAR((f(h) - 2.0 * f(0.0) + f(-h)) / (2.0 * h * h), 1.283, 5e-4);
 }
 
-TEST(BondedLayer, GoesOnSmoothlyBeyondItsTable) {
+TEST(BondedLayer, ContinuesSmoothlyBeyondItsTable) {
   const BondedLayer layer(kNu);
   const double end = layer.largest_chi();
   EXPECT_GT(end, 2.0);

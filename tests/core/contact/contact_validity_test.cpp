@@ -17,19 +17,19 @@ TEST(ContactValidity, ShallowPressesAreWithinAndDeepOnesAreNot) {
   EXPECT_TRUE(validity({.contact_law = ContactLaw::kSneddon}, 0.2, 0.5).within);
 }
 
-TEST(ContactValidity, IsJudgedByAllThatIsReported) {
-  // A shallow press of a large sphere strains little, but feels the bone.
+TEST(ContactValidity, DependsOnEveryReportedRatio) {
+  // A shallow press of a large sphere strains the skin little, but the bone stiffens it.
   const ContactValidity wide = validity({}, 100.0, 0.5);
   EXPECT_LT(wide.radius_ratio, ContactValidity::kLargestRadiusRatio);
   EXPECT_NEAR(wide.layer_force_error, -0.907, 0.001);
   EXPECT_FALSE(wide.within);
 }
 
-TEST(ContactValidity, SaysHowFarTheForceIsFromAnExactSphere) {
+TEST(ContactValidity, ReportsTheForceErrorAgainstAnExactSphere) {
   EXPECT_NEAR(validity({}, 1.0, 0.3).sphere_force_error, 1.0 / 0.970 - 1.0, 5e-4);
 }
 
-TEST(ContactValidity, SaysWhatBoneWouldChange) {
+TEST(ContactValidity, ReportsTheEffectOfBone) {
   const ContactValidity half_space = validity({}, 2.0, 1.5);
   EXPECT_FALSE(half_space.thickness_given);
   EXPECT_NEAR(half_space.layer_ratio, 0.433, 5e-4);
@@ -46,7 +46,7 @@ TEST(ContactValidity, SaysWhatBoneWouldChange) {
       0.0, 1e-12);
 }
 
-TEST(ContactValidity, AFlatPlateIsJudgedByTheFinger) {
+TEST(ContactValidity, AFlatPlateUsesTheRadiusOfTheFinger) {
   const SkinParameters finger{.radius_mm = 7.0};
   const double plate = std::numeric_limits<double>::infinity();
   EXPECT_NEAR(validity(finger, plate, 0.7).radius_ratio, std::sqrt(0.1), 1e-9);

@@ -36,7 +36,7 @@ TEST(HertzContact, PressureIntegratesToTheForce) {
   EXPECT_NEAR(force / contact.force_mN, 1.0, 1e-10);
 }
 
-TEST(HertzContact, DepthComesBackFromForce) {
+TEST(HertzContact, ForceInvertsToDepth) {
   const HertzContact law(5.0, 7.0, kModulus);
   for (const double depth : {1e-6, 0.01, 0.5, 1.5, 4.0}) {
     EXPECT_NEAR(law.at_force(law.at_depth(depth).force_mN).depth_mm / depth, 1.0, 1e-12);

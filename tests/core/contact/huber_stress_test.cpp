@@ -31,8 +31,8 @@ double difference(const AxisymmetricStress& ours, const reference::Stress& their
          scale;
 }
 
-// The superposition is converged to 1e-12; the closed form loses a few digits far from the contact,
-// where σ is small against p0.
+// The superposition has converged to 1e-12. The closed form loses a few digits far from the
+// contact, where σ is small relative to p0.
 TEST(HuberStress, EqualsTheSuperpositionOfPointLoadsEverywhere) {
   Random random(1);
   for (int k = 0; k < 1000; ++k) {

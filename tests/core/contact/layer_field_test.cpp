@@ -22,7 +22,7 @@ double energy(const AxisymmetricStress& stress, const SkinParameters& skin) {
   return energy_density_kPa(stress, SkinMaterial(skin), EnergyDensity::kDistortional);
 }
 
-// The finite elements converge as the square of their size: at 0.05 mm they are within 1 %.
+// The finite elements converge with the square of their size: at 0.05 mm they are within 1 %.
 TEST(LayerField, AgreesWithFiniteElements) {
   struct Case {
     double radius_mm, depth_mm;
@@ -51,14 +51,14 @@ TEST(LayerField, AgreesWithFiniteElements) {
       const double found = energy(field.stress(contact, r), skin);
       EXPECT_NEAR(found, expected, 0.02 * expected + 0.005 * largest) << radius_mm << " " << r;
     }
-    // What the half-space under a semi-ellipse of the same force and radius misses on the axis.
+    // The error on the axis of a half-space under a semi-ellipse of the same force and radius.
     const double half_space =
         energy(huber_stress(contact, skin.poisson_ratio, 0.0, skin.receptor_depth_mm), skin);
     EXPECT_NEAR(1.0 - half_space / on_axis, radius_mm == 2.0 ? 0.26 : 0.42, 0.02);
   }
 }
 
-TEST(LayerField, IsTheHalfSpacesWhereTheSkinIsThick) {
+TEST(LayerField, MatchesTheHalfSpaceForThickSkin) {
   const SkinParameters skin = layered(200.0);
   const ContactState contact = SphereLaw(skin, 2.0).at_depth(1.0);
   const LayerField field(skin, 2.0);
@@ -67,14 +67,14 @@ TEST(LayerField, IsTheHalfSpacesWhereTheSkinIsThick) {
     const AxisymmetricStress half_space = huber_stress(hertz, skin.poisson_ratio, r, 0.65);
     const double expected = energy(half_space, skin);
     EXPECT_NEAR(energy(field.stress(contact, r), skin) / expected, 1.0, 0.02) << r;
-    // The bone takes off far displacements most.
+    // The bone reduces far displacements most.
     EXPECT_NEAR(field.displacement_mm(contact, r), HertzContact::surface_displacement_mm(hertz, r),
                 0.01)
         << r;
   }
 }
 
-TEST(LayerField, DisplacesTheSurfaceToTheSphere) {
+TEST(LayerField, SurfaceFollowsTheSphere) {
   const SkinParameters skin = layered(4.0);
   const ContactState contact = SphereLaw(skin, 5.0).at_depth(1.0);
   const LayerField field(skin, 4.0);
@@ -84,12 +84,12 @@ TEST(LayerField, DisplacesTheSurfaceToTheSphere) {
   EXPECT_NEAR(field.displacement_mm(contact, field.radius_of_displacement_mm(contact, 0.2)), 0.2,
               1e-5);
   EXPECT_EQ(field.radius_of_displacement_mm(contact, 1.1), 0.0);
-  // Where the rubber-like skin has nowhere else to go, it bulges.
+  // The nearly incompressible skin bulges next to the contact.
   EXPECT_LT(field.displacement_mm(contact, 6.0), 0.0);
   EXPECT_EQ(field.displacement_mm(contact, 1e6), 0.0);
 }
 
-TEST(LayerField, ProfilesAreItsStresses) {
+TEST(LayerField, ProfilesEqualTheStresses) {
   const SkinParameters skin = layered(3.0);
   const ContactState contact = SphereLaw(skin, 2.0).at_depth(0.7);
   const LayerField field(skin, 3.0);

@@ -8,7 +8,7 @@
 namespace merkel {
 namespace {
 
-/// Spheres of 2 mm radius, 1 mm deep, in a row at a distance from one another.
+/// Spheres of 2 mm radius, 1 mm deep, evenly spaced in a row.
 std::vector<NeighbourPress> row_of(std::size_t count, double apart_mm, const TipContact& tip) {
   std::vector<NeighbourPress> presses;
   for (std::size_t i = 0; i < count; ++i) {
@@ -26,14 +26,14 @@ TEST(NeighbourDepths, TwoSpheresAreSofterThanEachAlone) {
     solve_neighbour_depths(presses);
     EXPECT_NEAR(alone / presses[0].press.contact.force_mN, stiffer, 0.01);
     EXPECT_NEAR(presses[0].press.contact.force_mN, presses[1].press.contact.force_mN, 1e-3);
-    // Each finds the depth it was given: its own indentation and what the other displaces.
+    // Own indentation plus the displacement by the other sphere give the requested depth.
     const double own = presses[0].press.contact.depth_mm;
     const double other = tip.displacement_mm(presses[1].press, 0.0, 0.0);
     EXPECT_NEAR(own + other, 1.0, 1e-6);
   }
 }
 
-TEST(NeighbourDepths, AShallowTipLosesItsTouch) {
+TEST(NeighbourDepths, AShallowTipLosesContact) {
   const TipContact tip(Indenter{}, {});
   auto presses = row_of(2, 2.5, tip);
   presses[1].input.depth_mm = 0.05;
@@ -43,7 +43,7 @@ TEST(NeighbourDepths, AShallowTipLosesItsTouch) {
   EXPECT_DOUBLE_EQ(presses[0].press.contact.depth_mm, 1.0);
 }
 
-TEST(NeighbourDepths, MixesTipsAndCrowds) {
+TEST(NeighbourDepths, HandlesMixedTipsAndManyContacts) {
   const TipContact sphere(Indenter{}, {});
   const TipContact pin(
       Indenter{.tip = Indenter::Tip::kPin, .bars = {}, .pin = {.diameter_mm = 1.0}}, {});

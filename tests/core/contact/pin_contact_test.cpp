@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kPoisson = 0.48;
 
-/// The pressure under a pin is the slope, by a, of that under a sphere with p0 = P·a/(2πa₀²).
+/// The pressure under a pin is the derivative with respect to a of the pressure under a sphere with
+/// p0 = P·a/(2πa₀²).
 AxisymmetricStress by_slope(double force, double radius, double r, double z) {
   constexpr double kStep = 1e-4;
   const auto sphere = [&](double a) {
@@ -68,7 +69,7 @@ TEST(PinContact, CarriesItsForce) {
   EXPECT_NEAR(sum, 100.0, 0.01);
 }
 
-TEST(PinContact, TheGridRepeatsTheClosedForm) {
+TEST(PinContact, TheGridReproducesTheClosedForm) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
   const FlatTipField field(PinTip{.diameter_mm = 1.0}, skin);

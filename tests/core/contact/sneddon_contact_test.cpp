@@ -64,7 +64,7 @@ TEST(SneddonContact, TendsToHertzForShallowPresses) {
   EXPECT_NEAR(contact.peak_pressure_kPa / hertz.at_depth(1e-6).peak_pressure_kPa, 1.0, 1e-6);
 }
 
-TEST(SneddonContact, DepthComesBackFromForce) {
+TEST(SneddonContact, ForceInvertsToDepth) {
   const SneddonContact law(2.0, kModulus);
   for (const double depth : {1e-5, 0.1, 1.5, 5.0, 20.0}) {
     EXPECT_NEAR(law.at_force(law.at_depth(depth).force_mN).depth_mm / depth, 1.0, 1e-9);

@@ -15,8 +15,8 @@
 
 namespace merkel {
 
-/// Watches commands as a receiver sees them, and names the first that breaks a limit. It shares no
-/// code with the limiter: it works on instants, not on ticks.
+/// Checks commands as a receiver sees them, and reports the first that exceeds a limit. It shares
+/// no code with the limiter: it works on instants, not on ticks.
 class CommandAuditor {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
@@ -27,7 +27,7 @@ class CommandAuditor {
     for (Line& line : lines_) line.level_time = line.train_time = start;
   }
 
-  /// The commands of one tick, in the order in which they leave.
+  /// Takes the commands of one tick, in the order in which they are sent.
   void take(std::span<const StimulationCommand> commands) {
     Nanoseconds last = Nanoseconds::min();
     for (const StimulationCommand& command : commands) {
@@ -41,11 +41,11 @@ class CommandAuditor {
         take_update(command);
       }
     }
-    // Together at the end of the tick: trains change at one instant.
+    // Check the sums at the end of the tick: all trains change at one instant.
     if (!commands.empty()) check_sums(commands);
   }
 
-  /// Empty, or what the first bad command broke.
+  /// Empty, or the limit that the first bad command exceeded.
   [[nodiscard]] const std::string& fault() const { return fault_; }
   [[nodiscard]] double train_uA(std::size_t electrode) const { return lines_[electrode].train_uA; }
   [[nodiscard]] double most_total_uA() const { return most_total_uA_; }
@@ -54,7 +54,7 @@ class CommandAuditor {
   struct Line {
     double train_uA = 0.0;
     Nanoseconds train_time{0};
-    double level_uA = 0.0;  ///< of the last pulse; 0 from a stop on
+    double level_uA = 0.0;  ///< of the last pulse; 0 after a stop
     Nanoseconds level_time{0};
     std::optional<Nanoseconds> pulse;
     double pulse_uA = 0.0;
@@ -117,7 +117,7 @@ class CommandAuditor {
     line.level_time = command.time;
   }
 
-  /// Everything that flows at the instant of a command.
+  /// Checks all currents at the instant of a command.
   void check_instant(const StimulationCommand& command) {
     double total_uA = 0.0;
     std::size_t active = 0;
@@ -132,7 +132,7 @@ class CommandAuditor {
     if (active > limits_.max_electrodes) fail(command, "is one electrode too many");
   }
 
-  /// Pulses of a tick may be given together by a receiver: they count at once.
+  /// A receiver may apply the pulses of a tick together, so they count as simultaneous.
   void check_sums(std::span<const StimulationCommand> commands) {
     check_instant(commands.back());
     std::map<std::size_t, double> of_tick;
@@ -155,7 +155,7 @@ class CommandAuditor {
   StimulationLimiter::Limits limits_;
   std::vector<StimulationLimiter::OfElectrode> electrodes_;
   std::vector<Line> lines_;
-  std::vector<double> trains_before_;  ///< during the tick being taken
+  std::vector<double> trains_before_;  ///< during the current tick
   double most_total_uA_ = 0.0;
   std::string fault_;
 };

@@ -95,7 +95,7 @@ std::vector<SpikeEvent> random_spikes(std::uint64_t seed, int ticks, double rate
   return spikes;
 }
 
-/// All commands of an encoder that gets these spikes.
+/// All commands of an encoder that receives these spikes.
 std::vector<StimulationCommand> encode(StimulationEncoder& encoder,
                                        const std::vector<SpikeEvent>& spikes, int ticks) {
   TickFeed feed(encoder, kTick);
@@ -198,7 +198,7 @@ TEST(Encoders, EverySpikeIsAPulseBelowTheFrequency) {
   EXPECT_EQ(pulses, spikes.size());
 }
 
-TEST(Encoders, LinearFollowsTheForceOfWhatReachesTheField) {
+TEST(Encoders, LinearFollowsTheForceOfContactsThatReachTheField) {
   Electrode electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0);
   electrode.full_force_N = 2.0;
   StimulationEncoder encoder = encoder_of(electrode);

@@ -29,7 +29,7 @@ std::string fault(const std::function<void(EncodingParameters&)>& change) {
   return checked ? "" : checked.error().key + " " + checked.error().reason;
 }
 
-TEST(EncodingParameters, TakesValidOnesAndNone) {
+TEST(EncodingParameters, AcceptsValidParametersAndNoElectrodes) {
   EXPECT_TRUE(valid().check());
   EXPECT_TRUE(EncodingParameters{}.check());
 }
@@ -43,7 +43,7 @@ TEST(EncodingParameters, LimitsHaveNoDefault) {
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].frequency_Hz = {}; }), "");
 }
 
-TEST(EncodingParameters, RefusesARangeThatBreaksALimit) {
+TEST(EncodingParameters, RefusesARangeThatExceedsALimit) {
   EXPECT_EQ(fault([](auto& p) { p.electrodes[0].amplitude_uA[1] = 90.0; }),
             "electrode[E1].amplitude_uA reaches 90 µA, which is 18 nC in a phase of 200 µs, above "
             "stimulation.max_charge_nC = 16: lower the amplitude or shorten stimulation.phase_us");
@@ -55,7 +55,7 @@ TEST(EncodingParameters, RefusesARangeThatBreaksALimit) {
             "two phases of 200 µs: lower the frequency or shorten stimulation.phase_us");
 }
 
-TEST(EncodingParameters, RefusesWhatCannotBe) {
+TEST(EncodingParameters, RefusesInvalidValues) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(fault([&](auto& p) { p.electrodes[0].amplitude_uA = {nan, 80.0}; }), "");
   EXPECT_NE(fault([&](auto& p) { p.electrodes[0].amplitude_uA = {20.0, nan}; }), "");
@@ -69,10 +69,10 @@ TEST(EncodingParameters, RefusesWhatCannotBe) {
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");
   EXPECT_EQ(fault([](auto& p) { p.electrodes.push_back(p.electrodes[0]); }),
-            "electrode.name \"E1\" names two electrodes: give each its own");
+            "electrode.name \"E1\" is used by two electrodes: give each its own name");
 }
 
-TEST(EncodingParameters, RefusesWhatTheModelLacks) {
+TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
   const EncodedModel model{
       .patches = {{.area = {},
                    .afferents = {AfferentSite{.x_mm = 5.0, .y_mm = 5.0, .receptors = 1}}}},
@@ -88,8 +88,8 @@ TEST(EncodingParameters, RefusesWhatTheModelLacks) {
   EXPECT_EQ(fault_with_model([](auto& p) {
               p.electrodes[0].field_mm = {15.0, 10.0, 3.0};
             }),
-            "electrode[E1].field_mm holds no afferent: move it, or make its radius larger (merkel "
-            "inspect afferents prints where they are)");
+            "electrode[E1].field_mm contains no afferent: move it or enlarge its radius (merkel "
+            "inspect afferents prints their positions)");
   EXPECT_EQ(fault_with_model([](auto& p) {
               p.electrodes[0].field_mm = {31.0, 10.0, 30.0};
             }),
@@ -98,7 +98,7 @@ TEST(EncodingParameters, RefusesWhatTheModelLacks) {
             "electrode[E1].patch is not a patch of the scene");
   EXPECT_EQ(
       fault_with_model([](auto& p) { p.stimulation.update = std::chrono::microseconds{2500}; }),
-      "stimulation.update_ms must be a whole number of ticks, which are 1 ms (loop.tick_us)");
+      "stimulation.update_ms must be a multiple of the tick, 1 ms (loop.tick_us)");
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace merkel {
 
 /// Electrodes of every kind with random fields, ranges and limits, for a patch of 30 by 20 mm.
-/// \param least_radius_mm  of a field; larger where there are few afferents
+/// \param least_radius_mm  smallest radius of a field; larger where afferents are sparse
 inline EncodingParameters random_encoding(Random& random, double least_radius_mm) {
   EncodingParameters parameters = encoding_of({});
   StimulationParameters& limits = parameters.stimulation;
@@ -43,7 +43,7 @@ inline EncodingParameters random_encoding(Random& random, double least_radius_mm
   return parameters;
 }
 
-/// What an auditor holds commands against: the scene's own numbers.
+/// The limits that an auditor checks commands against: those of the scene.
 inline CommandAuditor auditor_of(const EncodingParameters& parameters) {
   const StimulationParameters& stimulation = parameters.stimulation;
   StimulationLimiter::Limits limits{.phase = stimulation.phase,

@@ -26,7 +26,7 @@ using Stop = StimulationCommand::Stop;
 
 constexpr std::chrono::milliseconds kTick{1};
 
-/// An encoder that is on: linear, under a press of 1 N.
+/// An active encoder: linear, under a press of 1 N.
 class Pressed : public testing::Test {
  protected:
   Pressed()
@@ -40,7 +40,7 @@ class Pressed : public testing::Test {
     for (int k = 0; k < 15; ++k) step();
     EXPECT_EQ(last_.amplitude_uA, 80.0);
   }
-  /// \return the tick's only command, if there is one
+  /// \return the tick's only command, if any
   std::optional<StimulationCommand> step() {
     const auto commands = feed_.step();
     if (commands.empty()) return std::nullopt;
@@ -88,7 +88,7 @@ TEST_F(Pressed, AHeldSampleDoesNotStopItButAnEndedRecordingDoes) {
   EXPECT_EQ(last_.stop, Stop::kReleased);
 }
 
-TEST_F(Pressed, AGapStopsItAndItsGridGoesOn) {
+TEST_F(Pressed, AGapStopsItAndItsGridContinues) {
   feed_.skip(100);
   ASSERT_TRUE(step());
   EXPECT_EQ(last_.amplitude_uA, 0.0);
@@ -130,13 +130,13 @@ TEST_F(Pressed, EndsWithEverythingOff) {
   EXPECT_EQ(commands[0].heartbeat, last_.heartbeat + 1);
 }
 
-TEST(StimulationEncoder, EndsWithNothingWhereThereWasNoTick) {
+TEST(StimulationEncoder, EndsWithoutCommandsIfThereWasNoTick) {
   auto encoder = *StimulationEncoder::create(
       encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0)}), grid_model());
   EXPECT_TRUE(encoder.finish().empty());
 }
 
-TEST_F(Pressed, ResetBeginsAgain) {
+TEST_F(Pressed, ResetStartsAgain) {
   encoder_.fail_safe(Stop::kSinkFailure);
   encoder_.reset();
   TickFeed again(encoder_, kTick);
@@ -147,7 +147,7 @@ TEST_F(Pressed, ResetBeginsAgain) {
   EXPECT_EQ(commands[0].amplitude_uA, 80.0);
 }
 
-TEST(StimulationEncoder, StopsThePatchOfTheFaultAlone) {
+TEST(StimulationEncoder, StopsOnlyThePatchOfTheFault) {
   EncodedModel model = grid_model();
   model.patches.push_back(model.patches[0]);
   model.patch_of_probe = {0, 1};
@@ -167,7 +167,7 @@ TEST(StimulationEncoder, StopsThePatchOfTheFaultAlone) {
   EXPECT_EQ(commands[1].amplitude_uA, 50.0);
 }
 
-TEST(StimulationEncoder, ForgetsWhatItSawBeforeAFault) {
+TEST(StimulationEncoder, ClearsItsHistoryAtAFault) {
   for (const EncoderKind kind :
        {EncoderKind::kRate, EncoderKind::kRecruited, EncoderKind::kOkorokova}) {
     Electrode electrode = electrode_at("E1", kind, 15.0, 10.0, 3.0);
@@ -228,7 +228,7 @@ class RandomScene {
   explicit RandomScene(std::uint64_t seed)
       : random_(seed), parameters_(random_encoding(random_, 1.0)) {}
 
-  /// \return what went wrong, or nothing
+  /// \return the error, or an empty string
   std::string run() {
     auto created = StimulationEncoder::create(parameters_, grid_model());
     if (!created) return created.error().key + " " + created.error().reason;
@@ -244,7 +244,7 @@ class RandomScene {
         fault = latched = true;
       }
       const auto commands = feed.step();
-      if (auto wrong = judge(commands, auditor, fault); !wrong.empty()) return wrong;
+      if (auto wrong = audit(commands, auditor, fault); !wrong.empty()) return wrong;
       if (!commands.empty() && commands.back().kind == Kind::kUpdate) {
         if (commands.back().heartbeat != ++heartbeat_) return "a heartbeat is missing";
         last_update = feed.now();
@@ -252,13 +252,14 @@ class RandomScene {
       if (feed.now() - last_update >= parameters_.stimulation.update) return "an update is late";
     }
     on_ = auditor.most_total_uA() > 0.0;
-    return judge(encoder.finish(), auditor, true);
+    return audit(encoder.finish(), auditor, true);
   }
   /// Whether anything was ever switched on.
   [[nodiscard]] bool on() const { return on_; }
 
  private:
-  /// The next tick's input. \return whether it holds a fault
+  /// Prepares the next tick's input.
+  /// \return whether it contains a fault
   bool disturb(TickFeed& feed, bool running) {
     const auto happens = [&](double probability) { return random_.uniform() < probability; };
     if (happens(0.02)) released_ = !released_;
@@ -289,17 +290,17 @@ class RandomScene {
     if (kind < 0.05) return 1e300;
     return random_.uniform(0.0, most);
   }
-  static std::string judge(std::span<const StimulationCommand> commands, CommandAuditor& auditor,
+  static std::string audit(std::span<const StimulationCommand> commands, CommandAuditor& auditor,
                            bool fault) {
     auditor.take(commands);
     if (!auditor.fault().empty()) return auditor.fault();
     if (!fault) return "";
     for (const auto& command : commands) {
-      if (command.amplitude_uA != 0.0) return "something is on in the tick of a fault";
-      if (command.stop == Stop::kNone) return "a fault has no name";
+      if (command.amplitude_uA != 0.0) return "an electrode is on in the tick of a fault";
+      if (command.stop == Stop::kNone) return "a fault has no stop reason";
     }
     for (std::size_t e = 0; e < commands.size(); ++e) {
-      if (auditor.train_uA(e) != 0.0) return "a train goes on after a fault";
+      if (auditor.train_uA(e) != 0.0) return "a train continues after a fault";
     }
     return "";
   }
@@ -322,7 +323,7 @@ TEST(StimulationEncoder, KeepsEveryLimitAndStopsAtEveryFault) {
   EXPECT_GT(on, 190);
 }
 
-TEST(StimulationEncoder, GivesTheSameBitsAgain) {
+TEST(StimulationEncoder, IsDeterministic) {
   const auto run = [] {
     auto encoder = *StimulationEncoder::create(
         encoding_of({electrode_at("E1", EncoderKind::kRate, 15.0, 10.0, 3.0),

@@ -50,7 +50,7 @@ StimulationCommand pulse(nanoseconds time, double amplitude_uA, std::uint16_t el
   return {.time = time, .amplitude_uA = amplitude_uA, .electrode = electrode, .kind = Kind::kPulse};
 }
 
-TEST(StimulationLimiter, LeavesWhatIsWithinAlone) {
+TEST(StimulationLimiter, LeavesValidCommandsUnchanged) {
   StimulationLimiter limiter(kWide, {{80.0, 200.0}, {60.0, 200.0}});
   limiter.reset(nanoseconds{0});
   EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0, 33.3}), (std::vector{80.0, 33.3}));
@@ -72,7 +72,7 @@ TEST(StimulationLimiter, ClipsAmplitudeChargeAndFrequency) {
   EXPECT_EQ(limiter.clippings().frequency, 2U);
 }
 
-TEST(StimulationLimiter, SwitchesOffWhatIsNoNumber) {
+TEST(StimulationLimiter, SwitchesOffNonFiniteValues) {
   StimulationLimiter limiter(kWide, {{80.0, 200.0}});
   limiter.reset(nanoseconds{0});
   for (const double bad : {kNan, kInfinity, -kInfinity, -1.0}) {
@@ -121,7 +121,7 @@ TEST(StimulationLimiter, KeepsTheStrongestElectrodes) {
   EXPECT_EQ(limiter.clippings().electrodes, 2U);
 }
 
-TEST(StimulationLimiter, LeavesOutPulsesThatComeTooSoon) {
+TEST(StimulationLimiter, DropsPulsesThatComeTooSoon) {
   StimulationLimiter limiter(kWide, {{80.0, 200.0}});
   limiter.reset(nanoseconds{0});
   std::vector pulses = {pulse(milliseconds{1}, 80.0), pulse(microseconds{5999}, 80.0),
@@ -142,11 +142,11 @@ TEST(StimulationLimiter, PulsesOfATickShareTheBudgetThatTrainsLeave) {
   ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{1}), 2U);
   EXPECT_NEAR(pulses[0].amplitude_uA, 40.0, 1e-9);
   EXPECT_NEAR(pulses[1].amplitude_uA, 20.0, 1e-9);
-  // At the next update the train gives way to pulses as strong as those that were wanted.
+  // At the next update the train leaves room for pulses of the requested strength.
   EXPECT_NEAR(limited(limiter, milliseconds{11}, {40.0, 0.0, 0.0})[0], 25.0, 1e-9);
 }
 
-/// One random run of the limiter, watched by the auditor.
+/// One random run of the limiter, checked by the auditor.
 class RandomRun {
  public:
   explicit RandomRun(std::uint64_t seed) : random_(seed) {
@@ -166,8 +166,8 @@ class RandomRun {
     }
   }
 
-  /// \param omitted  a limit that the limiter does not know; the auditor does
-  /// \return what was broken, or nothing
+  /// \param omitted  a limit withheld from the limiter but not from the auditor
+  /// \return the limit exceeded, or an empty string
   std::string run(const std::string& omitted = "") {
     StimulationLimiter limiter = make_limiter(omitted);
     limiter.reset(nanoseconds{0});
@@ -241,7 +241,7 @@ class RandomRun {
   std::vector<bool> pulses_;
 };
 
-TEST(StimulationLimiter, NothingAboveALimitEverLeaves) {
+TEST(StimulationLimiter, NoOutputExceedsALimit) {
   for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
     ASSERT_EQ(RandomRun(seed).run(), "") << "seed " << seed;
   }
@@ -254,7 +254,7 @@ TEST(StimulationLimiter, EveryLimitIsNeeded) {
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       broken += RandomRun(seed).run(limit).empty() ? 0 : 1;
     }
-    EXPECT_GT(broken, 5) << "without " << limit << " nothing is broken";
+    EXPECT_GT(broken, 5) << "without " << limit << ", no limit is exceeded";
   }
 }
 

@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// Feeds an encoder with made-up ticks of one patch and one probe.
+/// Feeds an encoder with synthetic ticks of one patch and one probe.
 class TickFeed {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
@@ -30,7 +30,7 @@ class TickFeed {
     resets.clear();
     return commands;
   }
-  /// Leaves ticks out.
+  /// Skips ticks.
   void skip(int ticks) { end_ += ticks * tick_; }
   void spike(Nanoseconds after_begin, std::uint32_t neuron) {
     spikes.push_back({.time = end_ + after_begin, .neuron = neuron});

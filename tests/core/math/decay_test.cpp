@@ -8,7 +8,7 @@
 namespace merkel {
 namespace {
 
-TEST(Decay, IsTheExponentialToTheLastDigits) {
+TEST(Decay, MatchesTheExponentialToTheLastDigits) {
   EXPECT_EQ(decay(0.0), 1.0);
   for (int k = 0; k < 200'000; ++k) {
     const double x = k * 0.0035;

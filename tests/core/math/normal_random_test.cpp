@@ -46,12 +46,12 @@ TEST(NormalRandom, StreamsAndStepsAreUncorrelated) {
   };
   const double bound = 4.0 / std::sqrt(static_cast<double>(kSteps));
   EXPECT_LT(std::fabs(correlation(0, 1, 0)), bound);
-  EXPECT_LT(std::fabs(correlation(0, 8, 0)), bound);  // the two of a pair
+  EXPECT_LT(std::fabs(correlation(0, 8, 0)), bound);  // the two streams of a pair
   EXPECT_LT(std::fabs(correlation(0, 16, 0)), bound);
   EXPECT_LT(std::fabs(correlation(3, 3, 1)), bound);
 }
 
-TEST(NormalRandom, EveryStreamAndSeedIsItsOwn) {
+TEST(NormalRandom, StreamsAndSeedsAreDistinct) {
   std::set<double> seen;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     for (const double number : numbers_of(seed, 40, 5)) seen.insert(number);

@@ -20,7 +20,7 @@ TEST(PortableMath, ExponentialOfHugeArgumentsIsZeroOrInfinite) {
   }
 }
 
-TEST(PortableMath, ExponentialLessOneKeepsItsDigits) {
+TEST(PortableMath, Expm1KeepsItsDigits) {
   for (double x = 1e-300; x < 40.0; x = x * 1.7 + 1e-18) {
     for (const double y : {x, -x}) EXPECT_NEAR(portable_expm1(y) / std::expm1(y), 1.0, 1e-14) << y;
   }

@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// A team whose parts are done one after the other: for work whose parts do not wait for others.
+/// A team that runs its parts one after the other, for work whose parts do not wait for each other.
 class SerialTeam final : public WorkerTeam {
  public:
   explicit SerialTeam(int size) : size_(size) {}

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-TEST(Range, SaysWhatAValueMustBe) {
+TEST(Range, NamesTheAllowedValues) {
   EXPECT_EQ(positive(10.0).fault(2.0), "");
   EXPECT_EQ(positive(10.0).fault(0.0), "must be a positive number, but is 0");
   EXPECT_EQ(positive(10.0).fault(11.0), "must be at most 10, but is 11");
@@ -62,7 +62,7 @@ TEST(Field, DefaultsLieInTheirRangesAndKeysAreUnique) {
     for (const BoundField& field : all_fields(model)) {
       EXPECT_EQ(fault_of(field), "") << field.name();
       EXPECT_FALSE(field.field->meaning.empty()) << field.name();
-      EXPECT_TRUE(names.insert(field.name()).second) << field.name() << " is there twice";
+      EXPECT_TRUE(names.insert(field.name()).second) << field.name() << " is defined twice";
     }
     EXPECT_GT(names.size(), 50U);
   }
@@ -78,7 +78,7 @@ TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
       const BoundField field = all_fields(model)[i];
       auto* const* const number = std::get_if<double*>(&field.value);
       if (number == nullptr) continue;
-      // Keys of neurons that this model does not have are checked where they are used.
+      // Keys of neuron kinds that this model does not use are checked where they are used.
       if (field.table == "afferent") continue;
       if (field.field->key == "diameter_mm") model.indenters[0].tip = Indenter::Tip::kPin;
       if (field.field->key == "bar_length_mm") model.indenters[0].tip = Indenter::Tip::kBars;

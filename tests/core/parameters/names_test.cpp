@@ -9,7 +9,7 @@
 namespace merkel {
 namespace {
 
-TEST(NearestName, FindsTheKeyThatWasMeant) {
+TEST(NearestName, FindsTheIntendedKey) {
   const std::array<std::string, 3> keys = {"radius_mm", "delay_ms", "uri"};
   EXPECT_EQ(nearest_name("raduis_mm", keys), "radius_mm");
   EXPECT_EQ(nearest_name("delay", keys), "delay_ms");

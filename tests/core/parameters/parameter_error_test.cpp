@@ -18,7 +18,7 @@ TEST(ParameterCheck, KeepsTheFirstFailure) {
   EXPECT_EQ(result.error().reason, "must be a positive number, but is -2");
 }
 
-TEST(ParameterCheck, RefusesNotANumberEverywhere) {
+TEST(ParameterCheck, RefusesNaNEverywhere) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(ParameterCheck().number("k", kNan, positive(1)).result());
   EXPECT_FALSE(ParameterCheck().number("k", kNan, positive_or_infinite(1)).result());
@@ -27,7 +27,7 @@ TEST(ParameterCheck, RefusesNotANumberEverywhere) {
   EXPECT_FALSE(ParameterCheck().number("k", kNan, from_below(0.0, 1.0)).result());
 }
 
-TEST(ParameterCheck, TakesOverANestedCheck) {
+TEST(ParameterCheck, IncludesANestedCheck) {
   const auto nested = ParameterCheck().number("inner", 7, from_to(0, 5)).result();
   EXPECT_EQ(ParameterCheck().also(nested).result().error().key, "inner");
 }

@@ -21,7 +21,7 @@ double drive_after(Adaptation& afferent, double begin, double end,
   return drive;
 }
 
-/// The drive of an energy density over time, by the equations in steps of 1 µs.
+/// The drive of an energy density over time, from the equations in steps of 1 µs.
 double by_euler(const AdaptationParameters& p, double t_ms, double (*energy)(double)) {
   double x1 = 0.0;
   double x3 = 0.0;
@@ -39,7 +39,7 @@ double by_euler(const AdaptationParameters& p, double t_ms, double (*energy)(dou
   return drive;
 }
 
-TEST(Adaptation, AnswersAsTheEquationsSay) {
+TEST(Adaptation, FollowsTheEquations) {
   const auto ramp_and_hold = [](double t_ms) { return 2.0 * std::min(1.0, t_ms / 50.0); };
   for (const int interval_us : {500, 1000}) {
     Adaptation afferent(kParameters, 1);
@@ -103,14 +103,14 @@ TEST(Adaptation, KnowsWhenItIsAtRest) {
   EXPECT_TRUE(afferent.at_rest());
 }
 
-TEST(Adaptation, NeverDrivesNegatively) {
+TEST(Adaptation, DriveIsNeverNegative) {
   Adaptation afferent(kParameters, 1);
   EXPECT_GT(drive_after(afferent, 3.0, 3.0, milliseconds{500}), 0.0);
   EXPECT_EQ(drive_after(afferent, 3.0, 0.0, milliseconds{1}), 0.0);
   EXPECT_EQ(drive_after(afferent, 0.0, 0.0, milliseconds{100}), 0.0);
 }
 
-TEST(Adaptation, ResetForgets) {
+TEST(Adaptation, ResetClearsTheState) {
   Adaptation afferent(kParameters, 1);
   const double fresh = drive_after(afferent, 0.0, 1.0, milliseconds{1});
   EXPECT_LT(drive_after(afferent, 1.0, 1.0, milliseconds{900}), fresh);
@@ -118,7 +118,7 @@ TEST(Adaptation, ResetForgets) {
   EXPECT_EQ(drive_after(afferent, 0.0, 1.0, milliseconds{1}), fresh);
 }
 
-TEST(Adaptation, GainsSpreadAsAskedAndAsSeeded) {
+TEST(Adaptation, GainsFollowTheSpreadAndTheSeed) {
   AdaptationParameters parameters = kParameters;
   EXPECT_EQ(Adaptation(parameters, 3).gains()[2], 18.1);
   parameters.gain_spread = 0.3;
@@ -137,7 +137,7 @@ TEST(Adaptation, GainsSpreadAsAskedAndAsSeeded) {
   EXPECT_NE(Adaptation(parameters, 2000).gains()[7], afferents.gains()[7]);
 }
 
-TEST(Adaptation, NamesTheParameterThatCannotBe) {
+TEST(Adaptation, NamesTheInvalidParameter) {
   EXPECT_EQ((AdaptationParameters{.gain_Hz_per_kPa = -1.0}).check().error().key,
             "afferent.gain_Hz_per_kPa");
   EXPECT_EQ((AdaptationParameters{.fast_ms = 0.0}).check().error().key, "afferent.fast_ms");

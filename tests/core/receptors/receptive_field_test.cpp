@@ -60,7 +60,7 @@ TEST(ReceptiveField, AfferentsFollowTheDensityLaw) {
   }
 }
 
-TEST(ReceptiveField, RefusesWhatCannotBe) {
+TEST(ReceptiveField, RefusesInvalidValues) {
   EXPECT_EQ(place_fields({.receptors = 0}, ReceptorParameters{}, Patch{}).error().key,
             "receptors.field_receptors");
   EXPECT_EQ(place_fields({.radius_mm = 10.5}, ReceptorParameters{}, Patch{}).error().key,

@@ -15,7 +15,7 @@ TEST(ReceptorDensity, SolvesThePapersParametersToThePrintedDigits) {
   EXPECT_NEAR(density->sigma_mm(), 12.93029458, 5e-9);
 }
 
-TEST(ReceptorDensity, MeetsItsThreeConditionsForOtherNumbersToo) {
+TEST(ReceptorDensity, MeetsItsThreeConditionsForOtherParametersToo) {
   for (const auto& p : {ReceptorDensity::Parameters{0.5, 3.0, 0.0, 12.0},
                         ReceptorDensity::Parameters{1.2, 1.29, 0.143, 30.0},
                         ReceptorDensity::Parameters{0.15, 1.29, 0.143, 30.0}}) {

@@ -20,7 +20,7 @@ constexpr std::size_t kAfferents = 20;
 
 std::vector<Receptor> receptors_of_the_paper() { return *place_receptors({}, {}); }
 
-/// What the drive computes, receptor by receptor from the scalar closed forms.
+/// The expected drive, computed receptor by receptor from the scalar closed forms.
 struct Reference {
   SkinParameters skin;
   SigmoidTransduction transduction;
@@ -90,7 +90,7 @@ void expect_currents(const ReceptorDrive& drive, const std::vector<double>& expe
   }
 }
 
-/// Presses of all sorts: from hardly touching to deep, on the patch and beside it.
+/// All kinds of presses: from barely touching to deep, on the patch and beside it.
 std::vector<std::vector<PlacedContact>> presses(const SkinParameters& skin) {
   Random random(7);
   std::vector<std::vector<PlacedContact>> all;
@@ -118,7 +118,8 @@ TEST(ReceptorDrive, AgreesWithTheScalarClosedForms) {
     for (const auto& contacts : presses(reference.skin)) {
       drive.compute(contacts);
       single.compute(contacts);
-      // 30 receptors an afferent, each to rounding (single: 1e-5 of the energy, times γ).
+      // 30 receptors per afferent, each accurate to rounding (single precision: 1e-5 of the energy,
+      // times γ).
       const auto expected = reference.currents(receptors, contacts);
       expect_currents(drive, expected, 1e-10);
       expect_currents(single, expected, 2e-2);
@@ -141,7 +142,7 @@ TEST(ReceptorDrive, ReceptorsAtAnyDepthAgreeWithTheScalarClosedForms) {
     drive.compute(contacts);
     for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
       const double energy = reference.energy(drive.receptors()[i], contacts);
-      // On the surface itself, the kernel looks a nanometre below.
+      // On the surface, the kernel evaluates the stress one nanometre below.
       const double tolerance = z > 0.0 ? 1e-9 * (1.0 + energy) : 1e-3 * energy;
       EXPECT_NEAR(drive.energy_density_kPa(i), energy, tolerance) << z;
     }
@@ -181,7 +182,7 @@ TEST(ReceptorDrive, GivesTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-TEST(ReceptorDrive, LooksAgainOnlyWhenAContactChanges) {
+TEST(ReceptorDrive, RecomputesOnlyWhenAContactChanges) {
   ReceptorDrive drive = drive_of({});
   const std::vector<PlacedContact> contacts = {sphere(1.0, 15.0, 10.0)};
   EXPECT_FALSE(drive.compute({}));
@@ -191,7 +192,7 @@ TEST(ReceptorDrive, LooksAgainOnlyWhenAContactChanges) {
   EXPECT_EQ(drive.output()[7], 0.0);
 }
 
-TEST(DriveReach, BoundsWhatIsLeftOut) {
+TEST(DriveReach, BoundsTheNeglectedCurrent) {
   const Reference reference;
   const auto receptors = receptors_of_the_paper();
   const double tolerance = 1e-4;
@@ -199,7 +200,7 @@ TEST(DriveReach, BoundsWhatIsLeftOut) {
   for (const std::size_t tips : {1U, 3U}) {
     const DriveReach reach(tip, reference.skin, reference.transduction, tolerance, tips);
     ReceptorDrive drive = drive_of(reference);
-    std::size_t left_out = 0;
+    std::size_t skipped = 0;
     for (auto contacts : presses(reference.skin)) {
       if (contacts.size() != tips) continue;
       const auto expected = reference.currents(receptors, contacts);
@@ -207,10 +208,10 @@ TEST(DriveReach, BoundsWhatIsLeftOut) {
         placed.reach_mm = reach.radius_mm(placed.contact.depth_mm);
       }
       drive.compute(contacts);
-      left_out += kAfferents - drive.afferents_reached();
+      skipped += kAfferents - drive.afferents_reached();
       expect_currents(drive, expected, 60 * tolerance * reference.transduction.alpha_uA_per_cm2);
     }
-    EXPECT_GT(left_out, 100U);
+    EXPECT_GT(skipped, 100U);
   }
 }
 
@@ -235,7 +236,7 @@ TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
       for (double r = radius; r < 60.0; r += 0.37) {
         for (double angle = 0.0; angle < 6.3; angle += 0.21) {
           const Receptor receptor{.x_mm = r * std::cos(angle), .y_mm = r * std::sin(angle)};
-          // Between the directions looked at, bars may reach a little further.
+          // Between the sampled directions, bars may reach slightly further.
           ASSERT_LE(reference.energy(receptor, {placed}), 1.1 * limit) << depth << " " << r;
         }
       }

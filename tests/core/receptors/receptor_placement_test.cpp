@@ -86,7 +86,7 @@ TEST(ReceptorPlacement, FollowsTheDensityAlongTheFingerAndIsEvenAcross) {
   EXPECT_GE(exceeded_x, 1);
 }
 
-// Fails where a compiler, a library or a machine gives other bits.
+// Fails if a compiler, a library or a machine gives different bits.
 TEST(ReceptorPlacement, SameSeedGivesTheSameBitsEverywhere) {
   const auto receptors = place_receptors({.seed = 1}, Patch{});
   ASSERT_TRUE(receptors);

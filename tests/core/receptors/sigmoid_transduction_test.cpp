@@ -12,7 +12,7 @@ TEST(SigmoidTransduction, IsHalfItsMaximumAtLambda) {
   EXPECT_DOUBLE_EQ(SigmoidTransduction{}.current_uA_per_cm2(0.10), 0.5);
 }
 
-TEST(SigmoidTransduction, AgreesWithThePrintedFormWhereThatDoesNotOverflow) {
+TEST(SigmoidTransduction, AgreesWithThePrintedFormWhereItDoesNotOverflow) {
   const SigmoidTransduction s{.alpha_uA_per_cm2 = 2.0, .lambda_kPa = 0.2, .gamma_per_kPa = 30.0};
   for (const double sed : {0.0, 0.05, 0.2, 0.3, 1.0}) {
     EXPECT_NEAR(s.current_uA_per_cm2(sed), 2.0 / (1.0 + std::exp(30.0 * (0.2 - sed))), 1e-15);
@@ -37,7 +37,7 @@ TEST(SigmoidTransduction, SaturatesInBothPrecisions) {
   EXPECT_FLOAT_EQ(logistic(0.5F), 0.62245933F);
 }
 
-TEST(SigmoidTransduction, RefusesASlopeThatIsNone) {
+TEST(SigmoidTransduction, RefusesAZeroSlope) {
   EXPECT_EQ((SigmoidTransduction{.gamma_per_kPa = 0.0}.check().error().key),
             "transduction.gamma_per_kPa");
 }

@@ -1,4 +1,4 @@
-// Scenes whose afferents have receptive fields, adaptation and noisy neurons, as a whole.
+// Complete scenes whose afferents have receptive fields, adaptation and noisy neurons.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -73,7 +73,7 @@ TEST(EnergyDriven, TheDriveIsTheAdaptedMeanOfTheEnergyDensities) {
   }
 }
 
-TEST(EnergyDriven, CullingHardlyChangesTheDrive) {
+TEST(EnergyDriven, CullingBarelyChangesTheDrive) {
   TactileModel::Parameters parameters = fingertip();
   TactileModel culled = model_of(parameters);
   parameters.accuracy.cull_tolerance = 0.0;
@@ -114,7 +114,7 @@ TEST(EnergyDriven, AContactBesideTheApexOfTheFingerIsShifted) {
   }
 }
 
-TEST(EnergyDriven, ReplaysToTheBitOnEveryInstructionSet) {
+TEST(EnergyDriven, ReplaysBitIdenticallyOnEveryInstructionSet) {
   for (const auto kind : {NeuronKind::kIntegrateAndFire, NeuronKind::kConnorStevens}) {
     TactileModel::Parameters parameters = fingertip(kind);
     parameters.patches.front().receptors.count = 100;

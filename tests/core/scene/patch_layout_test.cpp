@@ -43,7 +43,7 @@ TEST(PatchLayout, FieldsAreAtTheirCentres) {
   EXPECT_EQ(layout->receptors.size(), 10U);
 }
 
-TEST(PatchLayout, IsThatOfTheModel) {
+TEST(PatchLayout, MatchesTheModel) {
   for (const ReceptorLayout which : {ReceptorLayout::kSubregions, ReceptorLayout::kFields}) {
     TactileModel::Parameters parameters;
     parameters.patches.front().layout = which;

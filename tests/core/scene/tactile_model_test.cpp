@@ -42,7 +42,7 @@ std::vector<double> energies(const TactileModel& model) {
   return all;
 }
 
-TEST(TactileModel, AConstantCentrePressDrivesNeurons8And13Alone) {
+TEST(TactileModel, AConstantCentrePressDrivesOnlyNeurons8And13) {
   for (const auto placement :
        {ReceptorParameters::Placement::kRandom, ReceptorParameters::Placement::kLattice}) {
     TactileModel::Parameters parameters;
@@ -60,7 +60,7 @@ TEST(TactileModel, AConstantCentrePressDrivesNeurons8And13Alone) {
   }
 }
 
-TEST(TactileModel, TellsDriveAndPotentialOfANeuronByItsNumberThroughAllPatches) {
+TEST(TactileModel, ReportsDriveAndPotentialByNeuronNumberAcrossPatches) {
   TactileModel::Parameters parameters;
   parameters.patches.push_back(parameters.patches.front());
   parameters.indenters[0].patch = 1;
@@ -149,7 +149,7 @@ TEST(TactileModel, RemembersTheDeepestPress) {
   EXPECT_EQ(model.deepest()[0].x_mm, 3.0);
 }
 
-TEST(TactileModel, CloseContactsAreNoticed) {
+TEST(TactileModel, DetectsCloseContacts) {
   TactileModel::Parameters parameters;
   parameters.indenters = {{.control = Indenter::Control::kForce},
                           {.control = Indenter::Control::kForce}};
@@ -198,7 +198,7 @@ TEST(TactileModel, TwoProbesAtOnePlaceAreTheSumOfTheirStresses) {
   }
 }
 
-TEST(TactileModel, ProbesByDepthShareTheSkinThatTheyDisplace) {
+TEST(TactileModel, DepthControlledProbesShareTheSkinThatTheyDisplace) {
   TactileModel::Parameters parameters;
   parameters.indenters = {Indenter{}, Indenter{}};
   TactileModel model = model_of(parameters);
@@ -208,13 +208,13 @@ TEST(TactileModel, ProbesByDepthShareTheSkinThatTheyDisplace) {
   const double alone = model.press(0, left).contact.force_mN;
   EXPECT_NEAR(alone / model.deepest()[0].contact.force_mN, 1.22, 0.01);
   EXPECT_NEAR(alone / model.deepest()[1].contact.force_mN, 1.22, 0.01);
-  // A neighbour that does not touch takes nothing.
+  // A neighbour that does not touch has no effect.
   model.reset();
   model.step(std::vector<ContactInput>{left, ContactInput{}}, nanoseconds{0});
   EXPECT_EQ(model.deepest()[0].contact.force_mN, alone);
 }
 
-TEST(TactileModel, RefusesWhatCannotBe) {
+TEST(TactileModel, RefusesInvalidParameters) {
   const auto key_of = [](auto change) {
     TactileModel::Parameters parameters;
     change(parameters);
@@ -248,9 +248,9 @@ std::string step_fault(IntegrationMethod method, nanoseconds step, double gain =
 TEST(TactileModel, RefusesAStepAtWhichItsMethodFails) {
   EXPECT_EQ(step_fault(IntegrationMethod::kForwardEuler, nanoseconds{50'000}), "");
   EXPECT_EQ(step_fault(IntegrationMethod::kForwardEuler, nanoseconds{100'000}, 0.0),
-            "neuron.step_us must be at most 55 for forward_euler, but is 100: 50 would do");
+            "neuron.step_us must be at most 55 for forward_euler, but is 100: use 50");
   EXPECT_EQ(step_fault(IntegrationMethod::kRk4, nanoseconds{100'000}, 0.0),
-            "neuron.step_us must be at most 80 for rk4, but is 100: 62.5 would do");
+            "neuron.step_us must be at most 80 for rk4, but is 100: use 62.5");
   EXPECT_EQ(step_fault(IntegrationMethod::kCrankNicolson, nanoseconds{100'000}), "");
   EXPECT_NE(step_fault(IntegrationMethod::kRk4, nanoseconds{25'000}, 100.0)
                 .find("for rk4 in this network"),
@@ -260,11 +260,11 @@ TEST(TactileModel, RefusesAStepAtWhichItsMethodFails) {
             std::string::npos);
   EXPECT_NE(step_fault(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}, 1e5).find("gain"),
             std::string::npos);
-  // The step that is named works.
+  // The suggested step works.
   EXPECT_EQ(step_fault(IntegrationMethod::kRk4, nanoseconds{62'500}, 0.0), "");
 }
 
-/// Two patches that are pressed apart and one that is not.
+/// Two patches with a probe each and one without.
 TactileModel::Parameters three_patches() {
   TactileModel::Parameters parameters;
   parameters.patches = {{.name = "thumb"}, {.name = "index"}, {.name = "middle"}};
@@ -273,7 +273,7 @@ TactileModel::Parameters three_patches() {
   return parameters;
 }
 
-TEST(TactileModel, PatchesFeelTheirOwnProbesOnly) {
+TEST(TactileModel, ProbesActOnlyOnTheirOwnPatch) {
   TactileModel hand = model_of(three_patches());
   TactileModel finger = model_of();
   EXPECT_EQ(hand.neurons(), 60U);
@@ -281,7 +281,7 @@ TEST(TactileModel, PatchesFeelTheirOwnProbesOnly) {
   const ContactInput deep{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
   const ContactInput none{};
   const auto on_hand = press(hand, std::vector<ContactInput>{deep, none}, 300);
-  EXPECT_EQ(on_hand, press(finger, {&deep, 1}, 300));  // patch 0 is the paper's
+  EXPECT_EQ(on_hand, press(finger, {&deep, 1}, 300));  // patch 0 is the paper's patch
   EXPECT_FALSE(hand.patches()[0].asleep());
   EXPECT_TRUE(hand.patches()[1].asleep());
   EXPECT_TRUE(hand.patches()[2].asleep());
@@ -292,14 +292,14 @@ TEST(TactileModel, PatchesFeelTheirOwnProbesOnly) {
   EXPECT_GT(std::count_if(on_both.begin(), on_both.end(),
                           [](const SpikeEvent& spike) { return spike.patch == 1; }),
             10);
-  // Neurons are numbered through all patches.
+  // Neurons are numbered across all patches.
   for (const SpikeEvent& spike : on_both) {
     EXPECT_GT(spike.neuron, 20U * spike.patch);
     EXPECT_LE(spike.neuron, 20U * (spike.patch + 1U));
   }
 }
 
-TEST(TactileModel, APatchThatSleptWakesAsIfItHadNot) {
+TEST(TactileModel, ASkippedPatchResumesExactly) {
   TactileModel::Parameters parameters;
   TactileModel frozen = model_of(parameters);
   parameters.accuracy.freeze_resting = false;
@@ -322,7 +322,7 @@ TEST(TactileModel, APatchThatSleptWakesAsIfItHadNot) {
   }
 }
 
-TEST(TactileModel, CullingMovesNoSpikeByMuch) {
+TEST(TactileModel, CullingBarelyMovesSpikes) {
   TactileModel::Parameters parameters;
   TactileModel culled = model_of(parameters);
   parameters.accuracy.cull_tolerance = 0.0;

@@ -16,7 +16,7 @@ TEST(SkinMaterial, ShearModulusIsThatOfIsotropicElasticity) {
   EXPECT_DOUBLE_EQ(skin.shear_modulus_kPa(), 40.0);
 }
 
-TEST(SkinMaterial, ElasticIndenterOfTheSameStuffHalvesTheReducedModulus) {
+TEST(SkinMaterial, ElasticIndenterOfTheSameMaterialHalvesTheReducedModulus) {
   const SkinMaterial skin(100.0, 0.3);
   EXPECT_DOUBLE_EQ(skin.reduced_modulus_kPa(skin), 0.5 * skin.reduced_modulus_kPa());
 }
@@ -27,7 +27,7 @@ TEST(SkinMaterial, ARigidIndenterIsTheLimitOfAStiffOne) {
   EXPECT_NEAR(skin.reduced_modulus_kPa(steel) / skin.reduced_modulus_kPa(), 1.0, 1e-6);
 }
 
-TEST(SkinParameters, RefuseWhatNoSkinIs) {
+TEST(SkinParameters, RefuseInvalidValues) {
   const auto key_of = [](const SkinParameters& skin) {
     const auto checked = skin.check();
     return checked ? std::string("none") : checked.error().key;

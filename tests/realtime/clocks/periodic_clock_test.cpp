@@ -26,7 +26,7 @@ TEST(PeriodicClock, NeverWakesBeforeTheDeadline) {
   }
 }
 
-TEST(PeriodicClock, ADeadlineThatHasPassedIsNotWaitedFor) {
+TEST(PeriodicClock, DoesNotWaitForAPastDeadline) {
   PeriodicClock clock({.wait = LoopWait::kHybrid, .period = milliseconds{1}});
   clock.wait_until(nanoseconds{0});
   clock.wait_until(nanoseconds::min());
@@ -43,7 +43,7 @@ TEST(PublishBeat, ReturnsAtOnceWhenATickWasPublished) {
   EXPECT_EQ(seen, 2U);
 }
 
-TEST(PublishBeat, WaitsForTheTickThatIsExpectedAndNotForEver) {
+TEST(PublishBeat, WaitsForTheExpectedTickButNotForever) {
   PublishBeat beat;
   std::uint64_t seen = 0;
   const nanoseconds due = PeriodicClock::now() + milliseconds{2};

@@ -7,19 +7,19 @@
 
 namespace merkel {
 
-/// Virtual time in which a script decides what happens: a wait returns after the script has done
-/// what belongs to that time. Tests of the loop's policy get exact counts from it.
+/// Virtual time controlled by a script: a wait returns after the script has performed the actions
+/// due by that time. Gives tests of the loop's policy exact counts.
 class ScriptedClock {
  public:
-  /// \param script  called with the time waited for; may deliver samples, and returns the time at
-  ///                which the wait ends (later than asked for: a late wake-up)
+  /// \param script  called with the requested time; may deliver samples, and returns the time at
+  /// which the wait ends (later than requested: a late wake-up)
   using Script = std::function<std::chrono::nanoseconds(std::chrono::nanoseconds)>;
-  /// How long what begins at a time takes to compute.
+  /// The computing time of the work that begins at a given time.
   using Work = std::function<std::chrono::nanoseconds(std::chrono::nanoseconds)>;
   explicit ScriptedClock(Script script, Work work = {})
       : script_(std::move(script)), work_(std::move(work)) {}
 
-  /// The first look after a wait tells when it ended; before the second, the work was done.
+  /// The first call after a wait returns its end; the work is done before the second call.
   [[nodiscard]] std::chrono::nanoseconds now() noexcept {
     if (++looks_ == 2 && work_) now_ += work_(now_);
     return now_;

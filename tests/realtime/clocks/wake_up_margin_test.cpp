@@ -9,13 +9,13 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-TEST(WakeUpMargin, CoversWhatNinetyNineInAHundredStayedWithin) {
+TEST(WakeUpMargin, CoversThe99thPercentile) {
   WakeUpMargin margin(milliseconds{1});
   for (int i = 0; i < 256; ++i) margin.add(microseconds{i % 100 == 99 ? 3000 : 40});
-  EXPECT_EQ(margin.margin(), microseconds{55});  // 40 and a quarter, and 5
+  EXPECT_EQ(margin.margin(), microseconds{55});  // 1.25 · 40 + 5
 }
 
-TEST(WakeUpMargin, FollowsAHostThatGetsSlowerOrQuicker) {
+TEST(WakeUpMargin, FollowsAHostThatGetsSlowerOrFaster) {
   WakeUpMargin margin(milliseconds{1});
   for (int i = 0; i < 256; ++i) margin.add(microseconds{20});
   EXPECT_EQ(margin.margin(), microseconds{30});
@@ -25,7 +25,7 @@ TEST(WakeUpMargin, FollowsAHostThatGetsSlowerOrQuicker) {
   EXPECT_EQ(margin.margin(), microseconds{30});
 }
 
-TEST(WakeUpMargin, LearnsFromTheFirstFewAlone) {
+TEST(WakeUpMargin, LearnsFromTheFirstFewSleeps) {
   WakeUpMargin margin(milliseconds{1});
   for (int i = 0; i < 32; ++i) margin.add(microseconds{100});
   EXPECT_EQ(margin.margin(), microseconds{130});

@@ -1,4 +1,5 @@
-// No device clock can silence touch: whatever times a device reports, its samples reach the loop.
+// No device clock can silence touch: the samples of a device reach the loop whatever times it
+// reports.
 #include <cmath>
 #include <functional>
 
@@ -17,20 +18,20 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
 
-/// What a device's clock shows when a host second `t_s` has passed; `k` counts its samples.
+/// The time on a device's clock at host time `t_s`; `k` counts its samples.
 using FaultyClock = std::function<double(double t_s, int k)>;
 
 struct Outcome {
-  std::uint64_t released = 0;       ///< ticks without touch, of 1 ms
-  std::uint64_t released_late = 0;  ///< of those: after the first 2 s
-  double farthest_ms = 0.0;         ///< of a sample's time from its arrival, after 2 s
+  std::uint64_t released = 0;       ///< ticks of 1 ms without touch
+  std::uint64_t released_late = 0;  ///< of these, after the first 2 s
+  double farthest_ms = 0.0;  ///< largest distance of a sample's time from its arrival, after 2 s
   DeviceCounts counts;
   std::vector<std::string> notices;
 };
 
 constexpr double kLength_s = 10.0;
 
-/// Ten seconds of a press that never lets go, read with a delay of 2.5 sample periods.
+/// Ten seconds of a continuous press, read with a delay of 2.5 sample periods.
 Outcome touch(double rate_Hz, const FaultyClock& clock,
               ReadingTimes::Rule rule = ReadingTimes::Rule::kMapped) {
   Random random(5);
@@ -48,7 +49,7 @@ Outcome touch(double rate_Hz, const FaultyClock& clock,
     const double t_s = k / rate_Hz;
     const nanoseconds arrival =
         start + units::nanoseconds_from_s(t_s + 0.0002 + 0.0003 * random.uniform());
-    // Loop time that passes before this sample is there.
+    // Ticks before this sample arrives.
     for (; tick + delay < arrival; tick += milliseconds{1}) {
       const bool silent = input.at(tick).state == ProbeInput::State::kReleased;
       if (tick < start + milliseconds{5} || !silent) continue;
@@ -94,7 +95,7 @@ TEST(ClockFaults, OneBadTimeOfAnySizeCostsNoTouch) {
   }
 }
 
-TEST(ClockFaults, AClockThatJumpsIsAnchoredAnewWithin100Ms) {
+TEST(ClockFaults, AClockThatJumpsIsReanchoredWithin100Ms) {
   for (const double rate_Hz : {1000.0, 100.0}) {
     for (double size_s = 0.05; size_s < 3000.0; size_s *= 3.7) {
       for (const double sign : {1.0, -1.0}) {
@@ -109,7 +110,7 @@ TEST(ClockFaults, AClockThatJumpsIsAnchoredAnewWithin100Ms) {
   }
 }
 
-TEST(ClockFaults, AWrongRateOfAnyFactorCostsASecondAtMostAndIsTold) {
+TEST(ClockFaults, AWrongRateOfAnyFactorCostsAtMostASecondAndIsReported) {
   for (const double rate_Hz : {1000.0, 100.0}) {
     for (const double factor :
          {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.8, 0.85, 0.9, 0.95, 1.06, 1.15, 1.5, 2.0, 10.0, 1e3, 1e6}) {
@@ -123,7 +124,7 @@ TEST(ClockFaults, AWrongRateOfAnyFactorCostsASecondAtMostAndIsTold) {
   }
 }
 
-TEST(ClockFaults, ARateThatIsRightAgainIsTrustedAgain) {
+TEST(ClockFaults, ACorrectedRateIsTrustedAgain) {
   const Outcome outcome =
       touch(1000.0, [](double t_s, int) { return 500.0 + std::min(t_s, 1.0) * 3.0 + t_s; });
   EXPECT_EQ(outcome.notices.size(), 2U);
@@ -145,7 +146,7 @@ TEST(ClockFaults, ManyWrongTimesCostNoTouch) {
   }
 }
 
-TEST(ClockFaults, AnOscillatorOfOnePercentIsNoFault) {
+TEST(ClockFaults, AnOscillatorErrorOfOnePercentIsNotAFault) {
   for (const double factor : {0.99, 0.999, 1.001, 1.01}) {
     const Outcome outcome = touch(1000.0, [&](double t_s, int) { return 500.0 + t_s * factor; });
     EXPECT_TRUE(outcome.counts.device_clock) << factor;
@@ -156,7 +157,7 @@ TEST(ClockFaults, AnOscillatorOfOnePercentIsNoFault) {
   }
 }
 
-TEST(ClockFaults, AClockTakenAsRightCannotSilenceTouchEither) {
+TEST(ClockFaults, ATrustedClockCannotSilenceTouchEither) {
   for (const double factor : {0.0, 0.5, 0.99, 1.01, 2.0}) {
     const Outcome outcome = touch(
         1000.0, [&](double t_s, int) { return 500.0 + t_s * factor; }, ReadingTimes::Rule::kDevice);

@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-/// A probe with one port, over which the test says what goes.
+/// A probe with one port, whose traffic the test controls.
 class OnePort final : public Probe {
  public:
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
@@ -28,7 +28,7 @@ class OnePort final : public Probe {
   PortListener* listener_ = nullptr;
 };
 
-TEST(FrameTap, WhatFindsItFullIsCounted) {
+TEST(FrameTap, CountsFramesDroppedWhenFull) {
   OnePort probe;
   FrameTap tap(probe, 1, 0, 16);
   EXPECT_EQ(tap.probe(), 1U);
@@ -38,13 +38,13 @@ TEST(FrameTap, WhatFindsItFullIsCounted) {
   EXPECT_TRUE(tap.ended.load());
   probe.say({});
   std::uint32_t taken = 0;
-  // The oldest are kept, in their order.
+  // The oldest frames are kept, in order.
   for (RawFrame frame; tap.queue.items.try_pop(frame);) EXPECT_EQ(frame.parsed, taken++);
   EXPECT_GE(taken, 16U);
   EXPECT_EQ(taken + tap.queue.dropped.value(), kFrames);
 }
 
-TEST(ThreadRights, AreThoseOfTheKernel) {
+TEST(ThreadRights, MatchTheKernel) {
   const RunStatus::Rights rights = rights_of_this_thread();
   EXPECT_EQ(rights.scheduling_class, 0);
   EXPECT_EQ(rights.priority, 0);

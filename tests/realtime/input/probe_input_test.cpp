@@ -43,13 +43,13 @@ TEST_F(ProbeInputTest, InterpolatesBetweenTheSamplesAroundTheTime) {
   EXPECT_EQ(input_.counts().late, 0U);
 }
 
-TEST_F(ProbeInputTest, BeforeTheFirstSampleTheFirstHolds) {
+TEST_F(ProbeInputTest, BeforeTheFirstSampleTheFirstIsUsed) {
   arrives(10, 0.7);
   expect(0, 0.7, State::kFollowing);
   expect(9, 0.7, State::kFollowing);
 }
 
-TEST_F(ProbeInputTest, HoldsWhenNoSampleBeyondTheTimeHasCome) {
+TEST_F(ProbeInputTest, HoldsWhenNoSampleBeyondTheTimeHasArrived) {
   arrives(0, 1.0);
   expect(1, 1.0, State::kHeld);
   expect(2, 1.0, State::kHeld);
@@ -60,10 +60,10 @@ TEST_F(ProbeInputTest, HoldsWhenNoSampleBeyondTheTimeHasCome) {
   EXPECT_EQ(input_.counts().late, 0U);
 }
 
-TEST_F(ProbeInputTest, CountsSamplesWhoseTimeHadPassedAsLate) {
+TEST_F(ProbeInputTest, CountsSamplesThatArriveAfterTheirTimeAsLate) {
   arrives(0, 1.0);
   expect(5, 1.0, State::kHeld);
-  arrives(3, 2.0);  // its time had been simulated already
+  arrives(3, 2.0);  // its time has already been simulated
   expect(6, 2.0, State::kHeld);
   EXPECT_EQ(input_.counts().late, 1U);
   EXPECT_EQ(input_.counts().used, 1U);
@@ -75,13 +75,13 @@ TEST_F(ProbeInputTest, ReleasesAfterTooLongASilenceAndResumes) {
   expect(51, 0.0, State::kReleased);
   arrives(200, 1.0);
   arrives(201, 1.5);
-  expect(52, 0.0, State::kReleased);  // the silence was in the samples: no contact is invented
+  expect(52, 0.0, State::kReleased);  // the silence is in the samples: no interpolation across it
   expect(199, 0.0, State::kReleased);
   expect(200, 1.0, State::kFollowing);
   EXPECT_EQ(input_.counts().released_ticks, 3U);
 }
 
-TEST_F(ProbeInputTest, ASilenceKnownBeforehandGivesWhatItGaveLive) {
+TEST_F(ProbeInputTest, AReplayedSilenceGivesTheLiveResult) {
   arrives(0, 1.0);
   arrives(200, 1.0);
   arrives(201, 1.0);
@@ -102,7 +102,7 @@ TEST_F(ProbeInputTest, TheEndOfTheStreamIsNotAMiss) {
   EXPECT_EQ(input_.counts().released_ticks, 0U);
 }
 
-TEST_F(ProbeInputTest, IsReadyOnceASampleBeyondTheTimeIsThere) {
+TEST_F(ProbeInputTest, IsReadyOnceASampleBeyondTheTimeHasArrived) {
   EXPECT_FALSE(input_.ready_for(ms(1)));
   arrives(0, 1.0);
   EXPECT_FALSE(input_.ready_for(ms(1)));

@@ -16,8 +16,8 @@ using std::chrono::nanoseconds;
 /// A loop over one probe in scripted time: 1 ms ticks, wall time = probe time + delay.
 class FixedStepLoopTest : public testing::Test {
  protected:
-  /// A sample every millisecond from 0 to `end_ms`, of the given depth, arriving when `arrival`
-  /// says; the stream ends with the last.
+  /// A sample every millisecond from 0 to `end_ms`, of the given depth, with the given times of
+  /// arrival; the stream ends with the last sample.
   template <class Arrival>
   void samples(int end_ms, double depth_mm, Arrival arrival) {
     for (int k = 0; k <= end_ms; ++k) {
@@ -28,8 +28,9 @@ class FixedStepLoopTest : public testing::Test {
     }
   }
 
-  /// Runs until everything is used. \param wake  what the clock does to a wake-up
-  /// \param work  how long what begins at a time computes
+  /// Runs until all samples are used.
+  /// \param wake  maps a requested time to the wake-up
+  /// \param work  computing time of the work that begins at a given time
   template <class Wake>
   void run(Wake wake, nanoseconds delay, std::int64_t max_catch_up = 20,
            ScriptedClock::Work work = {}) {
@@ -95,7 +96,7 @@ TEST_F(FixedStepLoopTest, TheDelayAbsorbsJitterBelowIt) {
 
 TEST_F(FixedStepLoopTest, SamplesLaterThanTheDelayAreHeldOverAndCounted) {
   // Samples 40…44 arrive together with 45. With a delay of 2 ms, the ticks due at 41…45 (probe
-  // time 39…43) find nothing beyond their time except at 39; 40, 41 and 42 are late when they come.
+  // time 39…43) find no sample beyond their time, except at 39; samples 40, 41 and 42 arrive late.
   samples(100, 1.5, [](int k) { return milliseconds{k >= 40 && k < 45 ? 45 : k}; });
   run(on_time, milliseconds{2});
   EXPECT_EQ(counts_.held_ticks, 3U);
@@ -141,11 +142,11 @@ TEST_F(FixedStepLoopTest, AShortStallIsCaughtUp) {
   EXPECT_EQ(wake_ups.quantile(0.99), nanoseconds{0});
 }
 
-TEST_F(FixedStepLoopTest, ALongComputationIsToldFromALateWakeUp) {
+TEST_F(FixedStepLoopTest, ALongComputationIsDistinguishedFromALateWakeUp) {
   samples(200, 1.5, [](int k) { return milliseconds{k}; });
-  // The tick due at 52 computes for 3.5 ms, so that it and the two after it overrun; all others
-  // compute for 0.1 ms, with which the third is in time again. The one due at 102 wakes 1.5 ms
-  // late, and is the only one that overruns.
+  // The tick due at 52 computes for 3.5 ms, so it and the next two overrun. All other ticks
+  // compute for 0.1 ms, so the third one after it is on time again. The tick due at 102 wakes 1.5
+  // ms late, and only this tick overruns.
   run(
       [](nanoseconds until) {
         return until == milliseconds{102} ? until + units::nanoseconds_from_ms(1.5) : until;
@@ -163,15 +164,15 @@ TEST_F(FixedStepLoopTest, ALongComputationIsToldFromALateWakeUp) {
   EXPECT_EQ(statistics_.tick.snapshot().count(), 200U);
 }
 
-TEST_F(FixedStepLoopTest, AModelThatNeverKeepsUpLeavesGapsAndGoesOn) {
-  // Each tick computes for 2 ms of every 1 ms: after 20 ticks it is 20 behind, and at 21 it leaves
-  // these out.
+TEST_F(FixedStepLoopTest, AModelThatNeverKeepsUpLeavesGapsAndContinues) {
+  // Each 1 ms tick computes for 2 ms: after 20 ticks the loop is 20 ticks behind, and at 21 it
+  // skips them.
   samples(1000, 1.5, [](int k) { return milliseconds{k}; });
   run(on_time, milliseconds{2}, 20, [](nanoseconds) { return milliseconds{2}; });
   const std::uint64_t ticks = statistics_.ticks.value();
-  EXPECT_EQ(statistics_.gaps.value(), 24U);  // one every 42 ms: 21 ticks made, 21 left out
+  EXPECT_EQ(statistics_.gaps.value(), 24U);  // one every 42 ms: 21 ticks simulated, 21 skipped
   EXPECT_EQ(statistics_.skipped_ticks.value(), 24U * 21U);
-  EXPECT_EQ(ticks, 24U * 21U + 1U);  // the last gap reaches beyond the last sample
+  EXPECT_EQ(ticks, 24U * 21U + 1U);  // the last gap extends beyond the last sample
   EXPECT_EQ(statistics_.overruns.value(), ticks);
   EXPECT_EQ(statistics_.overruns_by_long_compute.value(), ticks);
   EXPECT_EQ(raised_.size(), 24U);
@@ -205,8 +206,8 @@ TEST_F(FixedStepLoopTest, StopsWithinATick) {
 }
 
 TEST_F(FixedStepLoopTest, ADriftingDeviceClockLosesNothing) {
-  // The mapped times run 1 % fast against the host, for a second: the loop follows them, and what
-  // the jitter buffer cannot absorb is held and late, never lost.
+  // The mapped times run 1 % fast against the host for a second. The loop follows them; samples
+  // that the jitter buffer cannot absorb are held and late, never lost.
   for (int k = 0; k <= 1000; ++k) {
     scheduled_.push_back({.time = nanoseconds{k * 990'000LL},
                           .arrival = milliseconds{k},
@@ -219,10 +220,10 @@ TEST_F(FixedStepLoopTest, ADriftingDeviceClockLosesNothing) {
   EXPECT_EQ(statistics_.gaps.value(), 0U);
 }
 
-TEST_F(FixedStepLoopTest, ASlowDeviceClockIsHeldForWhatItLacks) {
-  // The mapped times run 1 % slow against the host: sample k is of 1.01·k ms and comes at 1.01·k
-  // ms, but the host counts milliseconds. No sample is late, and none is missing for longer than
-  // the delay covers.
+TEST_F(FixedStepLoopTest, ASlowDeviceClockIsHeldOnlyForTheMissingTime) {
+  // The mapped times run 1 % slow against the host: sample k has the time 1.01·k ms and arrives at
+  // 1.01·k ms, but the host counts milliseconds. No sample is late, and none is missing for longer
+  // than the delay covers.
   for (int k = 0; k <= 1000; ++k) {
     scheduled_.push_back({.time = nanoseconds{k * 1'010'000LL},
                           .arrival = nanoseconds{k * 1'010'000LL},
@@ -238,9 +239,9 @@ TEST_F(FixedStepLoopTest, ASlowDeviceClockIsHeldForWhatItLacks) {
   EXPECT_EQ(statistics_.gaps.value(), 0U);
 }
 
-TEST_F(FixedStepLoopTest, AFastDeviceThatIsMappedWellLosesNothing) {
-  // 1 % more samples than milliseconds, each mapped to the host's time: two fall into one tick now
-  // and then.
+TEST_F(FixedStepLoopTest, AWellMappedFastDeviceLosesNothing) {
+  // 1 % more samples than milliseconds, each mapped to the host's time: occasionally two fall into
+  // one tick.
   for (int k = 0; k <= 1010; ++k) {
     scheduled_.push_back({.time = nanoseconds{k * 990'000LL},
                           .arrival = nanoseconds{k * 990'000LL},
@@ -254,7 +255,7 @@ TEST_F(FixedStepLoopTest, AFastDeviceThatIsMappedWellLosesNothing) {
   EXPECT_EQ(counts_.held_ticks, 0U);
 }
 
-TEST_F(FixedStepLoopTest, ADelayOfSecondsIsWaitedForInPartsThatStopEnds) {
+TEST_F(FixedStepLoopTest, AWaitOfSecondsCanBeStopped) {
   samples(200, 1.5, [](int k) { return milliseconds{k}; });
   nanoseconds latest{0};
   run(
@@ -289,7 +290,7 @@ TEST_F(FixedStepLoopTest, EveryTickWithSpikesIsTimed) {
             milliseconds{2} + std::chrono::microseconds{30});
 }
 
-TEST_F(FixedStepLoopTest, AFullQueueCostsItsOwnConsumerOnly) {
+TEST_F(FixedStepLoopTest, AFullQueueAffectsOnlyItsOwnConsumer) {
   SpikeChannel& slow = fanout_.add_consumer(4);
   SpikeChannel& quick = fanout_.add_consumer(10'000);
   samples(1000, 1.5, [](int k) { return milliseconds{k}; });
@@ -309,7 +310,7 @@ TEST_F(FixedStepLoopTest, AFullQueueCostsItsOwnConsumerOnly) {
   EXPECT_EQ(taken + slow.dropped.value(), made);
 }
 
-TEST_F(FixedStepLoopTest, SpikesMadeWhileHeldSaySo) {
+TEST_F(FixedStepLoopTest, SpikesOfHeldTicksAreFlagged) {
   SpikeChannel& consumer = fanout_.add_consumer(10'000);
   samples(200, 1.5, [](int k) { return milliseconds{k >= 100 && k < 130 ? 130 : k}; });
   run(on_time, milliseconds{2});

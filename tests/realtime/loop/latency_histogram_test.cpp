@@ -31,12 +31,12 @@ TEST(LatencyHistogram, ABucketIsAtMostThreePercentWide) {
   }
 }
 
-TEST(LatencyHistogram, QuantilesAreThoseOfTheSortedDurations) {
+TEST(LatencyHistogram, QuantilesMatchTheSortedDurations) {
   Histogram histogram;
   Random random(7);
   std::vector<std::int64_t> all;
   for (int i = 0; i < 10'000; ++i) {
-    // Over seven decades.
+    // Durations over seven decades.
     std::int64_t value = 10;
     const auto decade = static_cast<int>(7.0 * random.uniform());
     for (int k = 0; k < decade; ++k) value *= 10;
@@ -51,9 +51,9 @@ TEST(LatencyHistogram, QuantilesAreThoseOfTheSortedDurations) {
   for (const double fraction : {0.001, 0.1, 0.5, 0.9, 0.99, 0.999}) {
     const auto rank = static_cast<std::size_t>(fraction * 10'000.0) - 1;
     const auto exact = static_cast<double>(all[rank]);
-    const auto told = static_cast<double>(snapshot.quantile(fraction).count());
-    EXPECT_GE(told, exact) << fraction;
-    EXPECT_LE(told, exact * 1.032 + 1.0) << fraction;
+    const auto reported = static_cast<double>(snapshot.quantile(fraction).count());
+    EXPECT_GE(reported, exact) << fraction;
+    EXPECT_LE(reported, exact * 1.032 + 1.0) << fraction;
   }
 }
 
@@ -68,7 +68,7 @@ TEST(LatencyHistogram, NothingIsTooShortOrTooLong) {
   EXPECT_EQ(snapshot.quantile(1.0), std::chrono::hours{100});
 }
 
-TEST(LatencyHistogram, TellsWhatCameSinceAnEarlierMoment) {
+TEST(LatencyHistogram, SubtractsAnEarlierSnapshot) {
   Histogram histogram;
   for (int i = 0; i < 1000; ++i) histogram.record(std::chrono::milliseconds{5});
   const auto earlier = histogram.snapshot();
@@ -79,7 +79,7 @@ TEST(LatencyHistogram, TellsWhatCameSinceAnEarlierMoment) {
   EXPECT_LE(since.longest(), nanoseconds{104});
 }
 
-TEST(LatencyHistogram, IsReadWhileItIsWritten) {
+TEST(LatencyHistogram, CanBeReadWhileItIsWritten) {
   Histogram histogram;
   constexpr std::uint64_t kAll = 100'000;
   std::jthread writer([&histogram] {

@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-TEST(BoundedQueue, RefusesWhenFullAndTakesAgainAfterAPop) {
+TEST(BoundedQueue, RefusesWhenFullAndAcceptsAgainAfterAPop) {
   BoundedQueue<int> queue(3);
   int pushed = 0;
   while (queue.try_push(pushed)) ++pushed;
@@ -22,7 +22,7 @@ TEST(BoundedQueue, RefusesWhenFullAndTakesAgainAfterAPop) {
   EXPECT_TRUE(queue.try_push(7));
 }
 
-TEST(BoundedQueue, ShowsItsFrontUntilThatIsPopped) {
+TEST(BoundedQueue, FrontStaysValidUntilItIsPopped) {
   BoundedQueue<int> queue(3);
   EXPECT_EQ(queue.front(), nullptr);
   ASSERT_TRUE(queue.try_push(1));

@@ -8,18 +8,18 @@
 
 namespace merkel {
 
-/// A model of the hand-off between a thread that writes and one that reads: a bounded queue and a
-/// flag that is set after the last item. Each thread is a list of atomic steps, which a scheduler
-/// interleaves at random; and a write may reach the other thread only some steps after it was made,
-/// in any order but what release and acquire forbid. What is checked is the protocol, on all
-/// interleavings that the random scheduler finds, and not the machine's own luck.
+/// A model of the hand-off between a writing and a reading thread: a bounded queue and a flag that
+/// is set after the last item. Each thread is a list of atomic steps, which a scheduler interleaves
+/// at random. A write may reach the other thread several steps after it was made, in any order that
+/// release and acquire allow. The model checks the protocol on all interleavings that the random
+/// scheduler produces, rather than on those that one machine happens to show.
 class HandOffModel {
  public:
   struct Protocol {
-    bool reads_flag_first = true;  ///< the reader looks at the flag before the queue
+    bool reads_flag_first = true;  ///< the reader reads the flag before the queue
     bool releases_items = true;    ///< the writer's index is stored with release
     bool releases_flag = true;     ///< the flag is set with release
-    bool waits_when_full = true;   ///< as a recording's reader; a device's drops and counts
+    bool waits_when_full = true;  ///< like a recording's reader; a device's reader drops and counts
   };
   struct Outcome {
     std::vector<int> taken;
@@ -52,7 +52,7 @@ class HandOffModel {
     Place place;
     std::size_t index;
     int value;
-    bool release;  ///< arrives after all that were made before it
+    bool release;  ///< arrives after all earlier writes
   };
 
   void make(const Write& write) { on_the_way_.push_back(write); }
@@ -88,8 +88,8 @@ class HandOffModel {
       return;
     }
     if (!cell_written_) {
-      // The reader's index reaches the writer late as well, which can only make the queue look
-      // fuller than it is: `head_` is what the reader freed, told with a delay.
+      // The reader's index also reaches the writer late, which can only make the queue look fuller
+      // than it is: `head_seen_` lags behind `head_`.
       if (random_.uniform() < 0.5) head_seen_ = head_;
       if (pushed_ - head_seen_ == capacity_) {
         if (protocol_.waits_when_full) return;
@@ -106,7 +106,7 @@ class HandOffModel {
     cell_written_ = false;
   }
 
-  /// One look at the flag, or one try to take an item; in the protocol's order.
+  /// Reads the flag once, or tries once to take an item, in the protocol's order.
   void read_step() {
     if (looks_at_flag_) {
       flag_was_set_ = ended_;
@@ -119,7 +119,7 @@ class HandOffModel {
       cells_[static_cast<std::size_t>(head_ % capacity_)] = kUnwritten;
       ++head_;
       found_empty_ = false;
-      return;  // and tries again, with the flag as it was seen before
+      return;  // and tries again, with the flag as read before
     }
     found_empty_ = true;
     if (protocol_.reads_flag_first && flag_was_set_) outcome_.finished = true;
@@ -132,20 +132,20 @@ class HandOffModel {
   Random random_;
   Outcome outcome_;
 
-  // The writer's.
-  int written_ = 0;  ///< items made
-  int pushed_ = 0;   ///< of those: put into the queue
+  // State of the writer.
+  int written_ = 0;  ///< items produced
+  int pushed_ = 0;   ///< of these, put into the queue
   bool cell_written_ = false;
   bool flagged_ = false;
   int head_seen_ = 0;
   std::vector<Write> on_the_way_;
 
-  // What the reader sees.
+  // Memory as the reader sees it.
   std::vector<int> cells_;
   int tail_ = 0;
   bool ended_ = false;
 
-  // The reader's.
+  // State of the reader.
   int head_ = 0;
   bool looks_at_flag_ = true;
   bool flag_was_set_ = false;

@@ -1,5 +1,5 @@
-// The hand-off between threads under random scheduling: first the protocol, in a model where every
-// step and every delay of memory is drawn by a seeded scheduler; then the queues themselves, with
+// The hand-off between threads under random scheduling: first the protocol, in a model where a
+// seeded scheduler draws every step and every memory delay; then the queues themselves, with
 // threads that pause at random.
 #include <algorithm>
 #include <atomic>
@@ -18,8 +18,8 @@ namespace {
 
 constexpr int kSchedules = 3000;
 
-/// How many of many random schedules break what the hand-off promises: every item once, in order
-/// and as it was written, and the end seen after the last.
+/// The number of random schedules that violate the guarantees of the hand-off: every item arrives
+/// once, in order and as written, and the reader sees the end after the last item.
 int broken(const HandOffModel::Protocol& protocol) {
   int count = 0;
   for (int seed = 0; seed < kSchedules; ++seed) {
@@ -51,7 +51,7 @@ TEST(HandOff, EveryPartOfTheProtocolIsNeeded) {
   EXPECT_GT(broken({.releases_flag = false}), 0);
 }
 
-/// Two threads that give their cores away at random points, over the queue and flag of a probe.
+/// Two threads that yield at random points share the queue and flag of a probe.
 TEST(HandOff, AProbesSamplesAreEachCountedOnceUnderRandomScheduling) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     constexpr int kSamples = 2000;

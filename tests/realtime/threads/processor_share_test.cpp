@@ -8,7 +8,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// Looks every 20 ms at a thread that takes a share of a processor. \return when it was found
+/// Every 20 ms, checks a thread that takes a share of a processor.
+/// \return the time of detection
 milliseconds found_after(double share, milliseconds length) {
   ProcessorShare watch;
   for (milliseconds now{0}; now < length; now += milliseconds{20}) {
@@ -19,17 +20,17 @@ milliseconds found_after(double share, milliseconds length) {
   return length;
 }
 
-TEST(ProcessorShare, FindsAThreadThatLeavesNothingWithinABitMoreThanASecond) {
+TEST(ProcessorShare, DetectsAGreedyThreadWithinSlightlyMoreThanASecond) {
   const milliseconds found = found_after(0.99, milliseconds{10'000});
   EXPECT_GE(found, milliseconds{900});
   EXPECT_LE(found, milliseconds{1200});
 }
 
-TEST(ProcessorShare, LeavesAThreadAloneThatSleepsATenthOfItsTime) {
+TEST(ProcessorShare, IgnoresAThreadThatSleepsATenthOfItsTime) {
   EXPECT_EQ(found_after(0.9, milliseconds{60'000}), milliseconds{60'000});
 }
 
-TEST(ProcessorShare, AStallOfHalfASecondIsNoShareOfASecond) {
+TEST(ProcessorShare, IgnoresAStallOfHalfASecond) {
   ProcessorShare watch;
   nanoseconds used{0};
   for (milliseconds now{0}; now < milliseconds{10'000}; now += milliseconds{20}) {

@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-/// More threads than cores would be refused; the tests must run on small machines too.
+/// More threads than cores would be refused, but the tests must also run on small machines.
 constexpr int kManyCores = 64;
 
 std::unique_ptr<SpinningTeam> team_of(int size, SpinningTeam::Setup setup = {}) {
@@ -27,7 +27,7 @@ std::unique_ptr<SpinningTeam> team_of(int size, SpinningTeam::Setup setup = {}) 
   return std::move(*team);
 }
 
-TEST(SpinningTeam, DoesEveryPartOnceOnAThreadOfItsOwn) {
+TEST(SpinningTeam, RunsEveryPartOnceOnItsOwnThread) {
   for (int size = 1; size <= 4; ++size) {
     const auto team = team_of(size);
     EXPECT_EQ(team->size(), size);
@@ -54,8 +54,8 @@ TEST(SpinningTeam, DoesEveryPartOnceOnAThreadOfItsOwn) {
   }
 }
 
-/// Each part writes its cell of a row and, after a barrier, reads the whole row: with a barrier
-/// that lets anyone through early, a sum is wrong.
+/// Each part writes its cell of a row and, after a barrier, reads the whole row: if the barrier
+/// lets a thread through early, a sum is wrong.
 struct Rows {
   static constexpr int kParts = 3;
   static constexpr int kRows = 500;
@@ -75,7 +75,7 @@ struct Rows {
   }
 };
 
-TEST(SpinningTeam, TheBarrierLetsNobodyThroughEarly) {
+TEST(SpinningTeam, TheBarrierLetsNoThreadThroughEarly) {
   const auto team = team_of(Rows::kParts);
   for (int repeat = 0; repeat < 6; ++repeat) {
     Rows rows;
@@ -85,14 +85,14 @@ TEST(SpinningTeam, TheBarrierLetsNobodyThroughEarly) {
   }
 }
 
-TEST(SpinningTeam, ABarrierOfOnePartIsNone) {
+TEST(SpinningTeam, ABarrierWithOnePartReturnsAtOnce) {
   const auto team = team_of(2);
   team->run(
       1, [](void* context, int) noexcept { static_cast<SpinningTeam*>(context)->barrier(); },
       team.get());
 }
 
-TEST(SpinningTeam, FewerPartsThanThreadsMixWithAll) {
+TEST(SpinningTeam, CallsWithFewerPartsMixWithFullCalls) {
   const auto team = team_of(3);
   std::atomic<int> calls{0};
   int expected = 0;
@@ -106,20 +106,20 @@ TEST(SpinningTeam, FewerPartsThanThreadsMixWithAll) {
   }
 }
 
-TEST(SpinningTeam, WorkThatComesBeforeOrAfterItWasExpectedIsDone) {
+TEST(SpinningTeam, WorkBeforeOrAfterTheAnnouncedTimeIsDone) {
   const auto team = team_of(2);
   PeriodicClock clock;
   std::atomic<int> calls{0};
   const auto work = [](void* context, int) noexcept { ++*static_cast<std::atomic<int>*>(context); };
-  team->rest_until(clock.now() + microseconds{2000});  // expected: sleeps, then spins
+  team->rest_until(clock.now() + microseconds{2000});  // announced: sleeps, then spins
   host_sleep_until(clock.now() + microseconds{1000});
   team->run(2, work, &calls);
-  host_sleep_until(clock.now() + microseconds{3000});  // long after: dozes
+  host_sleep_until(clock.now() + microseconds{3000});  // long after: polls
   team->run(2, work, &calls);
   EXPECT_EQ(calls, 4);
 }
 
-TEST(SpinningTeam, SetsEachWorkerUpInItsOwnThread) {
+TEST(SpinningTeam, SetsUpEachWorkerOnItsOwnThread) {
   std::array<std::atomic<std::size_t>, 3> by{};
   {
     const auto team = team_of(3, [&by](int worker) {
@@ -146,7 +146,7 @@ TEST(SpinningTeam, RefusesMoreThreadsThanCores) {
   const auto team = SpinningTeam::create(3, {}, 2);
   ASSERT_FALSE(team);
   EXPECT_EQ(team.error().sentence,
-            "loop.threads = 3 does not fit this machine's 2 cores open to merkel: give 1 to 2");
+            "loop.threads = 3 must be from 1 to 2, the number of cores available to merkel");
   EXPECT_FALSE(SpinningTeam::create(0, {}, 2));
 }
 

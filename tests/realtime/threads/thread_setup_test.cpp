@@ -15,7 +15,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(ThreadSetup, SaysWhichRightIsMissingAndHowToGetIt) {
+TEST(ThreadSetup, NamesTheMissingRightAndItsRemedy) {
   const std::string at_home = fifo_refusal({.rtprio_limit = 20}, 70);
   EXPECT_TRUE(contains(at_home, "CAP_SYS_NICE")) << at_home;
   EXPECT_TRUE(contains(at_home, "at least 70 (it is 20)")) << at_home;
@@ -41,8 +41,8 @@ TEST(ThreadSetup, RefusesThePriorityOfTheKernelsThreads) {
   EXPECT_EQ(RealtimeSettings{.cpu = -1}.check().error().key, "loop.cpu");
 }
 
-/// Either it is raised, or it says why not and has a timer slack of 1 ns.
-TEST(ThreadSetup, RaisesItsOwnThreadAloneOrSaysWhyNot) {
+/// Either the thread is raised, or it reports why not and has a timer slack of 1 ns.
+TEST(ThreadSetup, RaisesOnlyItsOwnThreadOrReportsWhyNot) {
   std::jthread([] {
     RealtimeRights rights;
     set_up_simulation_thread({.priority = 5}, rights);
@@ -65,13 +65,13 @@ TEST(ThreadSetup, RaisesItsOwnThreadAloneOrSaysWhyNot) {
 }
 
 #ifndef MERKEL_SANITIZED  // sanitizers hold signals back
-TEST(ThreadSetup, AThreadThatNeverSleepsIsPutBackIntoTheNormalClass) {
+TEST(ThreadSetup, AThreadThatNeverSleepsIsDemoted) {
   std::jthread([] {
     RealtimeRights rights;
     set_up_simulation_thread({.priority = 1}, rights);
     if (!rights.fifo) GTEST_SKIP() << rights.missing.front();
     EXPECT_FALSE(simulation_was_demoted());
-    // A second or so of computing is enough, unless the host gives the core to others.
+    // About a second of computing is enough, unless the host gives the core to other threads.
     for (std::uint64_t k = 0; k < 20'000'000'000 && !simulation_was_demoted(); ++k) {
     }
     EXPECT_TRUE(simulation_was_demoted());
@@ -80,7 +80,7 @@ TEST(ThreadSetup, AThreadThatNeverSleepsIsPutBackIntoTheNormalClass) {
 }
 #endif
 
-TEST(ThreadSetup, StaysInTheNormalClassWhenAskedTo) {
+TEST(ThreadSetup, StaysInSchedOtherOnRequest) {
   std::jthread([] {
     RealtimeRights rights;
     set_up_simulation_thread({.fifo = false}, rights);
@@ -91,7 +91,7 @@ TEST(ThreadSetup, StaysInTheNormalClassWhenAskedTo) {
   });
 }
 
-TEST(ThreadSetup, PinsToTheCoreOrSaysThatItCannot) {
+TEST(ThreadSetup, PinsToTheCoreOrReportsThatItCannot) {
   std::jthread([] {
     RealtimeRights rights;
     set_up_simulation_thread({.fifo = false, .cpu = ::sched_getcpu()}, rights);
@@ -103,7 +103,7 @@ TEST(ThreadSetup, PinsToTheCoreOrSaysThatItCannot) {
     set_up_simulation_thread({.fifo = false, .cpu = CPU_SETSIZE - 1}, rights);
     EXPECT_FALSE(rights.cpu);
     ASSERT_EQ(rights.missing.size(), 1U);
-    EXPECT_TRUE(contains(rights.missing[0], "core 1023 is not open to merkel"));
+    EXPECT_TRUE(contains(rights.missing[0], "core 1023 is not available to merkel"));
   });
 }
 
@@ -121,10 +121,10 @@ TEST(ThreadSetup, EveryRefusalOfTheProcessHasASentence) {
   EXPECT_TRUE(none.missing.empty());
 }
 
-TEST(ThreadUsage, CountsWhatTheThreadDid) {
+TEST(ThreadUsage, CountsFaultsAndSwitches) {
   const ThreadUsage before = ThreadUsage::of_this_thread();
   constexpr std::size_t kPages = 64;
-  std::vector<char> pages(kPages * 65536);  // beyond malloc's own: fresh from the kernel
+  std::vector<char> pages(kPages * 65536);  // too large for malloc's arenas: fresh from the kernel
   for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 1;
   std::this_thread::sleep_for(std::chrono::milliseconds{1});
   const ThreadUsage since = ThreadUsage::of_this_thread().since(before);

@@ -51,7 +51,7 @@ TEST(ConnorStevensGroup, AgreesWithCvodeAndConvergesWithTheSquareOfTheStep) {
   };
   const double coarse = error(50);
   const double fine = error(25);
-  // Half a percent of the intervals, summed up over more than 30 of them.
+  // 0.5 % of each interval, accumulated over more than 30 intervals.
   EXPECT_LT(coarse, 3.0);
   EXPECT_LT(fine, 0.3 * coarse);
   EXPECT_LT(error(5), 0.05);

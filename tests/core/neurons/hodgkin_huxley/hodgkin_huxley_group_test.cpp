@@ -80,7 +80,8 @@ TEST(HodgkinHuxleyGroup, FourthOrderMethodsAgreeWithCvodeOnARampAndHold) {
   }
 }
 
-/// Spikes within the last 500 ms of 1500 under a constant current, and the highest potential then.
+/// Spikes in the last 500 ms of 1500 ms at a constant current, and the highest potential in that
+/// time.
 struct Sustained {
   int spikes = 0;
   double peak_mV = -100.0;
@@ -102,7 +103,8 @@ Sustained sustained(double I) {
 }
 
 TEST(HodgkinHuxleyGroup, FiresInClassIIWithADepolarisationBlock) {
-  // No steady rate below about 48 Hz: whatever fires on, fires at least so fast.
+  // There is no steady rate below about 48 Hz: a neuron that fires steadily fires at least this
+  // fast.
   for (double I = 4.6; I < 7.0; I += 0.05) {
     const int spikes = sustained(I).spikes;
     EXPECT_TRUE(spikes == 0 || spikes >= 24) << I;
@@ -160,7 +162,7 @@ TEST(HodgkinHuxleyGroup, MultistepConvergesWithTheFourthPowerOfTheStep) {
   EXPECT_LT(coarse, 1e-3);
   EXPECT_GT(coarse / fine, 14.0);
   EXPECT_LT(fine, 1e-4);
-  // At twice the step still far better than the method of second order.
+  // At twice the step, it is still far more accurate than the second-order method.
   EXPECT_LT(10.0 * coarse,
             spike_time_error(IntegrationMethod::kCrankNicolson, nanoseconds{25'000}));
 }
@@ -209,7 +211,7 @@ TEST(HodgkinHuxleyGroup, CoupledFourthOrderMethodsAgreeWithCvode) {
   }
 }
 
-TEST(SpikeBuffer, RefusesAndCountsWhatFindsNoRoom) {
+TEST(SpikeBuffer, DropsAndCountsSpikesWhenFull) {
   SpikeBuffer spikes(2);
   for (int i = 0; i < 5; ++i) spikes.push({});
   EXPECT_EQ(spikes.events().size(), 2U);

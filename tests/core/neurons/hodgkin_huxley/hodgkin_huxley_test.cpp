@@ -36,7 +36,7 @@ TEST(HodgkinHuxley, LinoidKeepsItsDigitsNearZero) {
   }
 }
 
-TEST(HodgkinHuxley, RatesAreTheTextbookOnes) {
+TEST(HodgkinHuxley, RatesMatchTheTextbook) {
   const GateRates rates = HodgkinHuxley{}.rates(-30.0);  // v = 35
   EXPECT_NEAR(rates.alpha.n, 0.01 * (10.0 - 35.0) / (std::exp(-2.5) - 1.0), 1e-14);
   EXPECT_NEAR(rates.beta.n, 0.125 * std::exp(-35.0 / 80.0), 1e-14);
@@ -46,7 +46,7 @@ TEST(HodgkinHuxley, RatesAreTheTextbookOnes) {
   EXPECT_NEAR(rates.beta.h, 1.0 / (std::exp(-0.5) + 1.0), 1e-14);
 }
 
-TEST(HodgkinHuxley, RefusesWhatNoMembraneIs) {
+TEST(HodgkinHuxley, RefusesInvalidParameters) {
   EXPECT_EQ((HodgkinHuxley{.g_Na = -1.0}.check().error().key), "neuron.g_Na");
   EXPECT_EQ((HodgkinHuxley{.g_L = 0.0}.check().error().key), "neuron.g_L");
   EXPECT_EQ((HodgkinHuxley{.E_K = std::numeric_limits<double>::infinity()}.check().error().key),

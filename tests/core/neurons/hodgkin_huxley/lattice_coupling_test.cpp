@@ -26,7 +26,7 @@ TEST(LatticeCoupling, FingertipHas31Edges) {
   EXPECT_EQ(weights, 31U);
 }
 
-TEST(LatticeCoupling, NeighboursAcrossTheRowBorderAreNotJoined) {
+TEST(LatticeCoupling, NeighboursAcrossTheRowBorderAreNotCoupled) {
   const auto network = LatticeCoupling::create({}, 5, 4);
   for (const std::size_t last_of_row : {4U, 9U, 14U, 19U}) {
     EXPECT_EQ(network->to_next_column()[last_of_row], 0.0);

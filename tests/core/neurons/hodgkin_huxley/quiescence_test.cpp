@@ -32,7 +32,8 @@ struct Recorded {
   std::size_t blocks_skipped = 0;
 };
 
-/// A press that wanders over a grid of neurons, with pauses: most are at rest most of the time.
+/// A press that wanders over a grid of neurons, with pauses: most neurons are at rest most of the
+/// time.
 Recorded wandering_press(bool freeze, double gain) {
   constexpr int kColumns = 24;
   constexpr int kRows = 12;
@@ -47,7 +48,7 @@ Recorded wandering_press(bool freeze, double gain) {
   for (int tick = 0; tick < 900; ++tick) {
     begin = end;
     if (tick % 150 == 0) {
-      // Onto a new place, or off the skin.
+      // To a new position, or off the skin.
       std::fill(end.begin(), end.end(), 0.15);
       if (tick % 300 == 0) {
         const auto place = static_cast<std::size_t>(random.uniform() * (kNeurons - 30));

@@ -19,8 +19,8 @@ using std::chrono::nanoseconds;
 
 IntegrateAndFire quiet() { return {.refractory_ms = 4.0, .noise = {}}; }
 
-// The values of a prototype in Python, of the same equations.
-TEST(IntegrateAndFireGroup, RepeatsThePublishedCheckOfItsEquations) {
+// Values from a Python prototype of the same equations.
+TEST(IntegrateAndFireGroup, ReproducesThePrototype) {
   constexpr nanoseconds kStep = microseconds{500};
   IntegrateAndFireGroup neuron({.neuron = quiet(), .step = kStep}, 1);
   SpikeBuffer spikes(100);
@@ -49,12 +49,12 @@ TEST(IntegrateAndFireGroup, WithoutDriveItIsSilentAndSkipped) {
   neurons.advance(drive, drive, 2000, nanoseconds{0}, spikes);
   EXPECT_TRUE(spikes.events().empty());
   EXPECT_TRUE(neurons.all_resting());
-  // One that is driven keeps its block awake, no other.
+  // A driven neuron keeps only its own block awake.
   drive[20] = 30.0;
   neurons.advance(drive, drive, 2000, nanoseconds{0}, spikes);
   EXPECT_GT(spikes.events().size(), 20U);
   EXPECT_EQ(neurons.resting_blocks(), 2U);
-  // Released, it decays to rest.
+  // Without drive, it decays to rest.
   drive[20] = 0.0;
   spikes.clear();
   neurons.advance(drive, drive, 2000, nanoseconds{0}, spikes);
@@ -65,7 +65,8 @@ TEST(IntegrateAndFireGroup, WithoutDriveItIsSilentAndSkipped) {
 }
 
 TEST(IntegrateAndFireGroup, NoiseGrowsWithTheDrive) {
-  // The variance of v after a second of weak drive, far from the threshold: σ²·I/full, less leak.
+  // The variance of v after one second of weak drive, far from the threshold: σ²·I/full, minus
+  // leak.
   IntegrateAndFire neuron{.tau_ms = 1e6, .floor = -1e6, .noise = {.sigma = 0.8, .seed = 5}};
   neuron.threshold = 1e6;
   for (const double drive_Hz : {0.5, 2.0, 5.0, 20.0}) {
@@ -86,7 +87,7 @@ TEST(IntegrateAndFireGroup, NoiseGrowsWithTheDrive) {
 }
 
 TEST(IntegrateAndFireGroup, ApproachesTheExactSolutionWithTheStep) {
-  // v = Iτ(1−e^{−t/τ}) reaches 1 after −τ·ln(1 − 1/(Iτ)); then 4 ms of rest.
+  // v = Iτ(1−e^{−t/τ}) reaches 1 after −τ·ln(1 − 1/(Iτ)); then the refractory period of 4 ms.
   for (const double I : {2.5, 20.0, 120.0, 900.0}) {
     const double interval = 0.004 - 0.5 * std::log(1.0 - 1.0 / (0.5 * I));
     for (const int step_us : {500, 100}) {
@@ -96,7 +97,7 @@ TEST(IntegrateAndFireGroup, ApproachesTheExactSolutionWithTheStep) {
       ASSERT_GE(spikes.events().size(), 2U) << I;
       const double first = units::s_from(spikes.events()[0].time);
       const double second = units::s_from(spikes.events()[1].time);
-      // Euler's method: of first order.
+      // Euler's method is first order.
       const double relative = 1e-6 * step_us / 0.5 + 1e-9;
       EXPECT_NEAR(first, interval - 0.004, relative * interval) << I << " " << step_us;
       EXPECT_NEAR(second - first, interval, relative * interval + 1e-9) << I << " " << step_us;
@@ -122,7 +123,7 @@ struct Made {
   bool operator==(const Made&) const = default;
 };
 
-/// Half a second of neurons under various drives, in calls of so many steps.
+/// Half a second of neurons under various drives, in calls of `steps_a_call` steps.
 Made noisy_run(std::size_t count, int steps_a_call, WorkerTeam* team = nullptr) {
   IntegrateAndFireGroup neurons({.step = microseconds{500}}, count);
   std::vector<double> drive(count);
@@ -168,7 +169,7 @@ TEST(IntegrateAndFireGroup, FiresAsIrregularlyAsRecordedAfferents) {
   constexpr std::size_t kTrials = 64;
   for (const double rate : {10.0, 20.0, 40.0}) {
     IntegrateAndFireGroup trials({.neuron = {.refractory_ms = 4.0}}, kTrials);
-    // The leak and the refractory period take some of the drive.
+    // The drive compensates for the leak and the refractory period.
     const std::vector<double> drive(kTrials, 0.55 + rate / (1.0 - 0.004 * rate));
     SpikeBuffer spikes(kTrials * 1000);
     trials.advance(drive, drive, 20'000, nanoseconds{0}, spikes);
@@ -202,7 +203,7 @@ TEST(IntegrateAndFireGroup, FiresAsIrregularlyAsRecordedAfferents) {
   }
 }
 
-TEST(IntegrateAndFire, NamesTheParameterThatCannotBe) {
+TEST(IntegrateAndFire, NamesTheInvalidParameter) {
   EXPECT_EQ((IntegrateAndFire{.tau_ms = 0.0}).check(microseconds{500}).error().key,
             "neuron.tau_ms");
   EXPECT_EQ((IntegrateAndFire{.refractory_ms = 0.1}).check(microseconds{500}).error().key,

@@ -1,4 +1,4 @@
-// What holds for the kernels of all methods; spike times are in hodgkin_huxley_group_test.cpp.
+// Properties of the kernels of all methods; hodgkin_huxley_group_test.cpp tests spike times.
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -24,14 +24,14 @@ std::vector<IntegrationMethod> all_methods() {
   return methods;
 }
 
-/// Slopes that share no exponential, but by less than shows.
+/// Slopes that share no exponential but differ negligibly from the default.
 HodgkinHuxley general_slopes() {
   HodgkinHuxley neuron;
   neuron.beta_n.slope_mV *= 1.0 + 1e-12;
   return neuron;
 }
 
-/// Spikes and final states, as they are.
+/// Spikes and final states.
 std::vector<double> history(HodgkinHuxleyGroup& population, int ticks) {
   SpikeBuffer spikes(100'000);
   std::vector<double> begin(population.size());
@@ -81,7 +81,7 @@ TEST(MembraneKernel, GivesTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-TEST(MembraneKernel, ANeuronsResultDependsNeitherOnItsPlaceNorOnItsNumber) {
+TEST(MembraneKernel, ANeuronsResultDoesNotDependOnItsPositionOrTheGroupSize) {
   for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
     HodgkinHuxleyGroup alone({.precision = precision}, 1, std::nullopt);
     HodgkinHuxleyGroup many({.precision = precision}, 50, std::nullopt);
@@ -94,7 +94,7 @@ TEST(MembraneKernel, ANeuronsResultDependsNeitherOnItsPlaceNorOnItsNumber) {
   }
 }
 
-/// Both rates of every gate at some potentials, from the change in one tiny step of forward Euler.
+/// Both rates of every gate at given potentials, from the change in one tiny step of forward Euler.
 std::vector<GateRates> rates_of_kernel(const HodgkinHuxley& neuron, Precision precision,
                                        const std::vector<double>& V_mV) {
   constexpr nanoseconds kStep{1000};
@@ -128,7 +128,7 @@ std::vector<GateRates> rates_of_kernel(const HodgkinHuxley& neuron, Precision pr
 void expect_rates(const GateRates& found, const GateRates& expected, double tolerance,
                   double V_mV) {
   const auto near = [&](double x, double y, const char* what) {
-    // What is left of 1 − β·dt has lost digits: an error relative to 1/dt.
+    // 1 − β·dt loses digits: an error relative to 1/dt.
     EXPECT_NEAR(x, y, tolerance * (std::fabs(y) + 1.0)) << what << " at " << V_mV << " mV";
   };
   near(found.alpha.n, expected.alpha.n, "alpha_n");
@@ -139,7 +139,7 @@ void expect_rates(const GateRates& found, const GateRates& expected, double tole
   near(found.beta.h, expected.beta.h, "beta_h");
 }
 
-/// Both paths in both precisions against the scalar rates, which use the library's exp.
+/// Compares both paths in both precisions with the scalar rates, which use the library's exp.
 void expect_library_rates(const std::vector<double>& V_mV) {
   for (const HodgkinHuxley& neuron : {HodgkinHuxley{}, general_slopes()}) {
     const auto in_double = rates_of_kernel(neuron, Precision::kDouble, V_mV);
@@ -216,8 +216,8 @@ Outcome half_a_second(const HodgkinHuxley& neuron, IntegrationMethod method, int
 
 constexpr std::size_t kSpikesAt10 = 35;  // at 5 µs with every method, and with CVODE
 
-TEST(MembraneKernel, ExplicitMethodsDivergeWhereTheyMust) {
-  // With rates that are not limited to a range of potentials, as in textbooks.
+TEST(MembraneKernel, ExplicitMethodsDivergeAsPredicted) {
+  // With rates that are not clamped to a range of potentials, as in textbooks.
   struct Bound {
     IntegrationMethod method;
     int works_us;
@@ -232,8 +232,8 @@ TEST(MembraneKernel, ExplicitMethodsDivergeWhereTheyMust) {
     EXPECT_GT(half_a_second(general_slopes(), method, diverges_us, 10.0).resets, 0U)
         << name_of(method);
   }
-  // Within the range that the shared exponential covers, rates cannot run away so soon; what comes
-  // out is wrong all the same.
+  // Within the range of the shared exponential, the rates stay bounded, so divergence shows only
+  // as a wrong result.
   EXPECT_NE(half_a_second({}, IntegrationMethod::kForwardEuler, 75, 10.0).spikes, kSpikesAt10);
   EXPECT_GT(half_a_second({}, IntegrationMethod::kHeun, 85, 10.0).resets, 0U);
   EXPECT_GT(half_a_second({}, IntegrationMethod::kRk4, 125, 10.0).resets, 0U);
@@ -241,7 +241,7 @@ TEST(MembraneKernel, ExplicitMethodsDivergeWhereTheyMust) {
             kSpikesAt10);
 }
 
-TEST(MembraneKernel, AtTheirLargestStepAllMethodsCountSpikesRight) {
+TEST(MembraneKernel, AllMethodsCountSpikesCorrectlyAtTheirLargestStep) {
   for (const IntegrationMethod method : all_methods()) {
     const int step_us = static_cast<int>(1e3 * largest_step_ms(method, 0.0) + 1e-9) / 5 * 5;
     for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
@@ -295,7 +295,7 @@ TEST(MembraneKernel, StrongCouplingBreaksExplicitMethodsOnly) {
   }
 }
 
-TEST(MembraneKernel, TheStepBoundOfANetworkKeepsClearOfDivergence) {
+TEST(MembraneKernel, TheStepBoundOfANetworkPreventsDivergence) {
   for (const IntegrationMethod method : all_methods()) {
     for (const double gain : {1.0, 10.0, 100.0}) {
       const auto network = LatticeCoupling::create({.gain = gain}, 5, 4);
@@ -309,7 +309,7 @@ TEST(MembraneKernel, TheStepBoundOfANetworkKeepsClearOfDivergence) {
   }
 }
 
-TEST(MembraneKernel, WithoutGainAllMethodsAreBitForBitUncoupled) {
+TEST(MembraneKernel, WithoutGainAllMethodsAreBitIdenticalToUncoupled) {
   const auto silent = LatticeCoupling::create({.gain = 0.0}, 5, 4);
   for (const IntegrationMethod method : all_methods()) {
     HodgkinHuxleyGroup alone({.method = method}, 20, std::nullopt);
