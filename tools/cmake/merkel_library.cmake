@@ -16,6 +16,12 @@ add_library(merkel_numerics INTERFACE)
 target_compile_options(merkel_numerics INTERFACE
   -ffp-contract=off -fno-math-errno -fno-trapping-math)
 
+# All 64-bit ARM processors have NEON: Highway need not choose at run time. If it does, it requires AES
+# instructions with NEON, which a Raspberry Pi 4 lacks, and g++ 12 crashes on its SVE header.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+  set(MERKEL_HIGHWAY_ON_ARM TOOLCHAIN_MISS_SYS_AUXV_H HWY_COMPILE_ONLY_STATIC)
+endif()
+
 # A fault in a reader of outside bytes must end the program, not run an attacker's code. Checked on
 # the built program by tests/project/hardening_test.sh.
 # (Position-independent libraries can go into a shared module as well.)

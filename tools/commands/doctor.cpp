@@ -187,7 +187,7 @@ void add_doctor_command(CommandLine& program) {
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
       .option("--runs", options->runs, "Number of runs; verdicts are on their medians",
               {1.0, 1000.0})
-      .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {100.0, 1e5})
+      .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {50.0, 1e5})
       .flag("--sleep", options->sleep, "Sleep until each tick instead of sleeping, then spinning")
       .flag("--normal", options->normal, "Use SCHED_OTHER even if SCHED_FIFO is permitted")
       .flag("--stress", options->stress, "Run stress-ng --cpu 2 during the measurement")

@@ -70,9 +70,9 @@ def integrators():
     axes.plot([], [], "ko", fillstyle="none", markersize=8, label="wrong spike counts")
     log_axes(axes, "cost per neuron and simulated second (µs of one core)",
              "rms spike-time error (ms)")
-    axes.legend(fontsize=9)
+    axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0))
     axes.set_title("Integrators: steps of 200 to 6.25 µs, left to right")
-    figure.savefig(FOLDER / "integrators.png")
+    figure.savefig(FOLDER / "integrators.png", bbox_inches="tight")
 
 
 def contact_stage():

@@ -143,7 +143,9 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
       std::string cells;
       std::string errors;
       const double step_s = step_costs.of(method, precision, 25.0);
-      const double long_step_s = step_costs.of(method, precision, 50.0);
+      const double long_step_s = method == IntegrationMethod::kCrankNicolson
+                                     ? step_costs.of(method, precision, 50.0)
+                                     : step_s;
       for (const double step_us : steps_us) {
         const auto driven = drive_neurons(currents(), kDuration_ms, method, precision, step_us);
         const SpikeTrainError error = spike_train_error(driven.spikes, reference.spikes);
