@@ -23,7 +23,14 @@ enum class ProbeError {
   kDisconnected  ///< a device is lost for good; error_message() gives the reason
 };
 
-/// The description of a probe.
+/// The run in which a recording was made, in the recording's own time.
+struct RecordedRun {
+  std::chrono::nanoseconds start{0};  ///< where its first tick began: a replay has the same ticks
+  std::chrono::nanoseconds zero{0};   ///< from which the times in files are counted
+  std::chrono::nanoseconds utc{0};    ///< the instant of `zero` since 1970-01-01; 0: not known
+};
+
+/// What a probe is.
 struct ProbeInfo {
   std::string uri;             ///< as the user gave it
   std::string name;            ///< for display
@@ -34,7 +41,9 @@ struct ProbeInfo {
   /// False for a device: its times are host-monotonic, and samples that do not fit are dropped.
   bool replayed = false;
   std::string calibration_file = {};  ///< as the user gave it; empty for none
-  std::string calibration = {};       ///< in use, as the text of such a file; devices only
+  std::string calibration = {};       ///< in force, as the text of such a file; of a device only
+  std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra, in order
+  std::optional<RecordedRun> run = {};          ///< of a recording, where it is known
 };
 
 /// Counters of a device's driver.

@@ -334,11 +334,17 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
   const nanoseconds delay = parameters_.delay.value_or(measured_delay());
   delay_ns_.store(delay.count());
   std::vector<nanoseconds> first_times;
-  bool all_replayed = true;
+  const bool all_replayed = std::all_of(probes_.begin(), probes_.end(), [](const auto& line) {
+    return line->probe->info().replayed;
+  });
+  std::optional<RecordedRun> recorded;
   for (std::size_t i = 0; i < probes_.size(); ++i) {
-    const ProbeInfo& info = probes_[i]->probe->info();
     first_times.push_back(*inputs_[i].first_time());
-    all_replayed = all_replayed && info.replayed;
+    const auto& run = probes_[i]->probe->info().run;
+    if (!all_replayed || !run) continue;
+    // A session plays on the ticks of the run that recorded it.
+    first_times.back() = run->start;
+    if (!recorded) recorded = run;
   }
   // Recordings play from their first sample, whatever its time. With devices, the run starts when
   // the last device has sent a sample.
@@ -362,7 +368,11 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     const ClockPair clocks = read_clock_pair();
     const nanoseconds zero = all_replayed ? nanoseconds{0} : report.start;
     const nanoseconds zero_on_host = all_replayed ? clocks.monotonic - report.start : report.start;
-    origin_.set({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)});
+    if (recorded) {
+      origin_.set({.start = recorded->zero, .utc = recorded->utc});
+    } else {
+      origin_.set({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)});
+    }
     FixedStepLoop<C> loop({.start = report.start,
                            .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                            .delay = delay,
@@ -376,7 +386,9 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
                           clock, model_, inputs_, fanout_, statistics_, events_);
     const ThreadUsage before = ThreadUsage::of_this_thread();
     started.store(true, std::memory_order_release);
+    const nanoseconds begun = PeriodicClock::now();
     loop.run(stop_);
+    report.wall = PeriodicClock::now() - begun;
     host.usage = ThreadUsage::of_this_thread().since(before);
     const auto copy = [](std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
       to.assign(from.begin(), from.end());
@@ -415,7 +427,6 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     }
   }
   simulation.join();
-  report.wall = PeriodicClock::now() - wall_start;
   drain_events(report);
   if constexpr (kHostTime) {
     host.margin = clock.margin();

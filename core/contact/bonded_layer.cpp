@@ -83,12 +83,15 @@ LayerContact LayerEquation::solve(double a) const {
   return contact;
 }
 
-BondedLayer::BondedLayer(double poisson_ratio) {
+BondedLayer::BondedLayer(double poisson_ratio, double largest_chi) {
   const LayerEquation equation(poisson_ratio);
   rows_.push_back({.chi = 0.0, .force = 1.0, .radius = 1.0});
-  for (int row = 1; row < kTableRows; ++row) {
+  // The cubic takes two rows on each side, and four at least.
+  int beyond = 0;
+  for (int row = 1; row < kTableRows && (beyond < 2 || rows_.size() < 5); ++row) {
     const LayerContact contact = equation.solve(kLargestRadius * row / (kTableRows - 1));
     const double chi = std::sqrt(contact.depth);
+    if (chi > largest_chi) ++beyond;
     rows_.push_back({.chi = chi,
                      .force = contact.force / (4.0 / 3.0 * contact.depth * chi),
                      .radius = contact.radius / chi});

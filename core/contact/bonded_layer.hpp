@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "core/math/gauss_legendre.hpp"
@@ -54,8 +55,10 @@ class BondedLayer {
  public:
   static constexpr double kLargestRadius = 4.0;  ///< of the contacts in the table, in thicknesses
 
-  /// Solves the equation for contact radii up to kLargestRadius. Real-time: no.
-  explicit BondedLayer(double poisson_ratio);
+  /// Solves the equation for contact radii up to kLargestRadius; where only values up to
+  /// `largest_chi` are wanted, as far as those need. Real-time: no.
+  explicit BondedLayer(double poisson_ratio,
+                       double largest_chi = std::numeric_limits<double>::infinity());
 
   /// F divided by the Hertz force at the same depth. Real-time: yes.
   [[nodiscard]] double force_factor(double chi) const noexcept MERKEL_REALTIME;

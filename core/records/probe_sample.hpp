@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -29,7 +31,11 @@ struct ProbeSample {
   double y_mm = 0.0;           ///< patch coordinate across the finger
   std::uint32_t sequence = 0;  ///< counts samples from the device, including lost ones
   std::uint32_t channels = 0;  ///< Channel bits
-  /// How long the sample is held if no other follows; then the probe is released. 0: without limit.
+  /// Further columns of a recording, which the model does not use: ProbeInfo::extra_columns names
+  /// the first of them, and the rest are 0. NaN where the recording has no number.
+  static constexpr std::size_t kMostExtra = 8;
+  std::array<double, kMostExtra> extra{};
+  /// How long it holds when no sample follows; then the probe is released. 0: until one follows.
   std::chrono::nanoseconds valid_for{0};
 
   [[nodiscard]] bool has(Channel channel) const noexcept { return (channels & channel) != 0U; }

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
@@ -49,30 +52,76 @@ Expected<void, SetupError> TraceReader::read_header() {
   }
   std::string_view rest = lines_.line();
   while (!rest.empty()) {
-    const std::string field(take_field(rest));
-    const auto* const found = std::find(kColumnNames.begin(), kColumnNames.end(), field);
-    if (found == kColumnNames.end()) {
-      const std::string nearest = nearest_name(field, kColumnNames);
-      return bad_input(lines_.where() + "the column \"" + field + "\" is not known" +
-                       (nearest.empty() ? ": the known columns are time_s, depth_mm, force_N, x_mm "
-                                          "and y_mm"
-                                        : ": did you mean " + nearest + "?"));
-    }
-    const auto column = static_cast<Column>(found - kColumnNames.begin());
-    if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) {
-      return bad_input(lines_.where() + "the column " + field + " is repeated: keep one");
-    }
-    columns_.push_back(column);
-    channels_ |= kColumnChannels[static_cast<std::size_t>(column)];
+    if (auto added = add_column(std::string(take_field(rest))); !added) return added;
+  }
+  std::string unused;  // what may be meant for a column that is missing
+  for (const std::string& name : extra_columns_) {
+    const std::string nearest = nearest_name(name, kColumnNames);
+    unused += "; the column \"" + name + "\" is not known";
+    if (!nearest.empty()) unused += ": did you mean " + nearest + "?";
   }
   if (std::find(columns_.begin(), columns_.end(), Column::kTime) == columns_.end()) {
-    return bad_input(lines_.where() + "the column time_s is missing: add the times, in seconds");
+    return bad_input(lines_.where() + "the column time_s is missing: add the times, in seconds" +
+                     unused);
   }
   if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
     return bad_input(lines_.where() +
-                     "a column depth_mm or force_N is missing: add the recorded one");
+                     "a column depth_mm or force_N is missing: add the one that was recorded" +
+                     unused);
+  }
+  if (!extra_columns_.empty()) {
+    std::string sentence = lines_.path() + ": the model does not use ";
+    for (std::size_t i = 0; i < extra_columns_.size(); ++i) {
+      const std::string nearest = nearest_name(extra_columns_[i], kColumnNames);
+      sentence.append(i == 0 ? "" : ", ").append(extra_columns_[i]);
+      if (!nearest.empty()) sentence += " (did you mean " + nearest + "?)";
+    }
+    notices_.push_back(sentence + "; a session keeps it");
+  }
+  if (!ignored_columns_.empty()) {
+    std::string sentence = lines_.path() + ": no more than " +
+                           std::to_string(ProbeSample::kMostExtra) +
+                           " columns are kept beside those of the model, and this one is not:";
+    for (const std::string& name : ignored_columns_) sentence += " " + name;
+    notices_.push_back(std::move(sentence));
   }
   return {};
+}
+
+Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
+  const auto* const found = std::find(kColumnNames.begin(), kColumnNames.end(), name);
+  if (found == kColumnNames.end()) {
+    const auto is_name = [&](const std::string& other) { return other == name; };
+    if (std::any_of(extra_columns_.begin(), extra_columns_.end(), is_name)) {
+      return bad_input(lines_.where() + "the column " + name + " stands twice: keep one");
+    }
+    add_extra_column(name);
+    return {};
+  }
+  const auto column = static_cast<Column>(found - kColumnNames.begin());
+  if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) {
+    return bad_input(lines_.where() + "the column " + name + " stands twice: keep one");
+  }
+  columns_.push_back(column);
+  channels_ |= kColumnChannels[static_cast<std::size_t>(column)];
+  return {};
+}
+
+void TraceReader::add_extra_column(const std::string& name) {
+  const bool kept = extra_columns_.size() < ProbeSample::kMostExtra;
+  columns_.push_back(kept ? Column::kExtra : Column::kIgnored);
+  (kept ? extra_columns_ : ignored_columns_)
+      .push_back(printable_text(name.empty() ? "column_" + std::to_string(columns_.size()) : name));
+}
+
+/// NaN where the field holds no number.
+double TraceReader::extra_value(std::string_view field, std::size_t column) {
+  const auto value = parse_number(field);
+  if (!value && !field.empty() && !std::exchange(told_of_text_, true)) {
+    notices_.push_back(lines_.where() + extra_columns_[column] +
+                       " holds text: sessions keep numbers, and NaN in its place");
+  }
+  return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 void TraceReader::read_comment(std::string_view line) {
@@ -92,8 +141,15 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
                      " fields, but the header has " + std::to_string(columns_.size()) +
                      ": complete or remove it");
   }
+  std::size_t extra = 0;
   for (const Column column : columns_) {
     const std::string_view field = take_field(rest);
+    if (column == Column::kIgnored) continue;
+    if (column == Column::kExtra) {
+      sample.extra[extra] = extra_value(field, extra);
+      ++extra;
+      continue;
+    }
     const auto refuse = [&](const char* what) {
       return bad_input(lines_.where() + name_of(column) + " is \"" + std::string(field) + "\", " +
                        what);
@@ -136,6 +192,8 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
         (column == Column::kX ? sample.x_mm : sample.y_mm) = *value;
         break;
       case Column::kTime:
+      case Column::kExtra:
+      case Column::kIgnored:
         break;
     }
   }
@@ -170,16 +228,16 @@ Expected<void, SetupError> TraceWriter::result_of(bool succeeded) const {
   return {};
 }
 
-Expected<TraceWriter, SetupError> TraceWriter::create(const std::string& path,
-                                                      std::uint32_t channels,
-                                                      std::span<const std::string> comment,
-                                                      bool overwrite,
-                                                      const OutputFile::Notice& notice) {
+Expected<TraceWriter, SetupError> TraceWriter::create(
+    const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
+    bool overwrite, const OutputFile::Notice& notice, std::span<const std::string> extra_columns) {
   auto file = OutputFile::create(path, overwrite, notice);
   if (!file) return Unexpected<SetupError>(file.error());
   std::string head;
   for (const std::string& line : comment) head += "# " + line + "\n";
-  return TraceWriter(std::move(*file), channels, std::move(head));
+  TraceWriter writer(std::move(*file), channels, std::move(head));
+  writer.extra_columns_.assign(extra_columns.begin(), extra_columns.end());
+  return writer;
 }
 
 Expected<void, SetupError> TraceWriter::write_header(std::span<const std::string> comment) {
@@ -189,6 +247,7 @@ Expected<void, SetupError> TraceWriter::write_header(std::span<const std::string
   for (std::size_t i = 1; i < kColumnNames.size(); ++i) {
     if ((channels_ & kColumnChannels[i]) != 0U) head += "," + kColumnNames[i];
   }
+  for (const std::string& name : extra_columns_) head += "," + name;
   header_written_ = true;
   const bool written = file_.write(head + "\n");
   file_.end_header();
@@ -215,6 +274,10 @@ Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> sampl
     append(ProbeSample::kForce, sample.force_mN, -kMilliPerUnit);
     append(ProbeSample::kX, sample.x_mm);
     append(ProbeSample::kY, sample.y_mm);
+    for (std::size_t i = 0; i < extra_columns_.size(); ++i) {
+      rows += ',';
+      if (!std::isnan(sample.extra[i])) rows += shifted_decimal(sample.extra[i], 0);
+    }
     rows += '\n';
   }
   return result_of(file_.write(rows));

@@ -5,6 +5,8 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -14,15 +16,15 @@
 
 namespace merkel {
 
-/// Reads a trace: a CSV table with `time_s` and `depth_mm` or `force_N` (or both), optionally
-/// `x_mm` and `y_mm`, in any order. Lines that start with '#' are comments. Times increase
-/// strictly, to the nanosecond; all values are finite. A comment `# valid_for_s=0.05` limits how
-/// long the following samples are valid without a successor (ProbeSample::valid_for). Streaming,
-/// with bounded memory.
+/// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
+/// and `y_mm`, in any order of columns. Up to ProbeSample::kMostExtra further columns are kept in
+/// ProbeSample::extra; the model does not use them. Lines that begin with '#' are comments. Times
+/// are strictly increasing, to the nanosecond; every value is finite. A comment `#
+/// valid_for_s=0.05` sets for how long the samples after it hold when none follows
+/// (ProbeSample::valid_for). Streams: memory is bounded.
 class TraceReader {
  public:
-  /// Reads the header. Fails on a missing or empty file, and on an unknown, missing or repeated
-  /// column.
+  /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
   [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path);
 
   /// ProbeSample::Channel bits of every sample.
@@ -30,19 +32,33 @@ class TraceReader {
   /// True if a valid_for_s comment has been read.
   [[nodiscard]] bool says_validity() const noexcept { return valid_for_.has_value(); }
 
-  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and remedy.
+  /// Names of ProbeSample::extra, in order.
+  [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
+    return extra_columns_;
+  }
+  /// Sentences for the user since the last call: columns that are not used or not kept.
+  [[nodiscard]] std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
+
+  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to fix.
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:
-  enum class Column { kTime, kDepth, kForce, kX, kY };
+  enum class Column { kTime, kDepth, kForce, kX, kY, kExtra, kIgnored };
   explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
   Expected<void, SetupError> read_header();
   Expected<void, SetupError> parse_row(ProbeSample& sample);
   void read_comment(std::string_view line);
+  Expected<void, SetupError> add_column(const std::string& name);
+  void add_extra_column(const std::string& name);
+  [[nodiscard]] double extra_value(std::string_view field, std::size_t column);
   [[nodiscard]] static const char* name_of(Column column) noexcept;
 
   LineReader lines_;
   std::vector<Column> columns_;
+  std::vector<std::string> extra_columns_;
+  std::vector<std::string> ignored_columns_;
+  std::vector<std::string> notices_;
+  bool told_of_text_ = false;
   std::uint32_t channels_ = 0;
   std::uint32_t rows_ = 0;
   std::chrono::nanoseconds last_time_{0};
@@ -56,7 +72,8 @@ class TraceWriter {
   /// \param comment  lines of the file's header, without their '#'
   [[nodiscard]] static Expected<TraceWriter, SetupError> create(
       const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
-      bool overwrite, const OutputFile::Notice& notice = {});
+      bool overwrite, const OutputFile::Notice& notice = {},
+      std::span<const std::string> extra_columns = {});
 
   /// Completes the header: further comment lines, then the column names. If it was not called,
   /// write() does so.
@@ -77,6 +94,7 @@ class TraceWriter {
   std::uint32_t channels_;
   std::chrono::nanoseconds valid_for_{0};
   std::string head_;  ///< not yet written
+  std::vector<std::string> extra_columns_;
   bool header_written_ = false;
 };
 

@@ -4,7 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "drivers/files/trace_file.hpp"
 #include "drivers/probes/sample_meter.hpp"
+#include "drivers/sessions/session_samples.hpp"
 
 namespace merkel {
 namespace {
@@ -43,57 +45,110 @@ nanoseconds validity_of(std::span<const ProbeSample> samples, std::optional<nano
   return SampleMeter::stale_after(*period);
 }
 
+/// A trace file.
+class TraceSource final : public SampleSource {
+ public:
+  explicit TraceSource(TraceReader reader) : reader_(std::move(reader)) {}
+
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return reader_.channels(); }
+  [[nodiscard]] bool says_validity() const noexcept override { return reader_.says_validity(); }
+  [[nodiscard]] std::vector<std::string> extra_columns() const override {
+    return reader_.extra_columns();
+  }
+  [[nodiscard]] std::vector<std::string> take_notices() override { return reader_.take_notices(); }
+  [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples) override {
+    return reader_.read(samples);
+  }
+
+ private:
+  TraceReader reader_;
+};
+
+Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::string& path,
+                                                                std::int64_t probe) {
+  if (SessionSamples::is_session(path)) {
+    return SessionSamples::open(path, static_cast<std::uint32_t>(probe));
+  }
+  if (probe > 0) {
+    return bad_input(
+        path + " is a trace, which holds one probe: leave out probe=" + std::to_string(probe));
+  }
+  auto reader = TraceReader::open(path);
+  if (!reader) return Unexpected<SetupError>(reader.error());
+  return std::make_unique<TraceSource>(std::move(*reader));
+}
+
 }  // namespace
 
-ReplayProbe::ReplayProbe(TraceReader reader, std::vector<ProbeSample> first, ProbeInfo info,
-                         std::size_t chunk)
-    : reader_(std::move(reader)), first_(std::move(first)), info_(std::move(info)), chunk_(chunk) {}
+ReplayProbe::ReplayProbe(std::unique_ptr<SampleSource> source, std::vector<ProbeSample> first,
+                         ProbeInfo info, std::size_t chunk)
+    : source_(std::move(source)),
+      first_(std::move(first)),
+      info_(std::move(info)),
+      chunk_(chunk),
+      notices_(source_->take_notices()) {}
 
 Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   UriOptions options(uri);
   const auto chunk = options.whole("chunk", 256, 1, 1'000'000);
   const std::string use = options.word("use", "all", "all|depth|force");
+  const auto probe = options.whole("probe", 0, 0, UINT16_MAX);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-
-  auto reader = TraceReader::open(uri.path);
-  if (!reader) return Unexpected<SetupError>(reader.error());
-  std::vector<ProbeSample> first(kFirst);
-  const auto count = reader->read(first);
-  if (!count) return Unexpected<SetupError>(count.error());
-  if (*count == 0) {
-    return bad_input(uri.path + " holds no samples, only a header: record it again");
-  }
-  first.resize(*count);
+  auto source = open_source(uri.path, probe);
+  if (!source) return Unexpected<SetupError>(source.error());
   const std::uint32_t left_out = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}
                                                   : 0U;
-  const std::uint32_t channels = reader->channels() & ~left_out;
-  if ((channels & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
-    return bad_input(uri.path + " has no " + use + ": remove use=" + use);
+  if (((*source)->channels() & ~left_out & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
+    return bad_input(uri.path + " has no " + use + ": leave out use=" + use);
   }
-  ProbeInfo info{.uri = uri.text,
-                 .name = "recorded trace " + uri.path,
+  return play(std::move(*source), {.uri = uri.text,
+                                   .name = "recorded trace " + uri.path,
+                                   .use = ~left_out,
+                                   .chunk = static_cast<std::size_t>(chunk)});
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<SampleSource> source,
+                                                               const About& about) {
+  std::vector<ProbeSample> first(kFirst);
+  const auto count = source->read(first);
+  if (!count) return Unexpected<SetupError>(count.error());
+  if (*count == 0) {
+    return bad_input(about.name + " holds no samples: there is nothing below its header");
+  }
+  first.resize(*count);
+  ProbeInfo info{.uri = about.uri,
+                 .name = about.name,
                  .serial_number = {},
-                 .channels = channels,
+                 .channels = source->channels() & about.use,
                  .period = median_period(first),
                  .replayed = true};
-  const bool says = reader->says_validity();
-  std::unique_ptr<ReplayProbe> probe(new ReplayProbe(
-      std::move(*reader), std::move(first), std::move(info), static_cast<std::size_t>(chunk)));
+  info.extra_columns = source->extra_columns();
+  info.run = source->run();
+  const bool says = source->says_validity();
+  std::unique_ptr<ReplayProbe> probe(
+      new ReplayProbe(std::move(source), std::move(first), std::move(info), about.chunk));
   if (!says) probe->valid_for_ = validity_of(probe->first_, probe->info_.period);
-  probe->left_out_ = left_out;
   probe->take_over(probe->first_);
   return probe;
 }
 
-/// Converts the trace's samples to the probe's.
-void ReplayProbe::take_over(std::span<ProbeSample> samples) const noexcept {
+/// Makes the recording's samples the probe's.
+void ReplayProbe::take_over(std::span<ProbeSample> samples) {
   for (ProbeSample& sample : samples) {
     if (valid_for_) sample.valid_for = *valid_for_;
-    sample.channels &= ~left_out_;
+    sample.channels &= info_.channels;
     if (!sample.has(ProbeSample::kForce)) sample.force_mN = 0.0;
     if (!sample.has(ProbeSample::kDepth)) sample.depth_mm = 0.0;
   }
+  std::vector<std::string> notices = source_->take_notices();
+  const std::lock_guard lock(mutex_);
+  for (std::string& notice : notices) notices_.push_back(std::move(notice));
+}
+
+std::vector<std::string> ReplayProbe::take_notices() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(notices_, {});
 }
 
 Expected<std::size_t, ProbeError> ReplayProbe::read(std::span<ProbeSample> samples,
@@ -103,7 +158,7 @@ Expected<std::size_t, ProbeError> ReplayProbe::read(std::span<ProbeSample> sampl
   std::copy_n(first_.begin() + static_cast<std::ptrdiff_t>(next_of_first_), count, wanted.begin());
   next_of_first_ += count;
   if (count < wanted.size() && error_message_.empty()) {
-    const auto more = reader_.read(wanted.subspan(count));
+    const auto more = source_->read(wanted.subspan(count));
     if (more) {
       take_over(wanted.subspan(count, *more));
       count += *more;

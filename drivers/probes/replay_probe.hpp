@@ -1,43 +1,60 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/files/trace_file.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/probes/sample_source.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
 
-/// Plays a trace file: `replay:FILE?chunk=N&use=all|depth|force`. If the trace has depth and force,
-/// `use` can select one. `chunk` is the largest number of samples per read (default 256); the
-/// spikes do not depend on it. The loop sets the pace: the probe reads ahead of the clock and waits
-/// while its queue is full, so no sample is ever late.
+/// Plays a recording: `replay:FILE?chunk=N&use=all|depth|force&probe=N`, a trace or a session.
+/// `use` leaves the other of the two out, where the recording has both; `probe` is that of a
+/// session, from 0. A session plays on the ticks of the run that recorded it. `chunk` is the most
+/// samples it hands over at once (default 256); the spikes do not depend on it. Pacing is the
+/// loop's business: the probe reads ahead of the clock and waits while its queue is full, so that
+/// no sample is ever late.
 class ReplayProbe final : public Probe {
  public:
   /// Reads the header and the first samples, so that an invalid file fails here.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(const Uri& uri);
 
+  struct About {
+    std::string uri;
+    std::string name;         ///< for people
+    std::uint32_t use = ~0U;  ///< ProbeSample::Channel bits to keep
+    std::size_t chunk = 256;  ///< most samples handed over at once
+  };
+  /// Plays samples from anywhere.
+  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> play(
+      std::unique_ptr<SampleSource> source, const About& about);
+
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
   [[nodiscard]] std::string error_message() const override { return error_message_; }
+  [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
-  ReplayProbe(TraceReader reader, std::vector<ProbeSample> first, ProbeInfo info,
+  ReplayProbe(std::unique_ptr<SampleSource> source, std::vector<ProbeSample> first, ProbeInfo info,
               std::size_t chunk);
+  void take_over(std::span<ProbeSample> samples);
 
-  TraceReader reader_;
-  std::vector<ProbeSample> first_;  ///< read at opening, not yet returned
+  std::unique_ptr<SampleSource> source_;
+  std::vector<ProbeSample> first_;  ///< read at opening, not yet handed over
   std::size_t next_of_first_ = 0;
   ProbeInfo info_;
   std::size_t chunk_;
-  void take_over(std::span<ProbeSample> samples) const noexcept;
-  std::uint32_t left_out_ = 0;                         ///< channels
-  std::optional<std::chrono::nanoseconds> valid_for_;  ///< if the trace has no valid_for_s
+  std::optional<std::chrono::nanoseconds> valid_for_;  ///< where the recording does not say
   std::string error_message_;
+  std::mutex mutex_;  ///< guards the rest
+  std::vector<std::string> notices_;
 };
 
 }  // namespace merkel

@@ -33,7 +33,8 @@ constexpr Channel kSampleChannels[] = {{"probe", "from 0"},
                                        {"x_mm", "mm"},
                                        {"y_mm", "mm"},
                                        {"sequence", ""},
-                                       {"channels", "bits: 1 depth, 2 force, 4 x, 8 y"}};
+                                       {"channels", "bits: 1 depth, 2 force, 4 x, 8 y"},
+                                       {"valid_for_ns", "ns", "how long it holds alone", true}};
 constexpr Channel kEventChannels[] = {{"time_ns", "ns"},
                                       {"length_ns", "ns"},
                                       {"subject", "probe from 0, or neuron from 1"},

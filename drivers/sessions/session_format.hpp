@@ -24,6 +24,7 @@ struct SessionStream {
     std::string_view label;
     std::string_view unit;
     std::string_view meaning = {};
+    bool later = false;  ///< files of older versions lack it
   };
 
   Id id;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "drivers/sample_limits.hpp"
 #include "drivers/sessions/byte_span.hpp"
@@ -96,6 +97,11 @@ bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout
       values[channel] = place == StreamLayout::kMissing ? Value{kMissingValue} : in_file[place];
     }
     if (!to_item(values, items.emplace_back())) return false;
+    if constexpr (std::is_same_v<Item, SessionChunk::Sample>) {
+      for (std::size_t k = 0; k < layout.extra.size(); ++k) {
+        items.back().sample.extra[k] = in_file[layout.extra[k]];
+      }
+    }
   }
   return true;
 }
@@ -155,10 +161,11 @@ void values_of(const SessionChunk::Sample& item, Doubles& values) {
   const ProbeSample& sample = item.sample;
   const SplitTime time = split(sample.time);
   const SplitTime arrival = split(sample.arrival);
-  set(values, std::array<double, 11>{
+  set(values, std::array<double, 12>{
                   static_cast<double>(item.probe), time.whole_s, time.rest_ns, arrival.whole_s,
                   arrival.rest_ns, sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm,
-                  static_cast<double>(sample.sequence), static_cast<double>(sample.channels)});
+                  static_cast<double>(sample.sequence), static_cast<double>(sample.channels),
+                  static_cast<double>(sample.valid_for.count())});
 }
 
 bool to_item(const Doubles& values, SessionChunk::Sample& item) {
@@ -167,11 +174,16 @@ bool to_item(const Doubles& values, SessionChunk::Sample& item) {
   sample.force_mN = values[6];
   sample.x_mm = values[7];
   sample.y_mm = values[8];
-  return to_whole(values[0], UINT32_MAX, item.probe) &&
-         to_time(values[1], values[2], sample.time) &&
-         to_time(values[3], values[4], sample.arrival) && plausible(sample) &&
-         to_whole(values[9], UINT32_MAX, sample.sequence) &&
-         to_whole(values[10], UINT32_MAX, sample.channels);
+  // Older files do not have it.
+  const double valid_for_ns = values[11] == kMissingValue ? 0.0 : values[11];
+  std::int64_t valid_for = 0;
+  const bool good =
+      to_whole(values[0], UINT32_MAX, item.probe) && to_time(values[1], values[2], sample.time) &&
+      to_time(values[3], values[4], sample.arrival) && plausible(sample) &&
+      to_whole(values[9], UINT32_MAX, sample.sequence) &&
+      to_whole(values[10], UINT32_MAX, sample.channels) && to_whole(valid_for_ns, 9e15, valid_for);
+  sample.valid_for = nanoseconds{valid_for};
+  return good;
 }
 
 void values_of(const RunStatus& status, Integers& values) {

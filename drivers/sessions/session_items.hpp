@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/sessions/session_chunk.hpp"
 
@@ -19,6 +20,8 @@ struct StreamLayout {
   std::size_t channels = 0;  ///< in the file
   /// The position in the file of each channel of `stream`.
   std::array<std::uint8_t, kMostSessionChannels> places{};
+  /// Of samples: the places of the columns of ProbeSample::extra.
+  std::vector<std::uint8_t> extra = {};
 };
 
 /// The values of one item, in the order of its stream's table of channels.

@@ -21,7 +21,8 @@ constexpr std::uint64_t kLongestChunk = std::uint64_t{16} << 20U;
 
 /// The layout of one of merkel's streams in the file, or an error.
 Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
-                                              const pugi::xml_node& info) {
+                                              const pugi::xml_node& info,
+                                              std::vector<std::string>& extra_columns) {
   const auto wrong = [&](const std::string& what) {
     return Unexpected<std::string>("its stream " + std::string(stream.name) + " " + what);
   };
@@ -36,16 +37,24 @@ Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
   }
   layout.places.fill(StreamLayout::kMissing);
   std::size_t place = 0;
+  const bool samples = stream.id == SessionStream::Id::kSamples;
   for (const pugi::xml_node& channel : info.child("desc").child("channels").children("channel")) {
     if (place == layout.channels) return wrong("lists more channels than it has");
     const std::string_view label = channel.child_value("label");
+    bool known = false;
     for (std::size_t i = 0; i < stream.channels.size(); ++i) {
-      if (stream.channels[i].label == label) layout.places[i] = static_cast<std::uint8_t>(place);
+      if (stream.channels[i].label != label) continue;
+      layout.places[i] = static_cast<std::uint8_t>(place);
+      known = true;
+    }
+    if (samples && !known && layout.extra.size() < ProbeSample::kMostExtra) {
+      layout.extra.push_back(static_cast<std::uint8_t>(place));
+      extra_columns.emplace_back(label);
     }
     ++place;
   }
   for (std::size_t i = 0; i < stream.channels.size() && !stream.open_ended; ++i) {
-    if (layout.places[i] != StreamLayout::kMissing) continue;
+    if (layout.places[i] != StreamLayout::kMissing || stream.channels[i].later) continue;
     return wrong("lacks the channel " + std::string(stream.channels[i].label));
   }
   return layout;
@@ -129,8 +138,11 @@ Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pug
   const std::string_view name = info.child_value("name");
   for (const SessionStream& stream : session_streams()) {
     if (stream.name != name) continue;
-    auto layout = layout_of(stream, info);
+    auto layout = layout_of(stream, info, extra_columns_);
     if (!layout) return damaged(layout.error());
+    if (stream.id == SessionStream::Id::kSamples) {
+      says_validity_ = layout->places[stream.channels.size() - 1] != StreamLayout::kMissing;
+    }
     if (!layouts_.emplace(id, *layout).second) return damaged("two streams have the same number");
   }
   return {};
@@ -237,6 +249,12 @@ Expected<std::chrono::nanoseconds, SetupError> first_time(SessionReader& session
 }
 
 }  // namespace
+
+Expected<std::chrono::nanoseconds, SetupError> session_start(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  return first_time(*session);
+}
 
 Expected<RunOrigin, SetupError> session_origin(const std::string& path) {
   auto session = SessionReader::open(path);

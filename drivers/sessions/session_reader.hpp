@@ -24,9 +24,10 @@ namespace merkel {
 
 /// Reads a recorded session, chunk by chunk, in bounded memory.
 ///
-/// A truncated session is read up to its last complete chunk. Whatever bytes the file has, returned
-/// items have a valid state and kind and finite, plausible values; anything else is an error with
-/// its position. Streams of other programs are skipped.
+/// A session that broke off is read up to its last whole chunk. Whatever the file's bytes are,
+/// every item handed out has a valid state and kind and finite, plausible values, but for the extra
+/// columns of samples, which may be any number; anything else is an error that names the place.
+/// Streams that are not merkel's are skipped.
 class SessionReader {
  public:
   [[nodiscard]] static Expected<SessionReader, SetupError> open(const std::string& path);
@@ -37,7 +38,13 @@ class SessionReader {
   [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& facts() const noexcept {
     return facts_;
   }
-  /// All facts of this name, in order.
+  /// Names of ProbeSample::extra of the samples, in order.
+  [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
+    return extra_columns_;
+  }
+  /// Whether the samples have ProbeSample::valid_for; those of older versions do not.
+  [[nodiscard]] bool says_validity() const noexcept { return says_validity_; }
+  /// All of that name, in order.
   [[nodiscard]] std::vector<std::string> facts(std::string_view name) const;
 
   /// Reads the next chunk that holds items. False at the end.
@@ -75,11 +82,16 @@ class SessionReader {
   bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
   bool truncated_ = false;
   std::optional<std::uint32_t> mark_stream_;
+  bool says_validity_ = false;
+  std::vector<std::string> extra_columns_;
   int footers_ = 0;
 };
 
-/// The start of a recorded run: the recorded origin or, in older sessions, the first tick or
-/// sample.
+/// Where the first tick of a recorded run began, in its own time: of samples recorded without a
+/// simulation, the time of the first.
+[[nodiscard]] Expected<std::chrono::nanoseconds, SetupError> session_start(const std::string& path);
+
+/// When a recorded run began: as noted, or, in older sessions, from its first tick or sample.
 [[nodiscard]] Expected<RunOrigin, SetupError> session_origin(const std::string& path);
 
 }  // namespace merkel

@@ -2,6 +2,7 @@
 #include <array>
 #include <bit>
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -55,15 +56,52 @@ std::string xml_of(const pugi::xml_document& document) {
   return text.str();
 }
 
-/// Writes a session: inputs of the loop, spikes, and facts of the run. Read by `SessionReader`;
-/// `session_items` lists the values of an item.
+/// The columns of recorded samples that the model does not use, of all probes: one of a name.
+struct ExtraColumns {
+  explicit ExtraColumns(const std::vector<ProbeInfo>& probes) {
+    for (const ProbeInfo& probe : probes) {
+      columns_of.push_back(probe.extra_columns);
+      for (const std::string& name : probe.extra_columns) {
+        if (names.size() < ProbeSample::kMostExtra &&
+            std::find(names.begin(), names.end(), name) == names.end()) {
+          names.push_back(name);
+        }
+      }
+    }
+  }
+  /// As it stands in the file, where the channels of every session have their own labels.
+  [[nodiscard]] std::string label(std::size_t column) const {
+    const auto& own = session_streams()[static_cast<std::size_t>(Id::kSamples) - 1].channels;
+    const bool taken = std::any_of(own.begin(), own.end(), [&](const auto& channel) {
+      return channel.label == names[column];
+    });
+    return (taken ? "column_" : "") + names[column];
+  }
+  /// NaN where the probe does not have the column.
+  [[nodiscard]] double value(std::size_t probe, std::size_t column,
+                             const ProbeSample& sample) const {
+    if (probe < columns_of.size()) {
+      const auto& own = columns_of[probe];
+      const auto found = std::find(own.begin(), own.end(), names[column]);
+      if (found != own.end()) return sample.extra[static_cast<std::size_t>(found - own.begin())];
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+
+  std::vector<std::string> names;
+  std::vector<std::vector<std::string>> columns_of;  ///< by probe
+};
+
+/// Writes a session: what the loop used, what it made, and the run's facts. Its reader is
+/// `SessionReader`; the values of an item are in `session_items`.
 class SessionWriter final : public SpikeSink {
  public:
   SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup)
       : uri_(std::move(uri)),
         file_(std::move(file)),
         run_(setup.run),
-        afferents_(afferent_csv(afferents_of(setup))) {}
+        afferents_(afferent_csv(afferents_of(setup))),
+        extra_(run_.probes) {}
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     if (std::exchange(started_, true)) return {};
@@ -100,6 +138,9 @@ class SessionWriter final : public SpikeSink {
     for (const ProbeSample& sample : samples) {
       put<double>(Id::kSamples, sample.time,
                   SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
+      for (std::size_t column = 0; column < extra_.names.size(); ++column) {
+        append(chunk_, extra_.value(probe, column, sample));
+      }
     }
     return write_items();
   }
@@ -232,7 +273,9 @@ class SessionWriter final : public SpikeSink {
     pugi::xml_node info = document.append_child("info");
     add(info, "name", stream.name);
     add(info, "type", stream.type);
-    add(info, "channel_count", std::to_string(stream.channels.size()));
+    const bool samples = stream.id == Id::kSamples;
+    add(info, "channel_count",
+        std::to_string(stream.channels.size() + (samples ? extra_.names.size() : 0)));
     add(info, "nominal_srate", shortest_decimal(rate_Hz));
     add(info, "channel_format", stream.integers ? "int64" : "double64");
     add(info, "source_id", stream.name);
@@ -242,6 +285,11 @@ class SessionWriter final : public SpikeSink {
       add(channel, "label", each.label);
       add(channel, "unit", each.unit);
       if (!each.meaning.empty()) add(channel, "meaning", each.meaning);
+    }
+    for (std::size_t i = 0; samples && i < extra_.names.size(); ++i) {
+      pugi::xml_node channel = channels.append_child("channel");
+      add(channel, "label", extra_.label(i));
+      add(channel, "meaning", "a column of the recording, not used by the model");
     }
     std::string content;
     append(content, stream.id);
@@ -338,7 +386,8 @@ class SessionWriter final : public SpikeSink {
   OutputFile file_;
   RunDescription run_;
   std::string afferents_;
-  bool started_ = false;
+  ExtraColumns extra_;
+  bool begun_ = false;
   std::string chunk_;
   std::array<Tally, 7> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item

@@ -11,10 +11,6 @@
 namespace merkel {
 namespace {
 
-#ifndef MERKEL_WITH_HDF5
-void convert_recovered_sonata(const Uri&, const std::string&, const SinkSetup&) {}
-#endif
-
 template <TextSpikeSink::Form form>
 OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
   return TextSpikeSink::open(uri, uri.path, form, setup);
@@ -25,7 +21,9 @@ struct Scheme {
   std::string_view usage;
   OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null if the library is missing
   std::string_view remedy;                           ///< how to get the library
-  bool file = false;  ///< writes a file, in whose name %t is the time
+  bool file = false;                                 ///< writes a file, so that %t is the time
+  /// Makes the file of what a killed run has left; null where that is the file.
+  void (*convert)(const Uri&, const std::string&, const SinkSetup&) = nullptr;
 };
 
 constexpr Scheme kSchemes[] = {
@@ -35,11 +33,16 @@ constexpr Scheme kSchemes[] = {
     {"phy", "phy:DIR", PhySpikeSink::open, "", true},
     {"sonata", "sonata:FILE.h5",
 #ifdef MERKEL_WITH_HDF5
-     open_sonata_sink,
+     open_sonata_sink, "", true, convert_recovered_sonata},
 #else
-     nullptr,
+     nullptr, "HDF5: install libhdf5-dev", true},
 #endif
-     "HDF5: install libhdf5-dev", true},
+    {"nwb", "nwb:FILE.nwb",
+#ifdef MERKEL_WITH_HDF5
+     open_nwb_sink, "", true, convert_recovered_nwb},
+#else
+     nullptr, "HDF5: install libhdf5-dev", true},
+#endif
     {"xdf", "xdf:FILE", open_xdf_sink, "", true},
     {"zmq", "zmq:tcp://127.0.0.1:5557",
 #ifdef MERKEL_WITH_ZMQ
@@ -87,11 +90,11 @@ constexpr Scheme kSchemes[] = {
      "Boost.Beast: install libboost-dev"},
 };
 
-/// Renames the files that killed runs left for this pattern of names.
-void recover_runs(const Uri& uri, const SinkSetup& setup) {
+/// What killed runs of the same pattern of names have left gets its names.
+void recover_runs(const Scheme& scheme, const Uri& uri, const SinkSetup& setup) {
   for (const std::string& name : unfinished_names(uri.path)) {
     if (uri.scheme == "phy" || recover_file(name, setup.notice).empty()) continue;
-    if (uri.scheme == "sonata") convert_recovered_sonata(uri, name, setup);
+    if (scheme.convert != nullptr) scheme.convert(uri, name, setup);
   }
 }
 
@@ -114,7 +117,7 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text
                        std::string(scheme.remedy) + ", then configure and build merkel again");
     }
     if (scheme.file) {
-      recover_runs(*uri, setup);
+      recover_runs(scheme, *uri, setup);
       uri->path = dated_name(uri->path, std::chrono::system_clock::now());
     }
     return scheme.open(*uri, setup);

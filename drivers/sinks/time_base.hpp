@@ -31,7 +31,9 @@ class TimeBase {
   /// `start_utc_ns` of the run.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts() const;
 
-  /// True if the file's times are probe times and need no facts.
+  /// Probe time − time in the file.
+  [[nodiscard]] std::chrono::nanoseconds offset() const noexcept { return offset_; }
+  /// Whether the file's times are those of the probe, so that nothing need be noted.
   [[nodiscard]] bool plain() const noexcept { return offset_.count() == 0; }
 
  private:

@@ -82,7 +82,11 @@ OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "command") comment.push_back(value);
   }
-  auto trace = TraceWriter::create(uri.path, channels, comment, setup.overwrite, setup.notice);
+  const std::vector<std::string> extra = setup.run.probes.empty()
+                                             ? std::vector<std::string>()
+                                             : setup.run.probes.front().extra_columns;
+  auto trace =
+      TraceWriter::create(uri.path, channels, comment, setup.overwrite, setup.notice, extra);
   if (!trace) return Unexpected<SetupError>(trace.error());
   return std::make_unique<TraceSink>(uri.text, std::move(*trace), time);
 }

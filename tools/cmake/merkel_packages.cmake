@@ -58,4 +58,16 @@ merkel_package(development
   NAME libmerkel-dev SECTION libdevel DEPENDS "${libraries}"
   DESCRIPTION "Static libraries, headers and a CMake package: the model, the
 drivers and the real-time loop of merkel, for find_package(merkel).")
+
+# tools/python
+if(TARGET merkel_python)
+  math(EXPR next_minor "${MERKEL_PYTHON_MINOR} + 1")
+  set(depends "python3 (>= ${MERKEL_PYTHON_MAJOR}.${MERKEL_PYTHON_MINOR}~)")
+  string(APPEND depends ", python3 (<< ${MERKEL_PYTHON_MAJOR}.${next_minor}), python3-numpy")
+  merkel_package(python
+    NAME python3-merkel SECTION python DEPENDS "${depends}"
+    DESCRIPTION "Python module: scenes, batch runs, the model a sample at a time, the
+real-time pipeline and recorded sessions, with numpy arrays in and out.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+endif()
 include(CPack)

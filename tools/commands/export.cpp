@@ -1,12 +1,13 @@
-#include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/run/session_playback.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -28,21 +29,14 @@ Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk
   if (!chunk.commands.empty()) return sink.write_commands(chunk.commands);
   if (!chunk.ticks.empty()) return sink.write_ticks(chunk.ticks);
   if (!chunk.events.empty()) return sink.write_events(chunk.events);
+  if (!chunk.marks.empty()) return sink.write_marks(chunk.marks);
+  if (!chunk.samples.empty()) return write_samples_of(chunk, sink);
   for (const SessionChunk::Frame& each : chunk.frames) {
     if (auto written = sink.write_frames(each.probe, each.port, {&each.frame, 1}); !written) {
       return written;
     }
   }
   if (!chunk.status.empty()) return sink.write_status(chunk.status.back());
-  for (auto first = chunk.samples.begin(); first != chunk.samples.end();) {
-    const auto last = std::find_if(first, chunk.samples.end(), [&](const auto& sample) {
-      return sample.probe != first->probe;
-    });
-    std::vector<ProbeSample> samples;
-    for (auto each = first; each != last; ++each) samples.push_back(each->sample);
-    if (auto written = sink.write_samples(first->probe, samples); !written) return written;
-    first = last;
-  }
   return {};
 }
 
@@ -57,21 +51,29 @@ int export_session(const ExportOptions& options) {
   }
   auto session = SessionReader::open(options.session);
   if (!session) return refuse(session.error());
-  const auto scene = scene_of_session(*session);
-  if (!scene) return refuse(scene.error());
-  const auto model = TactileModel::create(scene->model);
-  if (!model) return refuse(scene->sentence(model.error()));
-  const SessionNumbering numbering(*session, *model);
-  // The exported file describes the machine and the time of the recording.
-  RunDescription run = describe_run(*scene, *model);
-  run.facts = session->facts();
-  std::erase_if(run.facts, [](const auto& fact) { return fact.first == "scene"; });
+  // Samples that were recorded without a simulation have no scene, and no spikes.
+  std::optional<Scene> scene;
+  std::optional<TactileModel> model;
+  std::optional<SessionNumbering> numbering;
+  if (!session->fact("scene_text").empty()) {
+    auto of_session = scene_of_session(*session);
+    if (!of_session) return refuse(of_session.error());
+    scene = std::move(*of_session);
+    auto made = TactileModel::create(scene->model);
+    if (!made) return refuse(scene->sentence(made.error()));
+    model = std::move(*made);
+    numbering.emplace(*session, *model);
+  }
+  const auto run = describe_session(options.session, *session, scene ? &*scene : nullptr,
+                                    model ? &*model : nullptr);
+  if (!run) return refuse(run.error());
+  const auto neurons = static_cast<std::uint32_t>(model ? model->neurons() : 0);
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, {.neurons = static_cast<std::uint32_t>(model->neurons()),
+    auto sink = open_sink(uri, {.neurons = neurons,
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
-                                .run = run,
+                                .run = *run,
                                 .notice = print_notice,
                                 .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
                                              : options.time_zero == "device" ? TimeZero::kDevice
@@ -90,9 +92,9 @@ int export_session(const ExportOptions& options) {
     const auto more = session->next(chunk);
     if (!more) return refuse(more.error());
     if (!*more) break;
-    numbering.apply(chunk);
+    if (numbering) numbering->apply(chunk);
     for (const SpikeEvent& spike : chunk.spikes) {
-      if (spike.neuron >= 1 && spike.neuron <= model->neurons()) continue;
+      if (spike.neuron >= 1 && spike.neuron <= neurons) continue;
       return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
                     ", which its scene does not have: the session is damaged");
     }
@@ -127,8 +129,10 @@ int export_session(const ExportOptions& options) {
 void add_export_command(CommandLine& program) {
   auto options = std::make_shared<ExportOptions>();
   program
-      .subcommand("export", "Converts a recorded session to other formats with any of the sinks.",
-                  "export session.xdf --sink sonata:spikes.h5 --sink csv:spikes.csv")
+      .subcommand("export",
+                  "Converts a recorded session to other formats, by any of the sinks: spikes, "
+                  "stimulus, positions, events and marks, as far as the format can hold them.",
+                  "export session.xdf --sink nwb:session.nwb --sink trace:press.csv")
       .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
       .required()
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())

@@ -157,6 +157,9 @@ int replay(const ReplayOptions& options) {
   for (const auto& fact : session->facts()) {
     if (fact.first.starts_with("probe")) run.facts.push_back(fact);
   }
+  auto probes = probes_of_session(options.session);
+  if (!probes) return refuse(probes.error());
+  run.probes = std::move(*probes);
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,

@@ -17,6 +17,19 @@ constexpr milliseconds kStep{10};
 
 }  // namespace
 
+Expected<void, SinkError> write_samples_of(const SessionChunk& chunk, SpikeSink& sink) {
+  std::vector<ProbeSample> samples;
+  for (auto first = chunk.samples.begin(); first != chunk.samples.end();) {
+    const std::uint32_t probe = first->probe;
+    samples.clear();
+    for (; first != chunk.samples.end() && first->probe == probe; ++first) {
+      samples.push_back(first->sample);
+    }
+    if (auto written = sink.write_samples(probe, samples); !written) return written;
+  }
+  return {};
+}
+
 Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std::string& path,
                                                                        nanoseconds tick) {
   auto session = SessionReader::open(path);
@@ -64,6 +77,7 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   marks_.clear();
   commands_.clear();
   switch_off(StimulationCommand::Stop::kGap);
+  samples_.clear();
   position_.jumps.fetch_add(1);
   // Skips everything before this position.
   while (!ended_ && (ticks_.empty() || ticks_.back().time < place)) {
@@ -83,6 +97,7 @@ void SessionPlayback::keep_from(nanoseconds time) {
   std::erase_if(events_, early);
   std::erase_if(marks_, early);
   std::erase_if(commands_, early);
+  std::erase_if(samples_, [time](const auto& item) { return item.sample.time < time; });
 }
 
 /// Reads chunks until one ends after a time, or up to the end of the file.
@@ -100,6 +115,7 @@ Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
     events_.insert(events_.end(), chunk_.events.begin(), chunk_.events.end());
     marks_.insert(marks_.end(), chunk_.marks.begin(), chunk_.marks.end());
     commands_.insert(commands_.end(), chunk_.commands.begin(), chunk_.commands.end());
+    samples_.insert(samples_.end(), chunk_.samples.begin(), chunk_.samples.end());
     for (const RunStatus& status : chunk_.status) {
       for (const auto& sink : sinks_) keep(sink->write_status(status));
     }
@@ -146,6 +162,16 @@ void SessionPlayback::send_commands_until(nanoseconds time) {
   send(commands_, time, [](SpikeSink& sink, auto items) { return sink.write_commands(items); });
 }
 
+void SessionPlayback::send_samples_until(nanoseconds time) {
+  SessionChunk due;
+  while (!samples_.empty() && samples_.front().sample.time <= time) {
+    due.samples.push_back(samples_.front());
+    samples_.pop_front();
+  }
+  if (due.samples.empty()) return;
+  for (const auto& sink : sinks_) keep(write_samples_of(due, *sink));
+}
+
 /// In the order of a run: a tick's spikes and commands before its records.
 void SessionPlayback::send_until(nanoseconds time) {
   send(spikes_, time, [](SpikeSink& sink, auto items) {
@@ -155,6 +181,7 @@ void SessionPlayback::send_until(nanoseconds time) {
   send(ticks_, time, [](SpikeSink& sink, auto items) { return sink.write_ticks(items); });
   send(events_, time, [](SpikeSink& sink, auto items) { return sink.write_events(items); });
   send(marks_, time, [](SpikeSink& sink, auto items) { return sink.write_marks(items); });
+  send_samples_until(time);
   for (const auto& sink : sinks_) keep(sink->flush());
 }
 

@@ -18,8 +18,13 @@
 
 namespace merkel {
 
-/// Plays a recorded session to sinks at its original speed. It plays the recording and simulates
-/// nothing. Reads the file chunk by chunk; a seek reads the file again from its beginning.
+/// Hands the samples of a chunk to a sink, those of each probe together.
+[[nodiscard]] Expected<void, SinkError> write_samples_of(const SessionChunk& chunk,
+                                                         SpikeSink& sink);
+
+/// Plays a recorded session to sinks at the speed at which it was recorded. What it plays is the
+/// recording; nothing is simulated. Reads the file chunk by chunk; going elsewhere reads it again
+/// from its beginning.
 class SessionPlayback {
  public:
   struct Extent {
@@ -49,6 +54,7 @@ class SessionPlayback {
   void send_until(std::chrono::nanoseconds time);
   void send_commands_until(std::chrono::nanoseconds time);
   void switch_off(StimulationCommand::Stop stop);
+  void send_samples_until(std::chrono::nanoseconds time);
   void keep(const Expected<void, SinkError>& result);
   template <class Item, class Write>
   void send(std::deque<Item>& waiting, std::chrono::nanoseconds time, const Write& write);
@@ -67,6 +73,7 @@ class SessionPlayback {
   std::deque<Mark> marks_;
   std::deque<StimulationCommand> commands_;
   std::vector<StimulationCommand> last_commands_;  ///< by electrode, since the last switch-off
+  std::deque<SessionChunk::Sample> samples_;
   std::string failure_;
 };
 

@@ -1,5 +1,6 @@
 #include "tools/scene/session_scene.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
@@ -90,6 +91,54 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
     run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
   }
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
+  return run;
+}
+
+Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  std::vector<ProbeInfo> probes;
+  for (const std::string& uri : session->facts("probe")) {
+    probes.push_back({.uri = uri, .name = {}, .serial_number = {}});
+    probes.back().extra_columns = session->extra_columns();
+  }
+  const auto fill = [&](const char* fact, std::string ProbeInfo::*member) {
+    const std::vector<std::string> values = session->facts(fact);
+    for (std::size_t i = 0; i < std::min(values.size(), probes.size()); ++i) {
+      probes[i].*member = values[i];
+    }
+  };
+  fill("probe_name", &ProbeInfo::name);
+  fill("probe_serial_number", &ProbeInfo::serial_number);
+  fill("probe_calibration_file", &ProbeInfo::calibration_file);
+  fill("probe_calibration", &ProbeInfo::calibration);
+  SessionChunk chunk;
+  std::size_t missing = probes.size();
+  while (missing > 0) {
+    const auto more = session->next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) break;
+    for (const SessionChunk::Sample& each : chunk.samples) {
+      if (each.probe >= probes.size() || probes[each.probe].channels != 0U) continue;
+      probes[each.probe].channels = each.sample.channels;
+      --missing;
+    }
+  }
+  return probes;
+}
+
+Expected<RunDescription, SetupError> describe_session(const std::string& path,
+                                                      const SessionReader& session,
+                                                      const Scene* scene,
+                                                      const TactileModel* model) {
+  RunDescription run;
+  if (model != nullptr) run = describe_run(*scene, *model);
+  run.scene = session.fact("scene");
+  run.facts = session.facts();
+  std::erase_if(run.facts, [](const auto& fact) { return fact.first == "scene"; });
+  auto probes = probes_of_session(path);
+  if (!probes) return Unexpected<SetupError>(probes.error());
+  run.probes = std::move(*probes);
   return run;
 }
 

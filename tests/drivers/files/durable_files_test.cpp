@@ -10,6 +10,7 @@
 #include "drivers/files/trace_file.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "drivers/spike_files/spike_file.hpp"
 #include "tests/drivers/files/fault_injection.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -156,6 +157,22 @@ const std::vector<Format>& formats() {
          }
          EXPECT_TRUE(read_file(path).starts_with("\x89HDF"));
          return kPortions * kPerPortion;
+       }},
+      {"nwb",
+       [](const std::string& path) {
+         if (std::filesystem::exists(path)) {
+           const auto spikes = read_spike_file(path);
+           EXPECT_TRUE(spikes) << spikes.error().sentence;
+           return spikes ? static_cast<int>(spikes->spikes.size()) : 0;
+         }
+         const std::string text = read_file(path + ".part");
+         int spikes = 0;
+         for (auto row = text.find("\ns,"); row != std::string::npos; row = text.find("\ns,", row + 1)) {
+           const auto end = text.find('\n', row + 1);
+           EXPECT_NE(end, std::string::npos) << text;
+           EXPECT_TRUE(text.substr(row, end - row).ends_with("," + std::to_string(spikes++ % 20 + 1)));
+         }
+         return spikes;
        }},
 #endif
       {"trace", [](const std::string& path) {

@@ -31,7 +31,7 @@ bool has(const std::string& text, const std::string& part) {
 TEST(OpenSink, AnUnknownSchemeListsTheKnown) {
   const std::string sentence = refusal("drain:x");
   for (const char* scheme :
-       {"csv:", "gdf:", "phy:", "sonata:", "xdf:", "zmq:", "osc:", "lsl:", "view:"}) {
+       {"csv:", "gdf:", "phy:", "sonata:", "nwb:", "xdf:", "zmq:", "osc:", "lsl:", "view:"}) {
     EXPECT_TRUE(has(sentence, scheme)) << scheme;
   }
 }
@@ -65,7 +65,7 @@ TEST(OpenSink, AddressesAreRefusedWithHowToWriteThem) {
 
 TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
   const TemporaryFolder folder;
-  for (const char* scheme : {"csv:", "gdf:", "sonata:", "xdf:", "phy:"}) {
+  for (const char* scheme : {"csv:", "gdf:", "sonata:", "nwb:", "xdf:", "phy:"}) {
     const std::string name = std::string("a.") + std::string(scheme).substr(0, 3);
     if (std::string_view(scheme) == "phy:") {
       std::filesystem::create_directory(folder.path(name));
@@ -81,7 +81,7 @@ TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
 
 TEST(OpenSink, ARefusedRunLeavesNoFiles) {
   const TemporaryFolder folder;
-  for (const char* scheme : {"csv:", "gdf:", "sonata:", "xdf:", "phy:"}) {
+  for (const char* scheme : {"csv:", "gdf:", "sonata:", "nwb:", "xdf:", "phy:"}) {
     EXPECT_EQ(refusal(scheme + folder.path("a")), "") << scheme;
     EXPECT_TRUE(std::filesystem::is_empty(folder.path(""))) << scheme;
   }

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/records/probe_sample.hpp"
+#include "drivers/probe.hpp"
+
+namespace merkel {
+
+/// The samples of a recording, in strictly increasing time: a file, or what a program has in
+/// memory.
+class SampleSource {
+ public:
+  SampleSource() = default;
+  SampleSource(const SampleSource&) = delete;
+  SampleSource& operator=(const SampleSource&) = delete;
+  virtual ~SampleSource() = default;
+
+  /// ProbeSample::Channel bits of every sample.
+  [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
+  /// Whether the samples read so far set ProbeSample::valid_for. Else it follows from their rate.
+  [[nodiscard]] virtual bool says_validity() const noexcept { return false; }
+  /// The run in which they were recorded, where that is known.
+  [[nodiscard]] virtual std::optional<RecordedRun> run() const { return std::nullopt; }
+  /// Names of ProbeSample::extra, in order.
+  [[nodiscard]] virtual std::vector<std::string> extra_columns() const { return {}; }
+  /// Sentences for the user since the last call.
+  [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
+
+  /// Reads up to samples.size() samples; 0 is the end. Fails with a sentence.
+  [[nodiscard]] virtual Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples) = 0;
+};
+
+}  // namespace merkel

@@ -1,0 +1,188 @@
+#include "drivers/spike_files/spike_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "drivers/files/csv_text.hpp"
+#include "drivers/files/line_reader.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sessions/session_samples.hpp"
+#include "drivers/spike_files/recorded_zero.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+
+std::optional<std::uint32_t> neuron_of(std::string_view field) {
+  std::uint32_t neuron = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), neuron);
+  if (error != std::errc{} || end != field.data() + field.size() || neuron == 0)
+    return std::nullopt;
+  return neuron;
+}
+
+/// A value of NAME = VALUE in a Python file.
+std::optional<std::string> python_value(const std::string& text, const std::string& name) {
+  std::string wanted = "\n";
+  wanted.append(name).append(" = ");
+  const auto place = text.find(wanted);
+  if (place == std::string::npos) return std::nullopt;
+  const auto begin = place + wanted.size();
+  return text.substr(begin, text.find('\n', begin) - begin);
+}
+
+/// The whole numbers of a one-dimensional NumPy file.
+Expected<std::vector<std::int64_t>, SetupError> read_npy(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 10> head{};
+  if (!file.read(head.data(), head.size()) || std::memcmp(head.data(), "\x93NUMPY\x01", 7) != 0) {
+    return bad_input("cannot read " + path + ": it is missing, or not a NumPy file");
+  }
+  const std::size_t header_bytes =
+      static_cast<unsigned char>(head[8]) + 256U * static_cast<unsigned char>(head[9]);
+  std::string header(header_bytes, ' ');
+  file.read(header.data(), static_cast<std::streamsize>(header_bytes));
+  const std::size_t width = header.find("'<i8'") != std::string::npos   ? 8
+                            : header.find("'<i4'") != std::string::npos ? 4
+                                                                        : 0;
+  if (!file || width == 0) {
+    return bad_input(path + " does not hold whole numbers of 4 or 8 bytes");
+  }
+  std::vector<std::int64_t> values;
+  std::int64_t wide = 0;
+  std::int32_t narrow = 0;
+  while (file.read(width == 8 ? reinterpret_cast<char*>(&wide) : reinterpret_cast<char*>(&narrow),
+                   static_cast<std::streamsize>(width))) {
+    values.push_back(width == 8 ? wide : narrow);
+  }
+  return values;
+}
+
+}  // namespace
+
+Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path) {
+  auto lines = LineReader::open(path);
+  if (!lines) return Unexpected<SetupError>(lines.error());
+  SpikeFile file{.format = "GDF", .spikes = {}};
+  RecordedZero zero;
+  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
+  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
+    std::string_view line = lines->line();
+    if (line.empty()) continue;
+    if (line.starts_with("# ")) {
+      const auto equals = line.find('=');
+      if (equals != std::string_view::npos)
+        zero.take(line.substr(2, equals - 2), line.substr(equals + 1));
+      continue;
+    }
+    if (file.spikes.empty() && line.starts_with("time_s,neuron")) {
+      file.format = "CSV";
+      continue;
+    }
+    const bool csv = file.format == "CSV";
+    const auto tab = line.find('\t');
+    const std::string_view time =
+        csv ? take_field(line) : line.substr(tab == std::string_view::npos ? line.size() : tab + 1);
+    const auto time_s = csv ? parse_seconds(time) : std::nullopt;
+    const auto time_ms = csv ? std::nullopt : parse_number(time, 6);
+    const auto neuron = neuron_of(csv ? take_field(line) : line.substr(0, tab));
+    if (!neuron || (csv ? !time_s : !(time_ms && std::fabs(*time_ms) < 4e18))) {
+      return bad_input(
+          lines->where() +
+          "this is no spike: expected a header time_s,neuron and rows of them (CSV), or "
+          "rows of neuron, tab and ms (GDF)");
+    }
+    file.spikes.push_back(
+        {.time = csv ? *time_s : nanoseconds{std::llround(*time_ms)}, .neuron = *neuron});
+  }
+  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+  zero.apply(file);
+  return file;
+}
+
+Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  const auto origin = session_origin(path);
+  if (!origin) return Unexpected<SetupError>(origin.error());
+  SpikeFile file{.format = "XDF", .spikes = {}, .from_start = true};
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) return file;
+    for (const SpikeEvent& spike : chunk.spikes) {
+      file.spikes.push_back({.time = spike.time - origin->start, .neuron = spike.neuron});
+    }
+  }
+}
+
+Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder) {
+  std::ifstream parameters_file(folder + "/params.py");
+  std::string parameters = "\n";
+  parameters.append(std::istreambuf_iterator<char>(parameters_file), {});
+  const auto rate_text = python_value(parameters, "sample_rate");
+  const auto rate_Hz = rate_text ? parse_number(*rate_text) : std::nullopt;
+  if (!rate_Hz || !(*rate_Hz > 0.0)) {
+    return bad_input(folder + "/params.py has no sample_rate: it is not a folder of Phy");
+  }
+  const auto times = read_npy(folder + "/spike_times.npy");
+  if (!times) return Unexpected<SetupError>(times.error());
+  const auto clusters = read_npy(folder + "/spike_clusters.npy");
+  if (!clusters) return Unexpected<SetupError>(clusters.error());
+  SpikeFile file{.format = "Phy", .spikes = {}};
+  for (std::size_t i = 0; i < std::min(times->size(), clusters->size()); ++i) {
+    const double time_ns = static_cast<double>((*times)[i]) / *rate_Hz * 1e9;
+    if (!(std::fabs(time_ns) < 4e18) || (*clusters)[i] < 1 || (*clusters)[i] > UINT32_MAX) {
+      return bad_input(folder + ": spike " + std::to_string(i) +
+                       " cannot be: the folder is damaged");
+    }
+    file.spikes.push_back({.time = nanoseconds{std::llround(time_ns)},
+                           .neuron = static_cast<std::uint32_t>((*clusters)[i])});
+  }
+  RecordedZero zero;
+  for (const char* const name : {"time_offset_ns", "start_device_ns"}) {
+    if (const auto value = python_value(parameters, name)) zero.take(name, *value);
+  }
+  zero.apply(file);
+  return file;
+}
+
+#ifndef MERKEL_WITH_HDF5
+Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
+  return bad_input(path +
+                   ": this merkel was built without HDF5: install libhdf5-dev, then configure "
+                   "and build merkel again");
+}
+#endif
+
+Expected<SpikeFile, SetupError> read_spike_file(const std::string& path) {
+  std::error_code ignored;
+  const auto read = [&]() -> Expected<SpikeFile, SetupError> {
+    if (std::filesystem::is_directory(path, ignored)) return read_phy_spikes(path);
+    if (SessionSamples::is_session(path)) return read_session_spikes(path);
+    std::array<char, 8> magic{};
+    std::ifstream file;
+    if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
+    if (file.read(magic.data(), magic.size()) &&
+        std::memcmp(magic.data(), "\x89HDF\r\n\x1a\n", magic.size()) == 0) {
+      return read_hdf5_spikes(path);
+    }
+    return read_text_spikes(path);
+  };
+  auto file = read();
+  if (file) std::sort(file->spikes.begin(), file->spikes.end());
+  return file;
+}
+
+}  // namespace merkel

@@ -1,0 +1,53 @@
+"""Every example of tools/python/examples runs. Those whose packages are missing are skipped, with the reason."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "tools" / "python" / "examples"
+PROGRAM = os.environ["MERKEL_PROGRAM"]
+
+
+class Examples(unittest.TestCase):
+    def run_example(self, name, *arguments, needs=None):
+        if needs and subprocess.run([sys.executable, "-c", "import " + needs], capture_output=True).returncode:
+            self.skipTest(f"{needs} is not installed")
+        done = subprocess.run([sys.executable, str(EXAMPLES / name), *arguments], capture_output=True, text=True,
+                              timeout=200)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="merkel-")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def test_press(self):
+        picture = os.path.join(self.folder, "press.png")
+        self.run_example("press.py", picture, needs="matplotlib")
+        self.assertGreater(os.path.getsize(picture), 1000)
+
+    def test_encode_loop(self):
+        lines = self.run_example("encode_loop.py").splitlines()
+        self.assertEqual(len(lines), 5)
+        self.assertNotIn(": 0 Hz", lines[1])
+
+    def test_brian2_live(self):
+        printed = self.run_example("brian2_live.py", needs="brian2")
+        self.assertGreater(int(printed.split()[0]), 0)
+
+    def test_session_table(self):
+        session = os.path.join(self.folder, "s.xdf")
+        subprocess.run([PROGRAM, "run", "finger", "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
+                        "xdf:" + session], check=True, capture_output=True)
+        self.assertIn("spikes", self.run_example("session_table.py", session, needs="pandas"))
+
+    def test_every_example_is_tested(self):
+        tested = {name[len("test_"):] + ".py" for name in dir(self) if name.startswith("test_")}
+        self.assertLessEqual({file.name for file in EXAMPLES.glob("*.py")}, tested)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))

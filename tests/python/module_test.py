@@ -1,0 +1,339 @@
+"""The Python module merkel: what it returns equals what the program writes, to the bit."""
+import ast
+import copy
+import doctest
+import gc
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import merkel
+import numpy as np
+
+PROGRAM = os.environ["MERKEL_PROGRAM"]
+TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools" / "python"
+
+
+def trace_of(path):
+    lines = [line for line in pathlib.Path(path).read_text().splitlines() if not line.startswith("#")]
+    return dict(zip(lines[0].split(","), np.loadtxt(lines[1:], delimiter=",").T))
+
+
+def nanoseconds(time_s):
+    return np.round(np.asarray(time_s) * 1e9).astype(np.int64)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="merkel-")
+        self.addCleanup(self._folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self._folder.name, name)
+
+    def merkel(self, *arguments):
+        done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def program_spikes(self, *arguments):
+        """(time in ns, neuron) of a fast run of the program."""
+        file = self.path("program.csv")
+        self.merkel("run", *arguments, "--fast", "--overwrite", "--sink", "csv:" + file)
+        rows = [line.split(",") for line in pathlib.Path(file).read_text().splitlines()
+                if line[0].isdigit() or line[0] == "-"]
+        return [(round(float(time_s) * 1e9), int(neuron)) for time_s, neuron in rows]
+
+    def assert_same(self, spikes, expected):
+        self.assertGreater(len(expected), 10)
+        self.assertEqual(list(zip(nanoseconds(spikes["time_s"]).tolist(), spikes["neuron"].tolist())), expected)
+
+
+class Runs(Case):
+    def test_a_run_of_arrays_equals_the_program_s_run_of_the_same_trace(self):
+        for preset, trace in (("paper", "taps"), ("finger", "ramp_and_hold"), ("goodwin", "slide")):
+            file = f"tests/traces/{trace}.csv"
+            run = merkel.Scene(preset).run(**trace_of(file))
+            self.assert_same(run.spikes, self.program_spikes(preset, "--probe", "replay:" + file))
+
+    def test_force_equals_the_program_s_to_the_bit(self):
+        time_s = np.arange(300) / 1000
+        force_N = 0.9 * np.sin(np.pi * time_s / 0.3) ** 2 + 1e-3 * np.random.default_rng(1).random(300)
+        file = self.path("force.csv")
+        with open(file, "w") as out:
+            out.write("time_s,force_N\n" + "".join(f"{t:.9f},{f!r}\n" for t, f in zip(time_s, force_N.tolist())))
+        run = merkel.Scene("finger").run(force_N=force_N, rate_hz=1000)
+        self.assert_same(run.spikes, self.program_spikes("finger", "--probe", "replay:" + file))
+
+    def test_a_probe_by_uri_and_a_seed(self):
+        uri = "sim:taps?depth_mm=1.2"
+        run = merkel.Scene("finger").run(probe=uri, seed=7, duration_s=1.0)
+        self.assert_same(run.spikes,
+                         self.program_spikes("finger", "--probe", uri, "--seed", "7", "--duration-s", "1"))
+        self.assertAlmostEqual(run.duration_s, 1.0)
+        self.assertEqual(run.counters["spikes"], len(run.spikes))
+
+    def test_several_probes_take_a_column_each(self):
+        scene = merkel.Scene("hand")
+        depth_mm = np.zeros((200, scene.probes))
+        depth_mm[:, 1] = np.clip(np.arange(200) / 50, 0, 1) * 1.5
+        run = scene.run(depth_mm=depth_mm, rate_hz=1000)
+        self.assertEqual(set(run.spikes["patch"]), {1})
+        with self.assertRaisesRegex(merkel.Error, r"give an array of \(samples, probes\)"):
+            scene.run(depth_mm=depth_mm[:, 0], rate_hz=1000)
+
+    def test_rates_count_every_spike_once(self):
+        run = merkel.Scene("finger").run(**trace_of("tests/traces/taps.csv"))
+        rate = run.rate(bin_s=0.05)
+        self.assertEqual(rate.shape[1], len(run.afferents))
+        self.assertAlmostEqual(rate.sum() * 0.05, len(run.spikes))
+        self.assertAlmostEqual(run.psth(0.05).sum() * 0.05 * len(run.afferents), len(run.spikes))
+        busiest = int(np.bincount(run.spikes["neuron"]).argmax())
+        self.assertEqual(len(run.times(busiest)), int(rate[:, busiest - 1].sum() * 0.05 + 0.5))
+        with self.assertRaisesRegex(merkel.Error, "there is no neuron 0: they count from 1"):
+            run.times(0)
+
+    def test_sinks_get_the_spikes_too(self):
+        file = self.path("s.csv")
+        run = merkel.Scene("paper").run(**trace_of("tests/traces/taps.csv"), sinks=["csv:" + file])
+        self.assertEqual(sum(line[0].isdigit() for line in pathlib.Path(file).read_text().splitlines()), len(run.spikes))
+
+    def test_what_is_wrong_with_a_press_is_a_sentence(self):
+        scene = merkel.Scene("paper")
+        press = np.ones(10)
+        for arguments, sentence in (
+                ({}, None),
+                ({"depth_mm": press}, "the times are missing: give rate_hz, or time_s for each sample"),
+                ({"depth_mm": press, "rate_hz": 1000, "time_s": press}, "leave one out"),
+                ({"depth_mm": [1, np.nan, 1], "rate_hz": 1000}, r"depth_mm\[1\] is nan, not finite"),
+                ({"depth_mm": [1, 2e6, 1], "rate_hz": 1000}, r"depth_mm\[1\] is 2e\+06, beyond ±1000: check its unit"),
+                ({"depth_mm": press, "time_s": press}, r"time_s\[1\] is 1, not later than the sample before"),
+                ({"depth_mm": press, "x_mm": [1, 2], "rate_hz": 10}, "x_mm has 2 samples, the others have 10"),
+                ({"depth_mm": "deep", "rate_hz": 10}, "depth_mm must be an array of numbers"),
+                ({"depth_mm": 16 * press, "rate_hz": 10}, "no finger bears more than 15"),
+                ({"depth_mm": [], "rate_hz": 10}, "there are no samples"),
+                ({"probe": "replay:none.csv"}, "none.csv"),
+                ({"probe": "sim:taps", "depth_mm": press, "rate_hz": 10}, "leave one out")):
+            with self.subTest(sentence=sentence):
+                if sentence is None:
+                    self.assertGreater(len(scene.run().spikes), 0)  # the scene's own probe
+                    continue
+                with self.assertRaisesRegex(merkel.Error, sentence):
+                    scene.run(**arguments)
+
+    def test_other_threads_run_meanwhile(self):
+        counted = []
+        thread = threading.Thread(target=lambda: merkel.Scene("goodwin").run(probe="sim:taps?count=200"))
+        thread.start()
+        while thread.is_alive():
+            counted.append(time.monotonic())
+            time.sleep(0.001)
+        self.assertGreater(len(counted), 10)
+
+
+class Streams(Case):
+    def test_a_stream_equals_a_run(self):
+        for preset, trace in (("paper", "taps"), ("finger", "slide"), ("goodwin", "ramp_and_hold")):
+            press = trace_of(f"tests/traces/{trace}.csv")
+            scene = merkel.Scene(preset)
+            stream = scene.stream()
+            time_s = press.pop("time_s")
+            spikes = [stream.push(t, **{name: values[i] for name, values in press.items()})
+                      for i, t in enumerate(time_s)] + [stream.finish()]
+            run = scene.run(time_s=time_s, **press)
+            self.assertGreater(len(run.spikes), 10)
+            self.assertTrue(np.array_equal(np.concatenate(spikes), run.spikes))
+
+    def test_force_drives_a_stream(self):
+        scene = merkel.Scene("finger")
+        force_N = np.clip(np.arange(200) / 100, 0, 1)
+        stream = scene.stream()
+        spikes = [stream.push(i / 1000, force_N=f) for i, f in enumerate(force_N)] + [stream.finish()]
+        run = scene.run(force_N=force_N, rate_hz=1000)
+        self.assertTrue(np.array_equal(np.concatenate(spikes), run.spikes))
+
+    def test_a_sample_that_cannot_be_is_not_taken(self):
+        stream = merkel.Scene("paper").stream()
+        stream.push(0.0, depth_mm=0.1)
+        for arguments, sentence in (
+                ({"time_s": 0.0, "depth_mm": 1}, "push samples in order of time"),
+                ({"time_s": 0.1, "depth_mm": float("nan")}, "not finite"),
+                ({"time_s": 0.1, "depth_mm": 20}, "no finger bears more than 15"),
+                ({"time_s": 0.1}, "give depth_mm or force_N"),
+                ({"time_s": 0.1, "force_N": 1}, "must all have the same"),
+                ({"time_s": float("inf"), "depth_mm": 1}, "finite number of seconds"),
+                ({"time_s": 0.1, "depth_mm": 1, "probe": 3}, "there is no probe 3")):
+            with self.assertRaisesRegex(merkel.Error, sentence):
+                stream.push(**arguments)
+        stream.push(0.1, depth_mm=0.2)
+        self.assertAlmostEqual(stream.time_s, 0.099)
+        stream.finish()
+        with self.assertRaisesRegex(merkel.Error, "the stream is finished"):
+            stream.push(0.2, depth_mm=1)
+
+    def test_a_stream_outlives_its_scene(self):
+        stream = merkel.Scene("paper").stream()
+        gc.collect()
+        self.assertEqual(len(stream.push(0.0, depth_mm=0.0)), 0)
+
+
+class Scenes(Case):
+    def test_keys_are_read_and_set(self):
+        scene = merkel.Scene("finger")
+        self.assertEqual(scene["skin.radius_mm"], scene.skin.radius_mm)
+        scene["skin.radius_mm"] = 8
+        scene.probe.x_mm = 14.5
+        self.assertEqual(scene.skin.radius_mm, 8.0)
+        self.assertIn("radius_mm = 8 ", scene.text)
+        self.assertEqual(scene["probe[0].x_mm"], 14.5)
+        self.assertIsNone(scene["loop.stale_after_ms"])
+        scene["loop.tick_ms" if "loop.tick_ms" in scene.keys() else "loop.tick_us"] = 1000
+        self.assertIn("radius_mm", dir(scene.skin))
+        other = merkel.Scene.from_text(scene.text)
+        self.assertTrue(all(repr(other[key]) == repr(scene[key]) for key in scene.keys()))
+        copied = copy.copy(scene)
+        copied["skin.radius_mm"] = 9
+        self.assertEqual(scene.skin.radius_mm, 8.0)
+
+    def test_a_changed_scene_runs_as_a_file_of_the_same_keys(self):
+        scene = merkel.Scene("finger")
+        scene["skin.radius_mm"] = 9.0
+        file = self.path("scene.toml")
+        pathlib.Path(file).write_text('preset = "finger"\n[skin]\nradius_mm = 9\n')
+        run = scene.run(**trace_of("tests/traces/taps.csv"))
+        self.assert_same(run.spikes, self.program_spikes(file, "--probe", "replay:tests/traces/taps.csv"))
+
+    def test_what_is_wrong_with_a_key_is_a_sentence_and_changes_nothing(self):
+        scene = merkel.Scene("finger")
+        text = scene.text
+        for key, value, sentence in (
+                ("skin.radus_mm", 1, "the scene has no key skin.radus_mm: did you mean skin.radius_mm"),
+                ("skin.radius_mm", "round", "skin.radius_mm cannot be 'round': .*, in mm"),
+                ("skin.radius_mm", True, "cannot be True"),
+                ("skin.poisson_ratio", 0.7, "skin.poisson_ratio must be"),
+                ("probe.tip", "spere", "must be one of .*did you mean sphere"),
+                ("loop.threads", 1.5, "cannot be 1.5"),
+                ("network.seed", 10**30, "too large")):
+            with self.assertRaisesRegex(merkel.Error, sentence):
+                scene[key] = value
+        self.assertEqual(scene.text, text)
+        with self.assertRaises(AttributeError):
+            scene.nonsense
+        with self.assertRaisesRegex(merkel.Error, "did you mean finger"):
+            merkel.Scene("fingr")
+        with self.assertWarnsRegex(UserWarning, "now called goodwin-cs"):
+            merkel.Scene("goodwin-hh")
+
+    def test_afferents_are_those_that_inspect_prints(self):
+        printed = self.merkel("inspect", "afferents", "finger").stdout.splitlines()
+        names = printed[0].split(",")
+        afferents = merkel.Scene("finger").afferents
+        self.assertEqual(len(afferents), len(printed) - 1)
+        self.assertTrue(np.allclose([float(row.split(",")[names.index("x_mm")]) for row in printed[1:]],
+                                    afferents["x_mm"]))
+
+
+class Sessions(Case):
+    def record(self):
+        file = self.path("s.xdf")
+        self.merkel("run", "finger", "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink", "xdf:" + file)
+        return file
+
+    def test_a_session_as_arrays(self):
+        file = self.record()
+        session = merkel.load(file)
+        run = merkel.Scene("finger").run(**trace_of("tests/traces/taps.csv"))
+        self.assertTrue(np.array_equal(session.spikes, run.spikes))
+        self.assertTrue(np.array_equal(session.afferents, run.afferents))
+        trace = trace_of("tests/traces/taps.csv")
+        self.assertTrue(np.array_equal(session.samples["depth_mm"], trace["depth_mm"]))
+        self.assertEqual(len(session.ticks), run.counters["ticks"])
+        self.assertEqual(session.facts["scene"], "finger")
+        self.assertTrue(session.complete)
+        self.assertLess(abs(session.start_unix_s - time.time()), 600)
+        again = session.scene.run(**{name: session.samples[name] for name in ("time_s", "depth_mm", "force_N")})
+        self.assertTrue(np.array_equal(again.spikes, session.spikes))
+
+    def test_a_session_is_a_probe_for_any_scene(self):
+        file = self.record()
+        same = merkel.Scene("finger").run(probe="replay:" + file)
+        self.assertTrue(np.array_equal(same.spikes, merkel.load(file).spikes))
+        other = merkel.Scene("paper").run(probe="replay:" + file)
+        self.assert_same(other.spikes, self.program_spikes("paper", "--probe", "replay:tests/traces/taps.csv"))
+
+    def test_what_is_no_session_is_an_error(self):
+        with self.assertRaisesRegex(merkel.Error, "is not a session"):
+            merkel.load("tests/traces/taps.csv")
+        with self.assertRaisesRegex(merkel.Error, "cannot read the session"):
+            merkel.load(pathlib.Path("none.xdf"))
+
+
+class Bridges(Case):
+    def test_a_live_run_gives_its_spikes_and_records(self):
+        file = self.path("live.xdf")
+        with merkel.connect("sim:ramp?depth_mm=1.5&hold_s=0.3&live=1", "finger", sinks=["xdf:" + file]) as bridge:
+            bridge.mark("begin")
+            spikes = np.concatenate(list(bridge))
+        self.assertTrue(bridge.ended)
+        self.assertGreater(len(spikes), 10)
+        self.assertEqual(bridge.counters["spikes"], len(spikes))
+        session = merkel.load(file)
+        self.assertEqual(session.spikes["neuron"].tolist(), spikes["neuron"].tolist())
+        self.assertEqual([label for _, label in session.marks], ["begin"])
+        # The press that was live, through the same scene again.
+        again = merkel.Scene("finger").run(probe="replay:" + file)
+        if bridge.counters["samples_late"] == 0 and bridge.counters["held_ticks"] == 0:
+            self.assertEqual(again.spikes["neuron"].tolist(), spikes["neuron"].tolist())
+
+    def test_stop_ends_a_run_and_read_does_not_wait_longer_than_told(self):
+        bridge = merkel.connect("sim:taps?count=1000&live=1", "paper")
+        started = time.monotonic()
+        bridge.read(timeout_s=0.05)
+        self.assertLess(time.monotonic() - started, 5)
+        self.assertFalse(bridge.ended)
+        bridge.stop()
+        list(bridge)
+        self.assertTrue(bridge.ended)
+
+    def test_a_probe_that_fails_is_an_error(self):
+        with self.assertRaisesRegex(merkel.Error, "protocol"):
+            merkel.connect("serial:/dev/ttyNONE?protocol=hbf2", "paper")
+        with self.assertRaisesRegex(merkel.Error, "nonsense"):
+            merkel.connect("sim:taps?live=1", "paper", sinks=["nonsense:x"])
+
+
+class Package(Case):
+    def test_the_stub_names_what_the_module_has(self):
+        stub = ast.parse((TOOLS / "merkel" / "__init__.pyi").read_text())
+        for node in stub.body:
+            if isinstance(node, ast.FunctionDef):
+                self.assertTrue(callable(getattr(merkel, node.name)), node.name)
+            if isinstance(node, ast.ClassDef):
+                names = {item.name for item in node.body if isinstance(item, ast.FunctionDef)}
+                own = {name for name in vars(getattr(merkel, node.name)) if not name.startswith("_")}
+                public = {name for name in names if not name.startswith("_")}
+                if node.name != "Error":
+                    self.assertEqual(public, own, node.name)
+                    for name in public:
+                        self.assertTrue(getattr(merkel, node.name).__dict__[name].__doc__, name)
+
+    def test_versions_are_one(self):
+        project = (TOOLS / "pyproject.toml").read_text()
+        self.assertEqual(re.search(r'^version = "(.*)"$', project, re.M).group(1), merkel.__version__)
+        self.assertIn(merkel.__version__, self.merkel("--version").stdout)
+
+    def test_examples_in_docstrings_and_the_readme(self):
+        for failed, ran in (doctest.testmod(merkel),
+                            doctest.testfile(str(TOOLS / "README.md"), module_relative=False)):
+            self.assertEqual(failed, 0)
+            self.assertGreater(ran, 0)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=2))

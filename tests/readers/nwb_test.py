@@ -1,0 +1,151 @@
+"""NWB files, opened by h5py and by the rules of the format; where pynwb is installed, by its validator and Neo."""
+import datetime
+import os
+import uuid
+
+import h5py
+import numpy as np
+
+import merkel_program
+from merkel_program import spikes_of_csv
+
+try:
+    import pynwb
+except ImportError:
+    pynwb = None
+
+# What every object of a type must have: (attributes, members).
+RULES = {
+    "NWBFile": (["nwb_version"], ["acquisition", "analysis", "processing", "stimulus/presentation",
+                                  "stimulus/templates", "general", "identifier", "session_description",
+                                  "session_start_time", "timestamps_reference_time", "file_create_date"]),
+    "TimeSeries": (["description"], ["data", "timestamps"]),
+    "Units": (["colnames", "description"], ["id", "spike_times", "spike_times_index", "obs_intervals",
+                                            "obs_intervals_index"]),
+    "TimeIntervals": (["colnames", "description"], ["id", "start_time", "stop_time"]),
+    "VectorData": (["description"], []),
+    "VectorIndex": (["description", "target"], []),
+    "ElementIdentifiers": ([], []),
+    "Device": (["description"], []),
+}
+NAMESPACES = {"VectorData": "hdmf-common", "VectorIndex": "hdmf-common", "ElementIdentifiers": "hdmf-common"}
+
+
+def table_of(path):
+    with open(path) as file:
+        return np.genfromtxt([line for line in file if not line.startswith("#")], delimiter=",", names=True)
+
+
+class Nwb(merkel_program.TestCase):
+    def record(self, *arguments, trace="tests/traces/slide.csv"):
+        self.merkel("run", "finger", "--fast", "--probe", "replay:" + trace, "--sink", "csv:" + self.path("s.csv"),
+                    "--sink", "nwb:" + self.path("s.nwb"), "--sink", "xdf:" + self.path("s.xdf"), *arguments)
+        return self.path("s.nwb")
+
+    def check_rules(self, file):
+        """Every typed object has what its type needs; ids are unique, texts of variable length."""
+        ids = set()
+
+        def check(name, item):
+            kind = item.attrs.get("neurodata_type")
+            if kind is not None:
+                attributes, members = RULES[kind]
+                for attribute in attributes:
+                    self.assertIn(attribute, item.attrs, f"{name} ({kind})")
+                for member in members:
+                    self.assertIn(member, item, f"{name} ({kind})")
+                self.assertEqual(item.attrs["namespace"], NAMESPACES.get(kind, "core"), name)
+                ids.add(str(uuid.UUID(item.attrs["object_id"])))
+                self.seen[kind] = self.seen.get(kind, 0) + 1
+            for attribute in item.attrs:
+                text = h5py.check_string_dtype(item.attrs.get_id(attribute).dtype)
+                self.assertTrue(text is None or (text.length is None and text.encoding == "utf-8"), name)
+            if isinstance(item, h5py.Dataset):
+                text = h5py.check_string_dtype(item.dtype)
+                self.assertTrue(text is None or (text.length is None and text.encoding == "utf-8"), name)
+            if kind in ("Units", "TimeIntervals"):
+                rows = {len(item[column + "_index" if column + "_index" in item else column])
+                        for column in item.attrs["colnames"]}
+                self.assertEqual(rows, {len(item["id"])}, name)
+
+        self.seen = {}
+        check("/", file)
+        file.visititems(check)
+        self.assertEqual(len(ids), sum(self.seen.values()))
+
+    def test_the_file_follows_the_rules_of_nwb(self):
+        with h5py.File(self.record(), "r") as file:
+            self.check_rules(file)
+            self.assertEqual({kind: count > 0 for kind, count in self.seen.items()}, {kind: True for kind in RULES})
+            self.assertEqual(file.attrs["nwb_version"], "2.7.0")
+            units = file["units"]
+            self.assertEqual(file[units["spike_times_index"].attrs["target"]], units["spike_times"])
+            start = datetime.datetime.fromisoformat(file["session_start_time"][()].decode())
+            self.assertLess(abs(start.timestamp() - os.path.getmtime(self.path("s.nwb"))), 600)
+            self.assertIn('preset = "finger"', file["general/source_script"][()].decode())
+            self.assertIn("version = ", file["general/notes"][()].decode())
+
+    def test_spikes_positions_and_press_are_those_of_the_run(self):
+        with h5py.File(self.record(), "r") as file:
+            units = file["units"]
+            ends = units["spike_times_index"][:]
+            self.assertEqual(units["spike_times_index"].dtype, np.uint32)
+            rows = [(round(t * 1e9), unit + 1)
+                    for unit, (begin, end) in enumerate(zip(np.r_[0, ends[:-1]], ends))
+                    for t in units["spike_times"][begin:end]]
+            self.assertGreater(len(rows), 100)
+            self.assertEqual(sorted(rows), sorted(spikes_of_csv(self.path("s.csv"))))
+            printed = self.merkel("inspect", "afferents", "finger").stdout.splitlines()
+            column = printed[0].split(",").index("x_mm")
+            self.assertTrue(np.allclose(units["x_mm"][:], [float(row.split(",")[column]) for row in printed[1:]]))
+            trace = table_of("tests/traces/slide.csv")
+            depth = file["stimulus/presentation/depth"]
+            self.assertTrue(np.array_equal(depth["data"][:], trace["depth_mm"]))
+            self.assertTrue(np.array_equal(np.round(depth["timestamps"][:] * 1e9), np.round(trace["time_s"] * 1e9)))
+            self.assertEqual(depth["data"].attrs["unit"], "meters")
+            self.assertAlmostEqual(depth["data"].attrs["conversion"], 1e-3)
+            self.assertEqual(units["obs_intervals"].shape, (len(units["id"]), 2))
+
+    def test_contacts_are_trials_where_nobody_marked(self):
+        with h5py.File(self.record(trace="tests/traces/taps.csv"), "r") as file:
+            trace = table_of("tests/traces/taps.csv")
+            touches = np.diff(np.r_[0, (trace["depth_mm"] > 0) | (trace["force_N"] > 0), 0].astype(int))
+            trials = file["intervals/trials"]
+            self.assertEqual(len(trials["id"]), np.count_nonzero(touches > 0))
+            self.assertTrue(np.allclose(trials["start_time"][:], trace["time_s"][np.flatnonzero(touches > 0)]))
+            self.assertTrue(np.all(trials["stop_time"][:] > trials["start_time"][:]))
+
+    def test_an_exported_session_is_the_same_file(self):
+        self.record()
+        self.merkel("export", self.path("s.xdf"), "--sink", "nwb:" + self.path("e.nwb"))
+        with h5py.File(self.path("s.nwb"), "r") as ran, h5py.File(self.path("e.nwb"), "r") as exported:
+            self.check_rules(exported)
+            for name in ("units/spike_times", "units/spike_times_index", "units/x_mm", "session_start_time",
+                         "stimulus/presentation/depth/data", "intervals/trials/start_time"):
+                self.assertTrue(np.array_equal(ran[name][()], exported[name][()]), name)
+
+    def test_a_killed_run_leaves_text_of_which_the_next_run_makes_the_file(self):
+        file = self.path("k.nwb")
+        process = merkel_program.start("run", "finger", "--probe", "sim:taps?count=1000", "--sink", "nwb:" + file)
+        self.assertTrue(merkel_program.wait_for(
+            lambda: os.path.exists(file + ".part") and os.path.getsize(file + ".part") > 20_000))
+        process.kill()
+        process.communicate()
+        self.merkel("run", "finger", "--fast", "--duration-s", "0.2", "--sink", "nwb:" + file)
+        recovered = [name for name in os.listdir(self._folder.name) if ".recovered-" in name]
+        self.assertEqual(len(recovered), 1)
+        with h5py.File(self.path(recovered[0]), "r") as kept:
+            self.check_rules(kept)
+            self.assertGreater(len(kept["stimulus/presentation/depth/data"]), 100)
+
+    def test_pynwb_validates_it_and_neo_reads_it(self):
+        file = self.record()
+        if pynwb is None:
+            self.skipTest("pynwb is not installed: Debian does not have it")
+        with pynwb.NWBHDF5IO(file, "r") as io:
+            self.assertEqual(pynwb.validate(io=io), [])
+            self.assertEqual(len(io.read().units), 450)
+
+
+if __name__ == "__main__":
+    merkel_program.main()

@@ -1,0 +1,94 @@
+"""Builds the wheel of merkel with CMake. It needs no package from an index: only Debian's, which
+`tools/install_packages build python` installs."""
+import base64
+import hashlib
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+SOURCE = HERE.parent.parent
+
+
+def _project():
+    text = (HERE / "pyproject.toml").read_text()
+    return {key: re.search(rf'^{key} = "(.*)"$', text, re.M).group(1)
+            for key in ("name", "version", "description", "requires-python")}
+
+
+def _tag():
+    version = sysconfig.get_config_var("py_version_nodot")
+    platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
+    return f"cp{version}-cp{version}-{platform}"
+
+
+def _metadata():
+    project = _project()
+    return (f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+            f"Summary: {project['description']}\nRequires-Python: {project['requires-python']}\n"
+            "Requires-Dist: numpy\nLicense: MIT\n")
+
+
+def _wheel():
+    return f"Wheel-Version: 1.0\nGenerator: merkel\nRoot-Is-Purelib: false\nTag: {_tag()}\n"
+
+
+def _build_package(build):
+    """Returns the folder of the built package. The build folder is kept: the next build takes seconds."""
+    for program in ("cmake", "ninja"):
+        if shutil.which(program) is None:
+            sys.exit(f"{program} is missing: run tools/install_packages build python")
+    subprocess.check_call(["cmake", "-S", str(SOURCE), "-B", str(build), "-G", "Ninja",
+                           "-DCMAKE_BUILD_TYPE=Release", "-DMERKEL_BUILD_TESTS=OFF",
+                           f"-DPython3_EXECUTABLE={sys.executable}"])
+    targets = subprocess.check_output(["ninja", "-C", str(build), "-t", "targets", "all"], text=True)
+    if "merkel_python:" not in targets:
+        sys.exit("pybind11 or the headers of Python are missing: run tools/install_packages build python")
+    subprocess.check_call(["cmake", "--build", str(build), "--target", "merkel_python"])
+    return build / "python" / "merkel"
+
+
+def _add(wheel, record, name, data):
+    digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+    record.append(f"{name},sha256={digest},{len(data)}")
+    info = zipfile.ZipInfo(name, (2026, 1, 1, 0, 0, 0))
+    info.compress_type = zipfile.ZIP_DEFLATED
+    info.external_attr = 0o644 << 16
+    wheel.writestr(info, data)
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    project = _project()
+    folder = pathlib.Path(metadata_directory) / f"{project['name']}-{project['version']}.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text(_metadata())
+    (folder / "WHEEL").write_text(_wheel())
+    return folder.name
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    package = _build_package(pathlib.Path(os.environ.get("MERKEL_BUILD_DIR", SOURCE / "build" / "python")))
+    modules = sorted(package.glob("_merkel.*.so"), key=lambda module: module.stat().st_mtime)
+    files = [package / name for name in ("__init__.py", "__init__.pyi", "py.typed")] + [modules[-1]]
+    project = _project()
+    info = f"{project['name']}-{project['version']}.dist-info"
+    name = f"{project['name']}-{project['version']}-{_tag()}.whl"
+    record = []
+    with zipfile.ZipFile(pathlib.Path(wheel_directory) / name, "w") as wheel:
+        for file in files:
+            _add(wheel, record, f"merkel/{file.name}", file.read_bytes())
+        _add(wheel, record, f"{info}/LICENSE", (SOURCE / "LICENSE").read_bytes())
+        _add(wheel, record, f"{info}/METADATA", _metadata().encode())
+        _add(wheel, record, f"{info}/WHEEL", _wheel().encode())
+        record.append(f"{info}/RECORD,,")
+        wheel.writestr(f"{info}/RECORD", "\n".join(record) + "\n")
+    return name
+
+
+def build_sdist(sdist_directory, config_settings=None):
+    raise NotImplementedError("merkel is built from its repository: pip install tools/python")

@@ -1,0 +1,253 @@
+#include "tools/python/src/bridge_object.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "core/units.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "tools/python/src/scene_object.hpp"
+#include "tools/studies/plan/plan.hpp"
+
+namespace merkel::python {
+namespace {
+
+namespace py = pybind11;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kMostWaiting = 1'000'000;
+constexpr milliseconds kSignalsEvery{50};
+
+}  // namespace
+
+/// The sink that Python reads from. While the list is full it waits, so that its queue fills and
+/// drops are counted.
+class BridgeObject::Outlet final : public SpikeSink {
+ public:
+  explicit Outlet(BridgeObject& bridge) : bridge_(bridge) {}
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kTicks; }
+  void attach(RunControl& control) override { bridge_.control_ = &control; }
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    std::unique_lock lock(bridge_.mutex_);
+    bridge_.changed_.wait(
+        lock, [&] { return bridge_.waiting_.size() < kMostWaiting || bridge_.stopped_; });
+    for (const SpikeEvent& spike : spikes) {
+      bridge_.waiting_.push_back(row_of(spike, nanoseconds{0}));
+    }
+    delivered_ += spikes.size();
+    lock.unlock();
+    bridge_.changed_.notify_all();
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    const std::lock_guard lock(bridge_.mutex_);
+    if (ticks.empty()) return {};
+    const bool first = !bridge_.newest_;
+    bridge_.newest_ = ticks.back().time;
+    if (first) bridge_.changed_.notify_all();
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
+
+ private:
+  BridgeObject& bridge_;
+  std::string uri_ = "python";
+  std::uint64_t delivered_ = 0;
+};
+
+BridgeObject::BridgeObject(Scene scene, const Options& options) {
+  scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
+  if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
+  run_ = std::make_unique<PreparedRun>(or_throw(prepare_run(std::move(scene), {})));
+  const auto notice = [this](const std::string& sentence) {
+    const std::lock_guard lock(mutex_);
+    notices_.push_back(sentence);
+  };
+  if (!run_->notice.empty()) notice(run_->notice);
+  run_->parameters.on_notice = run_->parameters.on_missing_right = notice;
+  run_->parameters.on_sink_failure = [notice](const std::string& uri, const std::string& error) {
+    notice("the sink " + uri + " is closed, the run goes on: " + error);
+  };
+  if (options.duration_s)
+    run_->parameters.duration = units::nanoseconds_from_s(*options.duration_s);
+  pipeline_ = std::make_unique<Pipeline>(*run_->model, run_->parameters);
+  run_->add_probes_to(*pipeline_);
+  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run_->model->neurons()),
+                        .overwrite = options.overwrite,
+                        .allow_remote = options.allow_remote,
+                        .run = run_->description,
+                        .notice = notice};
+  for (const std::string& uri : run_->scene.sinks) {
+    auto sink = or_throw(open_sink(uri, setup));
+    if (const std::string address = sink->address(); !address.empty()) {
+      notice("live page: " + address);
+    }
+    pipeline_->add_sink(std::move(sink));
+  }
+  pipeline_->add_sink(std::make_unique<Outlet>(*this));
+  thread_ = std::thread([this] { run(); });
+}
+
+BridgeObject::~BridgeObject() { stop(); }
+
+void BridgeObject::run() {
+  const auto report = pipeline_->run();
+  const std::lock_guard lock(mutex_);
+  if (!report) {
+    error_ = report.error().sentence;
+  } else if (!report->error_message.empty()) {
+    error_ = report->error_message;
+  } else {
+    for (const RunReport::OfSink& sink : report->sinks) {
+      if (error_.empty()) error_ = sink.error_message;
+    }
+  }
+  over_ = true;
+  changed_.notify_all();
+}
+
+std::vector<SpikeRow> BridgeObject::read(nanoseconds patience) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, patience, [this] { return !waiting_.empty() || over_; });
+  std::vector<SpikeRow> spikes = std::exchange(waiting_, {});
+  const std::string error = spikes.empty() && over_ ? std::exchange(error_, {}) : std::string();
+  lock.unlock();
+  changed_.notify_all();
+  if (!error.empty()) throw Error(error);
+  return spikes;
+}
+
+bool BridgeObject::ended() {
+  const std::lock_guard lock(mutex_);
+  return over_ && waiting_.empty() && error_.empty();
+}
+
+void BridgeObject::stop() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  changed_.notify_all();
+  pipeline_->request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void BridgeObject::mark(const std::string& label) {
+  nanoseconds time{0};
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return newest_ || over_; });
+    if (!newest_) throw Error("the run is over before its first tick: there is nothing to mark");
+    time = *newest_;
+  }
+  if (label.find_first_of("\r\n") != std::string::npos) {
+    throw Error("a mark is one line: leave out line breaks");
+  }
+  control_->mark({.time = time, .label = label});
+}
+
+bool BridgeObject::tare(std::size_t probe) { return control_->tare(probe); }
+
+std::map<std::string, std::uint64_t> BridgeObject::counters() {
+  std::map<std::string, std::uint64_t> all;
+  const RunCounters counters = pipeline_->counters();
+  for (const auto& field : kRunCounterFields<>) {
+    all.emplace(std::string(field.name), counters.*field.cell);
+  }
+  return all;
+}
+
+std::vector<std::string> BridgeObject::notices() {
+  const std::lock_guard lock(mutex_);
+  return notices_;
+}
+
+namespace {
+
+/// Waits for spikes without the GIL, so that Ctrl-C still works. Nothing at the end of the
+/// patience.
+py::array_t<SpikeRow> read(BridgeObject& bridge, std::optional<nanoseconds> patience) {
+  const auto deadline = std::chrono::steady_clock::now() + patience.value_or(nanoseconds{0});
+  for (;;) {
+    std::vector<SpikeRow> spikes;
+    nanoseconds left = kSignalsEvery;
+    if (patience) {
+      left = std::clamp(deadline - std::chrono::steady_clock::now(), nanoseconds{0}, left);
+    }
+    {
+      const py::gil_scoped_release no_gil;
+      spikes = bridge.read(left);
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (!spikes.empty() || bridge.ended() || (patience && left.count() == 0))
+      return array_of(spikes);
+  }
+}
+
+}  // namespace
+
+void add_bridge(py::module_& module) {
+  py::class_<BridgeObject>(module, "Bridge", R"(The real-time pipeline, in threads of its own.
+
+Iterate to get arrays of spikes as they come, until the run ends. Leaving the with block ends it.)")
+      .def(
+          "__enter__", [](BridgeObject& bridge) -> BridgeObject& { return bridge; },
+          py::return_value_policy::reference_internal)
+      .def("__exit__",
+           [](BridgeObject& bridge, const py::args&) {
+             const py::gil_scoped_release no_gil;
+             bridge.stop();
+           })
+      .def(
+          "__iter__", [](BridgeObject& bridge) -> BridgeObject& { return bridge; },
+          py::return_value_policy::reference_internal)
+      .def("__next__",
+           [](BridgeObject& bridge) {
+             auto spikes = read(bridge, std::nullopt);
+             if (spikes.size() == 0) throw py::stop_iteration();
+             return spikes;
+           })
+      .def(
+          "read",
+          [](BridgeObject& bridge, double timeout_s) {
+            return read(bridge, units::nanoseconds_from_s(std::clamp(timeout_s, 0.0, 1e6)));
+          },
+          py::arg("timeout_s") = 0.0,
+          "The spikes that wait, or none after timeout_s seconds: (spikes,). Error where the run failed.")
+      .def_property_readonly("ended", &BridgeObject::ended,
+                             "Whether the run is over and all its spikes were read.")
+      .def("stop", &BridgeObject::stop, py::call_guard<py::gil_scoped_release>(),
+           "Ends the run and finishes its files. Spikes that wait can still be read.")
+      .def("mark", &BridgeObject::mark, py::arg("label"), py::call_guard<py::gil_scoped_release>(),
+           "Marks the present moment in every session that is recorded. One line of text.")
+      .def("tare", &BridgeObject::tare, py::arg("probe") = 0,
+           "Takes a probe's present reading as zero. False where it is a recording.")
+      .def_property_readonly("counters", &BridgeObject::counters,
+                             "What the run has counted so far, by name.")
+      .def_property_readonly("notices", &BridgeObject::notices,
+                             "Sentences about the run so far: missing rights, outages, failures.");
+
+  module.def(
+      "connect",
+      [](const std::string& probe, const SceneObject& scene, const std::vector<std::string>& sinks,
+         std::optional<double> duration_s, bool overwrite, bool allow_remote) {
+        Scene of_probe = scene.scene();
+        of_probe.set_probes({probe});
+        const py::gil_scoped_release no_gil;
+        return std::make_unique<BridgeObject>(std::move(of_probe),
+                                              BridgeObject::Options{.sinks = sinks,
+                                                                    .duration_s = duration_s,
+                                                                    .overwrite = overwrite,
+                                                                    .allow_remote = allow_remote});
+      },
+      py::arg("probe"), py::arg("scene"), py::kw_only(),
+      py::arg("sinks") = std::vector<std::string>(), py::arg("duration_s") = py::none(),
+      py::arg("overwrite") = false, py::arg("allow_remote") = false);
+}
+
+}  // namespace merkel::python

@@ -1,0 +1,121 @@
+// The Python module merkel: scenes, batch runs, the model a sample at a time, the real-time
+// pipeline and recorded sessions.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "tools/python/src/bridge_object.hpp"
+#include "tools/python/src/records.hpp"
+#include "tools/python/src/run_object.hpp"
+#include "tools/python/src/scene_object.hpp"
+#include "tools/python/src/session_object.hpp"
+#include "tools/python/src/stream_object.hpp"
+#include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
+
+namespace merkel::python {
+namespace {
+
+namespace py = pybind11;
+
+constexpr const char* kRunHelp =
+    R"(Runs the scene as fast as possible, as `merkel run --fast` does, and returns its spikes.
+
+The press is depth_mm (mm, positive into the skin) or force_N (N) or both, and x_mm, y_mm (mm) where the
+probe moves: arrays of (samples,), or of (samples, probes) for a scene with several probes. Times are
+time_s (s, increasing, (samples,)) or follow from rate_hz. Instead of a press, probe names the URI of
+one, or a list of them: "replay:press.csv", "replay:session.xdf", "sim:taps?depth_mm=1". Without
+either, the scene's own probe runs. sinks are URIs that also get the spikes ("nwb:run.nwb").
+
+Without the GIL; Ctrl-C ends it. Error with the program's sentence where something is wrong.)";
+
+std::vector<std::string> list_of(const py::object& text_or_list) {
+  if (text_or_list.is_none()) return {};
+  if (py::isinstance<py::str>(text_or_list)) return {text_or_list.cast<std::string>()};
+  return text_or_list.cast<std::vector<std::string>>();
+}
+
+RunObject run(const SceneObject& scene, py::object depth_mm, py::object force_N, py::object x_mm,
+              py::object y_mm, py::object time_s, std::optional<double> rate_hz,
+              const py::object& probe, std::optional<std::uint64_t> seed,
+              std::optional<double> duration_s, const std::vector<std::string>& sinks,
+              bool overwrite) {
+  return run_scene(scene.scene(), {.press = {.depth_mm = std::move(depth_mm),
+                                             .force_N = std::move(force_N),
+                                             .x_mm = std::move(x_mm),
+                                             .y_mm = std::move(y_mm),
+                                             .time_s = std::move(time_s),
+                                             .rate_hz = rate_hz},
+                                   .probes = list_of(probe),
+                                   .seed = seed,
+                                   .duration_s = duration_s,
+                                   .sinks = sinks,
+                                   .overwrite = overwrite});
+}
+
+void add_scene_class(py::module_& module) {
+  py::class_<SceneObject>(module, "Scene", R"(A preset ("paper", "finger", …) or a scene file.
+
+Keys are read and set by name, scene["skin.radius_mm"], or as attributes, scene.skin.radius_mm; of a table
+that there is several times, scene["probe[1].x_mm"]. Scene.keys() lists them; `merkel scene --keys` explains
+them. A value that cannot be is an Error, and the scene stays as it was.)")
+      .def(py::init([](const std::filesystem::path& name_or_file) {
+             return SceneObject::named(name_or_file.string());
+           }),
+           py::arg("name_or_file") = "paper")
+      .def_static("from_text", &SceneObject::of_text, py::arg("text"),
+                  "The scene of the text of a scene file (TOML). Error names the line.")
+      .def_property_readonly(
+          "text", [](const SceneObject& scene) { return scene_text(scene.scene()); },
+          "The scene as a complete, commented scene file.")
+      .def("keys", &SceneObject::keys, "All names of keys, in the order of a scene file.")
+      .def("__getattr__", &table_named)
+      .def("__getitem__", &SceneObject::get, py::arg("key"))
+      .def("__setitem__", &SceneObject::set, py::arg("key"), py::arg("value"))
+      .def_property_readonly(
+          "afferents",
+          [](const SceneObject& scene) { return array_of(afferents_of(scene.scene().model)); },
+          "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_property_readonly(
+          "probes", [](const SceneObject& scene) { return scene.scene().probes.size(); },
+          "How many probes press.")
+      .def("run", &run, py::kw_only(), py::arg("depth_mm") = py::none(),
+           py::arg("force_N") = py::none(), py::arg("x_mm") = py::none(),
+           py::arg("y_mm") = py::none(), py::arg("time_s") = py::none(),
+           py::arg("rate_hz") = py::none(), py::arg("probe") = py::none(),
+           py::arg("seed") = py::none(), py::arg("duration_s") = py::none(),
+           py::arg("sinks") = std::vector<std::string>(), py::arg("overwrite") = false, kRunHelp)
+      .def(
+          "stream",
+          [](const SceneObject& scene) { return std::make_unique<StreamObject>(scene.scene()); },
+          "The model itself, to push samples into. Builds it.")
+      .def("__copy__", [](const SceneObject& scene) { return scene; })
+      .def("__deepcopy__", [](const SceneObject& scene, const py::dict&) { return scene; })
+      .def("__repr__", [](const SceneObject& scene) {
+        const std::string& file = scene.scene().file;
+        return "<Scene " + (file.empty() ? scene.scene().preset : file) + ">";
+      });
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_merkel, module) {
+  module.doc() = "Tactile spikes from a haptic probe. See help(merkel).";
+  module.attr("__version__") = MERKEL_VERSION;
+  py::register_exception<Error>(module, "Error", PyExc_RuntimeError);
+  register_rows();
+  add_tables(module);
+  add_scene_class(module);
+  add_run(module);
+  add_stream(module);
+  add_bridge(module);
+  add_session(module);
+  module.def(
+      "presets", [] { return preset_names(); }, "Names of the presets.");
+}
+
+}  // namespace merkel::python

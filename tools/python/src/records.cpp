@@ -1,0 +1,83 @@
+#include "tools/python/src/records.hpp"
+
+#include <limits>
+
+#include "core/scene/patch_layout.hpp"
+#include "core/units.hpp"
+
+namespace merkel::python {
+namespace {
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+double channel(const ProbeSample& sample, ProbeSample::Channel bit, double value) {
+  return sample.has(bit) ? value : kMissing;
+}
+
+}  // namespace
+
+void register_rows() {
+  PYBIND11_NUMPY_DTYPE(SpikeRow, time_s, neuron, patch, flags);
+  PYBIND11_NUMPY_DTYPE(AfferentRow, neuron, patch, x_mm, y_mm, field_radius_mm, receptors);
+  PYBIND11_NUMPY_DTYPE(SampleRow, time_s, arrival_s, probe, depth_mm, force_N, x_mm, y_mm);
+  PYBIND11_NUMPY_DTYPE(TickRow, time_s, probe, depth_mm, force_N, x_mm, y_mm, state, late,
+                       latency_us);
+  PYBIND11_NUMPY_DTYPE(EventRow, time_s, length_s, subject, kind);
+}
+
+SpikeRow row_of(const SpikeEvent& spike, std::chrono::nanoseconds zero) {
+  return {.time_s = units::s_from(spike.time - zero),
+          .neuron = spike.neuron,
+          .patch = spike.patch,
+          .flags = spike.flags};
+}
+
+SampleRow row_of(std::uint32_t probe, const ProbeSample& sample, std::chrono::nanoseconds zero) {
+  return {.time_s = units::s_from(sample.time - zero),
+          .arrival_s = units::s_from(sample.arrival - zero),
+          .probe = probe,
+          .depth_mm = channel(sample, ProbeSample::kDepth, sample.depth_mm),
+          .force_N = channel(sample, ProbeSample::kForce, units::N_from_mN(sample.force_mN)),
+          .x_mm = channel(sample, ProbeSample::kX, sample.x_mm),
+          .y_mm = channel(sample, ProbeSample::kY, sample.y_mm)};
+}
+
+TickRow row_of(const TickRecord& tick, std::chrono::nanoseconds zero) {
+  return {.time_s = units::s_from(tick.time - zero),
+          .probe = tick.probe,
+          .depth_mm = tick.contact.depth_mm,
+          .force_N = units::N_from_mN(tick.contact.force_mN),
+          .x_mm = tick.contact.x_mm,
+          .y_mm = tick.contact.y_mm,
+          .state = static_cast<std::uint8_t>(tick.state),
+          .late = tick.late,
+          .latency_us = static_cast<double>(tick.latency.count()) * 1e-3};
+}
+
+EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero) {
+  return {.time_s = units::s_from(event.time - zero),
+          .length_s = units::s_from(event.length),
+          .subject = event.subject,
+          .kind = static_cast<std::uint8_t>(event.kind)};
+}
+
+std::vector<AfferentRow> afferents_of(const ModelParameters& model) {
+  std::vector<AfferentRow> rows;
+  std::uint32_t patch = 0;
+  for (const PatchParameters& parameters : model.patches) {
+    const auto layout = layout_of(parameters);
+    if (!layout) throw Error(layout.error().key + " " + layout.error().reason);
+    for (const AfferentSite& site : layout->afferents) {
+      rows.push_back({.neuron = static_cast<std::uint32_t>(rows.size() + 1),
+                      .patch = patch,
+                      .x_mm = site.x_mm,
+                      .y_mm = site.y_mm,
+                      .field_radius_mm = site.radius_mm,
+                      .receptors = static_cast<std::uint32_t>(site.receptors)});
+    }
+    ++patch;
+  }
+  return rows;
+}
+
+}  // namespace merkel::python

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include "core/expected.hpp"
+#include "core/records/loop_event.hpp"
+#include "core/records/probe_sample.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/tick_record.hpp"
+#include "core/scene/model_parameters.hpp"
+
+namespace merkel::python {
+
+/// Rows of the structured arrays that Python sees. Times are in s; neurons count from 1 through all
+/// patches, probes and patches from 0, as in every file that merkel writes.
+struct SpikeRow {
+  double time_s;
+  std::uint32_t neuron;
+  std::uint16_t patch;
+  std::uint16_t flags;
+};
+struct AfferentRow {
+  std::uint32_t neuron;
+  std::uint32_t patch;
+  double x_mm;
+  double y_mm;
+  double field_radius_mm;
+  std::uint32_t receptors;
+};
+struct SampleRow {
+  double time_s;
+  double arrival_s;
+  std::uint32_t probe;
+  double depth_mm;
+  double force_N;
+  double x_mm;
+  double y_mm;
+};
+struct TickRow {
+  double time_s;
+  std::uint32_t probe;
+  double depth_mm;
+  double force_N;
+  double x_mm;
+  double y_mm;
+  std::uint8_t state;
+  std::uint16_t late;
+  double latency_us;
+};
+struct EventRow {
+  double time_s;
+  double length_s;
+  std::uint32_t subject;
+  std::uint8_t kind;
+};
+
+/// Makes the rows known to numpy. Call once, when the module is loaded.
+void register_rows();
+
+/// Rows with times counted from `zero`.
+[[nodiscard]] SpikeRow row_of(const SpikeEvent& spike, std::chrono::nanoseconds zero);
+[[nodiscard]] SampleRow row_of(std::uint32_t probe, const ProbeSample& sample,
+                               std::chrono::nanoseconds zero);
+[[nodiscard]] TickRow row_of(const TickRecord& tick, std::chrono::nanoseconds zero);
+[[nodiscard]] EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero);
+
+/// The afferents of a model, by number.
+[[nodiscard]] std::vector<AfferentRow> afferents_of(const ModelParameters& model);
+
+/// A new one-dimensional array with a copy of the rows.
+template <class Row>
+[[nodiscard]] pybind11::array_t<Row> array_of(const std::vector<Row>& rows) {
+  return pybind11::array_t<Row>(static_cast<pybind11::ssize_t>(rows.size()), rows.data());
+}
+
+/// The module's exception: the sentence that the program would print.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The value, or its error thrown as Error.
+template <class T>
+[[nodiscard]] T or_throw(Expected<T, SetupError>&& value) {
+  if (!value) throw Error(value.error().sentence);
+  return std::move(*value);
+}
+inline void or_throw(Expected<void, SetupError>&& value) {
+  if (!value) throw Error(value.error().sentence);
+}
+
+}  // namespace merkel::python

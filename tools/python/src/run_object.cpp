@@ -1,0 +1,169 @@
+#include "tools/python/src/run_object.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/probes/replay_probe.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "realtime/output/spike_callback.hpp"
+#include "realtime/pipeline.hpp"
+#include "tools/scene/prepared_run.hpp"
+#include "tools/studies/plan/plan.hpp"
+
+namespace merkel::python {
+namespace {
+
+namespace py = pybind11;
+
+constexpr double kMostBins = 1e8;
+
+std::vector<std::unique_ptr<Probe>> probes_of(const RunOptions& options, const Scene& scene) {
+  std::vector<std::unique_ptr<Probe>> probes;
+  if (!options.press.given()) return probes;
+  for (auto& samples : options.press.samples(scene.probes.size())) {
+    probes.push_back(or_throw(ReplayProbe::play(std::make_unique<ArraySource>(std::move(samples)),
+                                                {.uri = "array:", .name = "arrays"})));
+  }
+  return probes;
+}
+
+}  // namespace
+
+RunObject run_scene(Scene scene, const RunOptions& options) {
+  if (options.press.given() && !options.probes.empty()) {
+    throw Error("a press and a probe were both given: leave one out");
+  }
+  if (!options.probes.empty()) scene.set_probes(options.probes);
+  if (options.seed) scene.set_seed(*options.seed);
+  scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
+  RunPreparation preparation{.fast = true, .probes = probes_of(options, scene)};
+
+  RunObject result;
+  const py::gil_scoped_release no_gil;
+  if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
+  PreparedRun run = or_throw(prepare_run(std::move(scene), std::move(preparation)));
+  if (!run.notice.empty()) result.notices.push_back(run.notice);
+  if (options.duration_s) run.parameters.duration = units::nanoseconds_from_s(*options.duration_s);
+  run.parameters.on_notice = [&](const std::string& notice) { result.notices.push_back(notice); };
+  bool interrupted = false;
+  Pipeline* running = nullptr;
+  run.parameters.on_progress = [&](const RunProgress&) {
+    const py::gil_scoped_acquire gil;
+    if (!interrupted && PyErr_CheckSignals() != 0) {
+      interrupted = true;
+      running->request_stop_now();
+    }
+  };
+  Pipeline pipeline(*run.model, run.parameters);
+  running = &pipeline;
+  run.add_probes_to(pipeline);
+  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run.model->neurons()),
+                        .overwrite = options.overwrite,
+                        .allow_remote = false,
+                        .run = std::move(run.description),
+                        .notice = run.parameters.on_notice};
+  for (const std::string& uri : run.scene.sinks) pipeline.add_sink(or_throw(open_sink(uri, setup)));
+  pipeline.add_sink(
+      std::make_unique<SpikeCallback>("python", [&](std::span<const SpikeEvent> spikes) {
+        for (const SpikeEvent& spike : spikes) {
+          result.spikes.push_back(row_of(spike, std::chrono::nanoseconds{0}));
+        }
+      }));
+  auto report = pipeline.run();
+  if (interrupted) {
+    const py::gil_scoped_acquire gil;
+    throw py::error_already_set();
+  }
+  if (!report) throw Error(report.error().sentence);
+  if (!report->error_message.empty()) throw Error(report->error_message);
+  for (const RunReport::OfSink& sink : report->sinks) {
+    if (!sink.error_message.empty()) throw Error(sink.error_message);
+  }
+  result.afferents = afferents_of(run.model->parameters());
+  result.start_s = units::s_from(report->start);
+  result.duration_s = units::s_from(report->simulated);
+  for (const auto& field : kRunCounterFields<>) {
+    result.counters.emplace(std::string(field.name), (*report).*field.cell);
+  }
+  return result;
+}
+
+py::array_t<double> RunObject::times(std::uint32_t neuron) const {
+  if (neuron == 0 || neuron > afferents.size()) {
+    throw Error("there is no neuron " + std::to_string(neuron) + ": they count from 1 to " +
+                std::to_string(afferents.size()));
+  }
+  std::vector<double> of_neuron;
+  for (const SpikeRow& spike : spikes) {
+    if (spike.neuron == neuron) of_neuron.push_back(spike.time_s);
+  }
+  return py::array_t<double>(static_cast<py::ssize_t>(of_neuron.size()), of_neuron.data());
+}
+
+std::size_t RunObject::bins(double bin_s) const {
+  if (!(bin_s > 0.0) || !(duration_s / bin_s <= kMostBins)) {
+    throw Error("bin_s must be a positive number of seconds, and not tiny, but is " +
+                shortest_decimal(bin_s));
+  }
+  // A whole number of bins is not one more because of a rounding.
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(duration_s / bin_s - 1e-9)));
+}
+
+std::size_t RunObject::bin_of(const SpikeRow& spike, double bin_s) const {
+  const double place = std::max(0.0, (spike.time_s - start_s) / bin_s);
+  return std::min(static_cast<std::size_t>(place), bins(bin_s) - 1);
+}
+
+py::array_t<double> RunObject::rate(double bin_s) const {
+  py::array_t<double> rates({bins(bin_s), afferents.size()});
+  std::fill_n(rates.mutable_data(), rates.size(), 0.0);
+  auto cell = rates.mutable_unchecked<2>();
+  for (const SpikeRow& spike : spikes) {
+    cell(static_cast<py::ssize_t>(bin_of(spike, bin_s)), spike.neuron - 1) += 1.0 / bin_s;
+  }
+  return rates;
+}
+
+py::array_t<double> RunObject::psth(double bin_s) const {
+  py::array_t<double> rates(static_cast<py::ssize_t>(bins(bin_s)));
+  std::fill_n(rates.mutable_data(), rates.size(), 0.0);
+  auto cell = rates.mutable_unchecked<1>();
+  const double share = afferents.empty() ? 0.0 : 1.0 / static_cast<double>(afferents.size());
+  for (const SpikeRow& spike : spikes) {
+    cell(static_cast<py::ssize_t>(bin_of(spike, bin_s))) += share / bin_s;
+  }
+  return rates;
+}
+
+void add_run(py::module_& module) {
+  py::class_<RunObject>(module, "Run", R"(The result of a batch run.)")
+      .def_property_readonly(
+          "spikes", [](const RunObject& run) { return array_of(run.spikes); },
+          "(spikes,) of time_s, neuron, patch and flags, in order of time.")
+      .def_property_readonly(
+          "afferents", [](const RunObject& run) { return array_of(run.afferents); },
+          "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_readonly("start_s", &RunObject::start_s, "When the first tick began, in s.")
+      .def_readonly("duration_s", &RunObject::duration_s, "How long was simulated, in s.")
+      .def_readonly("counters", &RunObject::counters, "What the run counted, by name.")
+      .def_readonly("notices", &RunObject::notices, "Sentences for the user.")
+      .def("times", &RunObject::times, py::arg("neuron"),
+           "Spike times of one neuron, counted from 1, in s: (spikes,). Error where there is none.")
+      .def("rate", &RunObject::rate, py::arg("bin_s"),
+           "Rates in Hz in bins of bin_s seconds from start_s: (bins, afferents).")
+      .def("psth", &RunObject::psth, py::arg("bin_s"),
+           "Mean rate of an afferent in Hz in bins of bin_s seconds from start_s: (bins,).")
+      .def("__repr__", [](const RunObject& run) {
+        return "<Run: " + std::to_string(run.spikes.size()) + " spikes of " +
+               std::to_string(run.afferents.size()) + " afferents in " +
+               shortest_decimal(run.duration_s) + " s>";
+      });
+}
+
+}  // namespace merkel::python

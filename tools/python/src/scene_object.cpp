@@ -1,0 +1,299 @@
+#include "tools/python/src/scene_object.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+#include <pybind11/stl.h>
+
+#include "core/parameters/field.hpp"
+#include "core/parameters/nearest_name.hpp"
+#include "tools/python/src/records.hpp"
+#include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
+
+namespace merkel::python {
+namespace {
+
+namespace py = pybind11;
+
+/// A key of a scene by its name in Python.
+struct NamedKey {
+  std::string name;
+  BoundField key;
+};
+
+/// "[skin]" and "[[probe]]" without brackets.
+std::string table_of(const SceneSection& section) {
+  const auto begin = section.heading.find_first_not_of('[');
+  return section.heading.substr(begin, section.heading.find(']') - begin);
+}
+
+std::vector<NamedKey> keys_of(Scene& scene) {
+  std::vector<NamedKey> keys;
+  const std::vector<SceneSection> sections = sections_of(scene);
+  std::map<std::string, int> seen;
+  for (const SceneSection& section : sections) {
+    const std::string table = table_of(section);
+    const int number = seen[table]++;
+    const std::string prefix = number == 0 ? table : table + "[" + std::to_string(number) + "]";
+    for (const BoundField& key : section.keys) {
+      keys.push_back({prefix + "." + std::string(key.field->key), key});
+    }
+  }
+  return keys;
+}
+
+/// "probe[0].x_mm" is "probe.x_mm".
+std::string without_first_index(std::string name) {
+  if (const auto place = name.find("[0]."); place != std::string::npos) name.erase(place, 3);
+  return name;
+}
+
+BoundField find(Scene& scene, const std::string& given) {
+  const std::string name = without_first_index(given);
+  std::vector<std::string> names;
+  for (const NamedKey& each : keys_of(scene)) {
+    if (each.name == name) return each.key;
+    names.push_back(each.name);
+  }
+  const std::string nearest = nearest_name(name, names);
+  throw Error("the scene has no key " + given +
+              (nearest.empty() ? ": Scene.keys() lists them" : ": did you mean " + nearest + "?"));
+}
+
+struct ToPython {
+  const BoundField& key;
+
+  py::object operator()(std::chrono::nanoseconds value) const {
+    return py::float_(static_cast<double>(value.count()) / nanoseconds_of_unit(key.field->unit));
+  }
+  py::object operator()(const Position& value) const {
+    return py::make_tuple(value.x_mm, value.y_mm);
+  }
+  template <class T>
+  py::object operator()(const std::vector<T>& values) const {
+    py::list list;
+    for (const T& value : values) list.append((*this)(value));
+    return std::move(list);
+  }
+  template <class T>
+  py::object operator()(const std::optional<T>& value) const {
+    return value ? (*this)(*value) : py::none();
+  }
+  py::object operator()(const Choice& choice) const {
+    const auto index = choice.get(choice.value);
+    if (!index || *index >= key.words.size()) return py::none();
+    return py::str(key.words[*index]);
+  }
+  template <class T>
+  py::object operator()(const T& value) const {
+    return py::cast(value);
+  }
+};
+
+/// Sets a value from Python; false where it has the wrong type.
+struct FromPython {
+  const BoundField& key;
+  py::handle value;
+
+  bool operator()(double& to) const {
+    if (!py::isinstance<py::float_>(value) && !is_whole()) return false;
+    to = value.cast<double>();
+    return true;
+  }
+  bool operator()(bool& to) const {
+    if (!py::isinstance<py::bool_>(value)) return false;
+    to = value.cast<bool>();
+    return true;
+  }
+  bool operator()(std::string& to) const {
+    if (!py::isinstance<py::str>(value)) return false;
+    to = value.cast<std::string>();
+    return true;
+  }
+  template <class Whole>
+  requires std::is_integral_v<Whole>
+  bool operator()(Whole& to) const {
+    if (!is_whole()) return false;
+    to = value.cast<Whole>();  // throws where it does not fit
+    return true;
+  }
+  bool operator()(std::chrono::nanoseconds& to) const {
+    double amount = 0.0;
+    if (!(*this)(amount) || !(std::fabs(amount) < 1e12)) return false;
+    to = std::chrono::nanoseconds{std::llround(amount * nanoseconds_of_unit(key.field->unit))};
+    return true;
+  }
+  bool operator()(Position& to) const {
+    std::vector<double> both;
+    if (!(*this)(both) || both.size() != 2) return false;
+    to = {.x_mm = both[0], .y_mm = both[1]};
+    return true;
+  }
+  template <class T>
+  bool operator()(std::vector<T>& to) const {
+    if (!py::isinstance<py::iterable>(value) || py::isinstance<py::str>(value)) return false;
+    std::vector<T> all;
+    for (const py::handle each : py::reinterpret_borrow<py::iterable>(value)) {
+      if (!FromPython{key, each}(all.emplace_back())) return false;
+    }
+    to = std::move(all);
+    return true;
+  }
+  template <class T>
+  bool operator()(std::optional<T>& to) const {
+    if (value.is_none()) {
+      to.reset();
+      return true;
+    }
+    return (*this)(to.emplace());
+  }
+  bool choose(const Choice& choice) const {
+    std::string word;
+    if (!(*this)(word)) return false;
+    const auto found = std::find(key.words.begin(), key.words.end(), word);
+    if (found == key.words.end()) {
+      const std::string nearest = nearest_name(word, key.words);
+      std::string list;
+      for (const std::string& each : key.words) list += (list.empty() ? "" : ", ") + each;
+      throw Error("must be one of " + list +
+                  (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+    }
+    choice.set(choice.value, static_cast<std::size_t>(found - key.words.begin()));
+    return true;
+  }
+
+ private:
+  /// Python's and numpy's whole numbers; True is none.
+  [[nodiscard]] bool is_whole() const {
+    return !py::isinstance<py::bool_>(value) && PyIndex_Check(value.ptr()) != 0;
+  }
+};
+
+/// A sentence about a scene without "NAME:LINE: ", which nobody has written.
+std::string without_place(const std::string& sentence, const std::string& name) {
+  if (!sentence.starts_with(name + ":")) return sentence;
+  const auto place = sentence.find(": ");
+  return place == std::string::npos ? sentence : sentence.substr(place + 2);
+}
+
+/// One table of a scene, for `scene.skin.radius_mm`.
+struct Table {
+  py::object scene;
+  std::string name;
+
+  [[nodiscard]] SceneObject& object() const { return scene.cast<SceneObject&>(); }
+};
+
+}  // namespace
+
+SceneObject SceneObject::named(const std::string& name_or_file) {
+  auto scene = or_throw(scene_named(name_or_file));
+  if (!scene.notice.empty()) {
+    if (PyErr_WarnEx(PyExc_UserWarning, scene.notice.c_str(), 1) != 0)
+      throw py::error_already_set();
+  }
+  return SceneObject(std::move(scene));
+}
+
+SceneObject SceneObject::of_text(const std::string& text) {
+  return SceneObject(or_throw(parse_scene(text, "scene")));
+}
+
+py::object SceneObject::get(const std::string& name) {
+  const BoundField key = find(scene_, name);
+  return std::visit(
+      [&](const auto& value) -> py::object {
+        if constexpr (std::is_same_v<decltype(value), const Choice&>) {
+          return ToPython{key}(value);
+        } else {
+          return ToPython{key}(*value);
+        }
+      },
+      key.value);
+}
+
+void SceneObject::set(const std::string& name, const py::handle& value) {
+  Scene changed = scene_;
+  const BoundField key = find(changed, name);
+  try {
+    const bool fits = std::visit(
+        [&](const auto& to) {
+          if constexpr (std::is_same_v<decltype(to), const Choice&>) {
+            return FromPython{key, value}.choose(to);
+          } else {
+            return FromPython{key, value}(*to);
+          }
+        },
+        key.value);
+    if (!fits) {
+      throw Error("cannot be " + py::repr(value).cast<std::string>() + ": " +
+                  std::string(key.field->meaning) +
+                  (key.field->unit.empty() ? "" : ", in " + std::string(key.field->unit)));
+    }
+    if (const std::string fault = fault_of(key); !fault.empty()) throw Error(fault);
+  } catch (const Error& error) {
+    throw Error(name + " " + error.what());
+  } catch (const py::cast_error&) {
+    throw Error(name + " cannot be " + py::repr(value).cast<std::string>() + ": it is too large");
+  }
+  // Through its text, so that the scene is what a file of these keys is.
+  auto parsed = parse_scene(scene_text(changed), "scene");
+  if (!parsed) throw Error(without_place(parsed.error().sentence, "scene"));
+  parsed->file = scene_.file;
+  parsed->line_of.clear();
+  scene_ = std::move(*parsed);
+}
+
+std::vector<std::string> SceneObject::keys() {
+  std::vector<std::string> names;
+  for (NamedKey& each : keys_of(scene_)) names.push_back(std::move(each.name));
+  return names;
+}
+
+bool SceneObject::has_table(const std::string& table) {
+  const auto sections = sections_of(scene_);
+  return std::any_of(sections.begin(), sections.end(),
+                     [&](const SceneSection& section) { return table_of(section) == table; });
+}
+
+py::object table_named(const py::object& scene, const std::string& name) {
+  if (!scene.cast<SceneObject&>().has_table(name)) {
+    throw py::attribute_error("a scene has no " + name);
+  }
+  return py::cast(Table{scene, name});
+}
+
+void add_tables(py::module_& module) {
+  py::class_<Table>(module, "Table")
+      .def("__getattr__",
+           [](const Table& table, const std::string& key) {
+             try {
+               return table.object().get(table.name + "." + key);
+             } catch (const Error& error) {
+               throw py::attribute_error(error.what());
+             }
+           })
+      .def("__setattr__",
+           [](const Table& table, const std::string& key, const py::object& value) {
+             table.object().set(table.name + "." + key, value);
+           })
+      .def("__dir__",
+           [](const Table& table) {
+             std::vector<std::string> names;
+             for (const std::string& key : table.object().keys()) {
+               if (key.starts_with(table.name + ".")) {
+                 names.push_back(key.substr(table.name.size() + 1));
+               }
+             }
+             return names;
+           })
+      .def("__repr__", [](const Table& table) { return "<table " + table.name + " of a scene>"; });
+}
+
+}  // namespace merkel::python

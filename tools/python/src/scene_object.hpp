@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+#include "tools/scene/scene_file.hpp"
+
+namespace merkel::python {
+
+/// What Python calls Scene: a scene whose keys can be read and set.
+class SceneObject {
+ public:
+  explicit SceneObject(Scene scene) : scene_(std::move(scene)) {}
+  /// A preset or a scene file. \throws Error
+  [[nodiscard]] static SceneObject named(const std::string& name_or_file);
+  [[nodiscard]] static SceneObject of_text(const std::string& text);
+
+  /// By name: "skin.radius_mm"; of a table that there is several times "probe[1].x_mm".
+  /// \throws Error where there is no such key, naming the nearest
+  [[nodiscard]] pybind11::object get(const std::string& key);
+  /// \throws Error where the value has the wrong type or is out of range, and the scene stays as it
+  /// was
+  void set(const std::string& key, const pybind11::handle& value);
+  /// All names, in the order of a scene file.
+  [[nodiscard]] std::vector<std::string> keys();
+  [[nodiscard]] bool has_table(const std::string& table);
+
+  [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
+  [[nodiscard]] Scene& scene() noexcept { return scene_; }
+
+ private:
+  Scene scene_;
+};
+
+/// Adds the tables of scenes, as in `scene.skin.radius_mm`, to the module.
+void add_tables(pybind11::module_& module);
+
+/// The table of a scene, for `scene.skin`. \throws AttributeError in Python where there is none
+[[nodiscard]] pybind11::object table_named(const pybind11::object& scene, const std::string& name);
+
+}  // namespace merkel::python

@@ -1,0 +1,115 @@
+#include "tools/python/src/session_object.hpp"
+
+#include <filesystem>
+#include <memory>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "core/units.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "tools/python/src/scene_object.hpp"
+#include "tools/scene/session_scene.hpp"
+
+namespace merkel::python {
+
+namespace py = pybind11;
+
+SessionObject SessionObject::load(const std::string& path) {
+  SessionReader reader = or_throw(SessionReader::open(path));
+  SessionObject session;
+  session.facts = reader.facts();
+  session.origin = or_throw(session_origin(path));
+  std::optional<SessionNumbering> numbering;
+  if (!reader.fact("scene_text").empty()) {
+    session.scene = or_throw(scene_of_session(reader));
+    const auto model = TactileModel::create(session.scene->model);
+    if (!model) throw Error(session.scene->sentence(model.error()));
+    numbering.emplace(reader, *model);
+    session.afferents = afferents_of(session.scene->model);
+  }
+  const auto zero = session.origin.start;
+  SessionChunk chunk;
+  while (or_throw(reader.next(chunk))) {
+    if (numbering) numbering->apply(chunk);
+    for (const SpikeEvent& spike : chunk.spikes) session.spikes.push_back(row_of(spike, zero));
+    for (const auto& [probe, sample] : chunk.samples) {
+      session.samples.push_back(row_of(probe, sample, zero));
+    }
+    for (const TickRecord& tick : chunk.ticks) session.ticks.push_back(row_of(tick, zero));
+    for (const LoopEvent& event : chunk.events) session.events.push_back(row_of(event, zero));
+    for (const Mark& mark : chunk.marks) {
+      session.marks.emplace_back(units::s_from(mark.time - zero), mark.label);
+    }
+  }
+  session.complete = reader.ended_well();
+  return session;
+}
+
+void add_session(py::module_& module) {
+  py::class_<SessionObject>(module, "Session",
+                            "A recorded session. Times are in s from the start of the run.")
+      .def_property_readonly(
+          "spikes", [](const SessionObject& session) { return array_of(session.spikes); },
+          "(spikes,) of time_s, neuron, patch and flags, in order of time.")
+      .def_property_readonly(
+          "samples", [](const SessionObject& session) { return array_of(session.samples); },
+          "(samples,) of time_s, arrival_s, probe, depth_mm, force_N, x_mm and y_mm; NaN: not measured.")
+      .def_property_readonly(
+          "ticks", [](const SessionObject& session) { return array_of(session.ticks); },
+          "(ticks × probes,) of what the loop used: time_s (the tick's end), probe, depth_mm, force_N, "
+          "x_mm, y_mm, state (0 following, 1 held, 2 released, 3 ended), late and latency_us.")
+      .def_property_readonly(
+          "events", [](const SessionObject& session) { return array_of(session.events); },
+          "(events,) of time_s, length_s, subject and kind (0 release, 1 resume, 2 gap, 3 neuron reset).")
+      .def_property_readonly(
+          "afferents", [](const SessionObject& session) { return array_of(session.afferents); },
+          "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_readonly("marks", &SessionObject::marks, "[(time_s, label), …] of what a person marked.")
+      .def_property_readonly(
+          "facts",
+          [](const SessionObject& session) {
+            py::dict facts;
+            for (const auto& [name, value] : session.facts) {
+              if (!facts.contains(name)) facts[py::str(name)] = value;
+            }
+            return facts;
+          },
+          "What the recorder noted, by name; of a repeated name the first.")
+      .def_property_readonly(
+          "scene",
+          [](const SessionObject& session) {
+            if (!session.scene) {
+              throw Error(
+                  "the session was recorded without a simulation: only those of merkel run know a "
+                  "scene");
+            }
+            return SceneObject(*session.scene);
+          },
+          "The scene it was recorded with, seeds included. Error for samples recorded by themselves.")
+      .def_property_readonly(
+          "start_unix_s",
+          [](const SessionObject& session) -> std::optional<double> {
+            if (session.origin.utc.count() == 0) return std::nullopt;
+            return units::s_from(session.origin.utc);
+          },
+          "The start of the run in s since 1970-01-01 UTC; None where it is not known.")
+      .def_property_readonly(
+          "start_device_s",
+          [](const SessionObject& session) { return units::s_from(session.origin.start); },
+          "The start of the run in the time of the probe, in s.")
+      .def_readonly(
+          "complete", &SessionObject::complete,
+          "Whether the recording was ended properly; else it is read up to its last whole chunk.");
+
+  module.def(
+      "load",
+      [](const std::filesystem::path& file) {
+        const py::gil_scoped_release no_gil;
+        return std::make_unique<SessionObject>(SessionObject::load(file.string()));
+      },
+      py::arg("file"),
+      "Reads a recorded session (.xdf, or .xdf.part of a run that broke off). Error where it cannot be read.");
+}
+
+}  // namespace merkel::python

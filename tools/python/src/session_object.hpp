@@ -1,0 +1,38 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+#include "drivers/run_control.hpp"
+#include "drivers/spike_sink.hpp"
+#include "tools/python/src/records.hpp"
+#include "tools/scene/scene_file.hpp"
+
+namespace merkel::python {
+
+/// What Python calls Session: a recorded session in memory. Times count from the start of the run.
+struct SessionObject {
+  std::vector<SpikeRow> spikes;
+  std::vector<SampleRow> samples;
+  std::vector<TickRow> ticks;
+  std::vector<EventRow> events;
+  std::vector<AfferentRow> afferents;
+  std::vector<std::pair<double, std::string>> marks;
+  std::vector<std::pair<std::string, std::string>> facts;
+  std::optional<Scene> scene;  ///< nothing of samples recorded without a simulation
+  RunOrigin origin;
+  bool complete = false;  ///< the recording was ended properly
+
+  /// \throws Error
+  [[nodiscard]] static SessionObject load(const std::string& path);
+};
+
+/// Adds Session and load() to the module.
+void add_session(pybind11::module_& module);
+
+}  // namespace merkel::python

@@ -1,0 +1,163 @@
+#include "tools/python/src/stream_object.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "core/units.hpp"
+#include "tools/python/src/array_source.hpp"
+
+namespace merkel::python {
+namespace {
+
+namespace py = pybind11;
+
+constexpr std::uint32_t kPresses = ProbeSample::kDepth | ProbeSample::kForce;
+constexpr double kLongest_s = 4e9;
+
+}  // namespace
+
+/// One thread at a time: without the GIL nothing else keeps a second one out.
+class StreamObject::Use {
+ public:
+  explicit Use(std::atomic<bool>& used) : used_(used) {
+    if (used_.exchange(true)) {
+      throw Error("the stream is in use in another thread: give each thread a stream of its own");
+    }
+  }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+  ~Use() { used_.store(false); }
+
+ private:
+  std::atomic<bool>& used_;
+};
+
+StreamObject::StreamObject(Scene scene)
+    : scene_(std::move(scene)), begun_(scene_.probes.size(), false) {
+  for (const Scene::OfProbe& probe : scene_.probes) {
+    channels_.push_back(probe.control == Indenter::Control::kForce
+                            ? std::uint32_t{ProbeSample::kForce}
+                            : std::uint32_t{ProbeSample::kDepth});
+  }
+  build();
+}
+
+void StreamObject::build() {
+  const py::gil_scoped_release no_gil;
+  stream_.emplace(or_throw(SampleStream::create(scene_, channels_)));
+}
+
+/// The first sample of a probe shows what it measures. The model is built again where that changes
+/// the reading that drives it.
+void StreamObject::announce(std::size_t probe, std::uint32_t channels) {
+  if (probe >= channels_.size()) {
+    throw Error("there is no probe " + std::to_string(probe) + ": the scene has " +
+                std::to_string(channels_.size()) + ", counted from 0");
+  }
+  if ((channels & kPresses) == 0U) {
+    throw Error("the sample presses neither by depth nor by force: give depth_mm or force_N");
+  }
+  if (begun_[probe]) {
+    if (((channels ^ channels_[probe]) & kPresses) != 0U) {
+      throw Error("the samples of a probe must all have the same of depth_mm and force_N");
+    }
+    return;
+  }
+  if (((channels ^ channels_[probe]) & kPresses) == 0U) {
+    begun_[probe] = true;
+    return;
+  }
+  if (std::find(begun_.begin(), begun_.end(), true) != begun_.end()) {
+    throw Error(
+        "the probes of a stream must measure the same of depth_mm and force_N: set probe.control "
+        "in the scene");
+  }
+  const std::vector<std::uint32_t> before = channels_;
+  std::fill(channels_.begin(), channels_.end(), channels & kPresses);
+  try {
+    build();
+  } catch (const Error&) {
+    channels_ = before;
+    throw;
+  }
+  begun_[probe] = true;
+}
+
+py::array_t<SpikeRow> StreamObject::array(std::span<const SpikeEvent> spikes) {
+  if (spikes.empty()) return none_;
+  rows_.clear();
+  for (const SpikeEvent& spike : spikes) {
+    rows_.push_back(row_of(spike, std::chrono::nanoseconds{0}));
+  }
+  return array_of(rows_);
+}
+
+py::array_t<SpikeRow> StreamObject::push(double time_s, const Reading& reading, std::size_t probe) {
+  const Use use(used_);
+  if (!(std::fabs(time_s) <= kLongest_s)) {
+    throw Error("time_s must be a finite number of seconds within ±4e9");
+  }
+  ProbeSample sample;
+  sample.time = sample.arrival = units::nanoseconds_from_s(time_s);
+  const auto take = [&](const std::optional<double>& value, ProbeSample::Channel bit, double& to) {
+    if (!value) return;
+    to = *value;
+    sample.channels |= bit;
+  };
+  take(reading.depth_mm, ProbeSample::kDepth, sample.depth_mm);
+  take(reading.force_N, ProbeSample::kForce, sample.force_mN);
+  take(reading.x_mm, ProbeSample::kX, sample.x_mm);
+  take(reading.y_mm, ProbeSample::kY, sample.y_mm);
+  if (reading.force_N && std::isfinite(*reading.force_N)) sample.force_mN = mN_of(*reading.force_N);
+  announce(probe, sample.channels);
+  auto spikes = [&] {
+    const py::gil_scoped_release no_gil;
+    return stream_->push(probe, sample);
+  }();
+  return array(or_throw(std::move(spikes)));
+}
+
+py::array_t<SpikeRow> StreamObject::finish() {
+  const Use use(used_);
+  const auto spikes = [&] {
+    const py::gil_scoped_release no_gil;
+    return stream_->finish();
+  }();
+  return array(spikes);
+}
+
+std::optional<double> StreamObject::time_s() const {
+  const auto time = stream_->time();
+  return time ? std::optional(units::s_from(*time)) : std::nullopt;
+}
+
+void add_stream(py::module_& module) {
+  py::class_<StreamObject>(module, "Stream", R"(The model itself, a sample at a time.
+
+The spikes are those of Scene.run() of the same samples, bit for bit. Between two samples the press is
+their linear interpolation, so a tick is simulated once a sample beyond its end was pushed. Without the
+GIL while it simulates; one thread at a time.)")
+      .def(
+          "push",
+          [](StreamObject& stream, double time_s, std::optional<double> depth_mm,
+             std::optional<double> force_N, std::optional<double> x_mm, std::optional<double> y_mm,
+             std::size_t probe) {
+            return stream.push(time_s, {depth_mm, force_N, x_mm, y_mm}, probe);
+          },
+          py::arg("time_s"), py::kw_only(), py::arg("depth_mm") = py::none(),
+          py::arg("force_N") = py::none(), py::arg("x_mm") = py::none(),
+          py::arg("y_mm") = py::none(), py::arg("probe") = 0,
+          R"(Takes a sample and returns the new spikes: (spikes,) of time_s, neuron, patch and flags.
+
+time_s is in s and increases from sample to sample. Give depth_mm (mm), force_N (N) or both; x_mm and
+y_mm where the probe moves over the skin. Error for a sample that cannot be; it is not taken.)")
+      .def("finish", &StreamObject::finish,
+           "Simulates up to the last sample and returns the new spikes. No sample may follow.")
+      .def_property_readonly("time_s", &StreamObject::time_s,
+                             "The end of the last tick in s; None before there was one.");
+}
+
+}  // namespace merkel::python
