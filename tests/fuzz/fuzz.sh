@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Fuzzes all readers of outside bytes with libFuzzer, address and undefined sanitizers: every parser
-# of the protocol table, sessions, traces, calibrations, scenes, recordings, URIs and addresses.
+# Fuzzes all that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
+# of the protocol table, sessions, traces, spike files, calibrations, scenes, recordings, URIs and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
 # At least BYTES random bytes go through each target (default: ten million), or through the named
 # ones. CORPUS_FOLDER/NAME keeps interesting inputs for the next run; the seeds in the sources are
@@ -53,10 +53,10 @@ for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/proto
 done
 fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${protocols[@]}"
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
-fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" drivers/uri.cpp \
-  drivers/sessions/session_{reader,items,format}.cpp drivers/sinks/{xdf_spike_sink,clock_pair}.cpp \
-  drivers/files/output_file.cpp
-fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/files/{trace_file,line_reader,output_file}.cpp
+fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
+  drivers/spike_files/spike_file.cpp drivers/sessions/session_{reader,items,format,samples}.cpp
+fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/printable_text.cpp \
+  drivers/files/{trace_file,line_reader,output_file}.cpp
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
@@ -65,6 +65,10 @@ parameters=(core/encoding/encoding_parameters.cpp core/scene/model_{fields,param
   core/receptors/{adaptation,patch,receptive_field,receptor_density,receptor_placement,sigmoid_transduction}.cpp
   core/neurons/connor_stevens/connor_stevens.cpp core/neurons/integrate_and_fire/integrate_and_fire.cpp
   core/neurons/hodgkin_huxley/{hodgkin_huxley,integration_method,lattice_coupling}.cpp)
+layout=(core/scene/patch_layout.cpp)
+fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" "${parameters[@]}" "${layout[@]}" drivers/uri.cpp \
+  drivers/sessions/session_{reader,items,format,writer}.cpp drivers/sinks/afferent_table.cpp \
+  drivers/clock/clock_pair.cpp drivers/files/{file_rename,output_file}.cpp
 scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
   drivers/{uri,files/toml{,_guard}}.cpp realtime/threads/thread_setup.cpp)
 fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" "${parameters[@]}" "${scenes[@]}"

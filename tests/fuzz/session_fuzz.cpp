@@ -26,7 +26,7 @@ std::string good_headers() {
   const auto uri = Uri::parse("xdf:" + path.string());
   const auto sink =
       open_xdf_sink(*uri, SinkSetup{.overwrite = true, .allow_remote = false, .run = {}});
-  check(sink.has_value());
+  check(sink.has_value() && (*sink)->begin({}).has_value());
   std::ifstream file(path.string() + ".part", std::ios::binary);
   const std::string headers{std::istreambuf_iterator<char>(file), {}};
   std::filesystem::remove(path.string() + ".part");
