@@ -183,6 +183,45 @@ class Streams(Case):
         self.assertEqual(len(stream.push(0.0, depth_mm=0.0)), 0)
 
 
+ELECTRODES = """
+preset = "finger"
+[[electrode]]
+name = "rate"
+field_mm = [15, 10, 4]
+encoder = "rate"
+full_rate_Hz = 50
+amplitude_uA = [20, 80]
+frequency_Hz = [0, 200]
+[stimulation]
+update_ms = 10
+phase_us = 200
+max_charge_nC = 16
+max_total_uA = 250
+max_slope_uA_per_s = 20000
+"""
+
+
+class Stimulation(Case):
+    def test_runs_streams_and_sessions_have_the_same_commands(self):
+        scene = merkel.Scene.from_text(ELECTRODES)
+        press = trace_of("tests/traces/taps.csv")
+        file = self.path("s.xdf")
+        run = scene.run(**press, sinks=["xdf:" + file])
+        self.assertGreater(run.stimulation["amplitude_uA"].max(), 20)
+        self.assertLessEqual(run.stimulation["amplitude_uA"].max(), 80)
+        self.assertEqual(set(run.stimulation["electrode"]), {0})
+        self.assertTrue(np.array_equal(merkel.load(file).stimulation, run.stimulation))
+        stream = scene.stream()
+        commands = []
+        for i, time_s in enumerate(press["time_s"]):
+            stream.push(time_s, depth_mm=press["depth_mm"][i], force_N=press["force_N"][i])
+            commands.append(stream.stimulation)
+        stream.finish()
+        commands.append(stream.stimulation)
+        self.assertTrue(np.array_equal(np.concatenate(commands), run.stimulation))
+        self.assertEqual(len(merkel.Scene("finger").run(**press).stimulation), 0)
+
+
 class Scenes(Case):
     def test_keys_are_read_and_set(self):
         scene = merkel.Scene("finger")

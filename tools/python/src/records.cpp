@@ -22,6 +22,8 @@ void register_rows() {
   PYBIND11_NUMPY_DTYPE(SampleRow, time_s, arrival_s, probe, depth_mm, force_N, x_mm, y_mm);
   PYBIND11_NUMPY_DTYPE(TickRow, time_s, probe, depth_mm, force_N, x_mm, y_mm, state, late,
                        latency_us);
+  PYBIND11_NUMPY_DTYPE(CommandRow, time_s, electrode, kind, stop, amplitude_uA, frequency_Hz,
+                       heartbeat);
   PYBIND11_NUMPY_DTYPE(EventRow, time_s, length_s, subject, kind);
 }
 
@@ -52,6 +54,16 @@ TickRow row_of(const TickRecord& tick, std::chrono::nanoseconds zero) {
           .state = static_cast<std::uint8_t>(tick.state),
           .late = tick.late,
           .latency_us = static_cast<double>(tick.latency.count()) * 1e-3};
+}
+
+CommandRow row_of(const StimulationCommand& command, std::chrono::nanoseconds zero) {
+  return {.time_s = units::s_from(command.time - zero),
+          .electrode = command.electrode,
+          .kind = static_cast<std::uint8_t>(command.kind),
+          .stop = static_cast<std::uint8_t>(command.stop),
+          .amplitude_uA = command.amplitude_uA,
+          .frequency_Hz = command.frequency_Hz,
+          .heartbeat = command.heartbeat};
 }
 
 EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero) {

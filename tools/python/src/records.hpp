@@ -14,6 +14,7 @@
 #include "core/records/loop_event.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
 #include "core/scene/model_parameters.hpp"
 
@@ -62,6 +63,16 @@ struct EventRow {
   std::uint8_t kind;
 };
 
+struct CommandRow {
+  double time_s;
+  std::uint16_t electrode;
+  std::uint8_t kind;
+  std::uint8_t stop;
+  double amplitude_uA;
+  double frequency_Hz;
+  std::uint32_t heartbeat;
+};
+
 /// Makes the rows known to numpy. Call once, when the module is loaded.
 void register_rows();
 
@@ -70,6 +81,7 @@ void register_rows();
 [[nodiscard]] SampleRow row_of(std::uint32_t probe, const ProbeSample& sample,
                                std::chrono::nanoseconds zero);
 [[nodiscard]] TickRow row_of(const TickRecord& tick, std::chrono::nanoseconds zero);
+[[nodiscard]] CommandRow row_of(const StimulationCommand& command, std::chrono::nanoseconds zero);
 [[nodiscard]] EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero);
 
 /// The afferents of a model, by number.

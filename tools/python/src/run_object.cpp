@@ -11,7 +11,6 @@
 #include "core/units.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/output/spike_callback.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/studies/plan/plan.hpp"
@@ -22,6 +21,30 @@ namespace {
 namespace py = pybind11;
 
 constexpr double kMostBins = 1e8;
+
+/// Keeps spikes and stimulation commands.
+class Collector final : public SpikeSink {
+ public:
+  explicit Collector(RunObject& run) : run_(run) {}
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    for (const SpikeEvent& spike : spikes) run_.spikes.push_back(row_of(spike, {}));
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    for (const StimulationCommand& each : commands) run_.stimulation.push_back(row_of(each, {}));
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return run_.spikes.size(); }
+
+ private:
+  RunObject& run_;
+  std::string uri_ = "python";
+};
 
 std::vector<std::unique_ptr<Probe>> probes_of(const RunOptions& options, const Scene& scene) {
   std::vector<std::unique_ptr<Probe>> probes;
@@ -69,12 +92,7 @@ RunObject run_scene(Scene scene, const RunOptions& options) {
                         .run = std::move(run.description),
                         .notice = run.parameters.on_notice};
   for (const std::string& uri : run.scene.sinks) pipeline.add_sink(or_throw(open_sink(uri, setup)));
-  pipeline.add_sink(
-      std::make_unique<SpikeCallback>("python", [&](std::span<const SpikeEvent> spikes) {
-        for (const SpikeEvent& spike : spikes) {
-          result.spikes.push_back(row_of(spike, std::chrono::nanoseconds{0}));
-        }
-      }));
+  pipeline.add_sink(std::make_unique<Collector>(result));
   auto report = pipeline.run();
   if (interrupted) {
     const py::gil_scoped_acquire gil;
@@ -149,6 +167,11 @@ void add_run(py::module_& module) {
       .def_property_readonly(
           "afferents", [](const RunObject& run) { return array_of(run.afferents); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_property_readonly(
+          "stimulation", [](const RunObject& run) { return array_of(run.stimulation); },
+          "(commands,) for the scene's electrodes: time_s, electrode (from 0), kind (0 update, 1 "
+          "pulse), stop (0 none, 1 released, 2 gap, 3 neuron reset, 4 sink failure, 5 end), "
+          "amplitude_uA, frequency_Hz and heartbeat.")
       .def_readonly("start_s", &RunObject::start_s, "When the first tick began, in s.")
       .def_readonly("duration_s", &RunObject::duration_s, "How long was simulated, in s.")
       .def_readonly("counters", &RunObject::counters, "What the run counted, by name.")

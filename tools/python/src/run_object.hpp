@@ -18,6 +18,7 @@ namespace merkel::python {
 /// What Python calls Run: the result of a batch run.
 struct RunObject {
   std::vector<SpikeRow> spikes;
+  std::vector<CommandRow> stimulation;
   std::vector<AfferentRow> afferents;
   double start_s = 0.0;
   double duration_s = 0.0;

@@ -38,6 +38,9 @@ SessionObject SessionObject::load(const std::string& path) {
     }
     for (const TickRecord& tick : chunk.ticks) session.ticks.push_back(row_of(tick, zero));
     for (const LoopEvent& event : chunk.events) session.events.push_back(row_of(event, zero));
+    for (const StimulationCommand& each : chunk.commands) {
+      session.stimulation.push_back(row_of(each, zero));
+    }
     for (const Mark& mark : chunk.marks) {
       session.marks.emplace_back(units::s_from(mark.time - zero), mark.label);
     }
@@ -65,6 +68,9 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "afferents", [](const SessionObject& session) { return array_of(session.afferents); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_property_readonly(
+          "stimulation", [](const SessionObject& session) { return array_of(session.stimulation); },
+          "(commands,) for the scene's electrodes, as Run.stimulation.")
       .def_readonly("marks", &SessionObject::marks, "[(time_s, label), …] of what a person marked.")
       .def_property_readonly(
           "facts",

@@ -21,6 +21,7 @@ struct SessionObject {
   std::vector<SampleRow> samples;
   std::vector<TickRow> ticks;
   std::vector<EventRow> events;
+  std::vector<CommandRow> stimulation;
   std::vector<AfferentRow> afferents;
   std::vector<std::pair<double, std::string>> marks;
   std::vector<std::pair<std::string, std::string>> facts;

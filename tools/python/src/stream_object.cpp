@@ -129,6 +129,12 @@ py::array_t<SpikeRow> StreamObject::finish() {
   return array(spikes);
 }
 
+py::array_t<CommandRow> StreamObject::commands() const {
+  std::vector<CommandRow> rows;
+  for (const StimulationCommand& each : stream_->commands()) rows.push_back(row_of(each, {}));
+  return array_of(rows);
+}
+
 std::optional<double> StreamObject::time_s() const {
   const auto time = stream_->time();
   return time ? std::optional(units::s_from(*time)) : std::nullopt;
@@ -156,6 +162,9 @@ time_s is in s and increases from sample to sample. Give depth_mm (mm), force_N 
 y_mm where the probe moves over the skin. Error for a sample that cannot be; it is not taken.)")
       .def("finish", &StreamObject::finish,
            "Simulates up to the last sample and returns the new spikes. No sample may follow.")
+      .def_property_readonly(
+          "stimulation", &StreamObject::commands,
+          "The commands for electrodes of the last push() or finish(), as Run.stimulation.")
       .def_property_readonly("time_s", &StreamObject::time_s,
                              "The end of the last tick in s; None before there was one.");
 }

@@ -32,6 +32,8 @@ class StreamObject {
   [[nodiscard]] pybind11::array_t<SpikeRow> push(double time_s, const Reading& reading,
                                                  std::size_t probe);
   [[nodiscard]] pybind11::array_t<SpikeRow> finish();
+  /// The stimulation commands of the last push() or finish().
+  [[nodiscard]] pybind11::array_t<CommandRow> commands() const;
   [[nodiscard]] std::optional<double> time_s() const;
 
  private:
