@@ -66,8 +66,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   }
   if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
     return bad_input(lines_.where() +
-                     "a column depth_mm or force_N is missing: add the one that was recorded" +
-                     unused);
+                     "a column depth_mm or force_N is missing: add the recorded one" + unused);
   }
   if (!extra_columns_.empty()) {
     std::string sentence = lines_.path() + ": the model does not use ";
@@ -93,14 +92,14 @@ Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
   if (found == kColumnNames.end()) {
     const auto is_name = [&](const std::string& other) { return other == name; };
     if (std::any_of(extra_columns_.begin(), extra_columns_.end(), is_name)) {
-      return bad_input(lines_.where() + "the column " + name + " stands twice: keep one");
+      return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
     }
     add_extra_column(name);
     return {};
   }
   const auto column = static_cast<Column>(found - kColumnNames.begin());
   if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) {
-    return bad_input(lines_.where() + "the column " + name + " stands twice: keep one");
+    return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
   }
   columns_.push_back(column);
   channels_ |= kColumnChannels[static_cast<std::size_t>(column)];

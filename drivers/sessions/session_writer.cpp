@@ -387,7 +387,7 @@ class SessionWriter final : public SpikeSink {
   RunDescription run_;
   std::string afferents_;
   ExtraColumns extra_;
-  bool begun_ = false;
+  bool started_ = false;
   std::string chunk_;
   std::array<Tally, 7> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
