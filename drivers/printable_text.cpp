@@ -1,5 +1,6 @@
 #include "drivers/printable_text.hpp"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace merkel {
@@ -54,6 +55,17 @@ std::string printable_text(std::string_view text, std::size_t longest) {
     text.remove_prefix(length > 0 ? length : 1);
   }
   return printable;
+}
+
+std::string printable_lines(std::string_view text) {
+  std::string printable;
+  while (true) {
+    const auto end = std::min(text.find_first_of("\n\t"), text.size());
+    printable += printable_text(text.substr(0, end), text.size() + 1);
+    if (end == text.size()) return printable;
+    printable += text[end];
+    text.remove_prefix(end + 1);
+  }
 }
 
 }  // namespace merkel

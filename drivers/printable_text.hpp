@@ -9,4 +9,7 @@ namespace merkel {
 /// or hide others become '?', and the text is cut after `longest` bytes.
 [[nodiscard]] std::string printable_text(std::string_view text, std::size_t longest = 400);
 
+/// The same for a text of several lines: line ends and tabs stay.
+[[nodiscard]] std::string printable_lines(std::string_view text);
+
 }  // namespace merkel

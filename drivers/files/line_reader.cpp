@@ -1,7 +1,9 @@
 #include "drivers/files/line_reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <utility>
@@ -69,7 +71,10 @@ LineReader::Outcome LineReader::next() {
       return static_cast<unsigned char>(c) < 0x20 && c != '\t';
     });
     if (binary != line_.end()) {
-      error_ = where() + "this line contains a control character: is this a binary file?";
+      std::array<char, 8> code{};
+      std::snprintf(code.data(), code.size(), "0x%02x", static_cast<unsigned char>(*binary));
+      error_ = where() + "this line contains the control character " + code.data() +
+               ": this is not a CSV table";
       return Outcome::kError;
     }
     return Outcome::kLine;

@@ -88,6 +88,8 @@ Expected<void, SetupError> DeviceProbe::listen() {
            .period = protocol_->period(),
            .replayed = false};
   counts_.port = transport_->info().note;
+  opened_serial_number_ = protocol_->serial_number();
+  opened_channels_ = protocol_->channels();
   return {};
 }
 
@@ -98,7 +100,8 @@ SetupError DeviceProbe::nothing_sensible() const {
   const std::string seconds = std::to_string(settings_.silence.count() / 1000) + "." +
                               std::to_string(settings_.silence.count() / 100 % 10) + " s";
   if (!protocol_->error_message().empty()) {
-    error.sentence = "the device at " + name + " cannot be read: " + protocol_->error_message();
+    error.sentence =
+        "the device at " + name + " cannot be read: " + printable_text(protocol_->error_message());
     return error;
   }
   if (counts.bytes == 0) {
@@ -200,7 +203,8 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> sampl
 
 /// Input from the time without a reader is out of date.
 void DeviceProbe::discard_old_input() {
-  for (std::size_t reads = 0; reads < 64; ++reads) {
+  // A datagram a read, where it is a network: as many as a socket holds.
+  for (std::size_t reads = 0; reads < 4096; ++reads) {
     const auto bytes = stream_.counts.bytes;
     if (!exchange(Time{0})) {
       disconnected(now());
@@ -257,7 +261,11 @@ void DeviceProbe::take_readings() {
   if (const std::uint64_t count = stream_.take_notices_left_out()) notices_.left_out(count);
   times_.set_wrap(protocol_->clock_wrap());
   times_.observe(std::exchange(stream_.exchanges, {}));
-  const std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
+  std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
+  if (!readings.empty() && !same_device()) {
+    stream_.counts.refused += readings.size();
+    readings.clear();
+  }
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
   const std::vector<Time> times = times_.of(readings);
   for (const std::string& sentence : times_.take_notices()) notice(info_.name + ": " + sentence);
@@ -276,7 +284,23 @@ void DeviceProbe::take_readings() {
   }
 }
 
-/// Averages kTareReadings readings as the new zero of force or, without force, of depth.
+/// Whether what speaks is the device that was opened: calibration and scene are of that one, and
+/// after an unplug another may be at its port.
+bool DeviceProbe::same_device() {
+  const std::string serial_number = protocol_->serial_number();
+  const bool other = serial_number != opened_serial_number_;
+  const bool lacking = (protocol_->channels() & opened_channels_) != opened_channels_;
+  if ((other || lacking) && !stranger_noticed_) {
+    notice(other ? "another device is at " + transport_->info().name + ", with serial number " +
+                       serial_number + " instead of " + opened_serial_number_ +
+                       ": the press is released; plug in the first one, or run again"
+                 : info_.name + " measures less than before: the press is released; run again");
+  }
+  stranger_noticed_ = other || lacking;
+  return !stranger_noticed_;
+}
+
+/// Takes the mean of kTareReadings readings as the new zero of force, or of depth without force.
 void DeviceProbe::tare(const DeviceReading& reading) {
   const bool force = calibration_.channels[1].has_value();
   auto& channel = calibration_.channels[force ? 1 : 0];

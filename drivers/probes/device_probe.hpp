@@ -84,6 +84,7 @@ class DeviceProbe final : public Probe {
   void discard_old_input();
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
+  [[nodiscard]] bool same_device();
   void tare(const DeviceReading& reading);
   void count_saturation(const DeviceReading& reading);
   void notice(const std::string& sentence);
@@ -101,6 +102,9 @@ class DeviceProbe final : public Probe {
   std::vector<std::uint8_t> buffer_;
   std::deque<ProbeSample> ready_;
 
+  std::string opened_serial_number_;  ///< as the protocol says it
+  std::uint32_t opened_channels_ = 0;
+  bool stranger_noticed_ = false;
   bool started_ = false;
   std::atomic<bool> connected_{true};
   std::atomic<bool> tare_wanted_{false};

@@ -25,7 +25,7 @@ std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
 Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samples,
                                                      std::chrono::milliseconds patience) {
   if (!error_message_.empty()) return Unexpected<ProbeError>(ProbeError::kBadData);
-  const auto count = probe_->read(samples, patience);
+  const auto count = ForwardingProbe::read(samples, patience);
   if (!count) return count;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < *count; ++i) {
@@ -46,14 +46,14 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samp
 }
 
 std::optional<DeviceCounts> LimitedProbe::device_counts() const {
-  auto counts = probe_->device_counts();
+  auto counts = ForwardingProbe::device_counts();
   const std::scoped_lock lock(mutex_);
   if (counts) counts->refused += refused_;
   return counts;
 }
 
 std::vector<std::string> LimitedProbe::take_notices() {
-  std::vector<std::string> notices = probe_->take_notices();
+  std::vector<std::string> notices = ForwardingProbe::take_notices();
   const std::scoped_lock lock(mutex_);
   if (notice_) notices.push_back(*std::exchange(notice_, std::nullopt));
   return notices;

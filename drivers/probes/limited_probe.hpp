@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/probe.hpp"
+#include "drivers/probes/forwarding_probe.hpp"
 
 namespace merkel {
 
@@ -22,38 +22,22 @@ struct PressLimits {
 [[nodiscard]] std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
                                        const std::string& name);
 
-/// Keeps presses beyond the limits from the model. A recording with such a press ends with an
-/// error; such samples of a device are dropped, counted as refused and reported.
-class LimitedProbe final : public Probe {
+/// Keeps presses beyond the limits from the model. A recording that holds one ends with a sentence;
+/// of a device such samples are left out, counted as refused and reported.
+class LimitedProbe final : public ForwardingProbe {
  public:
   LimitedProbe(std::unique_ptr<Probe> probe, const PressLimits& limits)
-      : probe_(std::move(probe)), limits_(limits) {}
+      : ForwardingProbe(std::move(probe)), limits_(limits) {}
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return probe_->info(); }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
   [[nodiscard]] std::string error_message() const override {
-    return error_message_.empty() ? probe_->error_message() : error_message_;
-  }
-  [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
-    return probe_->calibration();
+    return error_message_.empty() ? ForwardingProbe::error_message() : error_message_;
   }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
-  [[nodiscard]] bool is_timed() const noexcept override { return probe_->is_timed(); }
-  [[nodiscard]] std::optional<SampleTiming> timing() const override { return probe_->timing(); }
   [[nodiscard]] std::vector<std::string> take_notices() override;
-  [[nodiscard]] bool request_tare() noexcept override { return probe_->request_tare(); }
-  [[nodiscard]] bool connected() const noexcept override { return probe_->connected(); }
-  [[nodiscard]] std::size_t ports() const noexcept override { return probe_->ports(); }
-  void add_listener(std::size_t port, PortListener& listener) override {
-    probe_->add_listener(port, listener);
-  }
-  void remove_listener(std::size_t port, PortListener& listener) override {
-    probe_->remove_listener(port, listener);
-  }
 
  private:
-  std::unique_ptr<Probe> probe_;
   PressLimits limits_;
   std::string error_message_;
   mutable std::mutex mutex_;  ///< guards the rest

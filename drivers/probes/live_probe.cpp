@@ -16,7 +16,7 @@ std::chrono::nanoseconds now() noexcept { return HostClock::now().time_since_epo
 }  // namespace
 
 LiveProbe::LiveProbe(std::unique_ptr<Probe> recording)
-    : recording_(std::move(recording)), info_(recording_->info()) {
+    : ForwardingProbe(std::move(recording)), info_(ForwardingProbe::info()) {
   info_.name += ", live";
   info_.replayed = false;
   ahead_.reserve(kAhead);
@@ -26,7 +26,7 @@ Expected<std::size_t, ProbeError> LiveProbe::read(std::span<ProbeSample> samples
                                                   std::chrono::milliseconds patience) {
   if (next_ == ahead_.size()) {
     ahead_.resize(kAhead);
-    const auto count = recording_->read(ahead_, patience);
+    const auto count = ForwardingProbe::read(ahead_, patience);
     ahead_.resize(count.value_or(0));
     next_ = 0;
     if (!count) return Unexpected<ProbeError>(count.error());

@@ -9,14 +9,14 @@ namespace merkel {
 
 Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> samples,
                                                       std::chrono::milliseconds patience) {
-  auto count = probe_->read(samples, patience);
+  auto count = ForwardingProbe::read(samples, patience);
   if (!count) {
     if (meter_.finish()) publish(true);
     return count;
   }
   // Until the first second is over, use the device's nominal period.
   const auto nominal =
-      SampleMeter::stale_after(probe_->info().period.value_or(std::chrono::milliseconds{100}));
+      SampleMeter::stale_after(info().period.value_or(std::chrono::milliseconds{100}));
   for (ProbeSample& sample : samples.first(*count)) {
     const bool first = !meter_.timing();
     if (meter_.add(sample)) publish(first);
@@ -35,7 +35,7 @@ void MeasuredProbe::publish(bool first) {
                   "from %.3g to %.3g ms",
                   units::ms_from(now.period), units::ms_from(now.jitter),
                   units::ms_from(timing_->delay), units::ms_from(now.delay));
-    notices_.push_back(probe_->info().name + text.data());
+    notices_.push_back(info().name + text.data());
   }
   timing_ = now;
 }
@@ -46,7 +46,7 @@ std::optional<SampleTiming> MeasuredProbe::timing() const {
 }
 
 std::vector<std::string> MeasuredProbe::take_notices() {
-  std::vector<std::string> notices = probe_->take_notices();
+  std::vector<std::string> notices = ForwardingProbe::take_notices();
   const std::scoped_lock lock(mutex_);
   for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
   return notices;

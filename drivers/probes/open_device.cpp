@@ -100,6 +100,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
       return bad_input("\"" + uri.text + "\": " + told.error() +
                        ": add the option fields, for example fields=force_N:0:16:s:0.001");
     }
+    told->rate_Hz = map->rate_Hz;
     *map = std::move(*told);
   }
   return DeviceProbe::open(std::move(*port), make_hid_fields(std::move(*map)), std::move(settings));

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "drivers/lsl_library.hpp"
 #include "drivers/probes/fused_probe.hpp"
 #include "drivers/probes/live_probe.hpp"
 #include "drivers/probes/measured_probe.hpp"
@@ -38,10 +39,19 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
   if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri);
   if (uri->scheme == "hid") return open_hid_device(*uri);
   if (uri->scheme == "usb") return open_usb_device(*uri);
+  if (uri->scheme == "lsl") {
+#ifdef MERKEL_WITH_LSL
+    return open_lsl_device(*uri);
+#else
+    return bad_input("\"" + uri->text + "\": this merkel was built without " +
+                     std::string(kLslLibrary) + ", then configure and build merkel again");
+#endif
+  }
   return bad_input(
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
-      "\"; the known ones are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
-      "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME and fused:URI|URI");
+      "\"; known are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
+      "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME, lsl:NAME "
+      "and fused:URI|URI");
 }
 
 }  // namespace

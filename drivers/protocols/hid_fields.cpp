@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
@@ -87,7 +88,8 @@ Expected<HidField, std::string> field_of(std::string_view text) {
 
 class HidFields final : public Protocol {
  public:
-  explicit HidFields(HidFieldMap map) : fields_(std::move(map.fields)), report_id_(map.report_id) {
+  explicit HidFields(HidFieldMap map)
+      : fields_(std::move(map.fields)), report_id_(map.report_id), rate_Hz_(map.rate_Hz) {
     for (const HidField& field : fields_) {
       if (field.kind == HidField::Kind::kValue) channels_ |= bit_of(field.channel);
       if (field.kind == HidField::Kind::kSequence) {
@@ -156,10 +158,15 @@ class HidFields final : public Protocol {
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
+  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
+    if (rate_Hz_ == 0.0) return std::nullopt;
+    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+  }
 
  private:
   std::vector<HidField> fields_;
   std::uint8_t report_id_;
+  double rate_Hz_;
   std::uint32_t channels_ = 0;
   SequenceCounter sequence_{32};
   std::optional<nanoseconds> wrap_;
@@ -170,7 +177,8 @@ class HidFields final : public Protocol {
 Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
   const std::string text = options.text("fields", "");
   HidFieldMap map{.fields = {},
-                  .report_id = static_cast<std::uint8_t>(options.whole("report_id", 0, 0, 255))};
+                  .report_id = static_cast<std::uint8_t>(options.whole("report_id", 0, 0, 255)),
+                  .rate_Hz = options.number("rate_hz", 0.0, 0.1, 20'000.0)};
   if (text.empty()) return map;
   bool measures = false;
   std::string_view rest = text;

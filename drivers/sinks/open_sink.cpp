@@ -4,6 +4,7 @@
 
 #include "drivers/files/dated_name.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/lsl_library.hpp"
 #include "drivers/sinks/phy_spike_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/text_spike_sink.hpp"
@@ -79,8 +80,7 @@ constexpr Scheme kSchemes[] = {
 #else
      nullptr,
 #endif
-     "liblsl, which is not in Debian: install a package from "
-     "https://github.com/sccn/liblsl/releases"},
+     kLslLibrary},
     {"view", "view:8080",
 #ifdef MERKEL_WITH_BEAST
      open_view_sink,

@@ -36,9 +36,10 @@ merkel_optional_sink(HDF5 "${MERKEL_HDF5_LIBRARY}" "${MERKEL_HDF5_INCLUDE}"
 find_package(LSL QUIET)
 set(MERKEL_WITH_LSL ${LSL_FOUND} CACHE INTERNAL "an installed merkel needs it too")
 if(LSL_FOUND)
-  merkel_optional_sink(LSL LSL::lsl "" sinks/lsl_spike_sink.cpp)
+  merkel_optional_sink(LSL LSL::lsl "" sinks/lsl_spike_sink.cpp
+    probes/open_lsl_device.cpp transports/lsl_port.cpp)
 else()
-  merkel_optional_sink(LSL LSL-NOTFOUND "" sinks/lsl_spike_sink.cpp)
+  merkel_optional_sink(LSL LSL-NOTFOUND "")
 endif()
 
 # Not optional, because replay and export read sessions.

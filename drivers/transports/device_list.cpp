@@ -9,6 +9,7 @@
 
 #include <unistd.h>
 
+#include "drivers/printable_text.hpp"
 #include "drivers/transports/descriptor.hpp"
 #include "drivers/transports/serial_port.hpp"
 #include "drivers/transports/usb_name.hpp"
@@ -110,6 +111,11 @@ std::vector<DeviceEntry> list_devices() {
   }
   list_hid(entries);
   list_usb(entries);
+  // A device may call itself anything.
+  for (DeviceEntry& entry : entries) {
+    entry.name = printable_text(entry.name);
+    entry.serial_number = printable_text(entry.serial_number);
+  }
   return entries;
 }
 

@@ -21,6 +21,8 @@ using std::chrono::nanoseconds;
 
 constexpr std::chrono::seconds kConnectPatience{3};
 constexpr int kReceiveBuffer = 256 * 1024;
+constexpr int kFlood = 200;                  ///< datagrams of others between two of the device
+constexpr std::chrono::seconds kSilence{1};  ///< of a sender, before another port may follow it
 
 struct SocketAddress {
   sockaddr_storage storage{};
@@ -30,21 +32,26 @@ struct SocketAddress {
     return reinterpret_cast<const sockaddr*>(&storage);
   }
   [[nodiscard]] sockaddr* get() noexcept { return reinterpret_cast<sockaddr*>(&storage); }
-  [[nodiscard]] bool same_as(const SocketAddress& other) const noexcept {
+  [[nodiscard]] bool same_host(const SocketAddress& other) const noexcept {
     if (storage.ss_family != other.storage.ss_family) return false;
     if (storage.ss_family == AF_INET) {
-      sockaddr_in a{};
-      sockaddr_in b{};
-      std::memcpy(&a, &storage, sizeof a);
-      std::memcpy(&b, &other.storage, sizeof b);
-      return a.sin_port == b.sin_port && a.sin_addr.s_addr == b.sin_addr.s_addr;
+      return as<sockaddr_in>().sin_addr.s_addr == other.as<sockaddr_in>().sin_addr.s_addr;
     }
-    sockaddr_in6 a{};
-    sockaddr_in6 b{};
-    std::memcpy(&a, &storage, sizeof a);
-    std::memcpy(&b, &other.storage, sizeof b);
-    return a.sin6_port == b.sin6_port &&
-           std::memcmp(&a.sin6_addr, &b.sin6_addr, sizeof a.sin6_addr) == 0;
+    const sockaddr_in6 a = as<sockaddr_in6>();
+    const sockaddr_in6 b = other.as<sockaddr_in6>();
+    return std::memcmp(&a.sin6_addr, &b.sin6_addr, sizeof a.sin6_addr) == 0;
+  }
+  [[nodiscard]] bool same_as(const SocketAddress& other) const noexcept {
+    // The port stands at the same place in both families.
+    return same_host(other) && as<sockaddr_in>().sin_port == other.as<sockaddr_in>().sin_port;
+  }
+
+ private:
+  template <class Address>
+  [[nodiscard]] Address as() const noexcept {
+    Address address{};
+    std::memcpy(&address, &storage, sizeof address);
+    return address;
   }
 };
 
@@ -115,6 +122,10 @@ class TcpPort final : public Transport {
         break;
     }
     const auto count = ::recv(socket_.get(), bytes.data(), bytes.size(), 0);
+    // A device that collects its bytes until the last are acknowledged (Nagle) would wait for 40
+    // ms. The kernel forgets this with every answer.
+    const int on = 1;
+    ::setsockopt(socket_.get(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
     if (count > 0) return static_cast<std::size_t>(count);
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
     return Unexpected<Disconnected>(Disconnected{});
@@ -177,20 +188,27 @@ class UdpPort final : public Transport {
   /// One datagram at a time.
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
+    if (shut_off_ && std::chrono::steady_clock::now() - heard_ > kSilence) open_to_all();
     if (wait_readable(socket_.get(), patience) != Readiness::kReady) return std::size_t{0};
     // Datagrams of other senders must not delay the device's.
     for (int tries = 0; tries < 64; ++tries) {
       SocketAddress sender;
       const auto count = ::recvfrom(socket_.get(), bytes.data(), bytes.size(), MSG_TRUNC,
                                     sender.get(), &sender.length);
-      if (count < 0) return std::size_t{0};  // no datagram, or an error that there is no receiver
-      if (!peer_) peer_ = sender;
+      if (count < 0) return std::size_t{0};  // nothing more, or an answer that nobody is there
       const auto length = static_cast<std::size_t>(count);
       const bool fits = settings_.datagram_bytes == 0 ? length <= bytes.size()
                                                       : length == settings_.datagram_bytes;
-      if (sender.same_as(*peer_) && fits) return length;
+      const auto now = std::chrono::steady_clock::now();
+      if (!peer_ || started_again(sender, now)) peer_ = sender;
+      if (sender.same_as(*peer_) && fits) {
+        heard_ = now;
+        ignored_in_a_row_ = 0;
+        return length;
+      }
       ++ignored_;
       describe();
+      if (++ignored_in_a_row_ == kFlood) shut_off_others();
     }
     return std::size_t{0};
   }
@@ -215,6 +233,7 @@ class UdpPort final : public Transport {
                          std::strerror(number) +
                          "; use an address of this machine and a free port");
     };
+    shut_off_ = false;
     if (!socket_.open(local.storage.ss_family, SOCK_DGRAM)) return refused(errno);
     ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
     if (::bind(socket_.get(), local.get(), local.length) != 0) return refused(errno);
@@ -222,7 +241,27 @@ class UdpPort final : public Transport {
   }
 
  private:
-  /// A local address that a device at `remote` can answer; on loopback if the device is there.
+  /// A program that sends lines gets another port when it starts again. Only the machine that was
+  /// heard before may do so, and only after it was silent.
+  [[nodiscard]] bool started_again(const SocketAddress& sender,
+                                   std::chrono::steady_clock::time_point now) const noexcept {
+    return settings_.listen && sender.same_host(*peer_) && now - heard_ > kSilence;
+  }
+  /// A flood of others would fill the socket's buffer: the kernel drops them at once, uncounted,
+  /// where the socket is connected.
+  void shut_off_others() noexcept {
+    shut_off_ = ::connect(socket_.get(), peer_->get(), peer_->length) == 0;
+    heard_ = std::chrono::steady_clock::now();
+    describe();
+  }
+  void open_to_all() noexcept {
+    sockaddr none{};
+    none.sa_family = AF_UNSPEC;
+    ::connect(socket_.get(), &none, sizeof none);
+    shut_off_ = false;
+    ignored_in_a_row_ = 0;
+  }
+  /// Where a device at `remote` can answer: on loopback where it is there itself.
   SocketAddress any_port_for(const SocketAddress& remote) const noexcept {
     SocketAddress local = remote;
     if (remote.storage.ss_family == AF_INET) {
@@ -240,13 +279,17 @@ class UdpPort final : public Transport {
   }
   void describe() {
     info_.note = "datagrams, " + std::to_string(ignored_) + " of other senders ignored";
+    if (shut_off_) info_.note += ", then shut off";
   }
 
   UdpSettings settings_;
   TransportInfo info_;
   Socket socket_;
   std::optional<SocketAddress> peer_;
+  std::chrono::steady_clock::time_point heard_{};  ///< the peer's last datagram
   std::uint64_t ignored_ = 0;
+  int ignored_in_a_row_ = 0;
+  bool shut_off_ = false;  ///< the kernel lets the peer's datagrams through, and no others
 };
 
 template <class Port, class Settings>

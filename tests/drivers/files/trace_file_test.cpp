@@ -100,7 +100,7 @@ TEST(TraceReader, RefusesWhatIsNoTable) {
   EXPECT_EQ(sentence_about(std::string("\x7f"
                                        "ELF\x02\x01\x00\x00",
                                        8)),
-            "t.csv:1: this line contains a control character: is this a binary file?");
+            "t.csv:1: this line contains the control character 0x02: this is not a CSV table");
   std::string endless = "time_s,depth_mm\n";
   endless.append(100'000, '7');
   EXPECT_NE(sentence_about(endless).find("t.csv:2: this line has more than 4096 characters"),

@@ -1,5 +1,7 @@
 #include "drivers/probes/device_probe.hpp"
 
+#include <thread>
+
 #include <gtest/gtest.h>
 
 #include "drivers/probes/open_probe.hpp"
@@ -281,6 +283,79 @@ TEST(DeviceProbe, LibserialportItselfReadsThePress) {
   });
   EXPECT_EQ(heard.samples.back().sequence + 1 - heard.samples.size(), heard.counts.lost);
   EXPECT_EQ(heard.counts.damaged, 0U);
+}
+
+/// What is plugged in at a port: who it is and what it measures.
+struct Plugged {
+  std::string serial_number;
+  std::uint32_t channels;
+};
+
+/// A port at which a byte comes every millisecond.
+class TickingPort final : public Transport {
+ public:
+  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
+                                                         nanoseconds /*patience*/) override {
+    std::this_thread::sleep_for(milliseconds{1});
+    bytes[0] = 0;
+    return std::size_t{1};
+  }
+  [[nodiscard]] Expected<void, Disconnected> write(
+      std::span<const std::uint8_t> /*bytes*/) override {
+    return {};
+  }
+  [[nodiscard]] Expected<void, SetupError> reopen() override { return {}; }
+
+ private:
+  TransportInfo info_{.name = "port", .serial_number = {}, .note = {}, .report_descriptor = {}};
+};
+
+/// Makes a reading of every byte, by whatever is plugged in.
+class PluggedProtocol final : public Protocol {
+ public:
+  explicit PluggedProtocol(const Plugged& plugged) : plugged_(plugged) {}
+  void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {}
+  void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
+            DeviceStream& stream) override {
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      ++stream.counts.frames;
+      DeviceReading reading;
+      reading.arrival = arrival;
+      reading.set(DeviceChannel::kDepth, 1.0);
+      if ((plugged_.channels & bit_of(DeviceChannel::kForce)) != 0U) {
+        reading.set(DeviceChannel::kForce, 0.5);
+      }
+      stream.accept(reading);
+    }
+  }
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return plugged_.channels; }
+  [[nodiscard]] std::string serial_number() const override { return plugged_.serial_number; }
+
+ private:
+  const Plugged& plugged_;
+};
+
+TEST(DeviceProbe, AnotherDeviceAtItsPortIsNotTakenForIt) {
+  const std::uint32_t both = bit_of(DeviceChannel::kForce) | bit_of(DeviceChannel::kDepth);
+  Plugged plugged{"A7", both};
+  auto probe =
+      DeviceProbe::open(std::make_unique<TickingPort>(), std::make_unique<PluggedProtocol>(plugged),
+                        {.uri = "x:", .protocol = "test"});
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  std::uint64_t refused = 0;
+  EXPECT_EQ(listen(**probe, samples(10)).counts.refused, refused);
+  for (const Plugged& other : {Plugged{"B8", both}, Plugged{"A7", bit_of(DeviceChannel::kDepth)}}) {
+    plugged = other;
+    const Heard stranger =
+        listen(**probe, [&](const Heard& h) { return h.counts.refused >= refused + 20; });
+    refused = stranger.counts.refused;
+    EXPECT_TRUE(stranger.samples.empty());
+    EXPECT_EQ(stranger.notices.size(), 1U);
+    EXPECT_TRUE(stranger.was_told("the press is released"));
+    plugged = {"A7", both};
+    EXPECT_GE(listen(**probe, samples(10)).samples.size(), 10U);
+  }
 }
 
 }  // namespace

@@ -1,4 +1,7 @@
 // Probes over the network, on loopback.
+#include <atomic>
+#include <thread>
+
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -77,6 +80,191 @@ TEST(NetworkProbe, DatagramsOfOthersAreIgnoredAndCounted) {
   for (const ProbeSample& sample : samples) EXPECT_LT(sample.force_mN, 2000.0);
   EXPECT_NE((*probe)->device_counts()->port.find("50 of other senders"), std::string::npos)
       << (*probe)->device_counts()->port;
+}
+
+/// A UDP socket on loopback.
+class Udp {
+ public:
+  Udp() : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    const sockaddr_in any = address(0);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
+    timeval patience{.tv_sec = 3, .tv_usec = 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+  Udp(const Udp&) = delete;
+  Udp& operator=(const Udp&) = delete;
+  ~Udp() { ::close(socket_); }
+
+  static sockaddr_in address(std::uint16_t port) {
+    sockaddr_in result{};
+    result.sin_family = AF_INET;
+    result.sin_port = htons(port);
+    result.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return result;
+  }
+  [[nodiscard]] std::uint16_t port() const {
+    sockaddr_in own{};
+    socklen_t length = sizeof own;
+    ::getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &length);
+    return ntohs(own.sin_port);
+  }
+  /// Who sent the next datagram; its bytes are left in `heard`.
+  std::uint16_t hear() {
+    sockaddr_in sender{};
+    socklen_t length = sizeof sender;
+    heard.resize(2000);
+    const auto count = ::recvfrom(socket_, heard.data(), heard.size(), 0,
+                                  reinterpret_cast<sockaddr*>(&sender), &length);
+    heard.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    return ntohs(sender.sin_port);
+  }
+  template <class Container>
+  void send(const Container& bytes, std::uint16_t port) const {
+    const sockaddr_in to = address(port);
+    ::sendto(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+             sizeof to);
+  }
+
+  Bytes heard;
+
+ private:
+  int socket_;
+};
+
+/// A record of a Net F/T: number and force along z.
+Bytes net_ft_record(std::uint32_t number, double force_N) {
+  Bytes bytes;
+  for (const std::uint32_t word :
+       {number, number, 0U, 0U, 0U, static_cast<std::uint32_t>(force_N * 1e6), 0U, 0U, 0U}) {
+    for (int shift = 24; shift >= 0; shift -= 8) {
+      bytes.push_back(static_cast<std::uint8_t>(word >> shift));
+    }
+  }
+  return bytes;
+}
+
+TEST(NetworkProbe, ANetFtIsAskedAgainAfterItsRebootAndStrangersAreIgnored) {
+  Udp device;
+  const Udp stranger;
+  std::atomic<bool> done{false};
+  std::atomic<int> requests{0};
+  // Sends 200 records, falls silent as after a reboot, and begins again when it is asked.
+  std::jthread box([&] {
+    for (int run = 0; run < 2; ++run) {
+      const std::uint16_t host = device.hear();
+      ++requests;
+      EXPECT_EQ(device.heard, (Bytes{0x12, 0x34, 0, 2, 0, 0, 0, 0}));
+      for (std::uint32_t k = 1; k <= 200 && !done.load(); ++k) {
+        device.send(net_ft_record(k, 0.5), host);
+        stranger.send(net_ft_record(1'000'000 + k, 40.0), host);
+        stranger.send(Bytes(36, 0xFF), host);
+        device.send(Bytes(7, 0), host);  // its own, but no record
+        std::this_thread::sleep_for(milliseconds{2});
+      }
+    }
+  });
+  auto probe = open_probe("udp:127.0.0.1:" + std::to_string(device.port()) + "?protocol=ati_rdt");
+  ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
+  const auto samples = read(**probe, 300);
+  done.store(true);
+  ASSERT_GE(samples.size(), 300U);
+  for (const ProbeSample& sample : samples) EXPECT_NEAR(sample.force_mN, 500.0, 1e-3);
+  EXPECT_GE(requests.load(), 2);
+  const DeviceCounts counts = *(*probe)->device_counts();
+  EXPECT_EQ(counts.damaged, 0U);
+  EXPECT_EQ(counts.reboots, 1U);
+  EXPECT_NE(counts.port.find("of other senders"), std::string::npos) << counts.port;
+}
+
+TEST(NetworkProbe, OldRecordsThatWaitedAreDroppedForTheNewest) {
+  Udp device;
+  std::jthread box([&] {
+    const std::uint16_t host = device.hear();
+    for (std::uint32_t k = 1; k <= 500; ++k) device.send(net_ft_record(k, 0.001 * k), host);
+    std::this_thread::sleep_for(milliseconds{400});
+    for (std::uint32_t k = 501; k <= 600; ++k) {
+      device.send(net_ft_record(k, 0.001 * k), host);
+      std::this_thread::sleep_for(milliseconds{1});
+    }
+  });
+  auto probe = open_probe("udp:127.0.0.1:" + std::to_string(device.port()) + "?protocol=ati_rdt");
+  ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
+  // What came while nobody read is old: the first sample is one of those that come now.
+  std::this_thread::sleep_for(milliseconds{300});
+  const auto samples = read(**probe, 20);
+  ASSERT_GE(samples.size(), 20U);
+  EXPECT_GT(samples.front().force_mN, 500.0);
+}
+
+TEST(NetworkProbe, AProgramThatSendsLinesMayStartAgain) {
+  Udp first;
+  std::uint16_t port = 0;
+  {
+    const Udp free;
+    port = free.port();
+  }
+  std::atomic<bool> on{true};
+  std::jthread sender([&] {
+    for (; on.load(); std::this_thread::sleep_for(milliseconds{5})) {
+      first.send(std::string("0.250\n"), port);
+    }
+  });
+  auto probe =
+      open_probe("udp:127.0.0.1:" + std::to_string(port) + "?protocol=csv&columns=force_N");
+  ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
+  ASSERT_GE(read(**probe, 20).size(), 20U);
+  // While the first is heard, another is a stranger.
+  const Udp second;
+  for (int k = 0; k < 20; ++k) second.send(std::string("9.000\n"), port);
+  for (const ProbeSample& sample : read(**probe, 20)) EXPECT_EQ(sample.force_mN, 250.0);
+  on.store(false);
+  sender.join();
+  std::vector<ProbeSample> samples(256);
+  double last_mN = 0.0;
+  for (int k = 0; k < 300 && last_mN != 125.0; ++k) {
+    second.send(std::string("0.125\n"), port);
+    const auto count = (*probe)->read(samples, milliseconds{10});
+    ASSERT_TRUE(count);
+    if (*count > 0) last_mN = samples[*count - 1].force_mN;
+  }
+  EXPECT_EQ(last_mN, 125.0);
+}
+
+TEST(NetworkProbe, AFloodOfStrangersDoesNotDrownTheDevice) {
+  std::uint16_t port = 0;
+  {
+    const Udp free;
+    port = free.port();
+  }
+  std::atomic<bool> on{true};
+  std::atomic<int> sent{0};
+  std::jthread device([&] {
+    const Udp own;
+    for (; on.load(); std::this_thread::sleep_for(milliseconds{2})) {
+      own.send(std::to_string(++sent) + ",0.250\n", port);
+    }
+  });
+  auto probe =
+      open_probe("udp:127.0.0.1:" + std::to_string(port) + "?protocol=csv&columns=seq,force_N");
+  ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
+  ASSERT_GE(read(**probe, 20).size(), 20U);
+  std::jthread stranger([&] {
+    const Udp own;
+    const std::string lie = "1,40.0\n";
+    while (on.load()) {
+      for (int k = 0; k < 500; ++k) own.send(lie, port);
+      std::this_thread::yield();
+    }
+  });
+  const int before = sent.load();
+  const auto samples = read(**probe, 300);
+  on.store(false);
+  EXPECT_GE(samples.size(), 300U);
+  for (const ProbeSample& sample : samples) EXPECT_EQ(sample.force_mN, 250.0);
+  const DeviceCounts counts = *(*probe)->device_counts();
+  EXPECT_NE(counts.port.find("then shut off"), std::string::npos) << counts.port;
+  // What was lost, was so before the others were shut off.
+  EXPECT_LT(counts.lost, 0.3 * (sent.load() - before)) << counts.port;
 }
 
 TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "core/parameters/range.hpp"
 #include "core/units.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 
@@ -97,6 +98,89 @@ TEST_P(EveryProtocol, GivesBackWhatItsSimulatedDeviceMeasures) {
     same(DeviceChannel::kZ, -sample.depth_mm);
   }
   EXPECT_GT(compared, 30U);
+}
+
+/// Forces and depths of every size that a finger meets, and noise about 0, as a real sensor has.
+ProbeSample touch_of_any_size(Random& random, nanoseconds time) {
+  const auto any_size = [&](double most) {
+    const double value = most * std::pow(10.0, -9.0 * random.uniform());
+    return random.uniform() < 0.3 ? -1e-3 * value : value;
+  };
+  ProbeSample sample{.time = time, .channels = kAllChannels};
+  sample.depth_mm = any_size(12.0);
+  sample.force_mN = units::mN_from_N(any_size(20.0));
+  sample.x_mm = 30.0 * random.uniform();
+  sample.y_mm = 20.0 * random.uniform();
+  return sample;
+}
+
+/// Takes what a simulated device prints at a rate to its parser, for two seconds.
+void expect_nothing_lost(std::string_view name, double rate_Hz) {
+  const auto entry = find_protocol(name);
+  ASSERT_TRUE(entry);
+  const auto device = (*entry)->simulate(kAllChannels);
+  device->set_rate(rate_Hz);
+  const std::string own = device->uri_options();
+  Talk talk(name, (own.empty() ? std::string((*entry)->options) : own) +
+                      (own.empty() && (*entry)->options.empty() ? "" : "&") +
+                      "rate_hz=" + shortest_decimal(rate_Hz));
+  Random random(static_cast<std::uint64_t>(rate_Hz));
+  Bytes wire;
+  device->boot(talk.now, wire);
+  const auto exchange = [&] {
+    for (int turn = 0; turn < 4; ++turn) {
+      static_cast<void>(talk.protocol->poll(talk.now, talk.stream));
+      device->take(std::exchange(talk.stream.outgoing, {}), talk.now, wire);
+      talk.take(std::exchange(wire, {}));
+    }
+  };
+  exchange();
+  talk.protocol->start(talk.now, talk.stream);
+  exchange();
+  const nanoseconds period = device->period().value_or(units::nanoseconds_from_s(1.0 / rate_Hz));
+  const nanoseconds end = talk.now + std::chrono::seconds{2};
+  const std::uint64_t before = talk.stream.counts.readings;
+  std::uint64_t measured = 0;
+  for (nanoseconds next = talk.now + period; talk.now < end; talk.now += microseconds{500}) {
+    for (; next <= talk.now; next += period) {
+      device->measure(touch_of_any_size(random, next), next, wire);
+      ++measured;
+    }
+    exchange();
+  }
+  const ProtocolCounts& counts = talk.stream.counts;
+  EXPECT_EQ(counts.damaged, 0U) << rate_Hz;
+  EXPECT_EQ(counts.lost, 0U) << rate_Hz;
+  EXPECT_EQ(counts.refused, 0U) << rate_Hz;
+  EXPECT_EQ(counts.duplicates, 0U) << rate_Hz;
+  const std::uint64_t readings = counts.readings - before;
+  const bool asked = name == "esm" || name == "grbl" || name == "zaber";
+  // A device that is asked answers as often as the host asks.
+  if (asked) {
+    EXPECT_GE(static_cast<double>(readings), 0.9 * 2.0 * rate_Hz - 2.0) << rate_Hz;
+  } else {
+    // The beginning of a gauge's first line may be missing: it is left out.
+    EXPECT_EQ(readings + (name == "mark10" ? 1 : 0), measured) << rate_Hz;
+  }
+}
+
+TEST_P(EveryProtocol, TakesWhatItsSimulatedDevicePrintsAtEachRate) {
+  for (const double rate_Hz : {10.0, 25.0, 100.0, 250.0, 1000.0}) {
+    const bool in_fives = rate_Hz == 100.0 || rate_Hz == 1000.0;
+    const double most = GetParam() == "esm"     ? 50.0
+                        : GetParam() == "grbl"  ? 100.0
+                        : GetParam() == "zaber" ? 200.0
+                                                : 1000.0;
+    // Rates that a device does not offer.
+    if ((GetParam() == "mark10" && in_fives) || rate_Hz > most) continue;
+    expect_nothing_lost(GetParam(), rate_Hz);
+  }
+}
+
+TEST(AtiRdtDevice, PrintsWhatItsParserTakesAtEachRate) {
+  for (const double rate_Hz : {10.0, 25.0, 100.0, 250.0, 1000.0}) {
+    expect_nothing_lost("ati_rdt", rate_Hz);
+  }
 }
 
 TEST_P(EveryProtocol, PortionsOfBytesDoNotMatter) {

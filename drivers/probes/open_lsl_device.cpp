@@ -1,0 +1,66 @@
+// Built where liblsl is found.
+#include <string>
+#include <utility>
+
+#include "core/parameters/parameter_error.hpp"
+#include "drivers/probes/device_probe.hpp"
+#include "drivers/probes/open_device.hpp"
+#include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/csv_text_style.hpp"
+#include "drivers/transports/lsl_port.hpp"
+
+namespace merkel {
+namespace {
+
+/// The columns of the port's lines by the labels and units of the channels ("force", "N"), as the
+/// option `columns` of csv has them; "-" for a channel that measures something else.
+std::string columns_of(const LslStream& stream) {
+  std::string columns = "time_s";
+  for (const LslStream::Channel& channel : stream.channels) {
+    const std::string name =
+        csv_column_of({.label = channel.label, .number = {}, .unit = channel.unit});
+    const bool measures = !name.empty() && name != "seq" && !name.starts_with("time");
+    columns += "," + (measures ? name : "-");
+  }
+  return columns;
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
+  if (uri.path.empty()) {
+    return bad_input("\"" + uri.text + "\": name the stream, for example lsl:Gauge");
+  }
+  const auto host = uri.options.find("host");
+  auto stream = open_lsl_stream(uri.path, host == uri.options.end() ? "" : host->second);
+  if (!stream) return Unexpected<SetupError>(stream.error());
+  // The port prints lines: what the stream says of itself holds unless the user says otherwise.
+  Uri lines = uri;
+  const auto columns = lines.options.find("columns");
+  if (columns != lines.options.end()) {
+    columns->second.insert(0, "time_s,");
+  } else {
+    lines.options.emplace("columns", columns_of(*stream));
+  }
+  if (stream->rate_Hz > 0.0) {
+    lines.options.try_emplace("rate_hz", shortest_decimal(stream->rate_Hz));
+  }
+  UriOptions options(lines);
+  static_cast<void>(options.text("host", ""));
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  auto protocol = make_csv_lines(options);
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (!protocol && uri.options.contains("columns")) {
+    return bad_input("\"" + uri.text + "\": " + protocol.error().sentence);
+  }
+  if (!protocol) {
+    return bad_input("\"" + uri.text +
+                     "\": the labels of its channels name no force, depth or "
+                     "position: name the channels, for example columns=force_N,-");
+  }
+  settings.protocol = "lsl";
+  settings.hint = "that its outlet is sending, and the option columns";
+  return DeviceProbe::open(std::move(stream->port), std::move(*protocol), std::move(settings));
+}
+
+}  // namespace merkel

@@ -1,0 +1,159 @@
+#include "drivers/transports/lsl_port.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <lsl_cpp.h>
+#include <unistd.h>
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/printable_text.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kPatience_s = 2.0;
+constexpr int kBuffered_s = 10;  ///< what waits while nothing is read
+constexpr std::size_t kMostChannels = 64;
+constexpr std::size_t kMostWaiting = 65'536;  ///< bytes of lines
+
+std::string line_of(double time_s, std::span<const double> values) {
+  std::array<char, 32> time{};
+  std::snprintf(time.data(), time.size(), "%.9f", time_s);
+  std::string line = time.data();
+  for (const double value : values) line += "," + shortest_decimal(value);
+  return line + "\n";
+}
+
+std::vector<LslStream::Channel> channels_of(const lsl::stream_info& info) {
+  std::vector<LslStream::Channel> channels;
+  lsl::xml_element channel = info.desc().child("channels").child("channel");
+  for (int i = 0; i < info.channel_count(); ++i) {
+    channels.push_back({channel.child_value("label"), channel.child_value("unit")});
+    channel = channel.next_sibling("channel");
+  }
+  return channels;
+}
+
+std::string own_host() {
+  std::array<char, 256> name{};
+  static_cast<void>(::gethostname(name.data(), name.size() - 1));
+  return name.data();
+}
+
+class LslPort final : public Transport {
+ public:
+  LslPort(std::string name, std::string host)
+      : name_(std::move(name)), host_(host.empty() ? own_host() : std::move(host)) {
+    info_.name = "lsl:" + name_;
+    info_.note = "a Lab Streaming Layer inlet";
+  }
+
+  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] const std::vector<LslStream::Channel>& channels() const noexcept {
+    return channels_;
+  }
+  [[nodiscard]] double rate_Hz() const noexcept { return rate_Hz_; }
+
+  [[nodiscard]] Expected<std::size_t, Disconnected> read(
+      std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
+    if (!inlet_) return Unexpected<Disconnected>(Disconnected{});
+    try {
+      double wait_s = waiting_.empty() ? std::max(units::s_from(patience), 0.0) : 0.0;
+      while (waiting_.size() < std::min(bytes.size(), kMostWaiting)) {
+        const double time_s = inlet_->pull_sample(values_, wait_s);
+        if (time_s == 0.0) break;
+        waiting_ += line_of(time_s, values_);
+        wait_s = 0.0;
+      }
+    } catch (const std::exception&) {  // the outlet is gone
+      inlet_.reset();
+      return Unexpected<Disconnected>(Disconnected{});
+    }
+    const std::size_t count = std::min(bytes.size(), waiting_.size());
+    std::copy_n(waiting_.begin(), count, bytes.begin());
+    waiting_.erase(0, count);
+    return count;
+  }
+
+  /// An inlet only receives.
+  [[nodiscard]] Expected<void, Disconnected> write(
+      std::span<const std::uint8_t> /*bytes*/) override {
+    if (!inlet_) return Unexpected<Disconnected>(Disconnected{});
+    return {};
+  }
+
+  [[nodiscard]] Expected<void, SetupError> reopen() override {
+    inlet_.reset();
+    waiting_.clear();
+    try {
+      const auto info = find();
+      if (!info) return Unexpected<SetupError>(info.error());
+      // Not recovered by liblsl itself: an outage is to be noticed, and the press released.
+      inlet_ = std::make_unique<lsl::stream_inlet>(*info, kBuffered_s, 0, false);
+      inlet_->set_postprocessing(lsl::post_clocksync);  // times in this machine's clock
+      inlet_->open_stream(kPatience_s);
+      const lsl::stream_info whole = inlet_->info(kPatience_s);
+      info_.serial_number = printable_text(whole.source_id());
+      rate_Hz_ = whole.nominal_srate();
+      channels_ = channels_of(whole);
+    } catch (const std::exception& error) {
+      inlet_.reset();
+      return unavailable("the LSL stream \"" + name_ + "\" cannot be opened: " + error.what());
+    }
+    return {};
+  }
+
+ private:
+  /// The stream among those that are announced, of the right name and machine.
+  [[nodiscard]] Expected<lsl::stream_info, SetupError> find() const {
+    const std::string what = "the LSL stream \"" + name_ + "\"";
+    const auto found = lsl::resolve_stream("name", name_, 1, kPatience_s);
+    if (found.empty()) {
+      return unavailable("there is no LSL stream \"" + name_ +
+                         "\": start its outlet, and check that no firewall is between");
+    }
+    const auto right = std::find_if(found.begin(), found.end(),
+                                    [this](const auto& info) { return info.hostname() == host_; });
+    if (right == found.end()) {
+      const std::string other = printable_text(found.front().hostname(), 64);
+      return unavailable(what + " comes from the machine " + other + ", not from " + host_ +
+                         ": give host=" + other + " if that one is meant");
+    }
+    if (right->channel_format() == lsl::cf_string) {
+      return unavailable(what + " holds text: name a stream of numbers");
+    }
+    if (static_cast<std::size_t>(right->channel_count()) > kMostChannels) {
+      return unavailable(what + " has " + std::to_string(right->channel_count()) +
+                         " channels: at most " + std::to_string(kMostChannels) + " are read");
+    }
+    return *right;
+  }
+
+  std::string name_;
+  std::string host_;
+  TransportInfo info_;
+  std::unique_ptr<lsl::stream_inlet> inlet_;
+  std::vector<LslStream::Channel> channels_;
+  double rate_Hz_ = 0.0;
+  std::string waiting_;  ///< lines that have not been read
+  std::vector<double> values_;
+};
+
+}  // namespace
+
+Expected<LslStream, SetupError> open_lsl_stream(const std::string& name, const std::string& host) {
+  auto port = std::make_unique<LslPort>(name, host);
+  if (auto done = port->reopen(); !done) return Unexpected<SetupError>(done.error());
+  LslStream stream{.port = nullptr, .channels = port->channels(), .rate_Hz = port->rate_Hz()};
+  stream.port = std::move(port);
+  return stream;
+}
+
+}  // namespace merkel

@@ -1,0 +1,147 @@
+// The inlet of the Lab Streaming Layer as a probe. With liblsl where it is installed; else with a
+// stand-in for it (lsl_stub), so that this side of the interface is compiled and run everywhere.
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <lsl_cpp.h>
+
+#include "drivers/clock/clock_pair.hpp"
+#include "drivers/probes/open_device.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// A gauge on a stage as an outlet: what an amplifier's or a robot's LSL bridge sends.
+class Outlet {
+ public:
+  explicit Outlet(std::string name,
+                  std::vector<std::pair<const char*, const char*>> channels = {{"force", "N"},
+                                                                               {"temperature", "C"},
+                                                                               {"depth", "mm"}})
+      : name_(std::move(name)), width_(channels.size()) {
+    lsl::stream_info info(name_, "Touch", static_cast<int>(channels.size()), 200.0,
+                          lsl::cf_double64, "gauge-7");
+    lsl::xml_element list = info.desc().append_child("channels");
+    for (const auto& [label, unit] : channels) {
+      list.append_child("channel")
+          .append_child_value("label", label)
+          .append_child_value("unit", unit);
+    }
+    outlet_ = std::make_unique<lsl::stream_outlet>(info);
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      for (int k = 0; !stop.stop_requested(); ++k) {
+        std::vector<double> values(width_, 0.25 + 0.001 * (k % 100));
+        outlet_->push_sample(values);
+        std::this_thread::sleep_for(milliseconds{5});
+      }
+    });
+  }
+  ~Outlet() {
+    thread_.request_stop();
+    thread_.join();
+  }
+
+ private:
+  std::string name_;
+  std::size_t width_;
+  std::unique_ptr<lsl::stream_outlet> outlet_;
+  std::jthread thread_;
+};
+
+std::string unique_name() {
+  return "merkel-test-" + std::to_string(read_clock_pair().monotonic.count());
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> open(const std::string& text) {
+  return open_lsl_device(*Uri::parse(text));
+}
+
+std::vector<ProbeSample> read(Probe& probe, std::size_t count) {
+  std::vector<ProbeSample> all;
+  std::vector<ProbeSample> samples(256);
+  for (int reads = 0; reads < 500 && all.size() < count; ++reads) {
+    const auto got = probe.read(samples, milliseconds{10});
+    if (!got) break;
+    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*got));
+  }
+  return all;
+}
+
+TEST(LslProbe, ReadsAStreamByTheLabelsOfItsChannels) {
+  const std::string name = unique_name();
+  const Outlet outlet(name);
+  const auto probe = open("lsl:" + name);
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_EQ((*probe)->info().serial_number, "gauge-7");
+  EXPECT_EQ((*probe)->info().period, milliseconds{5});
+  EXPECT_EQ((*probe)->info().channels, ProbeSample::kForce | ProbeSample::kDepth);
+  const auto samples = read(**probe, 60);
+  ASSERT_GE(samples.size(), 60U);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_GE(samples[i].depth_mm, 0.25);
+    EXPECT_NEAR(samples[i].force_mN, 1e3 * samples[i].depth_mm, 1e-9);
+    if (i > 0) {
+      EXPECT_GT(samples[i].time, samples[i - 1].time);
+    }
+    // LSL's clock is this machine's monotonic one.
+    EXPECT_LE(samples[i].time, samples[i].arrival + milliseconds{5});
+    EXPECT_GE(samples[i].time, samples[i].arrival - milliseconds{500});
+  }
+  EXPECT_EQ((*probe)->device_counts()->damaged, 0U);
+  EXPECT_TRUE((*probe)->device_counts()->device_clock);
+}
+
+TEST(LslProbe, ColumnsCanBeNamedWhereTheLabelsSayNothing) {
+  const std::string name = unique_name();
+  const Outlet outlet(name, {{"EEG1", ""}, {"EEG2", ""}});
+  const auto unnamed = open("lsl:" + name);
+  ASSERT_FALSE(unnamed);
+  EXPECT_NE(unnamed.error().sentence.find("columns="), std::string::npos)
+      << unnamed.error().sentence;
+  // Its advice, followed.
+  const auto probe = open("lsl:" + name + "?columns=-,force_mN");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  const auto samples = read(**probe, 5);
+  ASSERT_GE(samples.size(), 5U);
+  EXPECT_LT(samples[0].force_mN, 1.0);
+}
+
+TEST(LslProbe, AnOutletThatGoesIsAnOutageAndItsReturnIsNoticed) {
+  const std::string name = unique_name();
+  auto outlet = std::make_unique<Outlet>(name);
+  const auto probe = open("lsl:" + name);
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  ASSERT_GE(read(**probe, 20).size(), 20U);
+  outlet.reset();
+  std::vector<ProbeSample> samples(256);
+  for (int reads = 0; reads < 1000 && (*probe)->connected(); ++reads) {
+    ASSERT_TRUE((*probe)->read(samples, milliseconds{10}));
+  }
+  EXPECT_FALSE((*probe)->connected());
+  outlet = std::make_unique<Outlet>(name);
+  EXPECT_GE(read(**probe, 20).size(), 20U);
+  EXPECT_EQ((*probe)->device_counts()->outages, 1U);
+}
+
+TEST(LslProbe, WhatCannotBeReadIsNamed) {
+  EXPECT_NE(open("lsl:").error().sentence.find("name the stream"), std::string::npos);
+  const auto missing = open("lsl:" + unique_name());
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().kind, SetupError::Kind::kUnavailable);
+  EXPECT_NE(missing.error().sentence.find("start its outlet"), std::string::npos);
+  const std::string name = unique_name();
+  const Outlet outlet(name);
+  EXPECT_FALSE(open("lsl:" + name + "?colums=force_N"));
+  const auto foreign = open("lsl:" + name + "?host=elsewhere");
+  ASSERT_FALSE(foreign);
+  EXPECT_NE(foreign.error().sentence.find("host="), std::string::npos) << foreign.error().sentence;
+}
+
+}  // namespace
+}  // namespace merkel

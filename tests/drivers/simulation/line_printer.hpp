@@ -1,0 +1,70 @@
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "drivers/simulation/pty_master.hpp"
+
+namespace merkel {
+
+/// A gauge of no known kind that prints a line every 5 ms at one baud rate.
+class LinePrinter {
+ public:
+  explicit LinePrinter(std::string line, int baud = 115200) : line_(std::move(line)), baud_(baud) {
+    EXPECT_TRUE(pty_.plug_in());
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        std::string text = next_line() + "\r\n";
+        if (pty_.baud() != baud_) {
+          for (char& c : text) c = static_cast<char>(c ^ 0x95);
+        }
+        const std::vector<std::uint8_t> bytes(text.begin(), text.end());
+        if (pty_.heard()) pty_.write(bytes);
+        std::uint8_t waste[256];
+        static_cast<void>(pty_.read(waste, std::chrono::milliseconds{5}));
+      }
+    });
+  }
+  ~LinePrinter() {
+    thread_.request_stop();
+    thread_.join();
+  }
+  [[nodiscard]] const std::string& name() const { return pty_.name(); }
+
+  /// From now on it prints this.
+  void print(std::string line) {
+    const std::scoped_lock lock(mutex_);
+    line_ = std::move(line);
+    step_ = 0.0;
+  }
+  /// From now on it prints a number that changes with every line.
+  void drift(double from, double step) {
+    const std::scoped_lock lock(mutex_);
+    number_ = from;
+    step_ = step;
+  }
+
+ private:
+  std::string next_line() {
+    const std::scoped_lock lock(mutex_);
+    if (step_ != 0.0) line_ = std::to_string(number_ += step_);
+    return line_;
+  }
+
+  PtyMaster pty_;
+  std::mutex mutex_;  ///< guards the next three
+  std::string line_;
+  double number_ = 0.0;
+  double step_ = 0.0;
+  int baud_;
+  std::jthread thread_;
+};
+
+}  // namespace merkel
