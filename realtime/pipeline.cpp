@@ -248,9 +248,10 @@ Expected<void, SetupError> Pipeline::wait_for_first_samples() {
     while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
            !stop_.load(std::memory_order_relaxed)) {
       if (PeriodicClock::now() > deadline) {
-        return bad_input("the probe " + probes_[i]->probe->info().uri + " has sent nothing for " +
-                         std::to_string(kSilence.count() / 1000) +
-                         " s: check that it is switched on and streaming");
+        if (channel.delivered.value() > 0) break;
+        return unavailable("the probe " + probes_[i]->probe->info().uri + " has sent nothing for " +
+                           std::to_string(kSilence.count() / 1000) +
+                           " s: check that it is switched on and streaming");
       }
       std::this_thread::sleep_for(milliseconds{1});
     }
@@ -259,10 +260,12 @@ Expected<void, SetupError> Pipeline::wait_for_first_samples() {
     if (inputs_[i].first_time()) continue;
     probes_[i]->reader->stop();
     const std::string& error_message = probes_[i]->reader->error_message();
-    return bad_input(error_message.empty()
-                         ? "the probe " + probes_[i]->probe->info().uri +
-                               " delivered no samples: there is nothing to simulate"
-                         : error_message);
+    const bool of_device = !probes_[i]->probe->info().replayed;
+    return Unexpected<SetupError>(
+        {.kind = of_device ? SetupError::Kind::kUnavailable : SetupError::Kind::kBadInput,
+         .sentence = error_message.empty() ? "the probe " + probes_[i]->probe->info().uri +
+                                                 " gave no samples: nothing can be simulated"
+                                           : error_message});
   }
   return {};
 }
@@ -397,7 +400,7 @@ void Pipeline::run_loop(C& clock, RunReport& report) {
     copy(loop.contact_spikes_of_neuron(), report.contact_spikes_of_neuron);
     copy(loop.contact_ticks_of_patch(), report.contact_ticks_of_patch);
     for (std::size_t i = 0; i < report.probes.size(); ++i) {
-      report.probes[i].deepest_input = loop.deepest_inputs()[i];
+      report.probes[i].deepest_press = loop.deepest_press(i);
     }
     done.store(true, std::memory_order_release);
   });
@@ -474,7 +477,10 @@ void Pipeline::finish(RunReport& report) {
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     ProbeLine& line = *probes_[i];
     line.reader->stop();
-    if (report.error_message.empty()) report.error_message = line.reader->error_message();
+    if (report.error_message.empty()) {
+      report.error_message = line.reader->error_message();
+      report.bad_input = line.reader->bad_input();
+    }
     RunReport::OfProbe& of = report.probes[i];
     of.uri = line.probe->info().uri;
     of.counts = inputs_[i].counts();

@@ -19,6 +19,7 @@
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/latency_histogram.hpp"
 #include "realtime/loop/loop_statistics.hpp"
+#include "realtime/loop/press_watch.hpp"
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/sink_writer.hpp"
 #include "realtime/output/spike_fanout.hpp"
@@ -56,7 +57,7 @@ struct RunReport : RunCounters {
     std::optional<SampleTiming> timing;  ///< as measured; none for a recording
     std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples
-    ContactInput deepest_input;               ///< its reading at the deepest press
+    DeepestPress deepest_press;               ///< as it reported it
   };
   struct OfSink {
     std::string uri;
@@ -80,9 +81,10 @@ struct RunReport : RunCounters {
       contact_spikes_of_neuron;                       ///< while a probe touched the neuron's patch
   std::vector<std::uint64_t> contact_ticks_of_patch;  ///< ticks in which a probe touched the patch
 
-  std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
-  std::string error_message;                ///< empty, or the reason why a probe's stream failed
-  bool interrupted = false;                 ///< stopped before the end of the streams
+  std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
+  std::string error_message;                ///< empty, or why a probe's stream broke off
+  bool bad_input = false;    ///< it did because of the recording given, not of a device
+  bool interrupted = false;  ///< stopped before the streams' end
 
   [[nodiscard]] bool complete() const;
 };

@@ -55,6 +55,7 @@ void ProbeReader::read_all(const std::stop_token& stop) {
     const auto count = probe_.read(samples, std::chrono::milliseconds{50});
     if (!count) {
       if (count.error() != ProbeError::kEndOfStream) error_message_ = probe_.error_message();
+      bad_input_ = count.error() == ProbeError::kBadData;
       return;
     }
     for (std::size_t i = 0; i < *count; ++i) {

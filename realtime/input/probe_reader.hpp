@@ -46,6 +46,8 @@ class ProbeReader {
 
   /// The error that ended the stream early; empty if none. Read it after the channel has ended.
   [[nodiscard]] const std::string& error_message() const noexcept { return error_message_; }
+  /// Whether that is the fault of what was given, a recording, and not of a device.
+  [[nodiscard]] bool bad_input() const noexcept { return bad_input_; }
 
  private:
   void read_all(const std::stop_token& stop);
@@ -56,6 +58,7 @@ class ProbeReader {
   ProbeChannel& channel_;
   Parameters parameters_;
   std::string error_message_;
+  bool bad_input_ = false;
   std::jthread thread_;
 };
 

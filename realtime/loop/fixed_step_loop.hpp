@@ -16,6 +16,7 @@
 #include "realtime/clocks/clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/loop_statistics.hpp"
+#include "realtime/loop/press_watch.hpp"
 #include "realtime/loop/stimulation_output.hpp"
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/spike_fanout.hpp"
@@ -65,8 +66,7 @@ class FixedStepLoop {
         events_(events),
         stimulation_(parameters.encoder, fanout, statistics),
         contacts_(inputs.size()),
-        deepest_inputs_(inputs.size()),
-        deepest_mm_(inputs.size()),
+        presses_(inputs.size()),
         records_(inputs.size()),
         released_since_(inputs.size()),
         spikes_of_neuron_(model.neurons()),
@@ -115,9 +115,9 @@ class FixedStepLoop {
     return contact_ticks_of_patch_;
   }
 
-  /// The reading of each probe at its deepest press; read after run().
-  [[nodiscard]] std::span<const ContactInput> deepest_inputs() const noexcept {
-    return deepest_inputs_;
+  /// The deepest press of a probe; read after run().
+  [[nodiscard]] const DeepestPress& deepest_press(std::size_t probe) const noexcept {
+    return presses_[probe].press();
   }
 
  private:
@@ -206,10 +206,7 @@ class FixedStepLoop {
     }
     const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      const double depth_mm = model_.deepest()[i].contact.depth_mm;
-      if (depth_mm <= deepest_mm_[i]) continue;
-      deepest_mm_[i] = depth_mm;
-      deepest_inputs_[i] = contacts_[i];
+      presses_[i].observe(contacts_[i], model_.deepest()[i].contact.depth_mm, begin, end);
     }
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
@@ -292,8 +289,7 @@ class FixedStepLoop {
   BoundedQueue<LoopEvent>& events_;
   StimulationOutput stimulation_;
   std::vector<ContactInput> contacts_;
-  std::vector<ContactInput> deepest_inputs_;
-  std::vector<double> deepest_mm_;
+  std::vector<PressWatch> presses_;
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::uint64_t> spikes_of_neuron_;

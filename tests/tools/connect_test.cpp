@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "drivers/simulation/pty_master.hpp"
+#include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
@@ -16,35 +16,6 @@ namespace merkel {
 namespace {
 
 using std::chrono::milliseconds;
-
-/// A gauge of an unknown kind that prints a line every 5 ms at one baud rate.
-class Printer {
- public:
-  explicit Printer(std::string line, int baud = 115200) {
-    EXPECT_TRUE(pty_.plug_in());
-    thread_ = std::jthread([this, line = std::move(line), baud](const std::stop_token& stop) {
-      while (!stop.stop_requested()) {
-        std::string text = line + "\r\n";
-        if (pty_.baud() != baud) {
-          for (char& c : text) c = static_cast<char>(c ^ 0x95);
-        }
-        std::vector<std::uint8_t> bytes(text.begin(), text.end());
-        if (pty_.heard()) pty_.write(bytes);
-        std::uint8_t waste[256];
-        static_cast<void>(pty_.read(waste, milliseconds{5}));
-      }
-    });
-  }
-  ~Printer() {
-    thread_.request_stop();
-    thread_.join();
-  }
-  [[nodiscard]] const std::string& name() const { return pty_.name(); }
-
- private:
-  PtyMaster pty_;
-  std::jthread thread_;
-};
 
 class ConnectTo : public testing::TestWithParam<std::string_view> {};
 
@@ -70,7 +41,7 @@ TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
                                             std::tuple("12;0,300;1", "decimal=comma", 9600),
                                             std::tuple("0.300", "columns=force_N", 57600)}) {
     const TemporaryFolder folder;
-    const Printer gauge(line, baud);
+    const LinePrinter gauge(line, baud);
     const auto connected =
         run_program({"connect", gauge.name(), "--yes", "--out", folder.path("s.toml")});
     ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
@@ -85,7 +56,7 @@ TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
 
 TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   const TemporaryFolder folder;
-  const Printer gauge("0.300");
+  const LinePrinter gauge("0.300");
   const auto asked = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
   EXPECT_EQ(asked.exit_code, 2);
   EXPECT_NE(asked.out.find("1: force_N = 0.3"), std::string::npos) << asked.out;
@@ -121,7 +92,7 @@ std::string follow_advice(std::string uri, int most) {
 
 TEST(Advice, WorksWhenItIsFollowed) {
   for (const char* line : {"Force: 0.300 N", "0.300", "17,0.300,4", "0,300", "12;0,300"}) {
-    const Printer gauge(line);
+    const LinePrinter gauge(line);
     const std::string uri = follow_advice("serial:" + gauge.name() + "?protocol=mark10", 4);
     EXPECT_TRUE(uri.starts_with("serial:")) << line << ": " << uri;
   }

@@ -132,6 +132,36 @@ TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {
   EXPECT_EQ(run.spikes, run.replayed);
 }
 
+TEST(Devices, ARecordingEndsAfterItsDurationThoughTheDeviceIsGone) {
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1",
+                       {.unplug_at = milliseconds{200}, .unplug_for = milliseconds{3'600'000}},
+                       folder.path("tty"));
+  const auto begin = std::chrono::steady_clock::now();
+  const auto run =
+      run_program({"record", device.uri(), folder.path("t.csv"), "--duration-s", "0.5", "--json"});
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{30});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("is gone"), std::string::npos) << run.err;
+  EXPECT_GT(nlohmann::json::parse(run.out)["samples"], 20);
+}
+
+TEST(Devices, ADeviceThatFailsDuringARunIsNoWrongInput) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,force_N\n";
+  for (int k = 0; k < 1200; ++k) rows += std::to_string(1e-3 * k) + ",0.3\n";
+  const std::string broken = folder.file("t.csv", rows + "1.3,nonsense\n");
+  const std::string live = "replay:" + broken + "?live=1";
+  const auto recording = run_program({"run", "--fast", "--probe", "replay:" + broken});
+  EXPECT_EQ(recording.exit_code, 2) << recording.err;
+  const auto device =
+      run_program({"run", "--probe", "fused:" + live + "|sim:ramp?hold_s=9&live=1"});
+  EXPECT_EQ(device.exit_code, 1) << device.err;
+  for (const std::string& err : {recording.err, device.err}) {
+    EXPECT_NE(err.find("t.csv:1202"), std::string::npos) << err;
+  }
+}
+
 TEST(Devices, AnErrorAtTheStartIsOneSentenceWithItsExitCode) {
   RunningDevice device("csv", {});
   const std::vector<std::tuple<std::string, std::string, int>> cases = {
@@ -151,8 +181,10 @@ TEST(Devices, AnErrorAtTheStartIsOneSentenceWithItsExitCode) {
 TEST(Devices, SimulateProbePrintsTheUriAndRecordReadsIt) {
   const TemporaryFolder folder;
   std::jthread device([&] {
-    const auto run = run_program({"simulate-probe", "mark10", "--trace", "tests/traces/taps.csv"});
-    EXPECT_EQ(run.exit_code, 2);  // a gauge measures force, and the trace has depth
+    const std::string depth = folder.file("depth.csv", "time_s,depth_mm\n0,0\n1,1\n");
+    const auto run =
+        run_program({"simulate-probe", "mark10", "--trace", depth, "--duration-s", "9"});
+    EXPECT_EQ(run.exit_code, 2);  // a gauge measures force
     EXPECT_NE(run.err.find("the trace has no force"), std::string::npos);
   });
   std::jthread stage([&] {

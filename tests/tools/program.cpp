@@ -31,7 +31,9 @@ StartedProgram::StartedProgram(const std::vector<std::string>& arguments) {
   if (spawned == 0) process_ = child;
 }
 
-void StartedProgram::send(int signal) const { ::kill(process_, signal); }
+void StartedProgram::send(int signal) const {
+  if (process_ != 0) ::kill(process_, signal);  // 0 would be this program and its parents
+}
 
 ProgramRun StartedProgram::finish() {
   ProgramRun run;

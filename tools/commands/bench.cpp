@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/json_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/fma_peak.hpp"
 #include "tools/studies/bench/population_cost.hpp"
@@ -176,7 +177,7 @@ void print_json(const BenchOptions& options, const BenchResult& result) {
                            {"all_pressed", hand.all},
                            {"all_pressed_two_threads", hand.shared}};
   }
-  std::printf("%s\n", all.dump(2).c_str());
+  std::fputs(json_text(all).c_str(), stdout);
 }
 
 void print_text(const BenchOptions& options, const BenchResult& result) {

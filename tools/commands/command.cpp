@@ -2,14 +2,16 @@
 
 #include <cstdio>
 
+#include "drivers/printable_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
 
+/// Sentences quote files and devices, which may hold a terminal's control sequences.
 int complain(const std::string& sentence, int exit_code) {
   std::fflush(stdout);
-  std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
+  std::fprintf(stderr, "merkel: %s\n", printable_lines(sentence).c_str());
   return exit_code;
 }
 

@@ -15,6 +15,7 @@
 #include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
+#include "tools/json_text.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/status_line.hpp"
@@ -168,7 +169,7 @@ int doctor(const DoctorOptions& options) {
                        {"stress", options.stress},     {"page", options.page},
                        {"machine", json_of(machine)},  {"runs", std::move(all)},
                        {"verdicts", json_of(verdicts)}};
-  std::printf("%s\n", result.dump(2).c_str());
+  std::fputs(json_text(result).c_str(), stdout);
   return kDone;
 }
 

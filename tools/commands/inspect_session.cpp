@@ -5,8 +5,11 @@
 #include <memory>
 #include <string>
 
+#include <unistd.h>
+
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/commands/command.hpp"
 
@@ -145,10 +148,15 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
   }
 }
 
+/// A text of the file: at a terminal without control sequences, else as it is.
+std::string shown(const std::string& text) {
+  return ::isatty(STDOUT_FILENO) == 1 ? printable_lines(text) : text;
+}
+
 int print_fact(const SessionReader& session, const std::string& name) {
   const std::vector<std::string> values = session.facts(name);
-  if (values.empty()) return refuse("the session holds no fact \"" + name + "\"");
-  for (const std::string& value : values) std::puts(value.c_str());
+  if (values.empty()) return refuse("the session notes no \"" + name + "\"");
+  for (const std::string& value : values) std::puts(shown(value).c_str());
   return kDone;
 }
 
@@ -157,9 +165,9 @@ int print_overview(SessionReader& session) {
   std::puts("what,value");
   for (const auto& [name, value] : session.facts()) {
     const auto lines = std::count(value.begin(), value.end(), '\n');
-    std::printf(
-        "%s,%s\n", name.c_str(),
-        lines == 0 ? value.c_str() : (std::to_string(lines) + " lines: --fact " + name).c_str());
+    std::printf("%s,%s\n", shown(name).c_str(),
+                lines == 0 ? shown(value).c_str()
+                           : (std::to_string(lines) + " lines: --fact " + name).c_str());
   }
   std::array<std::uint64_t, 6> items{};
   SessionChunk chunk;

@@ -7,6 +7,7 @@
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 namespace {
@@ -28,7 +29,7 @@ int list_probes(bool json) {
       protocols.push_back({{"name", entry.name}, {"what", entry.what}, {"baud", entry.baud}});
     }
     const nlohmann::ordered_json all = {{"devices", list}, {"protocols", protocols}};
-    std::printf("%s\n", all.dump(2).c_str());
+    std::fputs(json_text(all).c_str(), stdout);
     return kDone;
   }
   for (const DeviceEntry& device : devices) {

@@ -15,6 +15,7 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/json_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/terminal_line.hpp"
 #include "tools/scene/machine_facts.hpp"
@@ -30,6 +31,11 @@ struct RecordOptions {
   bool overwrite = false;
   bool json = false;
 };
+
+/// So long after its end a recording waits for the last samples of a device.
+constexpr std::chrono::milliseconds kFarewell{500};
+
+std::chrono::nanoseconds host_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
 std::atomic<bool> g_stop{false};
 
@@ -135,19 +141,28 @@ int record(const RecordOptions& options) {
   TerminalLine terminal;
   ReadingBar bar;
   auto show_again = std::chrono::steady_clock::now();
+  const std::chrono::nanoseconds opened = host_now();
+  const bool device = !(*probe)->info().replayed;
+  std::optional<ProbeError> broken;
   while (!g_stop.load()) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
     for (const std::string& sentence : (*probe)->take_notices()) {
       terminal.say("merkel: " + sentence);
     }
     if (!count) {
-      if (count.error() == ProbeError::kEndOfStream) break;
-      return fail((*probe)->error_message());
+      if (count.error() != ProbeError::kEndOfStream) broken = count.error();
+      break;
     }
     std::size_t wanted = *count;
     if (options.duration_s && *count > 0) {
       if (!end) end = samples[0].time + units::nanoseconds_from_s(*options.duration_s);
       while (wanted > 0 && samples[wanted - 1].time > *end) --wanted;
+    }
+    // A device that has gone sends no sample after the end.
+    if (options.duration_s && *count == 0 && device &&
+        host_now() >
+            end.value_or(opened + units::nanoseconds_from_s(*options.duration_s)) + kFarewell) {
+      break;
     }
     const std::string error = recording->write(std::span(samples).first(wanted));
     if (!error.empty()) return fail(error);
@@ -168,16 +183,23 @@ int record(const RecordOptions& options) {
     std::fprintf(stderr, "merkel: at least %llu frames of device bytes were not recorded\n",
                  static_cast<unsigned long long>(recording->lost_frames()));
   }
-  const auto device = (*probe)->device_counts();
+  const auto counts = (*probe)->device_counts();
   if (options.json) {
     const nlohmann::ordered_json summary = {
-        {"file", options.file}, {"samples", written}, {"device", device_json(device)}};
-    std::printf("%s\n", summary.dump(2).c_str());
-    return kDone;
+        {"file", options.file}, {"samples", written}, {"device", device_json(counts)}};
+    std::fputs(json_text(summary).c_str(), stdout);
+  } else {
+    if (counts) std::fputs(device_text(*counts).c_str(), stderr);
+    std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
+                 options.file.c_str());
   }
-  if (device) std::fputs(device_text(*device).c_str(), stderr);
-  std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
-               options.file.c_str());
+  if (broken) {
+    const std::string message = (*probe)->error_message();
+    return *broken == ProbeError::kBadData ? refuse(message) : fail(message);
+  }
+  if (device && written == 0 && !g_stop.load()) {
+    return fail("the probe " + options.uri + " sent no sample: check that it is streaming");
+  }
   return kDone;
 }
 

@@ -13,6 +13,7 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/session_position.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/json_text.hpp"
 #include "tools/run/session_playback.hpp"
 #include "tools/run/session_replay.hpp"
 #include "tools/run/stop_signal.hpp"
@@ -87,7 +88,7 @@ std::string json_of(const SessionReader& session, const SessionReplay::Verdict& 
                                        {"git_hash", session.fact("git_hash")},
                                        {"simd_target", session.fact("simd_target")},
                                        {"kernel", session.fact("kernel")}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 /// Plays the recording to the sinks at its own speed, without simulating it.

@@ -92,7 +92,9 @@ int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan*
            uri == "stim-csv:/dev/stdout";
   });
   std::fputs(summary.c_str(), data_on_stdout ? stderr : stdout);
-  if (!report.error_message.empty()) return refuse(report.error_message);
+  if (!report.error_message.empty()) {
+    return report.bad_input ? refuse(report.error_message) : fail(report.error_message);
+  }
   for (const RunReport::OfSink& sink : report.sinks) {
     if (!sink.error_message.empty()) return fail(sink.error_message);
   }
@@ -160,7 +162,7 @@ void add_run_command(CommandLine& program) {
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
             "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "
-            "tcp:HOST:PORT?protocol=NAME, fused:URI|URI")
+            "tcp:HOST:PORT?protocol=NAME, lsl:NAME, fused:URI|URI")
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .option(
           "--record", options->record,

@@ -10,6 +10,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/protocols/ati_rdt.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/line_splitter.hpp"
@@ -92,7 +93,7 @@ std::string shown(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
   if (is_text(bytes)) {
     const auto lines = lines_of(bytes);
-    if (!lines.empty()) return lines.back();
+    if (!lines.empty()) return printable_text(lines.back());
   }
   std::string text;
   for (const std::uint8_t byte : bytes.first(std::min<std::size_t>(bytes.size(), 24))) {

@@ -11,9 +11,10 @@ std::optional<ForceAndDepth> force_and_depth(const RunReport::OfProbe& probe,
   if ((probe.channels & kBoth) != kBoth) return std::nullopt;
   Indenter by_depth = model.parameters().indenters[indenter];
   by_depth.control = Indenter::Control::kDepth;
-  const Press press = TipContact(by_depth, model.parameters().skin).press(probe.deepest_input);
-  const ForceAndDepth both{.depth_mm = probe.deepest_input.depth_mm,
-                           .force_N = units::N_from_mN(probe.deepest_input.force_mN),
+  const Press press =
+      TipContact(by_depth, model.parameters().skin).press(probe.deepest_press.input);
+  const ForceAndDepth both{.depth_mm = probe.deepest_press.input.depth_mm,
+                           .force_N = units::N_from_mN(probe.deepest_press.input.force_mN),
                            .model_force_N = units::N_from_mN(press.contact.force_mN)};
   if (both.force_N <= 0.0 || both.model_force_N <= 0.0) return std::nullopt;
   return both;

@@ -14,6 +14,7 @@
 
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
+#include "tools/json_text.hpp"
 #include "tools/run/afferent_table.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
@@ -229,7 +230,7 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
   summary["probes"] = std::move(probes);
   summary["sinks"] = std::move(sinks);
   summary["neurons"] = afferent_json(afferent_rows(report, model));
-  return summary.dump(2) + "\n";
+  return json_text(summary);
 }
 
 }  // namespace merkel

@@ -14,21 +14,21 @@
 namespace merkel {
 namespace {
 
-constexpr std::chrono::milliseconds kRise{500};
-constexpr std::chrono::milliseconds kHold{500};
+constexpr std::chrono::nanoseconds kLongest{500'000'000};  ///< of the rise, and of the hold
 
-/// Slow presses of one probe on its patch alone.
-class SlowPress {
+/// Presses of one probe on its patch alone, of any depth or force, with the rise and the hold of a
+/// press that was seen.
+class SamePress {
  public:
-  static std::optional<SlowPress> create(TactileModel::Parameters parameters, std::size_t probe,
-                                         const Press& place) {
+  static std::optional<SamePress> create(TactileModel::Parameters parameters, std::size_t probe,
+                                         const Press& place, const DeepestPress& seen) {
     Indenter indenter = parameters.indenters[probe];
     parameters.patches = {parameters.patches[indenter.patch]};
     indenter.patch = 0;
     parameters.indenters = {indenter};
     auto model = TactileModel::create(parameters);
     if (!model) return std::nullopt;
-    return SlowPress(std::move(*model), place);
+    return SamePress(std::move(*model), place, seen);
   }
 
   struct Outcome {
@@ -40,8 +40,8 @@ class SlowPress {
     model_.reset();
     Outcome outcome;
     const auto tick = model_.parameters().tick;
-    for (std::chrono::nanoseconds time{0}; time < kRise + kHold; time += tick) {
-      const double part = std::min(1.0, units::s_from(time + tick) / units::s_from(kRise));
+    for (std::chrono::nanoseconds time{0}; time < rise_ + hold_; time += tick) {
+      const double part = std::min(1.0, units::s_from(time + tick) / units::s_from(rise_));
       const double value = level * part;
       const ContactInput input{.depth_mm = force() ? 0.0 : value,
                                .force_mN = force() ? value : 0.0,
@@ -77,12 +77,18 @@ class SlowPress {
   }
 
  private:
-  SlowPress(TactileModel model, const Press& place)
-      : model_(std::move(model)), x_mm_(place.x_mm), y_mm_(place.y_mm) {}
+  SamePress(TactileModel model, const Press& place, const DeepestPress& seen)
+      : model_(std::move(model)),
+        x_mm_(place.x_mm),
+        y_mm_(place.y_mm),
+        rise_(std::max(std::min(seen.rise, kLongest), model_.parameters().tick)),
+        hold_(std::max(std::min(seen.touch - seen.rise, kLongest), model_.parameters().tick)) {}
 
   TactileModel model_;
   double x_mm_;
   double y_mm_;
+  std::chrono::nanoseconds rise_;
+  std::chrono::nanoseconds hold_;
 };
 
 std::string decimal(double value) {
@@ -103,11 +109,12 @@ std::optional<std::size_t> hardest(const TactileModel& model) {
 }
 
 /// Whether the afferents of the preset goodwin fire under the same press.
-bool goodwin_fires(const TactileModel& model, std::size_t probe, double level) {
+bool goodwin_fires(const TactileModel& model, std::size_t probe, const DeepestPress& seen,
+                   double level) {
   TactileModel::Parameters goodwin = preset_scene("goodwin")->model;
   goodwin.indenters = {model.parameters().indenters[probe]};
   goodwin.indenters.front().patch = 0;
-  auto press = SlowPress::create(std::move(goodwin), 0, model.deepest()[probe]);
+  auto press = SamePress::create(std::move(goodwin), 0, model.deepest()[probe], seen);
   return press && press->press(level).fired;
 }
 
@@ -121,7 +128,8 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
   std::string text = "no afferent fired: the press reached " +
                      decimal(units::N_from_mN(deepest.contact.force_mN)) + " N (" +
                      decimal(deepest.contact.depth_mm) + " mm)";
-  auto press = SlowPress::create(model.parameters(), *probe, deepest);
+  const DeepestPress& seen = report.probes[*probe].deepest_press;
+  auto press = SamePress::create(model.parameters(), *probe, deepest, seen);
   if (!press) return text + "\n";
   const bool force = press->force();
   const double level = force ? deepest.contact.force_mN : deepest.contact.depth_mm;
@@ -137,8 +145,11 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     }
     advice = force ? "press harder than about " + decimal(units::N_from_mN(*threshold)) + " N"
                    : "press deeper than about " + decimal(*threshold) + " mm";
+    if (seen.rise < kLongest) {
+      advice += ", as fast as now (" + decimal(units::ms_from(seen.rise)) + " ms)";
+    }
   }
-  if (!model.parameters().energy_driven() && goodwin_fires(model, *probe, level)) {
+  if (!model.parameters().energy_driven() && goodwin_fires(model, *probe, seen, level)) {
     advice += std::string(advice.empty() ? "" : " or ") + "try merkel run goodwin --probe '" +
               report.probes[*probe].uri + "'";
   }

@@ -7,9 +7,9 @@
 
 namespace merkel {
 
-/// Explains why no afferent fired in a run and what to do, with computed numbers; empty if one
-/// fired. The threshold is found by simulating slow presses (0.5 s to the full depth or force, then
-/// 0.5 s of hold) at the position of the run's deepest press.
+/// Why no afferent fired in a run and what to do, in sentences with computed numbers; empty where
+/// one fired. The least press that makes one fire is found by simulating presses at the place of
+/// the run's deepest one, as fast as that one and held for as long (0.5 s each at most).
 /// Real-time: no; takes about as long as a few seconds of the scene.
 [[nodiscard]] std::string silence_text(const RunReport& report, const TactileModel& model);
 

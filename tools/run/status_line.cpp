@@ -43,10 +43,10 @@ std::vector<std::string> StatusLine::fields(const RunProgress& now) {
     fields.push_back(bar_.text(reading_of(probe)));
     fields.emplace_back(name_of(probe.state));
   }
-  fields.push_back(field("%.0f spikes/s", rate(now.counters.spikes, before.counters.spikes)));
   std::string faults = fault_text(now.counters);
   faults.erase(0, faults.find_first_not_of(' '));
   fields.push_back(std::move(faults));
+  fields.push_back(field("%.0f spikes/s", rate(now.counters.spikes, before.counters.spikes)));
   fields.push_back(field("%.0f samples/s", rate(now.counters.samples, before.counters.samples)));
   fields.push_back(
       field("tick p99 %.0f us", units::us_from(now.tick.since(before.tick).quantile(0.99))));

@@ -12,7 +12,7 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kUsualColumns = 80;
-constexpr std::size_t kBar = 10;
+constexpr std::size_t kBar = 8;
 
 /// Columns of the terminal minus one, so that the cursor stays on the line.
 std::size_t columns_now() {

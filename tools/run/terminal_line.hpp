@@ -40,7 +40,7 @@ struct LiveReading {
   std::optional<double> depth_mm;
 };
 
-/// "0.321 N 1.02 mm [####      ]": the bar is relative to the largest reading so far.
+/// "0.321 N 1.02 mm [####    ]": the bar is of the largest reading so far.
 class ReadingBar {
  public:
   [[nodiscard]] std::string text(const LiveReading& reading);

@@ -6,6 +6,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "tools/json_text.hpp"
 #include "tools/studies/report/report.hpp"
 
 namespace merkel {
@@ -106,7 +107,7 @@ std::string plan_json(const Plan& plan) {
                      {"encoding_us", plan.encoding_us},
                      {"left_out", plan.left_out},
                      {"contact_law", plan.validity}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace merkel

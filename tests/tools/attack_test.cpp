@@ -1,0 +1,239 @@
+// Attacks on the program from outside: hostile files, text, peers and signals. tests/README.md
+// lists them all.
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/drivers/simulation/line_printer.hpp"
+#include "tests/drivers/simulation/running_device.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Whether a terminal would obey something in a text: a control character but line ends and tabs.
+bool controls(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7F;
+  });
+}
+
+TEST(Attack, EndlessAndForeignFilesAreRefusedInLittleMemory) {
+  const TemporaryFolder folder;
+  std::string bytes(100'000, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes[i] = static_cast<char>(i * i * 2654435761U >> 13U);
+  const std::string random = folder.file("random", bytes);
+  const std::string out = folder.path("out.csv");
+  for (const std::string& file : {std::string("/dev/zero"), random, folder.path("")}) {
+    const std::vector<std::vector<std::string>> commands = {
+        {"run", file, "--fast"},
+        {"run", "--fast", "--probe", "replay:" + file},
+        {"record", "replay:" + file, out},
+        {"replay", file},
+        {"export", file, "--sink", "csv:" + out},
+        {"inspect", "session", file},
+        {"plan", file},
+        {"simulate-probe", "hbf1", "--trace", file},
+        {"fit", "skin", "--trace", file},
+        {"record", "serial:/dev/null?protocol=hbf1&calibration=" + file, out}};
+    for (const auto& command : commands) {
+      const ProgramRun run = run_program(command);
+      EXPECT_TRUE(run.exit_code == 2 || run.exit_code == 3)
+          << command[0] << " " << file << ": " << run.exit_code << run.err;
+      EXPECT_FALSE(run.err.empty()) << command[0];
+      EXPECT_FALSE(controls(run.err)) << command[0] << " " << file << run.err;
+#ifndef MERKEL_SANITIZED
+      EXPECT_LT(run.peak_memory_MiB, 100.0) << command[0] << " " << file;
+#endif
+      EXPECT_FALSE(std::filesystem::exists(out)) << command[0];
+    }
+  }
+}
+
+TEST(Attack, DeviceTextNeverReachesTheTerminalRaw) {
+  const TemporaryFolder folder;
+  // Turns the window's title, clears the screen, rings, goes to the left.
+  for (const std::string& line :
+       {std::string("\x1b]0;pwned\a0.300 \x1b[2J"), std::string("0.300 N\x9b"),
+        std::string("Force\x1b[31m: 0.3 stone\x7f")}) {
+    const LinePrinter gauge(line);
+    const std::string port = "serial:" + gauge.name();
+    std::vector<std::vector<std::string>> commands = {
+        {"connect", gauge.name(), "--yes", "--out", folder.path("s.toml"), "--overwrite"}};
+    for (const char* const protocol : {"csv", "mark10", "grbl", "zaber&um_per_step=1"}) {
+      commands.push_back({"record", port + "?protocol=" + protocol + "&timeout_ms=300",
+                          folder.path("t.csv"), "--duration-s", "0.1", "--overwrite"});
+    }
+    for (const auto& command : commands) {
+      const ProgramRun run = run_program(command);
+      EXPECT_FALSE(controls(run.err + run.out)) << command[0] << ": " << run.err << run.out;
+    }
+  }
+}
+
+TEST(Attack, ANameThatIsNoUtf8CostsNoSummary) {
+  const TemporaryFolder folder;
+  const std::string name = folder.path("caf\xe9.csv");  // as Latin-1 writes it
+  const auto run = run_program({"run", "--fast", "--sink", "csv:" + name, "--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_GT(nlohmann::json::parse(run.out)["spikes"], 10);
+  EXPECT_TRUE(std::filesystem::exists(name));
+}
+
+TEST(Attack, AStoppedProgramGoesOnAndItsSessionReplays) {
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1", {});
+  StartedProgram program({"run", "--probe", device.uri(), "--duration-s", "3", "--json", "--sink",
+                          "xdf:" + folder.path("s.xdf")});
+  std::this_thread::sleep_for(milliseconds{2200});
+  program.send(SIGSTOP);
+  std::this_thread::sleep_for(milliseconds{500});
+  program.send(SIGCONT);
+  const ProgramRun run = program.finish();
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_TRUE(has(run.out, "were skipped")) << run.out;
+  EXPECT_GE(nlohmann::json::parse(run.out)["gaps"], 1);
+  const auto replay = run_program({"replay", folder.path("s.xdf")});
+  EXPECT_EQ(replay.exit_code, 0) << replay.err << replay.out;
+  EXPECT_TRUE(has(replay.out, "bit-identical")) << replay.out;
+}
+
+TEST(Attack, AFolderThatGoesDuringARunEndsItsSinkWithASentence) {
+  auto folder = std::make_unique<TemporaryFolder>();
+  const TemporaryFolder other;
+  const std::string gone = folder->path("s.csv");
+  StartedProgram program({"run", "--probe", "sim:ramp?wait_s=0&live=1&hold_s=9", "--duration-s",
+                          "1.5", "--json", "--sink", "csv:" + gone, "--sink",
+                          "csv:" + other.path("s.csv")});
+  for (int k = 0; k < 500 && !std::filesystem::exists(gone + ".part"); ++k) {
+    std::this_thread::sleep_for(milliseconds{10});
+  }
+  folder.reset();
+  const ProgramRun run = program.finish();
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_TRUE(has(run.err, gone)) << run.err;
+  const auto summary = nlohmann::json::parse(run.out);
+  EXPECT_EQ(summary["sinks"][1]["delivered"], summary["spikes"]);
+  EXPECT_TRUE(std::filesystem::exists(other.path("s.csv")));
+}
+
+TEST(Attack, FewDescriptorsOrLittleMemoryIsASentence) {
+  const auto run_with = [](int resource, rlim_t most) {
+    rlimit before{};
+    ::getrlimit(static_cast<__rlimit_resource_t>(resource), &before);
+    rlimit few = before;
+    few.rlim_cur = most;
+    ::setrlimit(static_cast<__rlimit_resource_t>(resource), &few);
+    StartedProgram program({"run", "--fast", "--sink", "csv:/dev/null", "--sink", "view:48741"});
+    ::setrlimit(static_cast<__rlimit_resource_t>(resource), &before);
+    return program.finish();
+  };
+  for (rlim_t descriptors = 4; descriptors < 24; descriptors += 3) {
+    const ProgramRun run = run_with(RLIMIT_NOFILE, descriptors);
+    EXPECT_EQ(run.ended_by, 0) << descriptors << run.err;
+    EXPECT_TRUE(run.exit_code == 0 || !run.err.empty()) << descriptors;
+  }
+#ifndef MERKEL_SANITIZED  // a sanitizer's shadow needs terabytes of addresses
+  for (rlim_t MiB = 16; MiB <= 256; MiB *= 2) {
+    const ProgramRun run = run_with(RLIMIT_AS, MiB << 20U);
+    EXPECT_EQ(run.ended_by, 0) << MiB << run.err;
+  }
+#endif
+}
+
+/// A TCP server on loopback that does to each connection what it is told.
+class Server {
+ public:
+  template <class Action>
+  explicit Server(Action action) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t length = sizeof address;
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<sockaddr*>(&address), length), 0);
+    EXPECT_EQ(::listen(socket_, 8), 0);
+    ::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &length);
+    port_ = ntohs(address.sin_port);
+    thread_ = std::jthread([this, action](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        const int client = ::accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC);
+        if (client < 0) return;
+        action(client, stop);
+        ::close(client);
+      }
+    });
+  }
+  ~Server() {
+    thread_.request_stop();
+    ::shutdown(socket_, SHUT_RDWR);
+    thread_.join();
+    ::close(socket_);
+  }
+  [[nodiscard]] std::string uri() const { return "tcp:127.0.0.1:" + std::to_string(port_); }
+
+ private:
+  int socket_;
+  std::uint16_t port_ = 0;
+  std::jthread thread_;
+};
+
+void send_text(int client, const std::string& text) {
+  static_cast<void>(::send(client, text.data(), text.size(), MSG_NOSIGNAL));
+}
+
+TEST(Attack, ALineWithoutEndTakesNoMemory) {
+  const Server server([](int client, const std::stop_token& stop) {
+    for (int k = 0; k < 100; ++k) send_text(client, "0.300\n");
+    const std::string endless(1 << 16U, '7');
+    for (int k = 0; k < 2000 && !stop.stop_requested(); ++k) send_text(client, endless);
+    for (int k = 0; k < 400 && !stop.stop_requested(); ++k) {
+      send_text(client, "\n0.300");
+      std::this_thread::sleep_for(milliseconds{5});
+    }
+  });
+  const auto run = run_program({"run", "--probe", server.uri() + "?protocol=csv&columns=force_N",
+                                "--duration-s", "1", "--json"});
+  EXPECT_EQ(run.ended_by, 0);
+  EXPECT_FALSE(run.out.empty()) << run.err;
+#ifndef MERKEL_SANITIZED
+  EXPECT_LT(run.peak_memory_MiB, 150.0);
+#endif
+}
+
+TEST(Attack, AServerThatHangsUpAtOnceIsCountedAndItsNoticesAreFew) {
+  const Server server([](int client, const std::stop_token& /*stop*/) {
+    for (int k = 0; k < 20; ++k) {
+      send_text(client, "0.300\n");
+      std::this_thread::sleep_for(milliseconds{2});
+    }
+  });
+  const auto run = run_program({"run", "--probe", server.uri() + "?protocol=csv&columns=force_N",
+                                "--duration-s", "2", "--json"});
+  EXPECT_EQ(run.ended_by, 0);
+  ASSERT_FALSE(run.out.empty()) << run.err;
+  const auto summary = nlohmann::json::parse(run.out);
+  EXPECT_GE(summary["probes"][0]["device"]["outages"], 3);
+  EXPECT_GT(summary["probes"][0]["used"], 50);
+  EXPECT_LT(std::count(run.err.begin(), run.err.end(), '\n'), 40) << run.err;
+}
+
+}  // namespace
+}  // namespace merkel
