@@ -81,10 +81,10 @@ struct RunReport : RunCounters {
       contact_spikes_of_neuron;                       ///< while a probe touched the neuron's patch
   std::vector<std::uint64_t> contact_ticks_of_patch;  ///< ticks in which a probe touched the patch
 
-  std::optional<HostTimeReport> host_time;  ///< of runs on the host's clock alone
-  std::string error_message;                ///< empty, or why a probe's stream broke off
+  std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
+  std::string error_message;                ///< empty, or the reason why a probe's stream failed
   bool bad_input = false;    ///< it did because of the recording given, not of a device
-  bool interrupted = false;  ///< stopped before the streams' end
+  bool interrupted = false;  ///< stopped before the end of the streams
 
   [[nodiscard]] bool complete() const;
 };
@@ -124,10 +124,10 @@ class Pipeline {
     LoopWait wait = LoopWait::kHybrid;
     RealtimeSettings realtime;
     StimulationEncoder* encoder = nullptr;  ///< of a scene with electrodes; borrowed
-    SpinningTeam* team = nullptr;  ///< that the model works with, to rest between ticks; borrowed
-    BoundedQueue<TickTiming>* timings = nullptr;     ///< gets one for every tick with spikes
-    std::function<void(const LoopEvent&)> on_event;  ///< called on the thread that runs
-    /// Told at once when a sink fails, with its URI and why; called on the thread that runs.
+    SpinningTeam* team = nullptr;  ///< shares the model's work and rests between ticks; borrowed
+    BoundedQueue<TickTiming>* timings = nullptr;     ///< receives one item per tick with spikes
+    std::function<void(const LoopEvent&)> on_event;  ///< called on the thread of run()
+    /// Called on the thread of run() as soon as a sink fails, with its URI and the reason.
     std::function<void(const std::string&, const std::string&)> on_sink_failure;
     /// Called on the thread of run(), four times a second.
     std::function<void(const RunProgress&)> on_progress;

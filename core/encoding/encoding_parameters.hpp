@@ -47,8 +47,8 @@ struct Electrode {
 /// Whether a name is valid for an electrode: 1 to 32 letters, digits, '_', '-' or '.'.
 [[nodiscard]] bool is_electrode_name(std::string_view name) noexcept;
 
-/// What no command may exceed, whatever the encoders return. The limits have no defaults: they
-/// depend on the electrode and the tissue, and are the user's to set.
+/// Limits that no command exceeds, whatever the encoders return. The limits have no defaults: they
+/// depend on the electrode and the tissue, so the user must set them.
 struct StimulationParameters {
   std::chrono::nanoseconds update{10'000'000};  ///< between updates; a multiple of the tick
   std::chrono::nanoseconds phase{200'000};      ///< one phase of a biphasic pulse
@@ -57,7 +57,7 @@ struct StimulationParameters {
   /// How fast the amplitude of an electrode may rise from one command to the next. Decreases are
   /// not limited, so a fault takes effect at once.
   std::optional<double> max_slope_uA_per_s;
-  std::optional<std::int64_t> max_electrodes;  ///< that stimulate at once; absent: all
+  std::optional<std::int64_t> max_electrodes;  ///< stimulating at the same time; absent: all
 
   [[nodiscard]] static FieldTable fields();
 };

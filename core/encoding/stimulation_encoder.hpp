@@ -66,7 +66,7 @@ class StimulationEncoder {
   }
   /// How often a fault has switched off one patch or all patches, since construction.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
-  /// Afferents in an electrode's field.
+  /// Number of afferents in an electrode's field.
   [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
     return activity_.afferents(electrode);
   }

@@ -35,7 +35,7 @@ struct ProbeSample {
   /// the first of them, and the rest are 0. NaN where the recording has no number.
   static constexpr std::size_t kMostExtra = 8;
   std::array<double, kMostExtra> extra{};
-  /// How long it holds when no sample follows; then the probe is released. 0: until one follows.
+  /// How long the sample is held if no other follows; then the probe is released. 0: without limit.
   std::chrono::nanoseconds valid_for{0};
 
   [[nodiscard]] bool has(Channel channel) const noexcept { return (channels & channel) != 0U; }

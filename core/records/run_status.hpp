@@ -47,7 +47,7 @@ inline constexpr auto kLossFields = [] {
           true},
       Row{"lost_events", "", "events not in this file", &Losses::events, true},
       Row{"lost_samples", "", "samples not in this file", &Losses::samples, true},
-      Row{"lost_frames", "", "portions of devices' bytes not in this file", &Losses::frames, true},
+      Row{"lost_frames", "", "chunks of device bytes not in this file", &Losses::frames, true},
       Row{"lost_commands", "", "stimulation commands not in this file", &Losses::commands, true},
   };
 }();

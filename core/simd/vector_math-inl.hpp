@@ -24,9 +24,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 #undef MERKEL_INLINE_LAMBDA
 #define MERKEL_INLINE_LAMBDA HWY_ATTR __attribute__((always_inline))
 
-/// kCount vectors that go through the same arithmetic side by side. The operations of one vector
-/// depend on each other; those of its neighbours fill the pipeline. Each lane's result is the same
-/// as alone.
+/// kCount vectors that undergo the same arithmetic side by side. The operations on one vector
+/// depend on each other; those on the other vectors fill the pipeline. Each lane's result is the
+/// same as for one vector.
 template <class D, int kCount>
 struct VectorPack {
   hn::Vec<D> v[kCount];

@@ -50,7 +50,7 @@ class FixedStepLoop {
         duration;  ///< how much to simulate; default: everything
     std::int64_t max_catch_up_ticks = 20;
     StimulationEncoder* encoder = nullptr;        ///< null: no electrodes; borrowed
-    BoundedQueue<TickTiming>* timings = nullptr;  ///< gets one for every tick with spikes
+    BoundedQueue<TickTiming>* timings = nullptr;  ///< receives one item per tick with spikes
   };
 
   /// \param inputs  one per indenter of the model

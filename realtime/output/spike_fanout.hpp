@@ -137,8 +137,8 @@ class SpikeFanout {
     }
     return sum;
   }
-  /// Tells every consumer, without waking it, that a tick's spikes are there: so long after the
-  /// tick was due. Real-time: yes. Thread: simulation.
+  /// Announces to every consumer, without waking it, that a tick's spikes are in the queues,
+  /// `after_due` after the tick was due. Real-time: yes. Thread: simulation.
   void published(std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
     beat_.published(after_due);
   }

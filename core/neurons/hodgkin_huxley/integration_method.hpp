@@ -30,7 +30,7 @@ enum class IntegrationMethod {
   kStaggeredMultistep,
 };
 
-/// The names in scenes and on the command line, in the order of the enumerations.
+/// The names in scenes and on the command line, in the order of the enumerators.
 inline constexpr std::string_view kIntegrationMethods[] = {
     "forward_euler", "exponential_euler",  "backward_euler",
     "rush_larsen",   "crank_nicolson",     "heun",

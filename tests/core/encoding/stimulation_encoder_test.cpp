@@ -222,7 +222,7 @@ TEST(StimulationEncoder, CountsTheSpikesOfItsOwnPatch) {
   EXPECT_GT(second_uA, 20.0);
 }
 
-/// A random scene under random ticks with everything that can go wrong, watched by the auditor.
+/// A random scene with random ticks and every kind of fault, checked by the auditor.
 class RandomScene {
  public:
   explicit RandomScene(std::uint64_t seed)

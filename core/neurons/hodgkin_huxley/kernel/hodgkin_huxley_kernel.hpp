@@ -69,7 +69,7 @@ struct HodgkinHuxleyArguments {
   Real input_phase = Real(0.5);          ///< fraction of the step at which the input is taken
   const std::uint8_t* frozen = nullptr;  ///< by block, 1 = skip; null: step all
   CouplingArguments<Real> coupling;
-  int seen_at_begin = 0;  ///< which of `seen` holds the first step's beginning
+  int seen_at_begin = 0;  ///< index in `seen` of the beginning of the first step
   const MultistepHistory<Real>* history =
       nullptr;  ///< of the multistep method; null for other methods
 };

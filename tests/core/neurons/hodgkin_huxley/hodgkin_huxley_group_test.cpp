@@ -73,7 +73,7 @@ TEST(HodgkinHuxleyGroup, FourthOrderMethodsAgreeWithCvodeOnARampAndHold) {
   reference::CvodeMembranes reference;
   reference.current = [&](int, double t) { return ramp(t); };
   reference.corners = {10.0, 30.0, 150.0};
-  // The step of current at 150 ms falls within one of our steps: compare the spikes before it.
+  // The current step at 150 ms falls within an integration step: compare only the spikes before it.
   const auto expected = reference.spikes_until(149.0);
   for (const auto& [method, step] : kFourthOrder) {
     expect_times(spike_times(population(method, step), step, ramp, 149.0), expected, 1e-4);
