@@ -20,7 +20,7 @@ std::string spheres(const std::string& fields) {
 
 TEST(Recordings, ThePublishedOnesAreAllThere) {
   const Recordings recordings = published_recordings();
-  ASSERT_EQ(recordings.sets.size(), 5U);
+  ASSERT_EQ(recordings.sets.size(), 6U);
   const DataSet& light = recordings.sets[0];
   EXPECT_EQ(light.name, "curvature × force, 0.098 N");
   ASSERT_EQ(light.points.size(), 7U);

@@ -17,8 +17,8 @@ TEST(NearestName, FindsTheIntendedKey) {
 }
 
 TEST(IntegrationMethod, NamesReadBack) {
-  EXPECT_EQ(integration_method_names().size(), 7U);
-  for (int i = 0; i < 7; ++i) {
+  EXPECT_EQ(integration_method_names().size(), 8U);
+  for (int i = 0; i < 8; ++i) {
     const auto method = static_cast<IntegrationMethod>(i);
     EXPECT_EQ(integration_method_named(name_of(method)), method);
   }
