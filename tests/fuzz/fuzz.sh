@@ -60,27 +60,22 @@ fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/printable_text.cpp \
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
-parameters=(core/encoding/encoding_parameters.cpp core/scene/model_{fields,parameters}.cpp core/skin/skin_material.cpp
-  core/contact/{bar_contact,indenter,pin_contact}.cpp core/math/{normal_random,portable_math}.cpp
-  core/receptors/{adaptation,patch,receptive_field,receptor_density,receptor_placement,sigmoid_transduction}.cpp
-  core/neurons/connor_stevens/connor_stevens.cpp core/neurons/integrate_and_fire/integrate_and_fire.cpp
-  core/neurons/hodgkin_huxley/{hodgkin_huxley,integration_method,lattice_coupling}.cpp)
-layout=(core/scene/patch_layout.cpp)
-fuzz session 8192 -lpugixml session_fuzz.cpp "${words[@]}" "${parameters[@]}" "${layout[@]}" drivers/uri.cpp \
-  drivers/sessions/session_{reader,items,format,writer}.cpp drivers/sinks/afferent_table.cpp \
-  drivers/clock/clock_pair.cpp drivers/files/{file_rename,output_file}.cpp
-scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
-  drivers/{uri,files/toml{,_guard}}.cpp realtime/threads/thread_setup.cpp)
-fuzz scene 2048 "" scene_fuzz.cpp "${words[@]}" "${parameters[@]}" "${scenes[@]}"
 core=()
 for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*/*.cpp; do
   [ -e "$file" ] && core+=("${file#"$source"/}")
 done
-# One instruction set is enough for memory faults. A single run may take 10 s and 2 GB, all runs
-# together a minute or MERKEL_FUZZ_SECONDS.
+core+=(drivers/files/csv_text.cpp drivers/uri.cpp)
+scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
+  drivers/files/toml{,_guard}.cpp realtime/threads/thread_setup.cpp)
+# One instruction set is enough for memory faults.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
+fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
+  drivers/sessions/session_{reader,items,format,writer}.cpp drivers/sinks/afferent_table.cpp \
+  drivers/clock/clock_pair.cpp drivers/files/{file_rename,output_file}.cpp
+fuzz scene 2048 -lhwy scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
+# A single run may take 10 s and 2 GB, all runs together a minute or MERKEL_FUZZ_SECONDS.
 limits=(-timeout=10 -rss_limit_mb=2048 "-max_total_time=${MERKEL_FUZZ_SECONDS:-60}")
-fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" drivers/files/csv_text.cpp "${scenes[@]}"
+fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" "${scenes[@]}"
 limits=()
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
   tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
