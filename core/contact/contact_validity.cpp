@@ -35,8 +35,8 @@ ContactValidity validity_of(const ContactState& contact, const SkinParameters& s
         hertz_force / SneddonContact(R, modulus).at_depth(depth).force_mN - 1.0;
   }
   validity.layer_ratio = std::sqrt(R * depth) / validity.thickness_mm;
-  const double exact_factor = BondedLayer(skin.poisson_ratio, validity.layer_ratio)
-                                  .force_factor(validity.layer_ratio);
+  const double exact_factor =
+      BondedLayer(skin.poisson_ratio, validity.layer_ratio).force_factor(validity.layer_ratio);
   const double used_factor =
       skin.layered() ? contact.force_mN / (contact.stiffening * hertz_force) : 1.0;
   validity.layer_force_error = used_factor / exact_factor - 1.0;

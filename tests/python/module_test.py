@@ -116,7 +116,7 @@ class Runs(Case):
                 ({"depth_mm": press, "time_s": press}, r"time_s\[1\] is 1, not later than the sample before"),
                 ({"depth_mm": press, "x_mm": [1, 2], "rate_hz": 10}, "x_mm has 2 samples, the others have 10"),
                 ({"depth_mm": "deep", "rate_hz": 10}, "depth_mm must be an array of numbers"),
-                ({"depth_mm": 16 * press, "rate_hz": 10}, "no finger bears more than 15"),
+                ({"depth_mm": 16 * press, "rate_hz": 10}, "beyond the limit of 15 for a finger"),
                 ({"depth_mm": [], "rate_hz": 10}, "there are no samples"),
                 ({"probe": "replay:none.csv"}, "none.csv"),
                 ({"probe": "sim:taps", "depth_mm": press, "rate_hz": 10}, "leave one out")):
@@ -164,7 +164,7 @@ class Streams(Case):
         for arguments, sentence in (
                 ({"time_s": 0.0, "depth_mm": 1}, "push samples in order of time"),
                 ({"time_s": 0.1, "depth_mm": float("nan")}, "not finite"),
-                ({"time_s": 0.1, "depth_mm": 20}, "no finger bears more than 15"),
+                ({"time_s": 0.1, "depth_mm": 20}, "beyond the limit of 15 for a finger"),
                 ({"time_s": 0.1}, "give depth_mm or force_N"),
                 ({"time_s": 0.1, "force_N": 1}, "must all have the same"),
                 ({"time_s": float("inf"), "depth_mm": 1}, "finite number of seconds"),
@@ -316,7 +316,9 @@ class Sessions(Case):
 class Bridges(Case):
     def test_a_live_run_gives_its_spikes_and_records(self):
         file = self.path("live.xdf")
-        with merkel.connect("sim:ramp?depth_mm=1.5&hold_s=0.3&live=1", "finger", sinks=["xdf:" + file]) as bridge:
+        # The first second is measured before the run begins.
+        with merkel.connect("sim:ramp?depth_mm=1.5&hold_s=1.5&live=1", "finger",
+                            sinks=["xdf:" + file]) as bridge:
             bridge.mark("begin")
             spikes = np.concatenate(list(bridge))
         self.assertTrue(bridge.ended)

@@ -118,6 +118,11 @@ TEST(InspectSession, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(run_program({"inspect", "session", path, "--fact", "no"}).exit_code, 2);
   EXPECT_EQ(run_program({"inspect", "session", folder.path("none")}).exit_code, 2);
   EXPECT_EQ(run_program({"inspect", "session", path, "--fact", "scene"}).out, "goodwin\n");
+  const auto overview = run_program({"inspect", "session", path}).out;
+  EXPECT_NE(overview.find("stream stimulation,0\nstream marks,0\n"), std::string::npos) << overview;
+  EXPECT_EQ(run_program({"inspect", "session", path, "--stream", "marks"}).out, "time_s,label\n");
+  EXPECT_EQ(run_program({"inspect", "session", path, "--stream", "stimulation"}).out,
+            "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n");
   const auto rows = lines_of(run_program({"inspect", "session", path, "--stream", "ticks"}).out);
   EXPECT_EQ(rows.size(), 101U);
   EXPECT_EQ(rows[1].substr(0, 23), "1,0,0.001000000,followi") << rows[1];

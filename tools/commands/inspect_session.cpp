@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <array>
 #include <cinttypes>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <unistd.h>
 
@@ -74,6 +74,8 @@ std::string header_of(SessionStream::Id stream) {
       return status_header();
     case SessionStream::Id::kFrames:
       return "probe,port,time_s,kind,parsed,damaged,lost,bytes";
+    case SessionStream::Id::kStimulation:
+      return "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop";
   }
   return "";
 }
@@ -126,9 +128,31 @@ void print_row(const SessionChunk::Frame& item) {
               hexadecimal(frame.content()).c_str());
 }
 
+void print_row(const StimulationCommand& command) {
+  std::printf("%s,%u,%s,%.9g,%.9g,%u,%s\n", seconds(command.time).c_str(),
+              unsigned{command.electrode}, std::string(name_of(command.kind)).c_str(),
+              command.amplitude_uA, command.frequency_Hz, command.heartbeat,
+              std::string(name_of(command.stop)).c_str());
+}
+
+void print_row(const Mark& mark) {
+  std::printf("%s,%s\n", seconds(mark.time).c_str(), printable_lines(mark.label).c_str());
+}
+
 template <class Items>
 void print_rows(const Items& items) {
   for (const auto& item : items) print_row(item);
+}
+
+int print_marks(SessionReader& session) {
+  std::puts("time_s,label");
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session.next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) return kDone;
+    print_rows(chunk.marks);
+  }
 }
 
 int print_stream(SessionReader& session, const SessionStream& stream) {
@@ -138,13 +162,14 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
     const auto more = session.next(chunk);
     if (!more) return refuse(more.error());
     if (!*more) return kDone;
-    if (chunk.stream != stream.id) continue;
+    if (!chunk.marks.empty() || chunk.stream != stream.id) continue;
     print_rows(chunk.spikes);
     print_rows(chunk.ticks);
     print_rows(chunk.samples);
     print_rows(chunk.events);
     print_rows(chunk.status);
     print_rows(chunk.frames);
+    print_rows(chunk.commands);
   }
 }
 
@@ -169,20 +194,24 @@ int print_overview(SessionReader& session) {
                 lines == 0 ? shown(value).c_str()
                            : (std::to_string(lines) + " lines: --fact " + name).c_str());
   }
-  std::array<std::uint64_t, 6> items{};
+  std::vector<std::uint64_t> items(session_streams().size());
+  std::uint64_t marks = 0;
   SessionChunk chunk;
   for (;;) {
     const auto more = session.next(chunk);
     if (!more) return refuse(more.error());
     if (!*more) break;
-    items[static_cast<std::size_t>(chunk.stream) - 1] +=
+    marks += chunk.marks.size();
+    if (!chunk.marks.empty()) continue;
+    items.at(static_cast<std::size_t>(chunk.stream) - 1) +=
         chunk.spikes.size() + chunk.ticks.size() + chunk.samples.size() + chunk.events.size() +
-        chunk.status.size() + chunk.frames.size();
+        chunk.status.size() + chunk.frames.size() + chunk.commands.size();
   }
   for (const SessionStream& stream : session_streams()) {
     std::printf("stream %s,%" PRIu64 "\n", std::string(short_name(stream)).c_str(),
                 items[static_cast<std::size_t>(stream.id) - 1]);
   }
+  std::printf("stream marks,%" PRIu64 "\n", marks);
   std::printf("ended,%s\n", session.ended_well() ? "yes" : "no: it breaks off");
   return kDone;
 }
@@ -192,12 +221,13 @@ int inspect_session(const InspectSessionOptions& options) {
   if (!session) return refuse(session.error());
   if (!options.fact.empty()) return print_fact(*session, options.fact);
   if (options.stream.empty()) return print_overview(*session);
+  if (options.stream == "marks") return print_marks(*session);
   std::string known;
   for (const SessionStream& stream : session_streams()) {
     if (short_name(stream) == options.stream) return print_stream(*session, stream);
-    known.append(known.empty() ? "" : ", ").append(short_name(stream));
+    known.append(short_name(stream)).append(", ");
   }
-  return refuse("--stream " + options.stream + " is not one of " + known);
+  return refuse("--stream " + options.stream + " is not one of " + known + "marks");
 }
 
 }  // namespace

@@ -167,10 +167,12 @@ const std::vector<Format>& formats() {
          }
          const std::string text = read_file(path + ".part");
          int spikes = 0;
-         for (auto row = text.find("\ns,"); row != std::string::npos; row = text.find("\ns,", row + 1)) {
+         for (auto row = text.find("\ns,"); row != std::string::npos;
+              row = text.find("\ns,", row + 1)) {
            const auto end = text.find('\n', row + 1);
            EXPECT_NE(end, std::string::npos) << text;
-           EXPECT_TRUE(text.substr(row, end - row).ends_with("," + std::to_string(spikes++ % 20 + 1)));
+           EXPECT_TRUE(
+               text.substr(row, end - row).ends_with("," + std::to_string(spikes++ % 20 + 1)));
          }
          return spikes;
        }},

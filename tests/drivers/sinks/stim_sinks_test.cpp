@@ -83,8 +83,8 @@ class RedisServer {
       const std::string port = std::to_string(kPort);
       const std::string folder = folder_.path("");
       ::execlp("redis-server", "redis-server", "--port", port.c_str(), "--bind", "127.0.0.1",
-               "--save", "", "--appendonly", "no", "--dir", folder.c_str(), "--logfile", "/dev/null",
-               static_cast<char*>(nullptr));
+               "--save", "", "--appendonly", "no", "--dir", folder.c_str(), "--logfile",
+               "/dev/null", static_cast<char*>(nullptr));
       ::_exit(127);
     }
     for (int k = 0; k < 200 && cli("ping") != "PONG\n"; ++k) {
