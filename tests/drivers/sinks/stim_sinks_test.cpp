@@ -80,7 +80,7 @@ class RedisServer {
   RedisServer() {
     process_ = ::fork();
     if (process_ == 0) {
-      const std::string port = std::to_string(kPort);
+      const std::string port = std::to_string(port_);
       const std::string folder = folder_.path("");
       ::execlp("redis-server", "redis-server", "--port", port.c_str(), "--bind", "127.0.0.1",
                "--save", "", "--appendonly", "no", "--dir", folder.c_str(), "--logfile",
@@ -103,7 +103,7 @@ class RedisServer {
   /// What redis-cli prints.
   [[nodiscard]] static std::string cli(const std::string& command) {
     const std::string line =
-        "redis-cli -p " + std::to_string(kPort) + " --raw " + command + " 2>/dev/null";
+        "redis-cli -p " + std::to_string(port()) + " --raw " + command + " 2>/dev/null";
     std::FILE* const pipe = ::popen(line.c_str(), "r");
     std::string text;
     for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
@@ -111,11 +111,13 @@ class RedisServer {
     return text;
   }
   [[nodiscard]] static std::string uri() {
-    return "redis:127.0.0.1:" + std::to_string(kPort) + "?node=stimulator";
+    return "redis:127.0.0.1:" + std::to_string(port()) + "?node=stimulator";
   }
-  static constexpr int kPort = 45573;
+  /// Another one for each program, because tests run side by side.
+  static int port() { return 40000 + ::getpid() % 20000; }
 
  private:
+  const int port_ = port();  // of this program, not of the server that it starts
   TemporaryFolder folder_;
   pid_t process_ = 0;
 };
