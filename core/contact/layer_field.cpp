@@ -169,14 +169,14 @@ LayerField::LayerField(const SkinParameters& skin, double largest_radius_mm)
   }
   Eigen::MatrixXd J0(count, points);
   Eigen::MatrixXd J1(count, points);
-  Eigen::MatrixXd J1_over_r(count, points);
+  Eigen::MatrixXd j1_over_r(count, points);
   for (Eigen::Index point = 0; point < points; ++point) {
     const double r = spacing_mm_ * static_cast<double>(point);
     for (Eigen::Index k = 0; k < count; ++k) {
       const double x = xi[static_cast<std::size_t>(k)].x;
       J0(k, point) = ::j0(x * r);
       J1(k, point) = ::j1(x * r);
-      J1_over_r(k, point) = point == 0 ? 0.5 * x : J1(k, point) / r;
+      j1_over_r(k, point) = point == 0 ? 0.5 * x : J1(k, point) / r;
     }
   }
 
@@ -202,7 +202,7 @@ LayerField::LayerField(const SkinParameters& skin, double largest_radius_mm)
   const auto transform = [&](const Eigen::ArrayXd& kernel, const Eigen::MatrixXd& bessel) {
     return Eigen::MatrixXd(pressure * kernel.matrix().asDiagonal() * bessel);
   };
-  const Eigen::MatrixXd hoop = transform(radial, J1_over_r);
+  const Eigen::MatrixXd hoop = transform(radial, j1_over_r);
   const Eigen::MatrixXd mean = nu * transform(dilatation, J0);
   table_.resize(kFields * rows_ * points_);
   const auto keep = [&](Field field, const Eigen::MatrixXd& values) {

@@ -439,7 +439,8 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
     EXPECT_LE(timing.started, timing.computed);
     EXPECT_LE(timing.computed, timing.published);
   }
-  EXPECT_GT(before, nanoseconds{0});
+  // Only ticks that start on time have a timing: a loaded machine may have none with spikes.
+  EXPECT_TRUE(before > nanoseconds{0} || report->overruns > 0);
 }
 
 TEST(Pipeline, ASilentDeviceIsRefusedWithARemedy) {
