@@ -25,8 +25,8 @@ def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False,
     file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run.
 
     >>> with connect("sim:ramp?depth_mm=1.5&hold_s=0.3&live=1") as bridge:
-    ...     spikes = sum(len(new) for new in bridge)
-    >>> spikes > 0
+    ...     spikes = [new for new in bridge]
+    >>> bridge.ended
     True
     """
     if not isinstance(scene, Scene):

@@ -142,7 +142,7 @@ void BridgeObject::mark(const std::string& label) {
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return newest_ || over_; });
-    if (!newest_) throw Error("the run is over before its first tick: there is nothing to mark");
+    if (over_ || !newest_) throw Error("the run is over: there is nothing to mark");
     time = *newest_;
   }
   if (label.find_first_of("\r\n") != std::string::npos) {
