@@ -93,7 +93,7 @@ struct Multistep {
   using Constants = VectorConstants<D>;
   static constexpr bool kShared = kIsShared;
   static constexpr bool kCoupled = kIsCoupled;
-  static constexpr auto& observe = observe_multistep<Real>;
+  static constexpr auto& kObserve = observe_multistep<Real>;
 
   template <int kCount>
   struct Pieces {
@@ -149,7 +149,7 @@ struct Multistep {
       HWY_ALIGN Real to[kCount * hn::MaxLanes(d)];
       Math::store(before, from);
       Math::store(after, to);
-      observe(a, i, kCount * hn::Lanes(d), step, from, to);
+      kObserve(a, i, kCount * hn::Lanes(d), step, from, to);
       if constexpr (kCoupled) {
         // The neighbours see reset neurons at rest.
         for (std::size_t lane = 0; lane < kCount * hn::Lanes(d); ++lane) {

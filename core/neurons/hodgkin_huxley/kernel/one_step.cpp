@@ -147,7 +147,7 @@ struct OneStep {
   static constexpr bool kCoupled = kIsCoupled;
   template <int kCount>
   using Pieces = OneStepPieces<kFast, kCoupled, kCount, D>;
-  static constexpr auto& observe = observe_one_step<hn::TFromD<D>>;
+  static constexpr auto& kObserve = observe_one_step<hn::TFromD<D>>;
 };
 
 template <class Real>

@@ -214,7 +214,7 @@ HWY_INLINE void for_each_run(const HodgkinHuxleyArguments<Real>& a, const Work& 
 /// stays in the nearest cache. With a network: all neurons through one step,
 /// then the next. \param Method  kShared: always with the shared exponential;
 /// kCoupled; Pieces<kCount>: the arithmetic of a step on so many vectors;
-/// observe: reports spikes and resets
+/// kObserve: reports spikes and resets
 template <class Method, class D>
 HWY_INLINE void take_steps(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& arguments) {
   const HodgkinHuxleyArguments<hn::TFromD<D>> a = arguments;  // a local copy: nothing aliases it
@@ -236,7 +236,7 @@ HWY_INLINE void take_steps(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& arg
     }
     for (std::size_t i = begin; i < end; ++i) {
       if (HWY_UNLIKELY(!(std::fabs(a.V[i]) < static_cast<hn::TFromD<D>>(kRunaway_mV)))) {
-        Method::observe(a, i, 1, a.call.steps - 1, a.V + i, a.V + i);
+        Method::kObserve(a, i, 1, a.call.steps - 1, a.V + i, a.V + i);
       }
     }
   });
