@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "drivers/files/file_rename.hpp"
+#include "drivers/files/hdf5_handle.hpp"
 
 namespace merkel {
 namespace {
@@ -20,37 +21,21 @@ static_assert(std::is_same_v<hid_t, std::int64_t>);
 
 constexpr hsize_t kChunk = 16384;  ///< rows of a chunk of a column
 
-/// An HDF5 handle, closed by the function of its kind.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*closer)(hid_t)) : id_(id), close_(closer) {}
-  Handle(Handle&&) = delete;
-  ~Handle() {
-    if (id_ >= 0) static_cast<void>(close_(id_));
-  }
-  [[nodiscard]] hid_t id() const { return id_; }
-  [[nodiscard]] bool valid() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-Handle text_type() {
+Hdf5Handle text_type() {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, H5T_VARIABLE);
   H5Tset_cset(type, H5T_CSET_UTF8);
   return {type, H5Tclose};
 }
 
-Handle scalar() { return {H5Screate(H5S_SCALAR), H5Sclose}; }
+Hdf5Handle scalar() { return {H5Screate(H5S_SCALAR), H5Sclose}; }
 
-Handle list_of(std::size_t count) {
+Hdf5Handle list_of(std::size_t count) {
   const hsize_t size = count;
   return {H5Screate_simple(1, &size, nullptr), H5Sclose};
 }
 
-Handle intermediate_groups() {
+Hdf5Handle intermediate_groups() {
   const hid_t properties = H5Pcreate(H5P_LINK_CREATE);
   H5Pset_create_intermediate_group(properties, 1);
   return {properties, H5Pclose};
@@ -63,10 +48,10 @@ hid_t growing_dataset(hid_t file, const std::string& path, hid_t type, std::size
   const std::array<hsize_t, 2> size{rows, width};
   const std::array<hsize_t, 2> most{H5S_UNLIMITED, width};
   const std::array<hsize_t, 2> chunk{rows > 0 ? rows : kChunk, width};
-  const Handle space(H5Screate_simple(rank, size.data(), most.data()), H5Sclose);
-  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const Hdf5Handle space(H5Screate_simple(rank, size.data(), most.data()), H5Sclose);
+  const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_chunk(properties.id(), rank, chunk.data());
-  const Handle links = intermediate_groups();
+  const Hdf5Handle links = intermediate_groups();
   return H5Dcreate2(file, path.c_str(), type, space.id(), links.id(), properties.id(), H5P_DEFAULT);
 }
 
@@ -122,18 +107,18 @@ void Hdf5File::close() {
 
 void Hdf5File::group(const std::string& path) {
   if (!ok_) return;
-  const Handle links = intermediate_groups();
-  const Handle made(H5Gcreate2(file_, path.c_str(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
-                    H5Gclose);
+  const Hdf5Handle links = intermediate_groups();
+  const Hdf5Handle made(H5Gcreate2(file_, path.c_str(), links.id(), H5P_DEFAULT, H5P_DEFAULT),
+                        H5Gclose);
   check(made.valid());
 }
 
 void Hdf5File::write_attribute(const std::string& path, const char* name, std::int64_t type,
                                std::int64_t space, const void* value) {
   if (!ok_) return;
-  const Handle attribute(H5Acreate_by_name(file_, path.c_str(), name, type, space, H5P_DEFAULT,
-                                           H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
+  const Hdf5Handle attribute(H5Acreate_by_name(file_, path.c_str(), name, type, space, H5P_DEFAULT,
+                                               H5P_DEFAULT, H5P_DEFAULT),
+                             H5Aclose);
   check(attribute.valid() && H5Awrite(attribute.id(), type, value) >= 0);
 }
 
@@ -167,7 +152,7 @@ void Hdf5File::attribute(const std::string& path, const char* name,
 
 void Hdf5File::word(const std::string& path, const char* name, std::span<const char* const> words,
                     std::uint8_t index) {
-  const Handle type(H5Tenum_create(H5T_STD_U8LE), H5Tclose);
+  const Hdf5Handle type(H5Tenum_create(H5T_STD_U8LE), H5Tclose);
   std::uint8_t value = 0;
   for (const char* const each : words) {
     H5Tenum_insert(type.id(), each, &value);
@@ -185,11 +170,11 @@ void Hdf5File::reference(const std::string& path, const char* name, const std::s
 
 void Hdf5File::text(const std::string& path, const std::string& value) {
   if (!ok_) return;
-  const Handle type = text_type();
-  const Handle links = intermediate_groups();
-  const Handle dataset(H5Dcreate2(file_, path.c_str(), type.id(), scalar().id(), links.id(),
-                                  H5P_DEFAULT, H5P_DEFAULT),
-                       H5Dclose);
+  const Hdf5Handle type = text_type();
+  const Hdf5Handle links = intermediate_groups();
+  const Hdf5Handle dataset(H5Dcreate2(file_, path.c_str(), type.id(), scalar().id(), links.id(),
+                                      H5P_DEFAULT, H5P_DEFAULT),
+                           H5Dclose);
   const char* const pointer = value.c_str();
   check(dataset.valid() &&
         H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &pointer) >= 0);
@@ -197,8 +182,8 @@ void Hdf5File::text(const std::string& path, const std::string& value) {
 
 void Hdf5File::texts(const std::string& path, std::span<const std::string> values) {
   if (!ok_) return;
-  const Handle type = text_type();
-  const Handle dataset(growing_dataset(file_, path, type.id(), 1, values.size()), H5Dclose);
+  const Hdf5Handle type = text_type();
+  const Hdf5Handle dataset(growing_dataset(file_, path, type.id(), 1, values.size()), H5Dclose);
   check(dataset.valid() &&
         (values.empty() || H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                                     pointers_to(values).data()) >= 0));
@@ -244,8 +229,8 @@ void Hdf5File::Column::write(std::vector<Value>& values, std::int64_t memory_typ
   const std::array<hsize_t, 2> size{written_, width_};
   if (file_.ok_) {
     const bool grown = H5Dset_extent(dataset_, size.data()) >= 0;
-    const Handle file_space(H5Dget_space(dataset_), H5Sclose);
-    const Handle memory_space(H5Screate_simple(rank, count.data(), nullptr), H5Sclose);
+    const Hdf5Handle file_space(H5Dget_space(dataset_), H5Sclose);
+    const Hdf5Handle memory_space(H5Screate_simple(rank, count.data(), nullptr), H5Sclose);
     file_.check(grown &&
                 H5Sselect_hyperslab(file_space.id(), H5S_SELECT_SET, start.data(), nullptr,
                                     count.data(), nullptr) >= 0 &&

@@ -5,13 +5,12 @@
 
 namespace merkel {
 
-std::vector<AfferentRow> afferents_of(const SinkSetup& setup) {
+Expected<std::vector<AfferentRow>, ParameterError> afferents_of(const ModelParameters& model) {
   std::vector<AfferentRow> rows;
-  if (setup.neurons == 0) return rows;
   std::uint32_t patch = 0;
-  for (const PatchParameters& parameters : setup.run.model.patches) {
+  for (const PatchParameters& parameters : model.patches) {
     const auto layout = layout_of(parameters);
-    if (!layout) return {};  // no model has such a patch
+    if (!layout) return Unexpected<ParameterError>(layout.error());
     for (const AfferentSite& site : layout->afferents) {
       rows.push_back({.number = static_cast<std::uint32_t>(rows.size() + 1),
                       .patch = patch,
@@ -23,6 +22,11 @@ std::vector<AfferentRow> afferents_of(const SinkSetup& setup) {
     ++patch;
   }
   return rows;
+}
+
+std::vector<AfferentRow> afferents_of(const SinkSetup& setup) {
+  if (setup.neurons == 0) return {};
+  return afferents_of(setup.run.model).value_or(std::vector<AfferentRow>{});
 }
 
 std::string afferent_csv(const std::vector<AfferentRow>& afferents) {

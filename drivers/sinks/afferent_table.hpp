@@ -18,7 +18,11 @@ struct AfferentRow {
   std::uint32_t receptors = 0;
 };
 
-/// All afferents of a run, in order of their numbers. Empty for a run without a simulation.
+/// All afferents of a model, in order of their numbers. Fails if no model has such a patch.
+[[nodiscard]] Expected<std::vector<AfferentRow>, ParameterError> afferents_of(
+    const ModelParameters& model);
+
+/// The same of a run. Empty for a run without a simulation.
 [[nodiscard]] std::vector<AfferentRow> afferents_of(const SinkSetup& setup);
 
 /// The same as CSV with a header; empty if there are none.

@@ -1,23 +1,18 @@
 #include <array>
 #include <charconv>
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <sys/stat.h>
-
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/files/file_rename.hpp"
 #include "drivers/files/line_reader.hpp"
-#include "drivers/files/output_file.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/nwb_file.hpp"
+#include "drivers/sinks/rows_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
-#include "drivers/sinks/time_base.hpp"
 
 namespace merkel {
 namespace {
@@ -96,36 +91,16 @@ void set_time_of_rows(NwbContent& content) {
   set_time(origin, offset, content);
 }
 
-/// Collects the run as rows of text in FILE.nwb.part, which nothing can damage, and makes the HDF5
-/// file of them when the run is over: NWB groups spikes by unit.
-class NwbSpikeSink final : public SpikeSink {
+/// Rows of NwbContent: NWB groups spikes by unit, which are known at the end only.
+class NwbSpikeSink final : public RowsSink {
  public:
   NwbSpikeSink(std::string uri, OutputFile rows, TimeBase time, const SinkSetup& setup)
-      : uri_(std::move(uri)),
-        rows_(std::move(rows)),
-        path_(rows_.path()),
-        time_(time),
-        content_(content_of(setup, rows_.part())),
-        probes_(setup.run.probes),
-        overwrite_(setup.overwrite) {}
+      : RowsSink(std::move(uri), std::move(rows), time, setup.overwrite, "the run is"),
+        content_(content_of(setup, this->rows())),
+        probes_(setup.run.probes) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kSamples | kEvents | kMarks;
-  }
-
-  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    if (std::exchange(started_, true)) return {};
-    time_.set(origin);
-    set_time(origin, time_.offset(), content_);
-    std::string head;
-    for (const auto& [name, value] : time_.facts()) {
-      head += "# " + name + "=" + value + "\n";
-      content_.notes += name + " = " + value + "\n";
-    }
-    const bool written = rows_.write(head);
-    rows_.end_header();
-    return settle(written);
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
@@ -134,8 +109,7 @@ class NwbSpikeSink final : public SpikeSink {
       begin_row('s', spike.time);
       text_ += "," + std::to_string(spike.neuron) + "\n";
     }
-    taken_ += spikes.size();
-    return write_rows();
+    return write_rows(text_, spikes.size());
   }
 
   [[nodiscard]] Expected<void, SinkError> write_samples(
@@ -159,7 +133,7 @@ class NwbSpikeSink final : public SpikeSink {
       }
       text_ += "\n";
     }
-    return write_rows();
+    return write_rows(text_);
   }
 
   [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
@@ -171,7 +145,7 @@ class NwbSpikeSink final : public SpikeSink {
       text_ += "," + std::to_string(event.subject) + ",";
       text_.append(name_of(event.kind)).append("\n");
     }
-    return write_rows();
+    return write_rows(text_);
   }
 
   [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
@@ -180,79 +154,47 @@ class NwbSpikeSink final : public SpikeSink {
       begin_row('m', mark.time);
       text_ += "," + printable_text(mark.label) + "\n";
     }
-    return write_rows();
+    return write_rows(text_);
   }
-
-  [[nodiscard]] Expected<void, SinkError> flush() override { return settle(rows_.flush()); }
-
-  [[nodiscard]] Expected<void, SinkError> close() override {
-    if (auto started = begin({}); !started) return started;
-    if (auto flushed = flush(); !flushed) return flushed;
-    if (auto written = write_nwb(path_, content_, overwrite_); !written) {
-      return Unexpected<SinkError>({.sentence = written.error() + "; the run is in " +
-                                                rows_.part() +
-                                                ", as text: free some space, and run again"});
-    }
-    rows_.remove();
-    return {};
-  }
-
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  void begin_row(char letter, nanoseconds time) {
-    text_ += letter;
-    text_ += ',';
-    append_seconds(text_, time_(time));
-  }
-  Expected<void, SinkError> write_rows() {
-    if (auto started = begin({}); !started) return started;
-    return settle(rows_.write(text_));
-  }
-  Expected<void, SinkError> settle(bool succeeded) {
-    if (!succeeded) return Unexpected<SinkError>({.sentence = rows_.error()});
-    if (rows_.settled()) delivered_ = taken_;
+  [[nodiscard]] std::string head(const RunOrigin& origin) override {
+    set_time(origin, time().offset(), content_);
+    for (const auto& [name, value] : time().facts()) content_.notes += name + " = " + value + "\n";
     return {};
   }
+  [[nodiscard]] Expected<void, std::string> convert(const std::string& path,
+                                                    bool overwrite) override {
+    return write_nwb(path, content_, overwrite);
+  }
+  void begin_row(char letter, nanoseconds at) {
+    text_ += letter;
+    text_ += ',';
+    append_seconds(text_, time()(at));
+  }
 
-  std::string uri_;
-  OutputFile rows_;
-  std::string path_;
-  TimeBase time_;
   NwbContent content_;
   std::vector<ProbeInfo> probes_;
-  bool overwrite_;
-  bool started_ = false;
   std::string text_;
-  std::uint64_t taken_ = 0;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace
 
 void convert_recovered_nwb(const Uri& /*uri*/, const std::string& recovered,
                            const SinkSetup& setup) {
-  NwbContent content = content_of(setup, recovered + ".part");
-  if (rename_without_replacing(recovered, content.rows) != 0) return;
-  set_time_of_rows(content);
-  const auto written = write_nwb(recovered, content, false);
-  if (written) {
-    static_cast<void>(std::remove(content.rows.c_str()));
-  } else if (setup.notice) {
-    setup.notice(written.error() + "; what the run left is in " + content.rows + ", as text");
-  }
+  RowsSink::convert_recovered(recovered, "what the run left is", setup,
+                              [&](const std::string& rows) {
+                                NwbContent content = content_of(setup, rows);
+                                set_time_of_rows(content);
+                                return write_nwb(recovered, content, false);
+                              });
 }
 
 OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  struct stat status {};
-  if (uri.path == "-" || (::stat(uri.path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
-                          !S_ISDIR(status.st_mode))) {
-    return bad_input("\"" + uri.text + "\": HDF5 is written to regular files only");
-  }
-  auto rows = OutputFile::create(uri.path, setup.overwrite, setup.notice);
+  auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
   if (!rows->recovered().empty()) convert_recovered_nwb(uri, rows->recovered(), setup);
   return std::make_unique<NwbSpikeSink>(uri.text, std::move(*rows), time, setup);

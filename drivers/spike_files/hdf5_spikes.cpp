@@ -11,6 +11,7 @@
 #include <hdf5.h>
 
 #include "drivers/files/hdf5_file.hpp"
+#include "drivers/files/hdf5_handle.hpp"
 #include "drivers/spike_files/recorded_zero.hpp"
 #include "drivers/spike_files/spike_file.hpp"
 
@@ -21,24 +22,6 @@ using std::chrono::nanoseconds;
 
 constexpr hssize_t kMostValues = 500'000'000;
 constexpr double kMostTime_ns = 4e18;
-constexpr std::array kZeroFacts = {"time_offset_ns", "start_device_ns"};
-
-/// An open HDF5 object, closed at its end.
-class Object {
- public:
-  Object(hid_t id, herr_t (*closer)(hid_t)) : id_(id), close_(closer) {}
-  Object(const Object&) = delete;
-  Object& operator=(const Object&) = delete;
-  ~Object() {
-    if (id_ >= 0) static_cast<void>(close_(id_));
-  }
-  [[nodiscard]] hid_t id() const { return id_; }
-  [[nodiscard]] bool valid() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
 
 bool exists(hid_t file, const std::string& path) {
   for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
@@ -50,10 +33,10 @@ bool exists(hid_t file, const std::string& path) {
 template <class Value>
 std::optional<std::vector<Value>> numbers(hid_t file, const std::string& path, hid_t type) {
   if (!exists(file, path)) return std::nullopt;
-  const Object dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   if (!dataset.valid()) return std::nullopt;
-  const Object space(H5Dget_space(dataset.id()), H5Sclose);
-  const Object own_type(H5Dget_type(dataset.id()), H5Tclose);
+  const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
+  const Hdf5Handle own_type(H5Dget_type(dataset.id()), H5Tclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space.id());
   const H5T_class_t kind = H5Tget_class(own_type.id());
   if (count < 0 || count > kMostValues || (kind != H5T_INTEGER && kind != H5T_FLOAT)) {
@@ -72,7 +55,7 @@ std::optional<std::string> text_of(hid_t own_type, hid_t space, const Read& read
   if (H5Tis_variable_str(own_type) <= 0 || H5Sget_simple_extent_npoints(space) != 1) {
     return std::nullopt;
   }
-  const Object type(H5Tcopy(H5T_C_S1), H5Tclose);
+  const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.id(), H5T_VARIABLE);
   H5Tset_cset(type.id(), H5Tget_cset(own_type));
   char* text = nullptr;
@@ -84,19 +67,19 @@ std::optional<std::string> text_of(hid_t own_type, hid_t space, const Read& read
 
 std::optional<std::string> attribute(hid_t file, const std::string& path, const char* name) {
   if (H5Aexists_by_name(file, path.c_str(), name, H5P_DEFAULT) <= 0) return std::nullopt;
-  const Object attribute(H5Aopen_by_name(file, path.c_str(), name, H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
-  const Object type(H5Aget_type(attribute.id()), H5Tclose);
-  const Object space(H5Aget_space(attribute.id()), H5Sclose);
+  const Hdf5Handle attribute(H5Aopen_by_name(file, path.c_str(), name, H5P_DEFAULT, H5P_DEFAULT),
+                             H5Aclose);
+  const Hdf5Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  const Hdf5Handle space(H5Aget_space(attribute.id()), H5Sclose);
   return text_of(type.id(), space.id(),
                  [&](hid_t memory, char** text) { return H5Aread(attribute.id(), memory, text); });
 }
 
 std::optional<std::string> dataset_text(hid_t file, const std::string& path) {
   if (!exists(file, path)) return std::nullopt;
-  const Object dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-  const Object type(H5Dget_type(dataset.id()), H5Tclose);
-  const Object space(H5Dget_space(dataset.id()), H5Sclose);
+  const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle type(H5Dget_type(dataset.id()), H5Tclose);
+  const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
   return text_of(type.id(), space.id(), [&](hid_t memory, char** text) {
     return H5Dread(dataset.id(), memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, text);
   });
@@ -128,7 +111,7 @@ bool read_sonata(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   const auto times_ms = numbers<double>(hdf5, group + "/timestamps", H5T_NATIVE_DOUBLE);
   const auto nodes = numbers<std::uint64_t>(hdf5, group + "/node_ids", H5T_NATIVE_UINT64);
   if (!times_ms || !nodes || times_ms->size() != nodes->size()) return false;
-  for (const char* const name : kZeroFacts) {
+  for (const char* const name : RecordedZero::kNames) {
     if (const auto value = attribute(hdf5, group, name)) zero.take(name, *value);
   }
   for (std::size_t i = 0; i < nodes->size(); ++i) {
@@ -143,16 +126,7 @@ bool read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   const auto times_s = numbers<double>(hdf5, "/units/spike_times", H5T_NATIVE_DOUBLE);
   const auto ends = numbers<std::uint64_t>(hdf5, "/units/spike_times_index", H5T_NATIVE_UINT64);
   if (!times_s || !ends) return false;
-  std::string notes = "\n";
-  notes += dataset_text(hdf5, "/general/notes").value_or("");
-  for (const char* const name : kZeroFacts) {
-    std::string begin = "\n";
-    begin.append(name).append(" = ");
-    const auto place = notes.find(begin);
-    if (place == std::string::npos) continue;
-    const auto value = place + begin.size();
-    zero.take(name, std::string_view(notes).substr(value, notes.find('\n', value) - value));
-  }
+  zero.take_all(dataset_text(hdf5, "/general/notes").value_or(""));
   std::uint64_t i = 0;
   for (std::size_t unit = 0; unit < ends->size(); ++unit) {
     if ((*ends)[unit] < i || (*ends)[unit] > times_s->size()) return false;
@@ -168,7 +142,7 @@ bool read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
 Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
   const std::lock_guard lock(hdf5_mutex());
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are printed by the caller
-  const Object hdf5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const Hdf5Handle hdf5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!hdf5.valid()) return bad_input("cannot read " + path + ": HDF5 refused");
   SpikeFile file;
   RecordedZero zero;

@@ -1,23 +1,44 @@
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "drivers/spike_files/spike_file.hpp"
 
 namespace merkel {
 
+/// The value of a line NAME = VALUE of a text.
+[[nodiscard]] inline std::optional<std::string> noted_value(const std::string& text,
+                                                            const std::string& name) {
+  const std::string lines = "\n" + text;
+  const std::string wanted = "\n" + name + " = ";
+  const auto place = lines.find(wanted);
+  if (place == std::string::npos) return std::nullopt;
+  const auto begin = place + wanted.size();
+  return lines.substr(begin, lines.find('\n', begin) - begin);
+}
+
 /// What a file notes of the zero of its times (TimeBase::facts()): turns them into times from the
 /// start of the run.
 class RecordedZero {
  public:
+  static constexpr std::array kNames = {"time_offset_ns", "start_device_ns"};
+
   /// Takes a name and its value, if it is of use.
   void take(std::string_view name, std::string_view value) {
     if (name == "time_offset_ns") offset_ = whole(value);
     if (name == "start_device_ns") start_ = whole(value);
+  }
+  /// Takes them from lines of NAME = VALUE.
+  void take_all(const std::string& text) {
+    for (const char* const name : kNames) {
+      if (const auto value = noted_value(text, name)) take(name, *value);
+    }
   }
   void apply(SpikeFile& file) const {
     if (!offset_ || !start_) return;

@@ -31,16 +31,6 @@ std::optional<std::uint32_t> neuron_of(std::string_view field) {
   return neuron;
 }
 
-/// A value of NAME = VALUE in a Python file.
-std::optional<std::string> python_value(const std::string& text, const std::string& name) {
-  std::string wanted = "\n";
-  wanted.append(name).append(" = ");
-  const auto place = text.find(wanted);
-  if (place == std::string::npos) return std::nullopt;
-  const auto begin = place + wanted.size();
-  return text.substr(begin, text.find('\n', begin) - begin);
-}
-
 /// The whole numbers of a one-dimensional NumPy file.
 Expected<std::vector<std::int64_t>, SetupError> read_npy(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -129,9 +119,8 @@ Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path) {
 
 Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder) {
   std::ifstream parameters_file(folder + "/params.py");
-  std::string parameters = "\n";
-  parameters.append(std::istreambuf_iterator<char>(parameters_file), {});
-  const auto rate_text = python_value(parameters, "sample_rate");
+  const std::string parameters(std::istreambuf_iterator<char>(parameters_file), {});
+  const auto rate_text = noted_value(parameters, "sample_rate");
   const auto rate_Hz = rate_text ? parse_number(*rate_text) : std::nullopt;
   if (!rate_Hz || !(*rate_Hz > 0.0)) {
     return bad_input(folder + "/params.py has no sample_rate: it is not a folder of Phy");
@@ -151,9 +140,7 @@ Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder) {
                            .neuron = static_cast<std::uint32_t>((*clusters)[i])});
   }
   RecordedZero zero;
-  for (const char* const name : {"time_offset_ns", "start_device_ns"}) {
-    if (const auto value = python_value(parameters, name)) zero.take(name, *value);
-  }
+  zero.take_all(parameters);
   zero.apply(file);
   return file;
 }

@@ -24,15 +24,15 @@ std::optional<std::size_t> first_probe_on(std::size_t patch, const TactileModel&
 
 }  // namespace
 
-std::vector<AfferentRow> afferent_rows(const RunReport& report, const TactileModel& model) {
-  std::vector<AfferentRow> rows(model.neurons());
+std::vector<AfferentActivity> afferent_rows(const RunReport& report, const TactileModel& model) {
+  std::vector<AfferentActivity> rows(model.neurons());
   const double simulated_s = units::s_from(report.simulated);
   std::size_t first = 0;
   for (std::size_t patch = 0; patch < model.patches().size(); ++patch) {
     const std::size_t neurons = model.patches()[patch].neurons();
     const auto probe = first_probe_on(patch, model);
     for (const Receptor& receptor : model.patches()[patch].drive().receptors()) {
-      AfferentRow& row = rows[first + receptor.neuron - 1];
+      AfferentActivity& row = rows[first + receptor.neuron - 1];
       ++row.receptors;
       if (!probe) continue;
       const Press& press = model.deepest()[*probe];
@@ -41,7 +41,7 @@ std::vector<AfferentRow> afferent_rows(const RunReport& report, const TactileMod
     const double contact_s = static_cast<double>(report.contact_ticks_of_patch[patch]) *
                              units::s_from(model.parameters().tick);
     for (std::size_t n = first; n < first + neurons; ++n) {
-      AfferentRow& row = rows[n];
+      AfferentActivity& row = rows[n];
       row.neuron = n + 1;
       if (row.receptors > 0) row.mean_distance_mm /= static_cast<double>(row.receptors);
       row.spikes = report.spikes_of_neuron[n];
@@ -55,14 +55,15 @@ std::vector<AfferentRow> afferent_rows(const RunReport& report, const TactileMod
   return rows;
 }
 
-std::string afferent_text(std::vector<AfferentRow> rows, bool all) {
+std::string afferent_text(std::vector<AfferentActivity> rows, bool all) {
   const auto fired = static_cast<std::size_t>(std::count_if(
-      rows.begin(), rows.end(), [](const AfferentRow& row) { return row.spikes > 0; }));
-  std::stable_sort(rows.begin(), rows.end(), [](const AfferentRow& a, const AfferentRow& b) {
-    const double a_hz = a.contact_rate_hz.value_or(0.0);
-    const double b_hz = b.contact_rate_hz.value_or(0.0);
-    return a_hz != b_hz ? a_hz > b_hz : a.spikes > b.spikes;
-  });
+      rows.begin(), rows.end(), [](const AfferentActivity& row) { return row.spikes > 0; }));
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const AfferentActivity& a, const AfferentActivity& b) {
+                     const double a_hz = a.contact_rate_hz.value_or(0.0);
+                     const double b_hz = b.contact_rate_hz.value_or(0.0);
+                     return a_hz != b_hz ? a_hz > b_hz : a.spikes > b.spikes;
+                   });
   std::string text = fmt::format("afferents: {} of {} fired", fired, rows.size());
   const std::size_t shown = all ? rows.size() : std::min(kShown, fired);
   if (shown == 0) return text + "\n";
@@ -71,7 +72,7 @@ std::string afferent_text(std::vector<AfferentRow> rows, bool all) {
               : std::string(":\n");
   text += "neuron receptors mean_distance_mm spikes contact_hz whole_run_hz\n";
   for (std::size_t i = 0; i < shown; ++i) {
-    const AfferentRow& row = rows[i];
+    const AfferentActivity& row = rows[i];
     text += fmt::format("{:>6} {:>9} {:>16.2f} {:>6} {:>10} {:>12.1f}\n", row.neuron, row.receptors,
                         row.mean_distance_mm, row.spikes,
                         row.contact_rate_hz ? fmt::format("{:.1f}", *row.contact_rate_hz) : "-",
@@ -80,10 +81,10 @@ std::string afferent_text(std::vector<AfferentRow> rows, bool all) {
   return text;
 }
 
-nlohmann::ordered_json afferent_json(const std::vector<AfferentRow>& rows) {
+nlohmann::ordered_json afferent_json(const std::vector<AfferentActivity>& rows) {
   using Json = nlohmann::ordered_json;
   Json neurons = Json::array();
-  for (const AfferentRow& row : rows) {
+  for (const AfferentActivity& row : rows) {
     neurons.push_back(
         {{"neuron", row.neuron},
          {"receptors", row.receptors},

@@ -13,7 +13,7 @@
 namespace merkel {
 
 /// One afferent in a run's summary.
-struct AfferentRow {
+struct AfferentActivity {
   std::size_t neuron = 0;  ///< from 1
   std::size_t receptors = 0;
   double mean_distance_mm = 0.0;  ///< between its receptors and the axis of the patch's first probe
@@ -24,12 +24,12 @@ struct AfferentRow {
 };
 
 /// One row for each afferent, in order of number.
-[[nodiscard]] std::vector<AfferentRow> afferent_rows(const RunReport& report,
-                                                     const TactileModel& model);
+[[nodiscard]] std::vector<AfferentActivity> afferent_rows(const RunReport& report,
+                                                          const TactileModel& model);
 /// The table as text, sorted by the rate during contact, highest first. \param all  every afferent;
 /// false: the ten most active
-[[nodiscard]] std::string afferent_text(std::vector<AfferentRow> rows, bool all);
+[[nodiscard]] std::string afferent_text(std::vector<AfferentActivity> rows, bool all);
 /// The rows as JSON, in order of number; a missing contact rate is null.
-[[nodiscard]] nlohmann::ordered_json afferent_json(const std::vector<AfferentRow>& rows);
+[[nodiscard]] nlohmann::ordered_json afferent_json(const std::vector<AfferentActivity>& rows);
 
 }  // namespace merkel

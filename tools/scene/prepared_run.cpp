@@ -5,7 +5,6 @@
 
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "realtime/threads/thread_setup.hpp"
 #include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/session_scene.hpp"
 
@@ -62,6 +61,25 @@ Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<Probe
   return {};
 }
 
+Expected<Simulation, SetupError> make_simulation(Scene& scene, const std::vector<ProbeInfo>& probes,
+                                                 const RealtimeSettings& workers) {
+  if (auto chosen = choose_controls(scene, probes); !chosen) {
+    return Unexpected<SetupError>(chosen.error());
+  }
+  auto model = TactileModel::create(scene.model);
+  if (!model) return bad_input(scene.sentence(model.error()));
+  auto encoder = encoder_of(scene, *model);
+  if (!encoder) return Unexpected<SetupError>(encoder.error());
+  auto team = SpinningTeam::create(
+      scene.loop.threads, [workers](int worker) { set_up_worker_thread(workers, worker); });
+  if (!team) return Unexpected<SetupError>(team.error());
+  Simulation simulation{.model = std::make_unique<TactileModel>(std::move(*model)),
+                        .encoder = std::move(*encoder),
+                        .team = std::move(*team)};
+  if (scene.loop.threads > 1) simulation.model->share_work(simulation.team.get());
+  return simulation;
+}
+
 void PreparedRun::add_probes_to(Pipeline& pipeline) {
   for (std::size_t i = 0; i < probes.size(); ++i) {
     pipeline.add_probe(std::move(probes[i]), scene.probes[i].input);
@@ -83,23 +101,10 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
     run.probes.push_back(
         std::make_unique<LimitedProbe>(std::move(preparation.probes[i]), scene.probes[i].limits));
   }
-  if (auto chosen = choose_controls(scene, infos); !chosen) {
-    return Unexpected<SetupError>(chosen.error());
-  }
-  auto model = TactileModel::create(scene.model);
-  if (!model) return bad_input(scene.sentence(model.error()));
-  run.model = std::make_unique<TactileModel>(std::move(*model));
-  auto encoder = encoder_of(scene, *run.model);
-  if (!encoder) return Unexpected<SetupError>(encoder.error());
-  run.encoder = std::move(*encoder);
-
-  auto team = SpinningTeam::create(
-      scene.loop.threads, [settings = scene.loop.realtime, fast = preparation.fast](int worker) {
-        set_up_worker_thread(fast ? RealtimeSettings{.fifo = false} : settings, worker);
-      });
-  if (!team) return Unexpected<SetupError>(team.error());
-  run.team = std::move(*team);
-  if (scene.loop.threads > 1) run.model->share_work(run.team.get());
+  auto simulation = make_simulation(
+      scene, infos, preparation.fast ? RealtimeSettings{.fifo = false} : scene.loop.realtime);
+  if (!simulation) return Unexpected<SetupError>(simulation.error());
+  static_cast<Simulation&>(run) = std::move(*simulation);
   run.parameters = {.fast = preparation.fast,
                     .delay = delay_of(scene),
                     .duration = std::nullopt,

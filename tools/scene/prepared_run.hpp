@@ -13,11 +13,27 @@
 #include "drivers/sinks/sink_setup.hpp"
 #include "realtime/pipeline.hpp"
 #include "realtime/threads/spinning_team.hpp"
+#include "realtime/threads/thread_setup.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 
-/// A scene prepared to run: its model, its probes, and the threads that share the work of a tick.
+/// What simulates a scene.
+struct Simulation {
+  std::unique_ptr<TactileModel> model;
+  std::unique_ptr<StimulationEncoder> encoder;  ///< null: the scene has no electrodes
+  std::unique_ptr<SpinningTeam> team;           ///< shares the work of a tick
+};
+
+/// Chooses the reading that drives each contact and builds what simulates the scene.
+/// \param probes   one per indenter; uses channels and URI
+/// \param workers  of the threads of the team
+/// Returns the first error as a sentence. Real-time: no.
+[[nodiscard]] Expected<Simulation, SetupError> make_simulation(Scene& scene,
+                                                               const std::vector<ProbeInfo>& probes,
+                                                               const RealtimeSettings& workers);
+
+/// A scene prepared to run: its simulation and its probes.
 ///
 /// \code
 ///   auto run = prepare_run(*preset_scene("goodwin"), {.fast = true});
@@ -26,11 +42,8 @@ namespace merkel {
 ///   pipeline.add_sink(…);
 ///   const auto report = pipeline.run();
 /// \endcode
-struct PreparedRun {
-  Scene scene;  ///< including the chosen controls
-  std::unique_ptr<TactileModel> model;
-  std::unique_ptr<StimulationEncoder> encoder;  ///< null: the scene has no electrodes
-  std::unique_ptr<SpinningTeam> team;
+struct PreparedRun : Simulation {
+  Scene scene;                                 ///< including the chosen controls
   std::vector<std::unique_ptr<Probe>> probes;  ///< one per indenter
   Pipeline::Parameters parameters;             ///< the caller adds callbacks
   RunDescription description;                  ///< for sinks

@@ -7,9 +7,6 @@
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/sample_limits.hpp"
 #include "realtime/input/probe_channel.hpp"
-#include "realtime/threads/thread_setup.hpp"
-#include "tools/scene/prepared_run.hpp"
-#include "tools/scene/scene_encoder.hpp"
 
 namespace merkel {
 namespace {
@@ -28,13 +25,11 @@ struct SampleStream::Line {
   std::optional<std::chrono::nanoseconds> last;  ///< time of the last pushed sample
 };
 
-SampleStream::SampleStream(Scene scene, std::unique_ptr<TactileModel> model,
-                           std::unique_ptr<StimulationEncoder> encoder,
-                           std::unique_ptr<SpinningTeam> team)
+SampleStream::SampleStream(Scene scene, Simulation simulation)
     : scene_(std::move(scene)),
-      model_(std::move(model)),
-      encoder_(std::move(encoder)),
-      team_(std::move(team)),
+      model_(std::move(simulation.model)),
+      encoder_(std::move(simulation.encoder)),
+      team_(std::move(simulation.team)),
       contacts_(scene_.probes.size()),
       records_(scene_.probes.size()) {
   for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
@@ -59,24 +54,13 @@ Expected<SampleStream, SetupError> SampleStream::create(
     probes.push_back(
         {.uri = "of the stream", .name = {}, .serial_number = {}, .channels = of_probe});
   }
-  if (auto chosen = choose_controls(scene, probes); !chosen) {
-    return Unexpected<SetupError>(chosen.error());
-  }
-  auto model = TactileModel::create(scene.model);
-  if (!model) return bad_input(scene.sentence(model.error()));
-  auto team = SpinningTeam::create(scene.loop.threads, [](int worker) {
-    set_up_worker_thread(RealtimeSettings{.fifo = false}, worker);
-  });
-  if (!team) return Unexpected<SetupError>(team.error());
-  auto encoder = encoder_of(scene, *model);
-  if (!encoder) return Unexpected<SetupError>(encoder.error());
-  SampleStream stream(std::move(scene), std::make_unique<TactileModel>(std::move(*model)),
-                      std::move(*encoder), std::move(*team));
-  if (stream.scene_.loop.threads > 1) stream.model_->share_work(stream.team_.get());
-  return stream;
+  auto simulation = make_simulation(scene, probes, RealtimeSettings{.fifo = false});
+  if (!simulation) return Unexpected<SetupError>(simulation.error());
+  return SampleStream(std::move(scene), std::move(*simulation));
 }
 
-std::string SampleStream::fault_of(const Line& line, const ProbeSample& sample) const {
+std::string SampleStream::fault_of(std::size_t probe, const ProbeSample& sample) const {
+  const Line& line = *lines_[probe];
   if (line.channel.ended.load(std::memory_order_relaxed)) {
     return "the stream is finished: make a new one for further samples";
   }
@@ -88,9 +72,6 @@ std::string SampleStream::fault_of(const Line& line, const ProbeSample& sample) 
   if (!plausible(sample)) {
     return line.name + " was given a value that is not finite or beyond any finger: check its unit";
   }
-  const std::size_t probe = static_cast<std::size_t>(
-      std::find_if(lines_.begin(), lines_.end(), [&](const auto& l) { return l.get() == &line; }) -
-      lines_.begin());
   return press_excess(sample, scene_.probes[probe].limits, line.name);
 }
 
@@ -101,7 +82,7 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
                      std::to_string(lines_.size()) + ", counted from 0");
   }
   Line& line = *lines_[probe];
-  if (std::string fault = fault_of(line, sample); !fault.empty()) {
+  if (std::string fault = fault_of(probe, sample); !fault.empty()) {
     return bad_input(std::move(fault));
   }
   spikes_.clear();

@@ -16,7 +16,7 @@
 #include "core/records/tick_record.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/input/probe_input.hpp"
-#include "realtime/threads/spinning_team.hpp"
+#include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
@@ -55,9 +55,8 @@ class SampleStream {
 
  private:
   struct Line;
-  SampleStream(Scene scene, std::unique_ptr<TactileModel> model,
-               std::unique_ptr<StimulationEncoder> encoder, std::unique_ptr<SpinningTeam> team);
-  [[nodiscard]] std::string fault_of(const Line& line, const ProbeSample& sample) const;
+  SampleStream(Scene scene, Simulation simulation);
+  [[nodiscard]] std::string fault_of(std::size_t probe, const ProbeSample& sample) const;
   [[nodiscard]] bool ready();
   [[nodiscard]] bool exhausted() const;
   void simulate();

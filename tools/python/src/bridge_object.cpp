@@ -7,6 +7,7 @@
 
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
 #include "tools/studies/plan/plan.hpp"
 
@@ -98,15 +99,7 @@ BridgeObject::~BridgeObject() { stop(); }
 void BridgeObject::run() {
   const auto report = pipeline_->run();
   const std::lock_guard lock(mutex_);
-  if (!report) {
-    error_ = report.error().sentence;
-  } else if (!report->error_message.empty()) {
-    error_ = report->error_message;
-  } else {
-    for (const RunReport::OfSink& sink : report->sinks) {
-      if (error_.empty()) error_ = sink.error_message;
-    }
-  }
+  error_ = failure_of(report);
   over_ = true;
   changed_.notify_all();
 }
@@ -154,12 +147,7 @@ void BridgeObject::mark(const std::string& label) {
 bool BridgeObject::tare(std::size_t probe) { return control_->tare(probe); }
 
 std::map<std::string, std::uint64_t> BridgeObject::counters() {
-  std::map<std::string, std::uint64_t> all;
-  const RunCounters counters = pipeline_->counters();
-  for (const auto& field : kRunCounterFields<>) {
-    all.emplace(std::string(field.name), counters.*field.cell);
-  }
-  return all;
+  return counters_of(pipeline_->counters());
 }
 
 std::vector<std::string> BridgeObject::notices() {

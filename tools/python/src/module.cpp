@@ -78,7 +78,7 @@ them. A value that cannot be is an Error, and the scene stays as it was.)")
       .def("__setitem__", &SceneObject::set, py::arg("key"), py::arg("value"))
       .def_property_readonly(
           "afferents",
-          [](const SceneObject& scene) { return array_of(afferents_of(scene.scene().model)); },
+          [](const SceneObject& scene) { return array_of(afferent_rows(scene.scene().model)); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
       .def_property_readonly(
           "probes", [](const SceneObject& scene) { return scene.scene().probes.size(); },

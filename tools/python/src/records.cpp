@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 
 namespace merkel::python {
@@ -18,7 +17,8 @@ double channel(const ProbeSample& sample, ProbeSample::Channel bit, double value
 
 void register_rows() {
   PYBIND11_NUMPY_DTYPE(SpikeRow, time_s, neuron, patch, flags);
-  PYBIND11_NUMPY_DTYPE(AfferentRow, neuron, patch, x_mm, y_mm, field_radius_mm, receptors);
+  PYBIND11_NUMPY_DTYPE_EX(AfferentRow, number, "neuron", patch, "patch", x_mm, "x_mm", y_mm, "y_mm",
+                          field_radius_mm, "field_radius_mm", receptors, "receptors");
   PYBIND11_NUMPY_DTYPE(SampleRow, time_s, arrival_s, probe, depth_mm, force_N, x_mm, y_mm);
   PYBIND11_NUMPY_DTYPE(TickRow, time_s, probe, depth_mm, force_N, x_mm, y_mm, state, late,
                        latency_us);
@@ -73,23 +73,10 @@ EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero) {
           .kind = static_cast<std::uint8_t>(event.kind)};
 }
 
-std::vector<AfferentRow> afferents_of(const ModelParameters& model) {
-  std::vector<AfferentRow> rows;
-  std::uint32_t patch = 0;
-  for (const PatchParameters& parameters : model.patches) {
-    const auto layout = layout_of(parameters);
-    if (!layout) throw Error(layout.error().key + " " + layout.error().reason);
-    for (const AfferentSite& site : layout->afferents) {
-      rows.push_back({.neuron = static_cast<std::uint32_t>(rows.size() + 1),
-                      .patch = patch,
-                      .x_mm = site.x_mm,
-                      .y_mm = site.y_mm,
-                      .field_radius_mm = site.radius_mm,
-                      .receptors = static_cast<std::uint32_t>(site.receptors)});
-    }
-    ++patch;
-  }
-  return rows;
+std::vector<AfferentRow> afferent_rows(const ModelParameters& model) {
+  auto rows = merkel::afferents_of(model);
+  if (!rows) throw Error(rows.error().key + " " + rows.error().reason);
+  return std::move(*rows);
 }
 
 }  // namespace merkel::python

@@ -17,6 +17,7 @@
 #include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
 #include "core/scene/model_parameters.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 
 namespace merkel::python {
 
@@ -27,14 +28,6 @@ struct SpikeRow {
   std::uint32_t neuron;
   std::uint16_t patch;
   std::uint16_t flags;
-};
-struct AfferentRow {
-  std::uint32_t neuron;
-  std::uint32_t patch;
-  double x_mm;
-  double y_mm;
-  double field_radius_mm;
-  std::uint32_t receptors;
 };
 struct SampleRow {
   double time_s;
@@ -84,8 +77,8 @@ void register_rows();
 [[nodiscard]] CommandRow row_of(const StimulationCommand& command, std::chrono::nanoseconds zero);
 [[nodiscard]] EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero);
 
-/// The afferents of a model, by number.
-[[nodiscard]] std::vector<AfferentRow> afferents_of(const ModelParameters& model);
+/// The afferents of a model, by number. \throws Error
+[[nodiscard]] std::vector<AfferentRow> afferent_rows(const ModelParameters& model);
 
 /// A new one-dimensional array with a copy of the rows.
 template <class Row>

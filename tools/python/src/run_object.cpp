@@ -11,7 +11,6 @@
 #include "core/units.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
-#include "realtime/pipeline.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/studies/plan/plan.hpp"
 
@@ -58,6 +57,23 @@ std::vector<std::unique_ptr<Probe>> probes_of(const RunOptions& options, const S
 
 }  // namespace
 
+std::map<std::string, std::uint64_t> counters_of(const RunCounters& counters) {
+  std::map<std::string, std::uint64_t> all;
+  for (const auto& field : kRunCounterFields<>) {
+    all.emplace(std::string(field.name), counters.*field.cell);
+  }
+  return all;
+}
+
+std::string failure_of(const Expected<RunReport, SetupError>& report) {
+  if (!report) return report.error().sentence;
+  if (!report->error_message.empty()) return report->error_message;
+  for (const RunReport::OfSink& sink : report->sinks) {
+    if (!sink.error_message.empty()) return sink.error_message;
+  }
+  return {};
+}
+
 RunObject run_scene(Scene scene, const RunOptions& options) {
   if (options.press.given() && !options.probes.empty()) {
     throw Error("a press and a probe were both given: leave one out");
@@ -98,17 +114,11 @@ RunObject run_scene(Scene scene, const RunOptions& options) {
     const py::gil_scoped_acquire gil;
     throw py::error_already_set();
   }
-  if (!report) throw Error(report.error().sentence);
-  if (!report->error_message.empty()) throw Error(report->error_message);
-  for (const RunReport::OfSink& sink : report->sinks) {
-    if (!sink.error_message.empty()) throw Error(sink.error_message);
-  }
-  result.afferents = afferents_of(run.model->parameters());
+  if (std::string failure = failure_of(report); !failure.empty()) throw Error(failure);
+  result.afferents = afferent_rows(run.model->parameters());
   result.start_s = units::s_from(report->start);
   result.duration_s = units::s_from(report->simulated);
-  for (const auto& field : kRunCounterFields<>) {
-    result.counters.emplace(std::string(field.name), (*report).*field.cell);
-  }
+  result.counters = counters_of(*report);
   return result;
 }
 

@@ -9,6 +9,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include "realtime/pipeline.hpp"
 #include "tools/python/src/array_source.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -48,6 +49,11 @@ struct RunOptions {
 
 /// Runs a scene as `merkel run --fast` does, without the GIL. \throws Error
 [[nodiscard]] RunObject run_scene(Scene scene, const RunOptions& options);
+
+/// The counters of a run, by name.
+[[nodiscard]] std::map<std::string, std::uint64_t> counters_of(const RunCounters& counters);
+/// Why a run failed; empty if it did not.
+[[nodiscard]] std::string failure_of(const Expected<RunReport, SetupError>& report);
 
 /// Adds Run to the module.
 void add_run(pybind11::module_& module);

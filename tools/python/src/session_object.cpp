@@ -26,7 +26,7 @@ SessionObject SessionObject::load(const std::string& path) {
     const auto model = TactileModel::create(session.scene->model);
     if (!model) throw Error(session.scene->sentence(model.error()));
     numbering.emplace(reader, *model);
-    session.afferents = afferents_of(session.scene->model);
+    session.afferents = afferent_rows(session.scene->model);
   }
   const auto zero = session.origin.start;
   SessionChunk chunk;

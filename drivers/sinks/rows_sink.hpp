@@ -1,0 +1,66 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "drivers/files/output_file.hpp"
+#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sinks/time_base.hpp"
+#include "drivers/spike_sink.hpp"
+#include "drivers/uri.hpp"
+
+namespace merkel {
+
+/// A sink whose format is HDF5. It collects the run as rows of text in FILE.part, which survives
+/// any crash, and converts them at the end of the run. HDF5 does not guarantee that an unclosed
+/// file can be read, and it cannot continue after a failed write.
+class RowsSink : public SpikeSink {
+ public:
+  /// Opens the file of rows. Fails if the path cannot be an HDF5 file or cannot be written.
+  [[nodiscard]] static Expected<OutputFile, SetupError> open_rows(const Uri& uri,
+                                                                  const SinkSetup& setup);
+  /// Converts a killed run's rows, which have the name `recovered` by now: `convert` writes the
+  /// file `recovered` from the rows at `rows`, or returns the reason why it cannot. \param what the
+  /// subject of the notice after a failure, such as "its spikes are"
+  static void convert_recovered(
+      const std::string& recovered, const std::string& what, const SinkSetup& setup,
+      const std::function<Expected<void, std::string>(const std::string& rows)>& convert);
+
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
+  [[nodiscard]] Expected<void, SinkError> flush() override { return settle(rows_.flush()); }
+  [[nodiscard]] Expected<void, SinkError> close() override;
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
+
+ protected:
+  /// \param what  the subject of the error after a failed conversion, such as "all spikes are"
+  RowsSink(std::string uri, OutputFile rows, TimeBase time, bool overwrite, std::string_view what);
+
+  /// Called once, after the origin of time is set. \return a line of column names, or nothing
+  [[nodiscard]] virtual std::string head(const RunOrigin& origin) = 0;
+  /// Writes the HDF5 file. On failure, returns the reason.
+  [[nodiscard]] virtual Expected<void, std::string> convert(const std::string& path,
+                                                            bool overwrite) = 0;
+
+  /// Writes rows that hold so many spikes.
+  [[nodiscard]] Expected<void, SinkError> write_rows(std::string_view text, std::size_t spikes = 0);
+  [[nodiscard]] const TimeBase& time() const noexcept { return time_; }
+  /// The file of the rows.
+  [[nodiscard]] const std::string& rows() const noexcept { return rows_.part(); }
+
+ private:
+  [[nodiscard]] Expected<void, SinkError> settle(bool succeeded);
+
+  std::string uri_;
+  OutputFile rows_;
+  std::string path_;
+  TimeBase time_;
+  bool overwrite_;
+  std::string what_;
+  bool started_ = false;
+  std::uint64_t taken_ = 0;
+  std::uint64_t delivered_ = 0;
+};
+
+}  // namespace merkel
