@@ -9,7 +9,7 @@
 namespace merkel {
 namespace {
 
-std::string quoted(std::string_view text) {
+std::string toml_string(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string result = "\"";
   for (const char c : text) {
@@ -37,7 +37,7 @@ struct TextOf {
   std::string operator()(std::int64_t value) const { return std::to_string(value); }
   std::string operator()(std::uint64_t value) const { return std::to_string(value); }
   std::string operator()(bool value) const { return value ? "true" : "false"; }
-  std::string operator()(const std::string& value) const { return quoted(value); }
+  std::string operator()(const std::string& value) const { return toml_string(value); }
   std::string operator()(std::chrono::nanoseconds value) const {
     return readable_decimal(static_cast<double>(value.count()) /
                             nanoseconds_of_unit(key.field->unit));
@@ -58,7 +58,7 @@ struct TextOf {
   std::string of_choice(const Choice& choice) const {
     const auto index = choice.get(choice.value);
     if (!index || *index >= key.words.size() || key.words[*index].empty()) return {};
-    return quoted(key.words[*index]);
+    return toml_string(key.words[*index]);
   }
 };
 
@@ -115,14 +115,14 @@ std::string scene_text(const Scene& scene) {
   std::string text =
       "# A complete scene: every key with its value, unit, range and meaning. A missing key has\n"
       "# the preset's value.\n\n";
-  text += "preset = " + quoted(scene.preset) + "\n";
+  text += "preset = " + toml_string(scene.preset) + "\n";
   for (const SceneSection& section : sections_of(copy)) {
     text += "\n" + section.heading;
     if (!section.meaning.empty()) text += "  # " + section.meaning;
     text += "\n";
     for (const BoundField& key : section.keys) text += line_of(key);
   }
-  for (const std::string& uri : scene.sinks) text += "\n[[sink]]\nuri = " + quoted(uri) + "\n";
+  for (const std::string& uri : scene.sinks) text += "\n[[sink]]\nuri = " + toml_string(uri) + "\n";
   return text;
 }
 
