@@ -114,6 +114,7 @@ void StimulationEncoder::reset() noexcept {
   std::fill(stop_of_patch_.begin(), stop_of_patch_.end(), Stop::kNone);
   last_end_.reset();
   heartbeat_ = 0;
+  stops_ = 0;
   latched_ = Stop::kNone;
 }
 

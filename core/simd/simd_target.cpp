@@ -30,25 +30,29 @@ std::string name_of(std::int64_t target) {
   }
 }
 
+/// Those of this processor that the kernels were compiled for, best first. A build for one
+/// instruction set that Highway does not look for (NEON without AES) has that one.
+std::vector<std::int64_t> targets() {
+  std::vector<std::int64_t> found = hwy::SupportedAndGeneratedTargets();
+  if (found.empty()) found.push_back(HWY_STATIC_TARGET);
+  return found;
+}
+
 }  // namespace
 
 std::vector<std::string> simd_targets() {
   std::vector<std::string> names;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    names.push_back(name_of(target));
-  }
-  // Compiled for one instruction set that Highway does not look for: NEON without AES.
-  if (names.empty()) names.push_back(name_of(HWY_STATIC_TARGET));
+  for (const std::int64_t target : targets()) names.push_back(name_of(target));
   return names;
 }
 
-std::string simd_target() { return simd_targets().front(); }
+std::string simd_target() { return name_of(targets().front()); }
 
 Expected<void, SetupError> force_simd_target(std::string_view name) {
   hwy::SetSupportedTargetsForTest(0);
   if (name.empty()) return {};
   std::string known;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+  for (const std::int64_t target : targets()) {
     if (name_of(target) == name) {
       hwy::SetSupportedTargetsForTest(target);
       return {};

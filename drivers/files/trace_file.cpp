@@ -235,7 +235,11 @@ Expected<TraceWriter, SetupError> TraceWriter::create(
   std::string head;
   for (const std::string& line : comment) head += "# " + line + "\n";
   TraceWriter writer(std::move(*file), channels, std::move(head));
-  writer.extra_columns_.assign(extra_columns.begin(), extra_columns.end());
+  for (const std::string& name : extra_columns) {  // a session may hold any text
+    writer.extra_columns_.push_back(printable_text(name));
+    std::replace(writer.extra_columns_.back().begin(), writer.extra_columns_.back().end(), ',',
+                 '_');
+  }
   return writer;
 }
 

@@ -79,7 +79,7 @@ constexpr Channel kStimulationChannels[] = {
     {"heartbeat", "number of the update, from 1"},
     {"stop", "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end"}};
 
-constexpr std::array<SessionStream, 7> kStreams = {{
+constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     {Id::kSpikes, "merkel.spikes", "Spikes", true, kSpikeChannels},
     {Id::kTicks, "merkel.ticks", "TickInputs", false, kTickChannels},
     {Id::kSamples, "merkel.samples", "ProbeSamples", false, kSampleChannels},

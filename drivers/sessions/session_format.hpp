@@ -39,12 +39,14 @@ struct SessionStream {
 /// The largest number of channels of a stream.
 inline constexpr std::size_t kMostSessionChannels = 64;
 
+inline constexpr std::size_t kSessionStreams = 7;
+
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;
 
 /// The stream of marks, strings in the usual XDF form: "Markers". Readers identify it by
 /// its name: older sessions have another number for it, or no such stream.
-inline constexpr std::uint32_t kMarkStreamId = 8;
+inline constexpr std::uint32_t kMarkStreamId = kSessionStreams + 1;
 inline constexpr std::string_view kMarkStreamName = "merkel.marks";
 
 /// The kinds of XDF chunk.

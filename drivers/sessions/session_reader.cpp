@@ -138,6 +138,10 @@ Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pug
   const std::string_view name = info.child_value("name");
   for (const SessionStream& stream : session_streams()) {
     if (stream.name != name) continue;
+    if (std::any_of(layouts_.begin(), layouts_.end(),
+                    [&](const auto& layout) { return layout.second.stream == &stream; })) {
+      return damaged("two streams have the same name");
+    }
     auto layout = layout_of(stream, info, extra_columns_);
     if (!layout) return damaged(layout.error());
     if (stream.id == SessionStream::Id::kSamples) {

@@ -389,7 +389,7 @@ class SessionWriter final : public SpikeSink {
   ExtraColumns extra_;
   bool started_ = false;
   std::string chunk_;
-  std::array<Tally, 7> tallies_{};
+  std::array<Tally, kSessionStreams> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
   nanoseconds newest_{0};             ///< of all items
   Tally mark_tally_;

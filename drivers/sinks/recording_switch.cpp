@@ -28,7 +28,7 @@ class SessionOnRequest final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks;
+    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks | kStimulation;
   }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     origin_ = origin;
@@ -56,6 +56,10 @@ class SessionOnRequest final : public SpikeSink {
   }
   [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
     return pass([&](SpikeSink& session) { return session.write_marks(marks); });
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    return pass([&](SpikeSink& session) { return session.write_commands(commands); });
   }
   [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
     return pass([&](SpikeSink& session) { return session.write_status(status); });

@@ -36,39 +36,40 @@ class StreamWriter {
   StreamWriter(Connection connection, std::int64_t longest)
       : connection_(std::move(connection)), longest_(std::to_string(longest)) {}
 
-  /// Queues an entry; false without a connection.
-  bool add(const std::string& stream, Fields fields) {
-    arguments_ = {"XADD", stream, "MAXLEN", "~", longest_, "*"};
+  /// Queues an entry. An error shows in settle().
+  void add(const std::string& stream, Fields fields) {
+    std::vector<std::string> arguments = {"XADD", stream, "MAXLEN", "~", longest_, "*"};
     for (const auto& [name, value] : fields) {
-      arguments_.emplace_back(name);
-      arguments_.push_back(value);
+      arguments.emplace_back(name);
+      arguments.push_back(value);
     }
     std::vector<const char*> texts;
     std::vector<std::size_t> sizes;
-    for (const std::string& argument : arguments_) {
+    for (const std::string& argument : arguments) {
       texts.push_back(argument.data());
       sizes.push_back(argument.size());
     }
     ++waiting_;
-    return redisAppendCommandArgv(connection_.get(), static_cast<int>(texts.size()), texts.data(),
-                                  sizes.data()) == REDIS_OK;
+    redisAppendCommandArgv(connection_.get(), static_cast<int>(texts.size()), texts.data(),
+                           sizes.data());
   }
 
   /// Sends the queued entries and reads all replies. \return the error, or nothing
   std::string settle() {
-    for (; waiting_ > 0; --waiting_) {
+    std::string error;
+    while (waiting_ > 0) {
+      --waiting_;
       void* raw = nullptr;
       if (redisGetReply(connection_.get(), &raw) != REDIS_OK) return connection_->errstr;
       const Reply reply(static_cast<redisReply*>(raw));
-      if (reply->type == REDIS_REPLY_ERROR) return {reply->str, reply->len};
+      if (reply->type == REDIS_REPLY_ERROR && error.empty()) error.assign(reply->str, reply->len);
     }
-    return "";
+    return error;
   }
 
  private:
   Connection connection_;
   std::string longest_;
-  std::vector<std::string> arguments_;
   int waiting_ = 0;
 };
 

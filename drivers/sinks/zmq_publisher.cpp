@@ -108,13 +108,13 @@ Expected<void, SetupError> ZmqPublisher::open(const SinkSetup& setup, std::strin
   auto endpoint = checked_endpoint(uri_, setup, fallback);
   if (!endpoint) return Unexpected<SetupError>(endpoint.error());
   endpoint_ = std::move(*endpoint);
-  if (auto bound = bind(); !bound) return bound;
+  if (auto bound = bind(fallback); !bound) return bound;
   if (wait_for_subscribers()) return {};
   return bad_input("\"" + uri_.text + "\": fewer than " + std::to_string(options_.subscribers) +
                    " subscribers connected in time: start them, or remove the option subscribers");
 }
 
-Expected<void, SetupError> ZmqPublisher::bind() {
+Expected<void, SetupError> ZmqPublisher::bind(std::string_view fallback) {
   try {
     open_socket();
   } catch (const zmq::error_t& error) {
@@ -124,8 +124,8 @@ Expected<void, SetupError> ZmqPublisher::bind() {
           " is in use, perhaps by Open Ephys or another merkel process: choose another port");
     }
     return unavailable("\"" + uri_.text + "\": cannot listen at " + endpoint_ + ": " +
-                       error.what() + "; write " + uri_.scheme + ":tcp://127.0.0.1:5557 or " +
-                       uri_.scheme + ":ipc://FILE");
+                       error.what() + "; write " + uri_.scheme + ":" + std::string(fallback) +
+                       " or " + uri_.scheme + ":ipc://FILE");
   }
   return {};
 }

@@ -76,7 +76,7 @@ class ZmqPublisher {
     }
     return {};
   }
-  Expected<void, SetupError> bind();
+  Expected<void, SetupError> bind(std::string_view fallback);
   void open_socket();
   bool wait_for_subscribers();
   void look_after_peers();

@@ -122,11 +122,13 @@ class TcpPort final : public Transport {
         break;
     }
     const auto count = ::recv(socket_.get(), bytes.data(), bytes.size(), 0);
-    // A device that collects its bytes until the last are acknowledged (Nagle) would wait for 40
-    // ms. The kernel forgets this with every answer.
-    const int on = 1;
-    ::setsockopt(socket_.get(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
-    if (count > 0) return static_cast<std::size_t>(count);
+    if (count > 0) {
+      // A device that collects its bytes until the last are acknowledged (Nagle) would wait for 40
+      // ms. The kernel forgets this with every answer.
+      const int on = 1;
+      ::setsockopt(socket_.get(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
+      return static_cast<std::size_t>(count);
+    }
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
     return Unexpected<Disconnected>(Disconnected{});
   }
@@ -188,8 +190,12 @@ class UdpPort final : public Transport {
   /// One datagram at a time.
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
-    if (shut_off_ && std::chrono::steady_clock::now() - heard_ > kSilence) open_to_all();
-    if (wait_readable(socket_.get(), patience) != Readiness::kReady) return std::size_t{0};
+    // Only a sender of lines may return with another port; a disconnected socket loses its own.
+    if (shut_off_ && settings_.listen && std::chrono::steady_clock::now() - heard_ > kSilence) {
+      open_to_all();
+    }
+    // An error of a connected socket is fetched too: it would be reported again and again.
+    if (wait_readable(socket_.get(), patience) == Readiness::kTimeout) return std::size_t{0};
     // Datagrams of other senders must not delay the device's.
     for (int tries = 0; tries < 64; ++tries) {
       SocketAddress sender;

@@ -30,6 +30,7 @@ class PressWatch {
       deepest_touch_ = false;
     }
     if (deepest_mm > deepest_mm_) {
+      if (!deepest_touch_) risen_mm_ = 0.0;  // the rise of another touch
       deepest_mm_ = deepest_mm;
       deepest_touch_ = true;
       press_.input = input;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 
 #include "core/encoding/stimulation_encoder.hpp"
@@ -45,11 +44,8 @@ class StimulationOutput {
   void publish(std::span<const StimulationCommand> commands, C& clock) noexcept {
     fanout_.publish(commands, clock);
     statistics_.commands.add(commands.size());
-    count(statistics_.commands_limited, encoder_->clippings().all());
-    count(statistics_.stimulation_stops, encoder_->stops());
-  }
-  static void count(Counter& counter, std::uint64_t all) noexcept {
-    if (all > counter.value()) counter.add(all - counter.value());
+    statistics_.commands_limited.raise_to(encoder_->clippings().all());
+    statistics_.stimulation_stops.raise_to(encoder_->stops());
   }
 
   StimulationEncoder* encoder_;

@@ -27,7 +27,7 @@ unprotected() {
 
 missing=$(lacks "$build/merkel")
 if [ "$(uname -m)" = x86_64 ]; then
-  for library in "$build"/{core/libmerkel_core,drivers/libmerkel_drivers,realtime/libmerkel_realtime,tools/libmerkel_tools}.a; do
+  for library in "$build"/{core/libmerkel_core,drivers/libmerkel_drivers,realtime/libmerkel_realtime,tools/libmerkel_tools,tools/scene/libmerkel_scene}.a; do
     missing+=$(unprotected "$library")
   done
 fi

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -62,17 +61,6 @@ max_total_uA = 250
 max_slope_uA_per_s = 20000
 )";
 
-std::string write_scene(const TemporaryFolder& folder, const std::string& text) {
-  const std::string path = folder.path("scene.toml");
-  std::ofstream(path) << text;
-  return path;
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream lines(csv);
@@ -92,7 +80,7 @@ std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
 
 TEST(Encoding, EverySinkAndTheReplayGiveTheSameCommands) {
   const TemporaryFolder folder;
-  const std::string scene = write_scene(folder, kScene);
+  const std::string scene = folder.file("scene.toml", kScene);
   const std::string live = folder.path("live.csv");
   const std::string session = folder.path("session.xdf");
   const ProgramRun run =
@@ -103,24 +91,24 @@ TEST(Encoding, EverySinkAndTheReplayGiveTheSameCommands) {
   const ProgramRun inspected =
       run_program({"inspect", "encoding", scene, "--probe", "replay:tests/traces/taps.csv"});
   ASSERT_EQ(inspected.exit_code, 0) << inspected.err;
-  EXPECT_TRUE(inspected.out == text_of(live));
+  EXPECT_TRUE(inspected.out == read_file(live));
 
   const std::string replayed = folder.path("replayed.csv");
   const ProgramRun replay = run_program({"replay", session, "--sink", "stim-csv:" + replayed});
   EXPECT_EQ(replay.exit_code, 0) << replay.out;
   EXPECT_NE(replay.out.find("stimulation commands: bit-identical"), std::string::npos)
       << replay.out;
-  EXPECT_TRUE(text_of(replayed) == text_of(live));
+  EXPECT_TRUE(read_file(replayed) == read_file(live));
 
   const std::string exported = folder.path("exported.csv");
   const ProgramRun exporting = run_program({"export", session, "--sink", "stim-csv:" + exported});
   ASSERT_EQ(exporting.exit_code, 0) << exporting.err;
-  EXPECT_TRUE(text_of(exported) == text_of(live));
+  EXPECT_TRUE(read_file(exported) == read_file(live));
 }
 
 TEST(Encoding, RealTimeAndPlayedSessionsGiveTheCommandsOfAFastRun) {
   const TemporaryFolder folder;
-  const std::string scene = write_scene(folder, kScene);
+  const std::string scene = folder.file("scene.toml", kScene);
   const std::string probe = "sim:ramp?wait_s=0.05&hold_s=0.3";
   const std::string fast = folder.path("fast.csv");
   const std::string live = folder.path("live.csv");
@@ -131,19 +119,19 @@ TEST(Encoding, RealTimeAndPlayedSessionsGiveTheCommandsOfAFastRun) {
   const ProgramRun run = run_program(
       {"run", scene, "--probe", probe, "--sink", "stim-csv:" + live, "--sink", "xdf:" + session});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(text_of(live) == text_of(fast));
+  EXPECT_TRUE(read_file(live) == read_file(fast));
   const std::string played = folder.path("played.csv");
   const ProgramRun replay =
       run_program({"replay", session, "--realtime", "--sink", "stim-csv:" + played});
   ASSERT_EQ(replay.exit_code, 0) << replay.err;
-  EXPECT_TRUE(text_of(played) == text_of(fast));
+  EXPECT_TRUE(read_file(played) == read_file(fast));
 }
 
 TEST(Encoding, PushedSamplesGiveTheCommandsOfAFastRun) {
   const TemporaryFolder folder;
   const std::string probe = "sim:taps?count=2&interval_s=0.2";
   const ProgramRun inspected =
-      run_program({"inspect", "encoding", write_scene(folder, kScene), "--probe", probe});
+      run_program({"inspect", "encoding", folder.file("scene.toml", kScene), "--probe", probe});
   ASSERT_EQ(inspected.exit_code, 0) << inspected.err;
   auto scene = parse_scene(kScene, "scene");
   ASSERT_TRUE(scene) << scene.error().sentence;
@@ -169,8 +157,8 @@ TEST(Encoding, PushedSamplesGiveTheCommandsOfAFastRun) {
 
 TEST(Encoding, EveryEncoderStimulatesWithinTheLimits) {
   const TemporaryFolder folder;
-  const ProgramRun run = run_program({"inspect", "encoding", write_scene(folder, kScene), "--probe",
-                                      "replay:tests/traces/taps.csv"});
+  const ProgramRun run = run_program({"inspect", "encoding", folder.file("scene.toml", kScene),
+                                      "--probe", "replay:tests/traces/taps.csv"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto rows = rows_of(run.out);
   ASSERT_GT(rows.size(), 500U);
@@ -194,14 +182,14 @@ TEST(Encoding, EveryEncoderStimulatesWithinTheLimits) {
 
 TEST(Encoding, AChangedCommandIsFound) {
   const TemporaryFolder folder;
-  const std::string scene = write_scene(folder, kScene);
+  const std::string scene = folder.file("scene.toml", kScene);
   const std::string session = folder.path("session.xdf");
   ASSERT_EQ(run_program({"run", scene, "--fast", "--probe", "replay:tests/traces/taps.csv",
                          "--sink", "xdf:" + session})
                 .exit_code,
             0);
   // The scene that the session remembers gets another window.
-  std::string bytes = text_of(session);
+  std::string bytes = read_file(session);
   const auto place = bytes.find("full_rate_Hz = 50");
   ASSERT_NE(place, std::string::npos);
   bytes.replace(place, 17, "full_rate_Hz = 51");
@@ -215,7 +203,7 @@ TEST(Encoding, ASceneThatBreaksItsLimitsIsRefused) {
   const TemporaryFolder folder;
   std::string text = kScene;
   text.replace(text.find("max_charge_nC = 16"), 18, "max_charge_nC = 12");
-  const ProgramRun run = run_program({"run", write_scene(folder, text), "--fast"});
+  const ProgramRun run = run_program({"run", folder.file("scene.toml", text), "--fast"});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_NE(run.err.find("scene.toml:7: electrode[rate].amplitude_uA reaches 80 µA, which is 16 nC "
                          "in a phase of 200 µs, above stimulation.max_charge_nC = 12"),
@@ -225,10 +213,10 @@ TEST(Encoding, ASceneThatBreaksItsLimitsIsRefused) {
 
 TEST(Encoding, TheExampleOfTheDocumentsRuns) {
   const TemporaryFolder folder;
-  const std::string text = text_of("core/encoding/README.md");
+  const std::string text = read_file("core/encoding/README.md");
   const auto begin = text.find("```toml\n") + 8;
   const std::string scene =
-      write_scene(folder, text.substr(begin, text.find("```\n", begin) - begin));
+      folder.file("scene.toml", text.substr(begin, text.find("```\n", begin) - begin));
   const ProgramRun run =
       run_program({"inspect", "encoding", scene, "--probe", "replay:tests/traces/taps.csv"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -237,13 +225,13 @@ TEST(Encoding, TheExampleOfTheDocumentsRuns) {
 
 TEST(Encoding, AFullDiskStopsStimulation) {
   const TemporaryFolder folder;
-  const std::string scene = write_scene(folder, kScene);
+  const std::string scene = folder.file("scene.toml", kScene);
   const std::string other = folder.path("other.csv");
   const ProgramRun run =
       run_program({"run", scene, "--fast", "--probe", "sim:ramp?hold_s=60", "--sink",
                    "stim-csv:/dev/full", "--sink", "stim-csv:" + other, "--json"});
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  const auto rows = rows_of(text_of(other + (std::filesystem::exists(other) ? "" : ".part")));
+  const auto rows = rows_of(read_file(other + (std::filesystem::exists(other) ? "" : ".part")));
   const auto stop = std::find_if(rows.begin(), rows.end(),
                                  [](const auto& row) { return row.back() == "sink_failure"; });
   ASSERT_NE(stop, rows.end());

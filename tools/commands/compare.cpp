@@ -10,8 +10,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/units.hpp"
 #include "drivers/spike_files/spike_file.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 namespace {
@@ -63,7 +65,7 @@ Comparison compare(const SpikeFile& a, const SpikeFile& b, nanoseconds within) {
       } else if (i == in_a.size() || in_b[j] < in_a[i] - within) {
         result.only_b.push_back({in_b[j++], neuron});
       } else {
-        const double apart_us = 1e-3 * static_cast<double>((in_a[i++] - in_b[j++]).count());
+        const double apart_us = units::us_from(in_a[i++] - in_b[j++]);
         sum += apart_us * apart_us;
         result.largest_us = std::max(result.largest_us, std::fabs(apart_us));
         ++result.matched;
@@ -76,15 +78,12 @@ Comparison compare(const SpikeFile& a, const SpikeFile& b, nanoseconds within) {
   return result;
 }
 
-double seconds(const RecordedSpike& spike) {
-  return 1e-9 * static_cast<double>(spike.time.count());
-}
-
 std::string list_of(const std::string& file, const std::vector<RecordedSpike>& spikes) {
   if (spikes.empty()) return {};
   std::string text = fmt::format("only in {}: {}\n", file, spikes.size());
   for (std::size_t i = 0; i < std::min(kShown, spikes.size()); ++i) {
-    text += fmt::format("  neuron {} at {:.9f} s\n", spikes[i].neuron, seconds(spikes[i]));
+    text +=
+        fmt::format("  neuron {} at {:.9f} s\n", spikes[i].neuron, units::s_from(spikes[i].time));
   }
   if (spikes.size() > kShown) text += fmt::format("  and {} more\n", spikes.size() - kShown);
   return text;
@@ -104,7 +103,7 @@ std::string json_of(const CompareOptions& options, const Comparison& result) {
       {"matched", result.matched},         {"only_in_a", result.only_a.size()},
       {"only_in_b", result.only_b.size()}, {"rms_us", result.rms_us},
       {"largest_us", result.largest_us}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 int compare_files(const CompareOptions& options) {
@@ -119,7 +118,7 @@ int compare_files(const CompareOptions& options) {
         "stand\n",
         (a->from_start ? options.b : options.a).c_str());
   }
-  const nanoseconds within{std::llround(options.within_us * 1e3)};
+  const nanoseconds within = units::nanoseconds_from_us(options.within_us);
   const Comparison result = compare(*a, *b, within);
   std::fputs((options.json ? json_of(options, result) : text_of(options, result)).c_str(), stdout);
   return result.equal() ? kDone : kFailed;

@@ -99,7 +99,7 @@ int export_session(const ExportOptions& options) {
                     ", which its scene does not have: the session is damaged");
     }
     for (const StimulationCommand& command : chunk.commands) {
-      if (command.electrode < scene->encoding.electrodes.size()) continue;
+      if (scene && command.electrode < scene->encoding.electrodes.size()) continue;
       return refuse(options.session + " has a command for electrode " +
                     std::to_string(command.electrode + 1) +
                     ", which its scene does not have: the session is damaged");

@@ -244,7 +244,7 @@ void add_inspect_session_command(CommandLine& inspect) {
       .required()
       .option("--stream", options->stream,
               "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
-              "devices' bytes, in hexadecimal)")
+              "devices' bytes, in hexadecimal), stimulation, marks")
       .option("--fact", options->fact,
               "Print the fact of this name, for example scene_text or probe_calibration")
       .runs([options] { return inspect_session(*options); });

@@ -1,12 +1,14 @@
 #include "drivers/sessions/session_reader.hpp"
 
 #include <array>
+#include <filesystem>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "drivers/sinks/recording_switch.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
@@ -215,6 +217,37 @@ TEST(SessionReader, ReadsSessionsOfVersionsWithoutStimulationCommands) {
   EXPECT_TRUE(all.commands.empty());
   EXPECT_EQ(all.ticks.size(), 2U);
   EXPECT_EQ(all.marks.size(), 2U);
+}
+
+TEST(SessionReader, RefusesTwoStreamsOfOneName) {
+  const TemporaryFolder folder;
+  std::string bytes = read_file(record(folder, true));
+  bytes.replace(bytes.find("merkel.events"), 13, "merkel.spikes");
+  EXPECT_NE(read_all(folder.file("two.xdf", bytes)).error.find("two streams have the same name"),
+            std::string::npos);
+}
+
+TEST(SessionOnRequest, RecordsStimulationCommands) {
+  const TemporaryFolder folder;
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path(""));
+  const auto recording = std::make_shared<RecordingSwitch>();
+  const auto sink = session_on_request(
+      recording, {.neurons = 20,
+                  .overwrite = false,
+                  .allow_remote = false,
+                  .run = {.scene = "paper", .facts = {{"scene_text", ""}}, .model = {}}});
+  EXPECT_NE(sink->subscriptions() & SpikeSink::kStimulation, 0U);
+  recording->want(true);
+  EXPECT_TRUE(sink->flush());
+  EXPECT_TRUE(recording->recording());
+  EXPECT_TRUE(sink->write_commands(kCommands));
+  EXPECT_TRUE(sink->close());
+  std::filesystem::current_path(before);
+  const auto file = std::filesystem::directory_iterator(folder.path(""))->path();
+  const Everything all = read_all(file.string());
+  EXPECT_EQ(all.error, "");
+  EXPECT_EQ(all.commands, std::vector(kCommands.begin(), kCommands.end()));
 }
 
 TEST(SessionReader, AFileCutAtAnyByteReadsUpToItsLastWholeChunk) {

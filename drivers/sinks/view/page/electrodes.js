@@ -21,27 +21,27 @@ export class Electrodes {
     this.place.replaceChildren(...this.rows.map(({ row }) => row));
   }
 
-  /// Pulses per second; frames arrive while the page is paused too.
+  /// Adds what is shown to the frame: pulses are counted while the page is paused too.
   take(frame) {
-    frame.electrodes.forEach(({ amplitude, pulses, stop }, i) => {
-      const recent = this.recent[i];
+    frame.electrodes.forEach((electrode, i) => {
+      const { amplitude, pulses, stop } = electrode, recent = this.recent[i];
       if (stop || frame.forget || (recent.length && frame.t < recent.at(-1).t)) recent.length = 0;
       if (pulses && !stop) recent.push({ t: frame.t, pulses, amplitude });
       while (recent.length && recent[0].t <= frame.t - kPulses_s) recent.shift();
+      electrode.counted = recent.reduce((sum, each) => sum + each.pulses, 0);
+      electrode.shown = electrode.counted ? recent.at(-1).amplitude : amplitude;
     });
   }
 
   show(frame) {
-    frame.electrodes.forEach(({ amplitude: train, frequency, stop }, i) => {
-      const { row, meter, value } = this.rows[i], recent = this.recent[i];
-      const pulses = recent.reduce((sum, each) => sum + each.pulses, 0);
-      const amplitude = pulses ? recent.at(-1).amplitude : train;
-      const on = amplitude > 0;
-      meter.value = on ? amplitude : 0;
+    frame.electrodes.forEach(({ shown, counted, frequency, stop }, i) => {
+      const { row, meter, value } = this.rows[i];
+      const on = shown > 0;
+      meter.value = on ? shown : 0;
       row.classList.toggle('on', on);
       row.classList.toggle('stopped', stop !== 0);
-      const rate = pulses ? `${(pulses / kPulses_s).toFixed(0)} pulses/s` : `${frequency.toFixed(0)} Hz`;
-      value.textContent = stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${amplitude.toFixed(1)} µA, ${rate}` : 'off';
+      const rate = counted ? `${(counted / kPulses_s).toFixed(0)} pulses/s` : `${frequency.toFixed(0)} Hz`;
+      value.textContent = stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${shown.toFixed(1)} µA, ${rate}` : 'off';
     });
   }
 }

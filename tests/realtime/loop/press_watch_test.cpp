@@ -1,0 +1,42 @@
+#include "realtime/loop/press_watch.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// The deepest press of depths in mm, a tick of 1 ms each.
+DeepestPress watch(const std::vector<double>& depths_mm) {
+  PressWatch watch;
+  double deepest_mm = 0.0;
+  milliseconds begin{0};
+  for (const double depth_mm : depths_mm) {
+    deepest_mm = std::max(deepest_mm, depth_mm);
+    watch.observe({.depth_mm = depth_mm}, deepest_mm, begin, begin + milliseconds{1});
+    begin += milliseconds{1};
+  }
+  return watch.press();
+}
+
+TEST(PressWatch, TheRiseEndsWithinFivePercentOfTheDepth) {
+  const DeepestPress press = watch({0.0, 0.5, 1.0, 1.02, 1.0, 0.0});
+  EXPECT_EQ(press.input.depth_mm, 1.02);
+  EXPECT_EQ(press.rise, milliseconds{2});
+  EXPECT_EQ(press.touch, milliseconds{4});
+}
+
+TEST(PressWatch, TheRiseIsThatOfTheDeepestTouch) {
+  // The second touch is deeper by 2 % and rises in one tick.
+  const DeepestPress press = watch({0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 0.0, 1.02, 1.0, 0.0});
+  EXPECT_EQ(press.input.depth_mm, 1.02);
+  EXPECT_EQ(press.rise, milliseconds{1});
+  EXPECT_EQ(press.touch, milliseconds{2});
+}
+
+}  // namespace
+}  // namespace merkel
