@@ -1,5 +1,7 @@
 #include "realtime/input/probe_input.hpp"
 
+#include "realtime/input/probe_channel.hpp"
+
 namespace merkel {
 namespace {
 
@@ -33,6 +35,13 @@ bool ProbeInput::exhausted() const noexcept {
 std::optional<std::chrono::nanoseconds> ProbeInput::first_time() const noexcept {
   const ProbeSample* const first = channel_.samples.front();
   return first == nullptr ? std::nullopt : std::optional(first->time);
+}
+
+ProbeInput::Counts ProbeInput::counts() const noexcept {
+  return {.used = channel_.used.value(),
+          .late = channel_.late.value(),
+          .held_ticks = channel_.held_ticks.value(),
+          .released_ticks = channel_.released_ticks.value()};
 }
 
 ContactInput ProbeInput::contact_of(const ProbeSample& sample) const noexcept {

@@ -8,9 +8,10 @@
 #include "core/records/contact_input.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/tick_record.hpp"
-#include "realtime/input/probe_channel.hpp"
 
 namespace merkel {
+
+struct ProbeChannel;
 
 /// Converts one probe's samples into its contact at increasing times.
 ///
@@ -66,12 +67,7 @@ class ProbeInput {
     return last_ ? std::optional(last_->arrival) : std::nullopt;
   }
   /// Thread: any.
-  [[nodiscard]] Counts counts() const noexcept {
-    return {.used = channel_.used.value(),
-            .late = channel_.late.value(),
-            .held_ticks = channel_.held_ticks.value(),
-            .released_ticks = channel_.released_ticks.value()};
-  }
+  [[nodiscard]] Counts counts() const noexcept;
 
  private:
   [[nodiscard]] Reading reading_at(std::chrono::nanoseconds time) noexcept;

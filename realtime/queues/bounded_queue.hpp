@@ -1,20 +1,19 @@
 #pragma once
 
 #include <cstddef>
-#include <type_traits>
 
 #include <readerwriterqueue/readerwriterqueue.h>
 
 #include "core/realtime_tag.hpp"
+#include "realtime/queues/plain_data.hpp"
 
 namespace merkel {
 
-/// Data that may cross threads: trivially copyable, with no pointers to follow or memory to free.
-template <class T>
-concept PlainData = std::is_trivially_copyable_v<T>;
-
 /// A queue from one thread to one other that never blocks and never allocates after construction.
 /// When full, it refuses the item; the caller counts the loss. Real-time: yes, both ends.
+///
+/// No public header may include this one: the layout of the library's queue depends on NDEBUG, so a
+/// program built without it must not see the queues of a library that was built with it.
 template <PlainData T>
 class BoundedQueue {
  public:

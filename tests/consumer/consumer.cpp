@@ -36,12 +36,12 @@ int main() {
   unsigned called = 0;  // on the callback's thread
   pipeline.add_sink(std::make_unique<merkel::SpikeCallback>(
       "encoder", [&](std::span<const merkel::SpikeEvent> spikes) { called += spikes.size(); }));
-  merkel::SpikeChannel& channel = pipeline.add_consumer(4096);
+  merkel::SpikeConsumer consumer = pipeline.add_consumer(4096);
   unsigned polled = 0;
   std::jthread poller([&] {
-    for (bool ended = false; !ended;) {
-      ended = channel.ended.load();  // read before the last look into the queue
-      for (merkel::SpikeEvent spike; channel.spikes.try_pop(spike);) ++polled;
+    for (bool ended = false; !ended; consumer.wait()) {
+      ended = consumer.ended();  // asked before the last look into the queue
+      for (merkel::SpikeEvent spike; consumer.try_pop(spike);) ++polled;
     }
   });
   const auto report = pipeline.run();

@@ -5,9 +5,15 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cmake --install "$2" --prefix "$work/prefix" >/dev/null
-cmake -S "$1/tests/consumer" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+# With assertions, unlike the libraries: no type of a public header may depend on them. The library
+# of the queues has such types.
+cmake -S "$1/tests/consumer" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Debug \
   -DCMAKE_PREFIX_PATH="$work/prefix" >/dev/null
 cmake --build "$work/build"
+if ninja -C "$work/build" -t deps | grep readerwriterqueue; then
+  echo "a public header includes the library of the queues" >&2
+  exit 1
+fi
 "$work/build/consumer"
 
 # The program, installed: its version names the commit, and the unit names the program.

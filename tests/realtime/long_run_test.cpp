@@ -9,6 +9,7 @@
 
 #include "core/math/random.hpp"
 #include "core/units.hpp"
+#include "realtime/input/probe_channel.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "tests/realtime/clocks/scripted_clock.hpp"
 

@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/output/spike_callback.hpp"
+#include "realtime/queues/bounded_queue.hpp"
 #include "realtime/threads/spinning_team.hpp"
 
 namespace merkel {
@@ -402,19 +403,18 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   pipeline.add_sink(std::make_unique<MemorySink>(failing, 3));
   pipeline.add_sink(std::make_unique<MemorySink>(working));
   pipeline.add_sink(std::make_unique<StuckSink>());
-  SpikeChannel& channel = pipeline.add_consumer(10'000);
+  SpikeConsumer consumer = pipeline.add_consumer(10'000);
   std::vector<SpikeEvent> polled;
-  std::jthread consumer([&polled, &channel] {
-    std::uint64_t seen = 0;
+  std::jthread poller([&polled, &consumer] {
     SpikeEvent spike;
-    for (bool ended = false; !ended; channel.beat.wait(seen)) {
-      ended = channel.ended.load(std::memory_order_acquire);
-      while (channel.spikes.try_pop(spike)) polled.push_back(spike);
+    for (bool ended = false; !ended; consumer.wait()) {
+      ended = consumer.ended();
+      while (consumer.try_pop(spike)) polled.push_back(spike);
     }
   });
   const auto report = pipeline.run();
   ASSERT_TRUE(report);
-  consumer.join();
+  poller.join();
   EXPECT_GT(report->spikes, 30U);
   EXPECT_EQ(polled.size(), report->spikes);
   EXPECT_EQ(working.spikes, polled);

@@ -29,6 +29,7 @@
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
+#include "realtime/queues/bounded_queue.hpp"
 #include "realtime/threads/spinning_team.hpp"
 #include "realtime/threads/thread_setup.hpp"
 #include "tests/realtime/system_call_trap.hpp"

@@ -52,7 +52,7 @@ Recorded and simulated presses stand in for hardware. With udev rules and a
 systemd unit.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 
-set(libraries "libexpected-dev, libhwy-dev, libreaderwriterqueue-dev, libtomlplusplus-dev, libpugixml-dev")
+set(libraries "libexpected-dev, libhwy-dev, libpugixml-dev")
 string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, liblo-dev, libhdf5-dev")
 merkel_package(development
   NAME libmerkel-dev SECTION libdevel DEPENDS "${libraries}"

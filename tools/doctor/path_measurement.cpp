@@ -14,6 +14,7 @@
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/queues/bounded_queue.hpp"
 #include "tools/doctor/hung_page.hpp"
 #include "tools/doctor/spike_matcher.hpp"
 #include "tools/doctor/udp_loopback.hpp"
@@ -141,16 +142,15 @@ Expected<PathMeasurement, SetupError> measure_path(
     page.emplace(std::move(*opened));
     pipeline.add_sink(page->sink());
   }
-  SpikeChannel& channel = pipeline.add_consumer(kQueue);
-  std::jthread consumer([&in_process, &channel](const std::stop_token& stop) {
+  SpikeConsumer consumer = pipeline.add_consumer(kQueue);
+  std::jthread poller([&in_process, &consumer](const std::stop_token& stop) {
     set_up_helper_thread("merkel-poll");
-    std::uint64_t seen = 0;
     SpikeEvent spike;
     while (!stop.stop_requested()) {
-      const bool ended = channel.ended.load(std::memory_order_acquire);
-      while (channel.spikes.try_pop(spike)) in_process.note(spike.time, PeriodicClock::now());
+      const bool ended = consumer.ended();
+      while (consumer.try_pop(spike)) in_process.note(spike.time, PeriodicClock::now());
       if (ended) return;
-      channel.beat.wait(seen);
+      consumer.wait();
     }
   });
 
@@ -159,10 +159,10 @@ Expected<PathMeasurement, SetupError> measure_path(
   auto report = pipeline.run();
   if (started) started(nullptr);
   if (!report) {
-    consumer.request_stop();
+    poller.request_stop();
     return Unexpected<SetupError>(report.error());
   }
-  consumer.join();
+  poller.join();
   if (zmq) zmq->settle(report->spikes);
   if (udp) udp->settle();
   match();

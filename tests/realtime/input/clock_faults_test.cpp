@@ -8,6 +8,7 @@
 #include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/reading_times.hpp"
+#include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
 
 namespace merkel {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
+#include "realtime/input/probe_channel.hpp"
 
 namespace merkel {
 namespace {

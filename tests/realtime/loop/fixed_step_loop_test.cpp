@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
+#include "realtime/input/probe_channel.hpp"
 #include "tests/realtime/clocks/scripted_clock.hpp"
 
 namespace merkel {

@@ -1,0 +1,17 @@
+#include "realtime/output/spike_consumer.hpp"
+
+#include "realtime/output/spike_fanout.hpp"
+
+namespace merkel {
+
+bool SpikeConsumer::try_pop(SpikeEvent& spike) noexcept { return channel_->spikes.try_pop(spike); }
+
+bool SpikeConsumer::ended() const noexcept {
+  return channel_->ended.load(std::memory_order_acquire);
+}
+
+std::uint64_t SpikeConsumer::dropped() const noexcept { return channel_->dropped.value(); }
+
+void SpikeConsumer::wait() noexcept { channel_->beat.wait(seen_); }
+
+}  // namespace merkel

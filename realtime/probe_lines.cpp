@@ -1,0 +1,197 @@
+#include "realtime/probe_lines.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <thread>
+#include <utility>
+
+#include "realtime/clocks/periodic_clock.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kSampleQueue = 4096;
+constexpr std::size_t kLargestSampleQueue = 1'000'000;
+constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs ahead
+constexpr milliseconds kSilence{2000};    ///< a device that sends nothing for this long is refused
+constexpr nanoseconds kUnknownPeriod{1'000'000};
+constexpr milliseconds kMeasuring{3000};  ///< at most; one second is enough for most devices
+
+std::size_t queue_capacity(const ProbeInfo& info) {
+  const auto period = std::max(info.period.value_or(kUnknownPeriod), nanoseconds{1});
+  return std::clamp(static_cast<std::size_t>(kReadAhead / period), kSampleQueue,
+                    kLargestSampleQueue);
+}
+
+}  // namespace
+
+ProbeLines::Line::Line(std::unique_ptr<Probe> the_probe,
+                       const ProbeInput::Parameters& the_parameters)
+    : probe(std::move(the_probe)),
+      parameters(the_parameters),
+      channel(queue_capacity(probe->info())) {}
+
+void ProbeLines::add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters) {
+  lines_.push_back(std::make_unique<Line>(std::move(probe), parameters));
+}
+
+bool ProbeLines::all_replayed() const {
+  return std::all_of(lines_.begin(), lines_.end(),
+                     [](const auto& line) { return line->probe->info().replayed; });
+}
+
+void ProbeLines::start(const MakeTaps& make_taps, bool wait_for_taps) {
+  const bool mixed = !all_replayed();
+  for (const auto& line : lines_) {
+    const ProbeInfo& info = line->probe->info();
+    // Together with devices, a recording plays as if it were acquired now.
+    const nanoseconds shift = info.replayed && mixed ? PeriodicClock::now() : nanoseconds{0};
+    inputs_.emplace_back(line->channel, line->parameters);
+    line->reader = std::make_unique<ProbeReader>(
+        *line->probe, line->channel,
+        ProbeReader::Parameters{.shift = shift,
+                                // A recording's reader fills both the loop's queue and this one
+                                // before anything is drained.
+                                .taps = make_taps(queue_capacity(info) + kSampleQueue),
+                                .wait_for_taps = wait_for_taps});
+  }
+}
+
+Expected<void, SetupError> ProbeLines::wait_for_first_samples(const std::atomic<bool>& stop) {
+  const nanoseconds deadline = PeriodicClock::now() + kSilence;
+  for (const auto& line : lines_) {
+    const ProbeChannel& channel = line->channel;
+    const ProbeInfo& info = line->probe->info();
+    // A recording starts with a well-filled queue, so that none of its samples is late.
+    const std::uint64_t wanted = info.replayed ? kSampleQueue / 2 : 1;
+    while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
+           !stop.load(std::memory_order_relaxed)) {
+      if (PeriodicClock::now() > deadline) {
+        if (channel.delivered.value() > 0) break;
+        return unavailable("the probe " + info.uri + " has sent nothing for " +
+                           std::to_string(kSilence.count() / 1000) +
+                           " s: check that it is switched on and streaming");
+      }
+      std::this_thread::sleep_for(milliseconds{1});
+    }
+  }
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (inputs_[i].first_time()) continue;
+    Line& line = *lines_[i];
+    line.reader->stop();
+    const ProbeInfo& info = line.probe->info();
+    const std::string& error_message = line.reader->error_message();
+    return Unexpected<SetupError>(
+        {.kind = info.replayed ? SetupError::Kind::kBadInput : SetupError::Kind::kUnavailable,
+         .sentence = error_message.empty()
+                         ? "the probe " + info.uri + " gave no samples: nothing can be simulated"
+                         : error_message});
+  }
+  return {};
+}
+
+void ProbeLines::wait_for_timing(const std::atomic<bool>& stop) const {
+  const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
+  for (const auto& line : lines_) {
+    if (!line->probe->is_timed()) continue;
+    while (!line->probe->timing() && !line->channel.ended.load(std::memory_order_acquire) &&
+           line->channel.delivered.value() < kSampleQueue / 2 &&
+           !stop.load(std::memory_order_relaxed) && PeriodicClock::now() < deadline) {
+      std::this_thread::sleep_for(milliseconds{1});
+    }
+  }
+}
+
+std::pair<nanoseconds, nanoseconds> ProbeLines::first_times() const {
+  const bool recordings = all_replayed();
+  std::vector<nanoseconds> times;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const auto& run = lines_[i]->probe->info().run;
+    times.push_back(recordings && run ? run->start : *inputs_[i].first_time());
+  }
+  const auto [earliest, latest] = std::minmax_element(times.begin(), times.end());
+  return {*earliest, *latest};
+}
+
+std::optional<RecordedRun> ProbeLines::recorded_run() const {
+  if (!all_replayed()) return std::nullopt;
+  for (const auto& line : lines_) {
+    if (const auto& run = line->probe->info().run) return run;
+  }
+  return std::nullopt;
+}
+
+nanoseconds ProbeLines::measured_delay() const {
+  nanoseconds delay{0};
+  for (const auto& line : lines_) {
+    const ProbeInfo& info = line->probe->info();
+    if (info.replayed) continue;
+    const auto timing = line->probe->timing();
+    if (timing) {
+      delay =
+          std::max(delay, line->parameters.interpolate ? timing->delay : timing->delay_of_newest);
+    } else {
+      delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));
+    }
+  }
+  return delay;
+}
+
+std::vector<RunProgress::OfProbe> ProbeLines::readings() const {
+  std::vector<RunProgress::OfProbe> readings;
+  for (const auto& line : lines_) {
+    readings.push_back({.depth_mm = line->channel.depth_mm.load(std::memory_order_relaxed),
+                        .force_mN = line->channel.force_mN.load(std::memory_order_relaxed),
+                        .channels = line->probe->info().channels,
+                        .state = line->channel.state.load(std::memory_order_relaxed)});
+  }
+  return readings;
+}
+
+void ProbeLines::add_to(RunCounters& counters) const {
+  counters.probe_count = lines_.size();
+  for (const auto& line : lines_) {
+    const ProbeChannel& channel = line->channel;
+    counters.samples += channel.delivered.value() + channel.dropped.value();
+    counters.samples_dropped += channel.dropped.value();
+    counters.samples_late += channel.late.value();
+    counters.held_ticks += channel.held_ticks.value();
+    counters.released_ticks += channel.released_ticks.value();
+    if (channel.ended.load(std::memory_order_relaxed)) ++counters.probes_ended;
+  }
+}
+
+void ProbeLines::take_notices(const std::function<void(const std::string&)>& on_notice) {
+  for (const auto& line : lines_) {
+    for (const std::string& sentence : line->probe->take_notices()) {
+      if (on_notice) on_notice(sentence);
+    }
+  }
+}
+
+void ProbeLines::finish(RunReport& report) {
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    Line& line = *lines_[i];
+    line.reader->stop();
+    if (report.error_message.empty()) {
+      report.error_message = line.reader->error_message();
+      report.bad_input = line.reader->bad_input();
+    }
+    RunReport::OfProbe& of = report.probes[i];
+    of.uri = line.probe->info().uri;
+    of.counts = inputs_[i].counts();
+    of.device = line.probe->device_counts();
+    of.timing = line.probe->timing();
+    of.channels = line.probe->info().channels;
+    of.stale_after =
+        line.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
+    of.dropped = line.channel.dropped.value();
+    of.samples_in = line.channel.delivered.value() + of.dropped;
+    of.unused = line.channel.delivered.value() - of.counts.used - of.counts.late;
+  }
+}
+
+}  // namespace merkel

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "core/records/run_counters.hpp"
+#include "drivers/probe.hpp"
+#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_input.hpp"
+#include "realtime/input/probe_reader.hpp"
+#include "realtime/run_report.hpp"
+
+namespace merkel {
+
+/// The probes of a run, each with its thread and its queue to the loop. Thread: that of
+/// Pipeline::run(), where nothing else is said.
+class ProbeLines {
+ public:
+  /// Makes the taps of one probe, each with room for `capacity` samples.
+  using MakeTaps = std::function<std::vector<SampleTap*>(std::size_t capacity)>;
+
+  void add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
+
+  [[nodiscard]] std::size_t size() const noexcept { return lines_.size(); }
+  [[nodiscard]] Probe& probe(std::size_t i) const { return *lines_.at(i)->probe; }
+  /// One per probe, for the loop; made by start().
+  [[nodiscard]] std::span<ProbeInput> inputs() noexcept { return inputs_; }
+  [[nodiscard]] bool all_replayed() const;
+
+  /// Starts the threads.
+  /// \param wait_for_taps  see ProbeReader::Parameters
+  void start(const MakeTaps& make_taps, bool wait_for_taps);
+  /// Waits until every probe has sent a sample, or `stop` is set. Fails if one stays silent or its
+  /// stream ends without one.
+  [[nodiscard]] Expected<void, SetupError> wait_for_first_samples(const std::atomic<bool>& stop);
+  /// Waits until the timing of the devices' samples is measured, or `stop` is set. Meanwhile their
+  /// samples wait in the queues; none is lost.
+  void wait_for_timing(const std::atomic<bool>& stop) const;
+
+  /// The earliest and the latest of the probes' first times, once all have sent a sample. A session
+  /// begins with the first tick of the run that recorded it, so that it plays on the same ticks.
+  [[nodiscard]] std::pair<std::chrono::nanoseconds, std::chrono::nanoseconds> first_times() const;
+  /// The run that recorded the first session among recordings; none if there is a device.
+  [[nodiscard]] std::optional<RecordedRun> recorded_run() const;
+
+  /// How long the loop must wait for the samples of the slowest device; 0 for recordings.
+  [[nodiscard]] std::chrono::nanoseconds measured_delay() const;
+  /// The current press of each probe. Thread: any.
+  [[nodiscard]] std::vector<RunProgress::OfProbe> readings() const;
+  /// Adds the counts of all probes. Thread: any.
+  void add_to(RunCounters& counters) const;
+  /// Passes on the notices of the drivers.
+  void take_notices(const std::function<void(const std::string&)>& on_notice);
+  /// Stops the threads and reports each probe.
+  void finish(RunReport& report);
+
+ private:
+  struct Line {
+    Line(std::unique_ptr<Probe> the_probe, const ProbeInput::Parameters& the_parameters);
+    std::unique_ptr<Probe> probe;
+    ProbeInput::Parameters parameters;
+    ProbeChannel channel;
+    std::unique_ptr<ProbeReader> reader;
+  };
+
+  std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<ProbeInput> inputs_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/records/run_counters.hpp"
+#include "core/records/tick_record.hpp"
+#include "drivers/probe.hpp"
+#include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/input/probe_input.hpp"
+#include "realtime/loop/latency_histogram.hpp"
+#include "realtime/loop/press_watch.hpp"
+#include "realtime/threads/thread_setup.hpp"
+
+namespace merkel {
+
+/// Timing of the simulation on the host's clock.
+struct HostTimeReport {
+  LoopWait wait = LoopWait::kHybrid;
+  std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end of the run
+  RealtimeRights rights;
+  ThreadUsage usage;               ///< of the simulation thread, while it ran
+  LatencySummary sample_to_spike;  ///< for devices: from a sample's arrival to its spikes
+  LatencySummary wake_up;
+  LatencySummary queue;
+  LatencySummary tick;
+  LatencySummary publish;
+};
+
+/// The result of a run: its counters, overall and per probe and sink.
+struct RunReport : RunCounters {
+  struct OfProbe {
+    std::string uri;
+    std::uint64_t samples_in = 0;        ///< delivered by the probe
+    std::uint64_t dropped = 0;           ///< of these, dropped because the queue was full
+    std::uint64_t unused = 0;            ///< of these, still queued when the run ended
+    ProbeInput::Counts counts;           ///< of these, used and late; also ticks held or released
+    std::uint64_t releases = 0;          ///< outages in which the probe was released
+    std::optional<DeviceCounts> device;  ///< counted by the driver; none for a recording
+    std::optional<SampleTiming> timing;  ///< as measured; none for a recording
+    std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
+    std::uint32_t channels = 0;               ///< of its samples
+    DeepestPress deepest_press;               ///< as it reported it
+  };
+  struct OfSink {
+    std::string uri;
+    std::uint64_t spikes_in = 0;    ///< produced by the loop
+    std::uint64_t dropped = 0;      ///< of these, dropped because the sink's queue was full
+    std::uint64_t delivered = 0;    ///< of these, known to have arrived
+    std::uint64_t commands_in = 0;  ///< stimulation commands, if the sink takes them
+    std::string error_message;      ///< empty, or the reason why the sink failed
+
+    /// Spikes taken from the queue, but not known to have arrived.
+    [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }
+  };
+  std::vector<OfProbe> probes;
+  std::vector<OfSink> sinks;
+  std::chrono::nanoseconds start{0};      ///< probe time of the first tick
+  std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
+  std::chrono::nanoseconds wall{0};       ///< duration of the run
+  std::chrono::nanoseconds delay{0};      ///< of the loop, at the end of the run
+  std::vector<std::uint64_t> spikes_of_neuron;
+  std::vector<std::uint64_t>
+      contact_spikes_of_neuron;                       ///< while a probe touched the neuron's patch
+  std::vector<std::uint64_t> contact_ticks_of_patch;  ///< ticks in which a probe touched the patch
+
+  std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
+  std::string error_message;                ///< empty, or the reason why a probe's stream failed
+  bool bad_input = false;    ///< it did because of the recording given, not of a device
+  bool interrupted = false;  ///< stopped before the end of the streams
+
+  [[nodiscard]] bool complete() const;
+};
+
+/// The progress of a run. Thread: any.
+struct RunProgress {
+  /// The current reading of a probe.
+  struct OfProbe {
+    double depth_mm = 0.0;
+    double force_mN = 0.0;
+    std::uint32_t channels = 0;
+    TickRecord::State state = TickRecord::State::kFollowing;
+  };
+  std::vector<OfProbe> probes;
+  std::chrono::nanoseconds wall{0};  ///< since the simulation began
+  RunCounters counters;
+  LatencyHistogram::Snapshot wake_up;
+  LatencyHistogram::Snapshot tick;
+};
+
+}  // namespace merkel

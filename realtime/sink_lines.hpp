@@ -1,0 +1,78 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/records/run_status.hpp"
+#include "drivers/spike_sink.hpp"
+#include "realtime/input/frame_tap.hpp"
+#include "realtime/input/probe_reader.hpp"
+#include "realtime/output/mark_box.hpp"
+#include "realtime/output/sink_writer.hpp"
+#include "realtime/output/spike_fanout.hpp"
+#include "realtime/run_report.hpp"
+
+namespace merkel {
+
+class ProbeLines;
+
+/// The sinks of a run, each with its thread and its queues from the loop. Thread: that of
+/// Pipeline::run(), where nothing else is said.
+class SinkLines {
+ public:
+  /// \param neurons   of the model
+  /// \param commands  whether the scene has electrodes
+  SinkLines(SpikeFanout& fanout, ProbeLines& probes, std::size_t neurons, bool commands) noexcept
+      : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands) {}
+  SinkLines(const SinkLines&) = delete;
+  SinkLines& operator=(const SinkLines&) = delete;
+  ~SinkLines();
+
+  void add(std::unique_ptr<SpikeSink> sink);
+  /// Makes a tap of a probe's samples for each sink that wants them.
+  [[nodiscard]] std::vector<SampleTap*> make_taps(std::size_t capacity);
+  /// Listens to the ports of all probes for the sinks that want their bytes.
+  void listen();
+
+  /// Starts the threads. The sinks may make requests from now on.
+  /// \param status  the run's counters; any thread
+  void start(const std::function<RunStatus()>& status, const SharedOrigin& origin);
+  /// Reports each sink that has failed, once, with its URI and the reason.
+  void report_failures(
+      const std::function<void(const std::string&, const std::string&)>& on_failure);
+  /// Ends all sinks at the same time and reports them. A sink that waits for a peer has until
+  /// `patience` is over, or until `hurry` is set.
+  void finish(RunReport& report, std::chrono::milliseconds patience,
+              const std::atomic<bool>& hurry);
+
+ private:
+  class Control;
+  struct Line {
+    std::unique_ptr<RunControl> control;  ///< borrowed by the sink
+    std::unique_ptr<SpikeSink> sink;
+    SpikeChannel& channel;
+    std::vector<std::unique_ptr<SampleTap>> taps = {};
+    std::vector<std::unique_ptr<FrameTap>> frames = {};
+    std::unique_ptr<MarkBox> marks = nullptr;  ///< null if not requested
+    std::unique_ptr<SinkWriter> writer = nullptr;
+    bool failure_reported = false;
+
+    [[nodiscard]] bool wants(SpikeSink::Subscription data) const noexcept {
+      return (sink->subscriptions() & data) != 0U;
+    }
+  };
+
+  SpikeFanout& fanout_;
+  ProbeLines& probes_;
+  std::size_t neurons_;
+  bool commands_;
+  std::vector<std::unique_ptr<Line>> lines_;
+  std::atomic<bool> started_{false};  ///< all probes and sinks exist
+};
+
+}  // namespace merkel
