@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "core/contact/bonded_layer.hpp"
 #include "core/contact/hertz_contact.hpp"
@@ -15,11 +16,14 @@ ContactValidity validity_of(const ContactState& contact, const SkinParameters& s
                             double radius_mm) {
   ContactValidity validity;
   validity.thickness_given = skin.layered();
+  std::optional<BondedLayer> layer;
   if (skin.layered()) {
     validity.thickness_mm = skin.thickness_mm;
-    validity.largest_layer_ratio = skin.layer_law == LayerLaw::kExact
-                                       ? BondedLayer(skin.poisson_ratio).largest_chi()
-                                       : ContactValidity::kLargestDimitriadisRatio;
+    validity.largest_layer_ratio = ContactValidity::kLargestDimitriadisRatio;
+    if (skin.layer_law == LayerLaw::kExact) {
+      layer.emplace(skin.poisson_ratio);
+      validity.largest_layer_ratio = layer->largest_chi();
+    }
   }
   if (!contact.touching()) return validity;
 
@@ -35,8 +39,8 @@ ContactValidity validity_of(const ContactState& contact, const SkinParameters& s
         hertz_force / SneddonContact(R, modulus).at_depth(depth).force_mN - 1.0;
   }
   validity.layer_ratio = std::sqrt(R * depth) / validity.thickness_mm;
-  const double exact_factor =
-      BondedLayer(skin.poisson_ratio, validity.layer_ratio).force_factor(validity.layer_ratio);
+  if (!layer) layer.emplace(skin.poisson_ratio, validity.layer_ratio);
+  const double exact_factor = layer->force_factor(validity.layer_ratio);
   const double used_factor =
       skin.layered() ? contact.force_mN / (contact.stiffening * hertz_force) : 1.0;
   validity.layer_force_error = used_factor / exact_factor - 1.0;

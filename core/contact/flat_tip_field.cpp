@@ -5,10 +5,10 @@
 #include <limits>
 #include <numbers>
 
+#include "core/contact/bar_press.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/math/cubic_interpolation.hpp"
-#include "core/math/gauss_legendre.hpp"
 #include "core/skin/point_load.hpp"
 
 namespace merkel {
@@ -17,9 +17,8 @@ namespace {
 constexpr double kMargin_mm = 10.0;
 constexpr double kCurvedMargin_mm = 6.0;
 constexpr std::size_t kDepths = 14;  ///< number of tables on a curved finger
-constexpr int kIncrements = 1;       ///< between two tables
+constexpr int kIncrements = 1;       ///< of a press, between two tables
 constexpr double kDeepestTable_mm = 4.0;
-constexpr double kLengthFactor = 1.65;
 
 double grid_spacing_mm(double receptor_depth_mm, double parts) {
   return std::clamp(receptor_depth_mm / parts, 0.02, 0.2);
@@ -39,23 +38,6 @@ std::array<double, 7> pack(const FlatTipField::Values& values) {
   return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, values.displacement};
 }
 
-double contact_length_mm(const BarTip& tip, double skin_radius_mm, double depth_mm) {
-  return std::min(tip.length_mm, 2.0 * std::sqrt(kLengthFactor * skin_radius_mm * depth_mm));
-}
-
-BarTip shortened(BarTip tip, double length_mm) {
-  tip.length_mm = length_mm;
-  return tip;
-}
-
-/// The depths at which a press from one depth to another is evaluated, and their weights:
-/// Gauss-Legendre in √d.
-std::vector<QuadratureNode> increments(double from_mm, double to_mm, int count) {
-  auto nodes = gauss_legendre(count, std::sqrt(from_mm), std::sqrt(to_mm));
-  for (QuadratureNode& node : nodes) node = {node.x * node.x, 2.0 * node.x * node.weight};
-  return nodes;
-}
-
 }  // namespace
 
 bool FlatTipField::fits(const BarTip& tip, const SkinParameters& skin) noexcept {
@@ -66,26 +48,6 @@ bool FlatTipField::fits(const BarTip& tip, const SkinParameters& skin) noexcept 
 
 bool FlatTipField::fits(const PinTip& tip, const SkinParameters& skin) noexcept {
   return grid_nodes(tip.diameter_mm, tip.diameter_mm, skin) <= kMostNodes;
-}
-
-BarContact FlatTipField::loads(const BarTip& tip, const SkinParameters& skin, double depth_mm,
-                               double finest_mm) {
-  const double modulus = SkinMaterial(skin).reduced_modulus_kPa();
-  BarContact all;
-  if (!(depth_mm > 0.0)) return all;
-  const bool flat = std::isinf(skin.radius_mm);
-  const auto parts = flat ? std::vector<QuadratureNode>{{.x = depth_mm, .weight = depth_mm}}
-                          : increments(0.0, depth_mm, 16);
-  for (const QuadratureNode& part : parts) {
-    const double length = flat ? tip.length_mm : contact_length_mm(tip, skin.radius_mm, part.x);
-    BarContact contact = BarContact::solve(shortened(tip, length), modulus, finest_mm);
-    for (LineLoad& load : contact.loads) {
-      load.force_per_length_mN_per_mm *= part.weight;
-      all.loads.push_back(load);
-    }
-    all.force_mN_per_mm += contact.force_mN_per_mm * part.weight / depth_mm;
-  }
-  return all;
 }
 
 FlatTipField::FlatTipField(const BarTip& tip, const SkinParameters& skin)
@@ -148,13 +110,12 @@ void FlatTipField::fill_curved(const PinTip& tip, const SkinParameters& skin) {
 
 void FlatTipField::fill_curved(const BarTip& tip, const SkinParameters& skin) {
   const double modulus = skin_.reduced_modulus_kPa();
-  const double whole_mm = tip.length_mm * tip.length_mm / (4.0 * kLengthFactor * skin.radius_mm);
-  deepest_mm_ = std::min(kDeepestTable_mm, whole_mm);
-  lay_grid(0.5 * tip.total_width_mm(), 0.5 * contact_length_mm(tip, skin.radius_mm, deepest_mm_),
-           kCurvedMargin_mm);
+  deepest_mm_ = std::min(kDeepestTable_mm, whole_length_depth_mm(tip, skin.radius_mm));
+  lay_grid(0.5 * tip.total_width_mm(),
+           0.5 * touching_part(tip, skin.radius_mm, deepest_mm_).length_mm, kCurvedMargin_mm);
   const auto contact_at = [&](double depth_mm) {
-    return BarContact::solve(shortened(tip, contact_length_mm(tip, skin.radius_mm, depth_mm)),
-                             modulus, receptor_depth_mm_);
+    return BarContact::solve(touching_part(tip, skin.radius_mm, depth_mm), modulus,
+                             receptor_depth_mm_);
   };
   tables_.resize(kDepths + 2);
   tables_.front().nodes.assign(columns_ * rows_, Node{});
@@ -164,7 +125,7 @@ void FlatTipField::fill_curved(const BarTip& tip, const SkinParameters& skin) {
   for (std::size_t k = 1; k <= kDepths; ++k) {
     const double s = static_cast<double>(k) / kDepths;
     const double depth_mm = s * s * deepest_mm_;
-    for (const QuadratureNode& part : increments(before_mm, depth_mm, kIncrements)) {
+    for (const QuadratureNode& part : press_increments(before_mm, depth_mm, kIncrements)) {
       const BarContact contact = contact_at(part.x);
       Table own;
       fill(own, [&](double x, double y) { return superposed(contact, x, y); });

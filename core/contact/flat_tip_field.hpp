@@ -17,12 +17,8 @@ namespace merkel {
 ///
 /// On flat skin, everything is proportional to the depth. On a finger of radius R, a pin of radius
 /// a follows Hertz contact of a plate until its rim touches at d = a²/R, and punch contact from
-/// there on. On a finger curved across with radius R, straight bars touch over a length that grows
-/// with the depth d, L = min(bar length, 2·√(1.65·R·d)). A press is the sum of its increments, each
-/// of which acts as flat bars of the current length: G(d) = ∫ field(L(d')) dd'. The table holds G/d
-/// at depths that are evenly spaced in √d. The factor 1.65 comes from an independent boundary
-/// element solution (core/README.md lists the errors). The curvature along the finger, across the
-/// bars, is neglected.
+/// there on. Bars press as in bar_press.hpp: G(d) = ∫ field(L(d')) dd' for the contact length L.
+/// The table holds G/d at depths that are evenly spaced in √d.
 ///
 /// Positions are relative to the middle of the tip. The grid covers the contact and a margin around
 /// it; beyond the grid, the tip acts as a point load. Real-time: yes, after construction.
@@ -51,11 +47,6 @@ class FlatTipField {
   /// At a large distance r, the surface is displaced by this value divided by r.
   [[nodiscard]] double far_displacement_mm2(double depth_mm) const noexcept MERKEL_REALTIME;
 
-  /// The line loads under bars at a depth. On a curved finger, they include all increments of a
-  /// press.
-  /// \param finest_mm  as in BarContact::solve.  Real-time: no.
-  [[nodiscard]] static BarContact loads(const BarTip& tip, const SkinParameters& skin,
-                                        double depth_mm, double finest_mm);
   /// Distance from the tip's axis to its farthest corner.
   [[nodiscard]] double half_diagonal_mm() const noexcept { return half_diagonal_mm_; }
 

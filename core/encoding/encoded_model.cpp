@@ -1,5 +1,7 @@
 #include "core/encoding/encoded_model.hpp"
 
+#include <cstddef>
+
 namespace merkel {
 
 EncodedModel encoded_model(const TactileModel& model) {
@@ -8,9 +10,10 @@ EncodedModel encoded_model(const TactileModel& model) {
                        .most_spikes = static_cast<std::size_t>(tick / model.parameters().step) + 1,
                        .patches = {},
                        .patch_of_probe = {}};
-  for (const PatchParameters& patch : model.parameters().patches) {
+  for (std::size_t i = 0; i < model.patches().size(); ++i) {
+    const auto sites = model.patches()[i].sites();
     encoded.patches.push_back(
-        {.area = patch.patch, .afferents = layout_of(patch).value_or(PatchLayout{}).afferents});
+        {.area = model.parameters().patches[i].patch, .afferents = {sites.begin(), sites.end()}});
   }
   for (const Indenter& indenter : model.parameters().indenters) {
     encoded.patch_of_probe.push_back(indenter.patch);

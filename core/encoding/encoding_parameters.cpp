@@ -26,10 +26,10 @@ void check_electrode(const Electrode& e, ParameterCheck& check) {
   check.require(is_electrode_name(e.name), "electrode.name",
                 "must have 1 to 32 letters, digits, '_', '-' or '.'");
   Electrode copy = e;
-  for (const BoundField& field : bind_fields(copy)) {
-    const std::string fault = fault_of(field);
-    check.require(fault.empty(), e.key(field.field->key), fault);
-  }
+  const std::string table = "electrode[" + e.name + "]";
+  BoundFields fields;
+  bind_fields({.name = table, .fields = Electrode::fields().fields}, &copy, fields);
+  check.fields(fields);
   constexpr std::string_view kRange =
       "must be set to [weakest, strongest]: two numbers, the second above 0 and no less than the "
       "first";

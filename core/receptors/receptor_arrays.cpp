@@ -118,10 +118,10 @@ EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed
       layer.profile(placed.contact, static_cast<LayerField::Field>(field),
                     {stress_profile_[field].data(), profile_points_});
     }
-    const double* const r = stress_profile_[LayerField::kSigmaR].data();
-    const double* const theta = stress_profile_[LayerField::kSigmaTheta].data();
-    const double* const z = stress_profile_[LayerField::kSigmaZ].data();
-    const double* const rz = stress_profile_[LayerField::kTauRz].data();
+    const double* const r = stress_profile_[LayerTable::kSigmaR].data();
+    const double* const theta = stress_profile_[LayerTable::kSigmaTheta].data();
+    const double* const z = stress_profile_[LayerTable::kSigmaZ].data();
+    const double* const rz = stress_profile_[LayerTable::kTauRz].data();
     const double stiffening = placed.contact.stiffening;
     const double distortional = 1.0 / (12.0 * stiffening * skin_.shear_modulus_kPa());
     const double volumetric =

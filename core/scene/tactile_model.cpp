@@ -61,7 +61,7 @@ Expected<TactilePatch, ParameterError> make_patch(
   const std::size_t neurons = layout.afferents.size();
   auto afferents = Afferents::create(p, index, neurons, table, first_neuron);
   if (!afferents) return Unexpected<ParameterError>(afferents.error());
-  return TactilePatch(layout.receptors,
+  return TactilePatch(layout,
                       {.skin = p.skin,
                        .transduction = p.transduction,
                        .precision = p.precision(),

@@ -10,10 +10,10 @@
 #include "core/neurons/spike_buffer.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/receptors/receptor_drive.hpp"
-#include "core/receptors/receptor_placement.hpp"
 #include "core/records/neuron_sample.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/scene/afferents.hpp"
+#include "core/scene/patch_layout.hpp"
 #include "core/worker_team.hpp"
 
 namespace merkel {
@@ -23,11 +23,13 @@ namespace merkel {
 /// construction.
 class TactilePatch {
  public:
+  /// \param layout  has one site per neuron of `afferents`
   /// \param drive  its output is the input of the afferents
   /// \param most_spikes  largest number of spikes per tick
-  TactilePatch(std::span<const Receptor> receptors, const ReceptorDrive::Parameters& drive,
+  TactilePatch(const PatchLayout& layout, const ReceptorDrive::Parameters& drive,
                Afferents afferents, std::size_t most_spikes)
-      : drive_(receptors, afferents.neurons().size(), drive),
+      : sites_(layout.afferents),
+        drive_(layout.receptors, sites_.size(), drive),
         afferents_(std::move(afferents)),
         drive_begin_(afferents_.neurons().size()),
         spikes_(most_spikes) {}
@@ -48,6 +50,8 @@ class TactilePatch {
   [[nodiscard]] std::uint64_t spikes_refused() const noexcept { return spikes_.refused(); }
 
   [[nodiscard]] std::size_t neurons() const noexcept { return drive_begin_.size(); }
+  /// The positions of the afferents; afferent n, from 1 within the patch, is sites()[n−1].
+  [[nodiscard]] std::span<const AfferentSite> sites() const noexcept { return sites_; }
   [[nodiscard]] const ReceptorDrive& drive() const noexcept { return drive_; }
   /// Drive and potential of a neuron, counted from 0, at the end of the last step, in the units of
   /// NeuronSample. Real-time: yes.
@@ -58,6 +62,7 @@ class TactilePatch {
   [[nodiscard]] bool asleep() const noexcept { return asleep_; }
 
  private:
+  std::vector<AfferentSite> sites_;
   ReceptorDrive drive_;
   Afferents afferents_;
   std::vector<double> drive_begin_;

@@ -38,7 +38,8 @@ struct Row {
   [[nodiscard]] double gflops() const { return operations_of_neuron_step(which.precision) / ns; }
   /// True if operations_of_neuron_step() and port_bound_s() apply.
   [[nodiscard]] bool counted() const {
-    return which.method == IntegrationMethod::kCrankNicolson && which.step_us < 40.0;
+    return which.method == IntegrationMethod::kCrankNicolson &&
+           1e-3 * which.step_us < kExponentialGates_ms;
   }
 };
 

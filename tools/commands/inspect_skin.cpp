@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/contact/bar_press.hpp"
 #include "core/contact/contact_validity.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
@@ -65,9 +66,9 @@ class StressOnALine {
   StressOnALine(const InspectedPress& inspected, const std::vector<double>& z_mm)
       : inspected_(inspected), nu_(inspected.skin.poisson_ratio) {
     if (inspected.indenter.tip == Indenter::Tip::kBars) {
-      bars_ = FlatTipField::loads(inspected.indenter.bars, inspected.skin,
-                                  inspected.press.contact.depth_mm,
-                                  *std::min_element(z_mm.begin(), z_mm.end()));
+      bars_ = loads_under_bars(inspected.indenter.bars, inspected.skin,
+                               inspected.press.contact.depth_mm,
+                               *std::min_element(z_mm.begin(), z_mm.end()));
       return;
     }
     for (const double z : z_mm) {

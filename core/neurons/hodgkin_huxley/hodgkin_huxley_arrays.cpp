@@ -6,9 +6,6 @@
 namespace merkel {
 namespace {
 
-/// Above this step, (α+β)·dt can exceed 2, and Crank–Nicolson gates would overshoot [0, 1].
-constexpr double kLargestCrankNicolsonGateStep_ms = 0.04;
-
 std::optional<RungeKuttaScheme> scheme_of(IntegrationMethod method) {
   switch (method) {
     case IntegrationMethod::kForwardEuler:
@@ -75,8 +72,7 @@ void HodgkinHuxleyArrays<Real>::set_up_method(IntegrationMethod method, double s
                                               double capacitance,
                                               const std::optional<LatticeCoupling>& network) {
   HodgkinHuxleyArguments<Real>& a = arguments_;
-  a.gate_rule = step_ms < kLargestCrankNicolsonGateStep_ms ? GateRule::kCrankNicolson
-                                                           : GateRule::kExponential;
+  a.gate_rule = step_ms < kExponentialGates_ms ? GateRule::kCrankNicolson : GateRule::kExponential;
   CouplingArguments<Real>& coupling = a.coupling;
   const bool staggered =
       method == IntegrationMethod::kCrankNicolson || method == IntegrationMethod::kRushLarsen;

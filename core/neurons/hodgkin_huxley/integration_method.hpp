@@ -15,6 +15,10 @@ namespace merkel {
 /// the neuron's own at the end: stable at any gain, but first order.
 inline constexpr double kLargestExchange = 0.5;
 
+/// From this step on, Crank–Nicolson steps the gates by exponentials: (α+β)·dt can exceed 2, where
+/// its own rule would overshoot [0, 1].
+inline constexpr double kExponentialGates_ms = 0.04;
+
 /// How the membrane equations are stepped. Staggered methods keep gates and potential half a step
 /// apart, which gives second order with one rate evaluation per step.
 enum class IntegrationMethod {

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include "core/contact/bar_press.hpp"
 #include "core/contact/flat_tip_field.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
@@ -162,7 +163,7 @@ TEST(FlatTipField, InterpolatesTheSuperposition) {
   const BarTip tip;
   const SkinParameters skin;
   const FlatTipField field(tip, skin);
-  const BarContact contact = FlatTipField::loads(tip, skin, 1.0, skin.receptor_depth_mm);
+  const BarContact contact = loads_under_bars(tip, skin, 1.0, skin.receptor_depth_mm);
   // 0.025 % of the peak of σz.
   constexpr double kTolerance_kPa = 3e-3;
   for (double x = -14.03; x < 14.0; x += 0.517) {
@@ -222,7 +223,7 @@ TEST(FlatTipField, OnACurvedFingerItAgreesWithBoundaryElements) {
     EXPECT_NEAR(ratio(0.0), 1.0, c.middle) << c.width_mm << " " << c.depth_mm;
     EXPECT_NEAR(ratio(0.5 * c.width_mm), 1.0, c.edge) << c.width_mm << " " << c.depth_mm;
     // The table reproduces the line loads from which it was made.
-    const BarContact loads = FlatTipField::loads(tip, skin, c.depth_mm, 0.65);
+    const BarContact loads = loads_under_bars(tip, skin, c.depth_mm, 0.65);
     const double peak = -stress_at(loads, skin.poisson_ratio, 0.0, 0.0, 0.65).sigma_z;
     for (const double y : {0.0, 1.1, -3.0}) {
       EXPECT_NEAR(field.at(0.4, y, c.depth_mm).stress.sigma_z,

@@ -94,7 +94,7 @@ TEST(LayerField, ProfilesEqualTheStresses) {
   const ContactState contact = SphereLaw(skin, 2.0).at_depth(0.7);
   const LayerField field(skin, 3.0);
   std::vector<double> values(field.points_within(4.0));
-  field.profile(contact, LayerField::kTauRz, values);
+  field.profile(contact, LayerTable::kTauRz, values);
   for (std::size_t k = 1; k < values.size() - 3; ++k) {
     EXPECT_NEAR(values[k],
                 field.stress(contact, static_cast<double>(k) * field.spacing_mm()).tau_rz, 1e-12);

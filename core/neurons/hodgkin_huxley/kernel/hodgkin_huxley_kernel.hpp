@@ -74,6 +74,18 @@ struct HodgkinHuxleyArguments {
       nullptr;  ///< of the multistep method; null for other methods
 };
 
+/// Resets a neuron with a non-finite state to rest.
+template <class Real>
+void reset_neuron(const HodgkinHuxleyArguments<Real>& a, std::size_t neuron) noexcept {
+  const NeuronConstants<Real>& c = *a.constants;
+  a.V[neuron] = c.V_rest;
+  a.n[neuron] = c.rest_n;
+  a.m[neuron] = c.rest_m;
+  a.h[neuron] = c.rest_h;
+  if (a.history == nullptr) return;
+  for (Real* const array : a.history->arrays) array[neuron] = Real(0);
+}
+
 /// An explicit Runge-Kutta method in which each stage depends only on the previous one: forward
 /// Euler, Heun and the classical fourth-order method.
 struct RungeKuttaScheme {

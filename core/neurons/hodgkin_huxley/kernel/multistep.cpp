@@ -163,11 +163,8 @@ struct Multistep {
     static HWY_INLINE void step_all(const Arguments& a, const Constants& c, std::size_t i, int step,
                                     hn::Vec<D> phase, int seen) {
       const X V = Math::load(a.V + i);
-      const RateFractions<X> rates =
-          kShared || a.constants->shared_exponential
-              ? Neurons::shared_rates(Neurons::shared_exponential(V, c), c)
-              : Neurons::general_rates(V, *a.constants);
-      take(a, c, i, step, gate_steps(a, c, i, step, rates));
+      take(a, c, i, step,
+           gate_steps(a, c, i, step, Neurons::template rates<kShared>(V, c, *a.constants)));
       step_potential(a, c, i, step, phase, seen, Neurons::load_gates(a, i));
     }
   };

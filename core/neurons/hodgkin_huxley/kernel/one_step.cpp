@@ -59,13 +59,10 @@ struct OneStepPieces {
   static HWY_INLINE GateValues<X> new_gates(const Arguments& a, const Constants& c,
                                             const X& potential, const GateValues<X>& old) {
     if constexpr (kFast) {
-      const auto rates = Neurons::shared_rates(Neurons::shared_exponential(potential, c), c);
+      const auto rates = Neurons::template rates<true>(potential, c, *a.constants);
       return taken(Neurons::gate_steps(rates, old, c.half), old, c);
     } else {
-      const RateFractions<X> r =
-          a.constants->shared_exponential
-              ? Neurons::shared_rates(Neurons::shared_exponential(potential, c), c)
-              : Neurons::general_rates(potential, *a.constants);
+      const RateFractions<X> r = Neurons::rates(potential, c, *a.constants);
       const auto step = [&](const Fraction<X>& rate, const X& x) HWY_ATTR {
         const X change = Math::fused_negative(rate.s, x, rate.p);
         if (a.gate_rule == GateRule::kCrankNicolson) {

@@ -219,6 +219,24 @@ struct RightHandSide {
     return r;
   }
 
+  /// All rates.
+  /// \param kShared  whether the neuron's slopes allow the shared exponential
+  template <bool kShared>
+  static HWY_INLINE RateFractions<X> rates(const X& potential, const VectorConstants<D>& c,
+                                           const NeuronConstants<Real>& constants) {
+    if constexpr (kShared) {
+      return shared_rates(shared_exponential(potential, c), c);
+    } else {
+      return general_rates(potential, constants);
+    }
+  }
+  /// The same, chosen at run time.
+  static HWY_INLINE RateFractions<X> rates(const X& potential, const VectorConstants<D>& c,
+                                           const NeuronConstants<Real>& constants) {
+    return constants.shared_exponential ? rates<true>(potential, c, constants)
+                                        : rates<false>(potential, c, constants);
+  }
+
   static HWY_INLINE Channels<X> channels(const GateValues<X>& gates, const VectorConstants<D>& c) {
     const auto& [n, m, h] = gates;
     const X m2 = Math::mul(m, m);

@@ -54,9 +54,7 @@ class RungeKutta {
   /// ẋ·dt of all four states at a point of the step.
   HWY_INLINE Slopes slopes(std::size_t i, const X& V, const X& n, const X& m, const X& h, int step,
                            double time) const {
-    const RateFractions<X> r = a_.constants->shared_exponential
-                                   ? Neurons::shared_rates(Neurons::shared_exponential(V, c_), c_)
-                                   : Neurons::general_rates(V, *a_.constants);
+    const RateFractions<X> r = Neurons::rates(V, c_, *a_.constants);
     const auto change = [](const Fraction<X>& rate, const X& x) HWY_ATTR {
       return Math::div(Math::fused_negative(rate.s, x, rate.p), rate.D);
     };
@@ -154,12 +152,7 @@ class RungeKutta {
           static_cast<double>(after[lane]), static_cast<double>(slope_after[lane]), c.threshold_mV);
     };
     observe_step(a_.call, step, i, std::min(hn::Lanes(D()), a_.call.last - i), c.threshold, before,
-                 after, crossing, [&](std::size_t neuron) {
-                   a_.V[neuron] = c.V_rest;
-                   a_.n[neuron] = c.rest_n;
-                   a_.m[neuron] = c.rest_m;
-                   a_.h[neuron] = c.rest_h;
-                 });
+                 after, crossing, [&](std::size_t neuron) { reset_neuron(a_, neuron); });
   }
 
   const HodgkinHuxleyArguments<Real> a_;

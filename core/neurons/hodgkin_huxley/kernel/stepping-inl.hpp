@@ -20,18 +20,6 @@ HWY_BEFORE_NAMESPACE();
 namespace merkel {
 namespace HWY_NAMESPACE {
 
-/// Resets a neuron with a non-finite state to rest.
-template <class Real>
-void reset_neuron(const HodgkinHuxleyArguments<Real>& a, std::size_t neuron) {
-  const NeuronConstants<Real>& c = *a.constants;
-  a.V[neuron] = c.V_rest;
-  a.n[neuron] = c.rest_n;
-  a.m[neuron] = c.rest_m;
-  a.h[neuron] = c.rest_h;
-  if (a.history == nullptr) return;
-  for (Real* const array : a.history->arrays) array[neuron] = Real(0);
-}
-
 /// A number of vectors to process at a time.
 template <int kCount>
 using Vectors = std::integral_constant<int, kCount>;
