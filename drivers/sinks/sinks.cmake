@@ -53,8 +53,8 @@ find_path(MERKEL_BEAST_INCLUDE boost/beast.hpp)
 if(MERKEL_BEAST_INCLUDE)
   set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)
   set(page_files)
-  foreach(name page.html page.css canvas.js colours.js connection.js controls.js details.js electrodes.js finger.js
-      density.js frames.js health.js history.js main.js more.js numbers.js order.js raster.js save.js settings.js
+  foreach(name page.html page.css canvas.js colours.js connection.js controls.js details.js electrodes.js fields.js finger.js
+      density.js frames.js health.js history.js main.js more.js numbers.js order.js raster.js rates.js save.js settings.js
       skin_layout.js sound.js trace.js)
     list(APPEND page_files ${page_folder}/page/${name})
   endforeach()

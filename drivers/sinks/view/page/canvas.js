@@ -1,10 +1,18 @@
 // Canvases in screen resolution, and readings at the pointer or at the keyboard position.
+import { theme } from './colours.js';
+
+const kFont = '12px system-ui, sans-serif';
 
 export const byId = (id) => document.getElementById(id);
 export const pixelRatio = () => Math.min(window.devicePixelRatio || 1, 3);
 
 /// Sets a text if it changed: setting the same text again would cost a layout.
 export function setText(element, text) { if (element.textContent !== text) element.textContent = text; }
+
+/// Sets an attribute if it changed.
+export function setAttribute(element, name, value) {
+  if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+}
 
 const sizes = new WeakMap();
 const observer = new ResizeObserver((entries) => {
@@ -32,9 +40,32 @@ export function context(canvas) {
   const c = canvas.getContext('2d');
   c.setTransform(ratio, 0, 0, ratio, 0, 0);
   c.clearRect(0, 0, width, height);
-  c.font = '12px system-ui, sans-serif';
+  c.font = kFont;
   c.lineWidth = 1;
   return { c, width, height, ratio };
+}
+
+/// A part of a picture that changes rarely: drawn when its key changes, otherwise copied.
+export class Layer {
+  constructor() { this.canvas = document.createElement('canvas'); this.key = null; }
+
+  /// Copies the layer onto a context of `context()`. \param key  all that the layer shows, as a text or a number
+  show({ c, width, height, ratio }, key, draw) {
+    const { canvas } = this, whole = `${width} ${height} ${ratio} ${theme()} ${key}`;
+    if (this.key !== whole) {
+      this.key = whole;
+      canvas.width = Math.max(1, Math.round(width * ratio));     // also clears it
+      canvas.height = Math.max(1, Math.round(height * ratio));
+      const own = canvas.getContext('2d');
+      own.setTransform(ratio, 0, 0, ratio, 0, 0);
+      own.font = kFont;
+      draw(own);
+    }
+    c.save();
+    c.setTransform(1, 0, 0, 1, 0, 0);
+    c.drawImage(canvas, 0, 0);
+    c.restore();
+  }
 }
 
 const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };

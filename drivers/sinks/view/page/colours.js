@@ -19,11 +19,9 @@ const scales = { light: makeScale(false), dark: makeScale(true) };
 
 export const theme = () => document.documentElement.dataset.theme ?? 'light';
 export const scale = () => scales[theme()];
-/// CSS colour of a value from 0 to 1.
-export function colourOf(value) {
-  const [r, g, b] = scale()[Math.max(0, Math.min(255, Math.round(255 * value)))];
-  return `rgb(${r},${g},${b})`;
-}
+/// Colour of a rate, as a share of the largest one: [r, g, b]. Even a low rate stands out from the background.
+export const colourOfRate = (share) => scale()[Math.min(255, Math.round(255 * (0.15 + 0.85 * share)))];
+export const cssOf = ([r, g, b]) => `rgb(${r},${g},${b})`;
 /// A colour for ImageData: 0xAABBGGRR.
 export const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 export const packedHex = (hex) => packed(channels(hex));

@@ -1,5 +1,5 @@
 // The controls of the run, if permitted, and the slider of a replayed session.
-import { byId } from './canvas.js';
+import { byId, setAttribute, setText } from './canvas.js';
 
 const kNotice_ms = 6000;
 
@@ -34,14 +34,14 @@ export class Controls {
   show(frame) {
     this.recording = frame.recording;
     this.still = frame.still;
-    byId('record').setAttribute('aria-pressed', frame.recording);
-    byId('record').textContent = frame.recording ? 'Stop recording' : 'Record';
-    byId('play').textContent = frame.still ? 'Play' : 'Hold';
+    setAttribute(byId('record'), 'aria-pressed', frame.recording);
+    setText(byId('record'), frame.recording ? 'Stop recording' : 'Record');
+    setText(byId('play'), frame.still ? 'Play' : 'Hold');
     for (const item of frame.news) if (item.kind === 'notice') this.#notice(item.label);
     if (this.scene.session && !this.dragging) { byId('seek').value = frame.t; this.#showPlace(frame.t); }
   }
 
-  #showPlace(t) { byId('seek-value').textContent = `${t.toFixed(1)} of ${this.scene.session.length_s.toFixed(1)} s`; }
+  #showPlace(t) { setText(byId('seek-value'), `${t.toFixed(1)} of ${this.scene.session.length_s.toFixed(1)} s`); }
 
   #notice(text) {
     byId('notice').textContent = text;

@@ -1,4 +1,5 @@
 // The stimulation command of each electrode: amplitude, frequency or pulses, and why it is off.
+import { setText } from './canvas.js';
 
 const kPulses_s = 0.5;   // pulses are counted over so long
 
@@ -37,11 +38,11 @@ export class Electrodes {
     frame.electrodes.forEach(({ shown, counted, frequency, stop }, i) => {
       const { row, meter, value } = this.rows[i];
       const on = shown > 0;
-      meter.value = on ? shown : 0;
+      if (meter.value !== (on ? shown : 0)) meter.value = on ? shown : 0;
       row.classList.toggle('on', on);
       row.classList.toggle('stopped', stop !== 0);
       const rate = counted ? `${(counted / kPulses_s).toFixed(0)} pulses/s` : `${frequency.toFixed(0)} Hz`;
-      value.textContent = stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${shown.toFixed(1)} µA, ${rate}` : 'off';
+      setText(value, stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${shown.toFixed(1)} µA, ${rate}` : 'off');
     });
   }
 }

@@ -1,6 +1,7 @@
 // The finger or hand, to scale: receptive fields coloured by rate, the contact, the chosen afferents.
-import { byId, context, setText, sizeOf } from './canvas.js';
-import { colourOf, css, kPins, theme } from './colours.js';
+import { byId, context, Layer, setText, sizeOf } from './canvas.js';
+import { colourOfRate, css, cssOf, kPins, theme } from './colours.js';
+import { ActiveFields, drawResting, traceField } from './fields.js';
 import { afferentAt, layOut, placeOf } from './skin_layout.js';
 
 const kReceptorsFrom = 14;   // pixels per mm
@@ -11,6 +12,8 @@ export class Finger {
   constructor(canvas) {
     this.canvas = canvas;
     this.view = { zoom: 1, u: 0, v: 0 };    // centre of the view, relative to the centre of the bounds
+    this.skin = new Layer();                // below the active fields
+    this.names = new Layer();               // above them
     canvas.addEventListener('wheel', (event) => {
       if (!this.layout) return;
       this.zoomBy(event.deltaY < 0 ? 1.25 : 0.8, event.offsetX, event.offsetY);
@@ -32,6 +35,8 @@ export class Finger {
   setScene(scene) {
     this.scene = scene;
     this.layout = layOut(scene.patches);
+    this.active = new ActiveFields(scene.neurons);
+    this.skin.key = this.names.key = null;
     this.resetZoom();
   }
 
@@ -74,24 +79,45 @@ export class Finger {
 
   /// \param rates  per afferent, Hz.  \param pins  chosen afferents, in order
   draw({ rates, most, probes, pins }) {
-    const { c, width, height } = context(this.canvas);
+    const target = context(this.canvas), { c, width, height, ratio } = target;
     this.#measure(width, height);
+    const view = `${this.left} ${this.top} ${this.scale}`;
+    this.skin.show(target, view, (own) => this.#inSkin(own, () => {
+      this.#drawOutlines(own);
+      this.#inPatches(own, (placed) => drawResting(own, placed, this.scale));
+    }));
+    this.#inSkin(c, () => this.#inPatches(c, (placed) => this.active.draw(c, placed, { rates, most, scale: this.scale, ratio })));
+    this.names.show(target, view, (own) => {
+      if (this.scale >= kReceptorsFrom && this.view.zoom > 1) {
+        this.#inSkin(own, () => this.#inPatches(own, (placed) => this.#drawReceptors(own, placed, () => true, css('--soft'), 1.2)));
+      }
+      this.#drawNames(own);
+      this.#scaleBar(own, height);
+    });
+    this.#inSkin(c, () => {
+      pins.forEach((afferent, i) => this.#drawPin(c, afferent, kPins[i % kPins.length]));
+      probes.forEach((probe, i) => { if (probe.depth > 0) this.#drawContact(c, probe, this.scene.probes[i]); });
+    });
+    this.#label(c, probes, pins);
+  }
+
+  /// Draws in the coordinates of the layout, mm.
+  #inSkin(c, draw) {
     c.save();
     c.translate(this.left, this.top);
     c.scale(this.scale, -this.scale);
-    this.#drawOutlines(c);
+    draw();
+    c.restore();
+  }
+
+  /// Draws each patch in its own coordinates, mm.
+  #inPatches(c, draw) {
     for (const placed of this.layout.placed) {
       c.save();
       c.transform(placed.cos, placed.sin, -placed.sin, placed.cos, placed.u0, placed.v0);
-      this.#drawFields(c, placed, rates, most);
-      if (this.scale >= kReceptorsFrom && this.view.zoom > 1) this.#drawReceptors(c, placed, () => true, css('--soft'), 1.2);
+      draw(placed);
       c.restore();
     }
-    pins.forEach((afferent, i) => this.#drawPin(c, afferent, kPins[i % kPins.length]));
-    probes.forEach((probe, i) => { if (probe.depth > 0) this.#drawContact(c, probe, this.scene.probes[i]); });
-    c.restore();
-    this.#label(c, probes, pins);
-    this.#scaleBar(c, height);
   }
 
   #drawOutlines(c) {
@@ -102,48 +128,6 @@ export class Finger {
     each((path) => c.stroke(path));
     c.fillStyle = css('--skin');
     each((path) => c.fill(path));
-  }
-
-  #field(c, placed, n) {
-    const { patch } = placed;
-    c.beginPath();
-    if (placed.fields) { const [x, y] = patch.centres[n]; c.arc(x, y, patch.field_radius_mm, 0, 7); return; }
-    const w = patch.length_mm / patch.columns, h = patch.width_mm / patch.rows;
-    c.rect((n % patch.columns) * w, Math.floor(n / patch.columns) * h, w, h);
-  }
-
-  #drawFields(c, placed, rates, most) {
-    const { patch, first, count } = placed;
-    const cell = placed.fields ? 2 * patch.field_radius_mm : patch.length_mm / patch.columns;
-    c.lineWidth = 1 / this.scale;
-    c.strokeStyle = css('--field');
-    const active = [];
-    for (let n = 0; n < count; ++n) if (rates[first + n] > 0) active.push(n);
-    if (!placed.fields && cell * this.scale > 6) for (let n = 0; n < count; ++n) { this.#field(c, placed, n); c.stroke(); }
-    else if (!placed.fields) c.strokeRect(0, 0, patch.length_mm, patch.width_mm);
-    else {
-      c.fillStyle = css('--field');
-      c.fill(this.#dots(placed, Math.max(0.12, 1.1 / this.scale)));
-    }
-    active.sort((a, b) => rates[first + a] - rates[first + b]);
-    for (const n of active) {
-      c.fillStyle = colourOf(0.15 + 0.85 * rates[first + n] / most);
-      // A field with a low rate is faint and does not hide the fields that it overlaps.
-      c.globalAlpha = placed.fields ? 0.2 + 0.7 * rates[first + n] / most : 1;
-      this.#field(c, placed, n);
-      c.fill();
-    }
-    c.globalAlpha = 1;
-  }
-
-  /// A dot of a radius at the centre of each field, as one path; cached for the next picture.
-  #dots(placed, radius) {
-    if (placed.dots?.radius !== radius) {
-      const path = new Path2D();
-      for (const [x, y] of placed.patch.centres) { path.moveTo(x + radius, y); path.arc(x, y, radius, 0, 7); }
-      placed.dots = { radius, path };
-    }
-    return placed.dots.path;
   }
 
   #drawReceptors(c, placed, shown, colour, radius_px) {
@@ -158,7 +142,7 @@ export class Finger {
     c.save();
     c.transform(placed.cos, placed.sin, -placed.sin, placed.cos, placed.u0, placed.v0);
     this.#drawReceptors(c, placed, (n) => n === afferent - placed.first, colour, 1.6);
-    this.#field(c, placed, afferent - placed.first - 1);
+    traceField(c, placed, afferent - placed.first - 1);
     c.lineWidth = 5 / this.scale; c.strokeStyle = css('--card'); c.stroke();
     c.lineWidth = 3 / this.scale; c.strokeStyle = colour; c.stroke();
     c.restore();
@@ -194,18 +178,21 @@ export class Finger {
     c.restore();
   }
 
-  #label(c, probes, pins) {
+  #drawNames(c) {
+    if (this.layout.placed.length < 2) return;
     c.textAlign = 'center'; c.textBaseline = 'middle'; c.fillStyle = css('--soft');
     c.font = '600 14px system-ui, sans-serif';
-    if (this.layout.placed.length > 1) {
-      for (const placed of this.layout.placed) {
-        const { length_mm, width_mm } = placed.patch;
-        const beyond = this.layout.kind === 'hand' && placed.patch.name !== 'palm';
-        const { u, v } = beyond ? placed.to(length_mm + 14, width_mm / 2) : placed.to(length_mm / 2, placed.patch.name === 'palm' ? width_mm - 6 : -4);
-        const { x, y } = this.px(u, v);
-        c.fillText(placed.patch.name || `patch ${placed.index + 1}`, x, y);
-      }
+    for (const placed of this.layout.placed) {
+      const { length_mm, width_mm } = placed.patch;
+      const beyond = this.layout.kind === 'hand' && placed.patch.name !== 'palm';
+      const { u, v } = beyond ? placed.to(length_mm + 14, width_mm / 2) : placed.to(length_mm / 2, placed.patch.name === 'palm' ? width_mm - 6 : -4);
+      const { x, y } = this.px(u, v);
+      c.fillText(placed.patch.name || `patch ${placed.index + 1}`, x, y);
     }
+  }
+
+  #label(c, probes, pins) {
+    c.textAlign = 'center'; c.textBaseline = 'middle';
     c.font = '600 12px system-ui, sans-serif';
     this.scene.probes.forEach((tip, i) => {
       if (!(probes[i]?.depth > 0) || this.scene.probes.filter((other) => other.patch === tip.patch).length < 2) return;
@@ -240,5 +227,5 @@ export function drawLegend(most) {
   if (canvas.dataset.look === look) return;
   canvas.dataset.look = look;
   const { c, width, height } = context(canvas);
-  for (let x = 0; x < width; ++x) { c.fillStyle = colourOf(0.15 + 0.85 * x / width); c.fillRect(x, 0, 1, height); }
+  for (let x = 0; x < width; ++x) { c.fillStyle = cssOf(colourOfRate(x / width)); c.fillRect(x, 0, 1, height); }
 }

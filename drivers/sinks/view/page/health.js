@@ -77,10 +77,11 @@ function ofMachine(trend) {
   return null;
 }
 
-/// The present {level, title, advice}. \param socket  'connecting', 'live' or 'lost'
+/// The present {level, title, advice}. \param socket  'connecting', 'live', 'stalled' (connected, but no frames) or 'lost'
 export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
   if (frame?.over) return { level: 'over', title: 'Run ended', advice: 'The page keeps the last picture. If merkel starts again, the page reconnects.' };
   if (socket === 'lost') return { level: 'bad', title: 'Connection lost', advice: 'Reconnecting. Check in the terminal that merkel is running.' };
+  if (socket === 'stalled') return { level: 'bad', title: 'No data from merkel', advice: 'The program has stopped, or the network is too slow. Everything shown is old.' };
   if (socket === 'connecting' || !frame) return { level: 'warn', title: 'Connecting', advice: 'Waiting for the first data.' };
   const problem = ofProbes(scene, frame, heldFor_s) ?? ofMachine(trend);
   if (problem) return problem;

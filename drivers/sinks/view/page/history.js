@@ -11,14 +11,22 @@ export class Columns {
     for (const name of this.names) this[name] = new types[name](1024);
     this.begin = 0;
     this.end = 0;
+    this.dropped = 0;       // rows moved out of the arrays: index + dropped numbers a row for good
     this.generation = 0;    // increases when the history is cleared
   }
   get length() { return this.end - this.begin; }
   clear() { this.begin = this.end = 0; ++this.generation; }
   push(row) {
-    if (this.end === this.t.length) this.#makeRoom();
+    if (this.end === this.t.length) this.#makeRoom(1);
     for (const name of this.names) this[name][this.end] = row[name];
     ++this.end;
+  }
+  /// Appends a typed array to each column; at most a quarter of the rows that are kept.
+  append(columns) {
+    const count = columns.t.length;
+    while (this.end + count > this.t.length) this.#makeRoom(count);
+    for (const name of this.names) this[name].set(columns[name], this.end);
+    this.end += count;
   }
   /// Index of the first row at or after a time.
   firstAfter(t) {
@@ -30,8 +38,8 @@ export class Columns {
     return low;
   }
   forgetBefore(t) { this.begin = this.firstAfter(t); }
-  #makeRoom() {
-    if (this.length === kMostRows) this.begin += kMostRows >> 2;
+  #makeRoom(count) {
+    if (this.length + count > kMostRows) this.begin += kMostRows >> 2;
     const grow = this.begin < this.t.length / 2 && this.t.length < kMostRows;
     for (const name of this.names) {
       const kept = this[name].subarray(this.begin, this.end);
@@ -39,6 +47,7 @@ export class Columns {
       else this[name].copyWithin(0, this.begin, this.end);
     }
     if (grow) for (const name of this.names) { this[name] = this[`${name}_`]; delete this[`${name}_`]; }
+    this.dropped += this.begin;
     this.end = this.length;
     this.begin = 0;
   }
@@ -78,8 +87,7 @@ export class History {
     this.started = true;
     this.t = frame.t;
     for (const point of frame.points) this.#addPoint(point);
-    const { t, n } = frame.spikes;
-    for (let i = 0; i < t.length; ++i) if (n[i] <= this.scene.neurons) this.spikes.push({ t: t[i], n: n[i] });
+    this.spikes.append(frame.spikes);
     for (const { n: afferent, samples } of frame.watched) {
       if (!this.watched.has(afferent)) this.watched.set(afferent, new Columns({ t: Float64Array, drive: Float32Array, potential: Float32Array }));
       for (const sample of samples) this.watched.get(afferent).push(sample);
@@ -116,9 +124,9 @@ export class History {
     if (item.kind === 'neuron_reset') this.spans.push({ from: item.t, to: item.t, kind: 'mark', label: `afferent ${item.subject} reset` });
   }
 
-  /// Spikes per afferent in a span of time; index 0 is afferent 1.
-  counts(from, to) {
-    const all = new Uint32Array(this.scene.neurons);
+  /// Counts the spikes of each afferent in a span of time; index 0 is afferent 1.
+  counts(from, to, all = new Uint32Array(this.scene.neurons)) {
+    all.fill(0);
     const last = this.spikes.firstAfter(to + 1e-9);
     for (let i = this.spikes.firstAfter(from); i < last; ++i) ++all[this.spikes.n[i] - 1];
     return all;

@@ -8,17 +8,21 @@ import { drawLegend, Finger } from './finger.js';
 import { readFrame } from './frames.js';
 import { healthOf, Trend } from './health.js';
 import { History, kKept_s } from './history.js';
-import { fill, Latency, quantile_us, showCounters } from './more.js';
+import { fill, Latency, showCounters } from './more.js';
 import { Numbers } from './numbers.js';
 import { RowOrder } from './order.js';
 import { Raster } from './raster.js';
+import { Rates } from './rates.js';
 import { setUpSaving } from './save.js';
 import { setUpKeys, setUpTheme } from './settings.js';
 import { Sound } from './sound.js';
 import { Trace } from './trace.js';
 
-const kRateWindow_s = 0.5, kLeastScale = 50, kCounters_ms = 500;
-const kCalm_ms = 500;    // between pictures, if the browser requests reduced motion
+const kNumbers_ms = 100;     // between new numbers: faster than anyone reads
+const kCounters_ms = 500;
+const kCalm_ms = 500;        // between pictures, if the browser requests reduced motion
+const kStalled_ms = 3000;    // without a frame: several periods of the slowest rate
+const kTimed = 200;          // pictures whose drawing times are kept
 
 class Page {
   constructor() {
@@ -26,15 +30,16 @@ class Page {
     this.frame = this.scene = this.paused = null;    // paused: {t, frame}
     this.trend = new Trend();
     this.dirty = true;       // the user changed the view
-    this.newer = false;      // new data arrived
     this.calm = matchMedia('(prefers-reduced-motion: reduce)');
-    this.drawn_ms = 0;
+    this.drawn_ms = this.numbered_ms = this.counted_ms = 0;
+    this.draws = 0;
+    this.costs = new Float32Array(kTimed);
     this.finger = new Finger(byId('skin'));
     this.finger.changed = () => { this.dirty = true; };
     this.raster = new Raster(byId('raster'));
     this.trace = new Trace(byId('trace'));
     this.latency = new Latency(byId('latency'));
-    this.numbers = new Numbers();
+    this.numbers = new Numbers(() => { this.dirty = true; });
     this.electrodes = new Electrodes(byId('electrodes'));
     this.sound = new Sound();
     this.details = new Details(byId('details'), (afferents) => {
@@ -49,7 +54,8 @@ class Page {
     });
     this.controls = new Controls((...words) => this.connection.send(...words));
     this.readings = [this.#readSkin(), this.#readRaster()];
-    this.worst_ms = this.counted_ms = 0;
+    this.received_ms = performance.now();
+    setInterval(() => this.#watchSilence(), 1000);
   }
 
   setScene(scene) {
@@ -57,6 +63,7 @@ class Page {
     this.frame = this.paused = null;
     scene.probes.forEach((probe, i) => { probe.name = this.#nameOf(scene, i); });
     this.history = new History(scene);
+    this.rates = new Rates(scene.neurons);
     this.trend.clear();
     this.finger.setScene(scene);
     this.order = new RowOrder(scene, this.finger.layout);
@@ -82,6 +89,7 @@ class Page {
 
   take(frame) {
     this.frame = frame;
+    this.received_ms = performance.now();
     if (frame.forget && this.paused) this.togglePause();
     this.history.add(frame, this.paused ? this.paused.t : frame.t);
     this.trend.add(frame);
@@ -90,7 +98,7 @@ class Page {
     if (!this.paused) this.sound.play(frame, this.details.afferents);
     if (this.paused && frame.t > this.paused.t + kKept_s) this.togglePause();
     this.controls.show(frame);
-    this.newer = true;
+    this.#request();
   }
 
   time() {
@@ -101,59 +109,78 @@ class Page {
 
   shown() { return this.paused?.frame ?? this.frame; }
 
+  get dirty() { return this.changed; }
+  set dirty(changed) {
+    this.changed = changed;
+    if (changed) this.#request();
+  }
+
+  /// Draws at the next screen refresh, or later for a browser that requests reduced motion.
+  #request() {
+    if (this.requested) return;
+    const left_ms = this.calm?.matches && !this.dirty ? this.drawn_ms + kCalm_ms - performance.now() : 0;
+    if (left_ms > 0) { this.timer ??= setTimeout(() => { this.timer = undefined; this.#request(); }, left_ms); return; }
+    this.requested = true;
+    requestAnimationFrame(() => { this.requested = false; this.draw(); });
+  }
+
   draw() {
-    requestAnimationFrame(() => this.draw());
-    const started = performance.now();
-    const due = started - this.drawn_ms >= (this.calm.matches ? kCalm_ms : 0);
-    if (!this.dirty && !(this.newer && due)) return;
-    this.dirty = this.newer = false;
+    const started = performance.now(), asked = this.dirty;
+    this.changed = false;
     this.drawn_ms = started;
-    this.#drawBanner();
-    if (!this.scene || !this.frame) return;
+    if (!this.scene || !this.frame) { this.#drawBanner(); return; }
     const frame = this.shown(), time = this.time();
-    const counts = this.history.counts(time.now - kRateWindow_s, time.now);
-    const seconds = Math.min(kRateWindow_s, Math.max(time.now, 0.04));
-    this.rates = Float32Array.from(counts, (n) => n / seconds);
-    this.most = this.rates.reduce((a, b) => Math.max(a, b), kLeastScale);
-    const total = counts.reduce((a, b) => a + b, 0) / seconds, active = counts.reduce((sum, n) => sum + (n > 0), 0);
-    const latency = this.trend.latency(2);
-    this.numbers.show(frame, { total, active, latency_us: quantile_us(latency, 0.99) });
-    this.electrodes.show(frame);
-    const hideSilent = byId('hide-silent').checked;
-    const inWindow = hideSilent ? this.history.counts(time.from, time.to) : counts;
+    this.rates.update(this.history, time.now);
+    const due = (last_ms, every_ms) => asked || frame.over || started - last_ms >= every_ms;
+    if (due(this.numbered_ms, kNumbers_ms)) {
+      this.numbered_ms = started;
+      this.#drawBanner();
+      this.numbers.show(frame, this.rates, this.trend.latency(2));
+      this.electrodes.show(frame);
+    }
+    this.#drawPictures(frame, time);
+    this.readings.forEach((reading) => reading.tell());
+    if (due(this.counted_ms, kCounters_ms)) {
+      this.counted_ms = started;
+      this.#showCounters();
+    }
+    this.costs[this.draws++ % kTimed] = performance.now() - started;
+  }
+
+  #drawPictures(frame, time) {
+    const hideSilent = byId('hide-silent').checked, { hz, most } = this.rates, pins = this.details.afferents;
+    const inWindow = hideSilent ? this.history.counts(time.from, time.to) : null;
     this.order.update({ by: byId('order').value, hideSilent, counts: inWindow, probes: frame.probes, now: time.now });
-    const pins = this.details.afferents;
-    this.finger.draw({ rates: this.rates, most: this.most, probes: frame.probes, pins });
-    drawLegend(this.most);
+    this.finger.draw({ rates: hz, most, probes: frame.probes, pins });
+    drawLegend(most);
     this.trace.draw(this.history.points, time, this.history.spans);
-    document.body.dataset.raster = this.raster.draw({
+    this.mode = this.raster.draw({
       spikes: this.history.spikes, time, order: this.order, margins: this.trace.margins(), spans: this.history.spans, pins,
     });
     this.details.draw(this.history, time);
-    this.readings.forEach((reading) => reading.tell());
-    if (started - this.counted_ms > kCounters_ms || frame.over) {
-      this.counted_ms = started;
-      showCounters(this.frame, this.trend, this.scene);
-      this.latency.draw(this.frame.latency);
-      byId('clock').textContent = frame.t.toFixed(1);
-      byId('spikes').textContent = String(this.frame.counters.spikes);
-    }
-    this.#measure(performance.now() - started);
   }
 
-  /// Records the drawing time, for the console and for tests.
-  #measure(ms) {
-    (this.costs ??= []).push(ms);
-    if (this.costs.length > 200) this.costs.shift();
-    const sorted = [...this.costs].sort((a, b) => a - b);
-    document.body.dataset.draws = Number(document.body.dataset.draws ?? 0) + 1;
-    document.body.dataset.drawMs = sorted[sorted.length >> 1].toFixed(2);
-    document.body.dataset.drawMs99 = sorted[Math.floor(0.99 * (sorted.length - 1))].toFixed(2);
+  #showCounters() {
+    const { frame } = this;
+    showCounters(frame, this.trend, this.scene);
+    this.latency.draw(frame.latency);
+    setText(byId('clock'), frame.t.toFixed(1));
+    setText(byId('spikes'), String(frame.counters.spikes));
+  }
+
+  /// Drawing times of the last pictures, ms, in increasing order; for the console and for measurements.
+  drawingTimes() { return [...this.costs.subarray(0, Math.min(this.draws, kTimed))].sort((a, b) => a - b); }
+
+  /// Without frames nothing draws, and the last banner would stand.
+  #watchSilence() {
+    const stalled = this.socket === 'live' && this.frame !== null && performance.now() - this.received_ms > kStalled_ms;
+    if (stalled !== Boolean(this.stalled)) { this.stalled = stalled; this.dirty = true; }
   }
 
   #drawBanner() {
     const heldFor_s = (this.heldSince ?? []).map((since) => (since === null ? 0 : this.frame.t - since));
-    this.health = healthOf({ socket: this.socket, scene: this.scene, frame: this.frame, trend: this.trend, heldFor_s });
+    const socket = this.stalled ? 'stalled' : this.socket;
+    this.health = healthOf({ socket, scene: this.scene, frame: this.frame, trend: this.trend, heldFor_s });
     const banner = byId('banner');
     banner.dataset.level = this.health.level;
     setText(byId('state'), this.health.title);
@@ -163,7 +190,7 @@ class Page {
   #describe(afferent) {
     const away = this.order.distance[afferent];
     const distance = Number.isFinite(away) ? `, ${away.toFixed(1)} mm from the press` : '';
-    return `afferent ${afferent}: ${(this.rates?.[afferent - 1] ?? 0).toFixed(0)} /s${distance}`;
+    return `afferent ${afferent}: ${(this.rates?.hz[afferent - 1] ?? 0).toFixed(0)} /s${distance}`;
   }
 
   #readSkin() {
@@ -199,4 +226,3 @@ setUpSaving(page);
 new ResizeObserver(() => { page.trace.resize(); page.dirty = true; }).observe(document.querySelector('main'));
 document.addEventListener('canvas-resized', () => { page.dirty = true; });
 globalThis.merkel = page;    // for the console and for tests
-page.draw();

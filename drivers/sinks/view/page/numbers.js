@@ -1,11 +1,13 @@
 // The large numbers, and a line for each probe if there are several.
-import { byId, setText } from './canvas.js';
+import { byId, setAttribute, setText } from './canvas.js';
 import { isBlind, kStateNames } from './health.js';
+import { quantile_us } from './more.js';
 
 const milliseconds = (us) => (us < 1e4 ? (us / 1e3).toFixed(2) : (us / 1e3).toFixed(0));
 
 export class Numbers {
-  constructor() { this.selected = null; }
+  /// \param changed  called when the user selects a probe
+  constructor(changed) { this.selected = null; this.changed = changed; }
 
   setScene(scene) {
     this.scene = scene;
@@ -13,7 +15,7 @@ export class Numbers {
     byId('probes').hidden = scene.probes.length < 2;
     this.rows = scene.probes.length < 2 ? [] : scene.probes.map((probe, i) => {
       const row = document.createElement('button');
-      row.addEventListener('click', () => { this.selected = this.selected === i ? null : i; });
+      row.addEventListener('click', () => { this.selected = this.selected === i ? null : i; this.changed(); });
       return row;
     });
     byId('probes').replaceChildren(...this.rows);
@@ -25,10 +27,11 @@ export class Numbers {
     return probes.reduce((best, p, i) => (p.force > probes[best].force ? i : best), 0);
   }
 
-  show(frame, { total, active, latency_us }) {
+  /// \param latency  ticks per bin
+  show(frame, { total, active }, latency) {
     const at = this.#shown(frame.probes), probe = frame.probes[at];
     const many = frame.probes.length > 1;
-    const blind = isBlind(probe);
+    const blind = isBlind(probe), latency_us = quantile_us(latency, 0.99);
     setText(byId('force'), blind ? '–' : probe.force.toFixed(2));
     setText(byId('depth'), blind ? '–' : probe.depth.toFixed(2));
     setText(byId('rate'), total.toFixed(0));
@@ -38,7 +41,7 @@ export class Numbers {
     setText(byId('rate-of'), `${active} of ${this.scene.neurons} afferents fire`);
     this.rows.forEach((row, i) => {
       const p = frame.probes[i];
-      row.setAttribute('aria-pressed', this.selected === i);
+      setAttribute(row, 'aria-pressed', this.selected === i);
       setText(row, `${this.scene.probes[i].name} ${isBlind(p) ? '–' : p.force.toFixed(2)} N${p.state ? ` ${kStateNames[p.state]}` : ''}`);
       row.classList.toggle('touching', p.depth > 0);
     });

@@ -1,6 +1,7 @@
 // The order of the afferents in the raster.
 
 const kAgain_s = 0.5, kMoved_mm = 0.5;
+let orders = 0;
 
 /// Rows of the raster: row → afferent, from the top, and afferent → row (−1: not shown).
 export class RowOrder {
@@ -11,6 +12,7 @@ export class RowOrder {
     this.places = null;
     this.key = '';
     this.rows = new Uint32Array(0);
+    this.number = 0;    // differs after each change
     this.rowOf = new Int32Array(scene.neurons + 1);
     this.edges = { rows: null, all: new Float32Array(1) };
     this.distance = new Float32Array(scene.neurons + 1).fill(Infinity);
@@ -32,6 +34,7 @@ export class RowOrder {
     if (hideSilent) all = all.filter((n) => counts[n - 1] > 0);
     if (by === 'distance') all.sort((a, b) => (this.distance[a] - this.distance[b]) || a - b);
     this.rows = Uint32Array.from(all);
+    this.number = ++orders;
     this.rowOf.fill(-1);
     this.rows.forEach((afferent, row) => { this.rowOf[afferent] = row; });
   }

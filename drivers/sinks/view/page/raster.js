@@ -1,14 +1,20 @@
 // The spikes of all afferents, one row each; if the rows are too thin for the screen, their density.
-import { context, sizeOf } from './canvas.js';
-import { css, kPins, packed, packedHex, scale } from './colours.js';
-import { Density } from './density.js';
+import { context, Layer, sizeOf } from './canvas.js';
+import { css, kPins, packedHex } from './colours.js';
+import { Density, DensityImage } from './density.js';
 
 const kFoot = 18;
 const kThinnest = 2;     // device pixels per row, below which the density is drawn
 const kCell = 2;         // device pixels per side of a density cell
 
 export class Raster {
-  constructor(canvas) { this.canvas = canvas; this.density = new Density(); }
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.scratch = document.createElement('canvas');
+    this.density = new Density();
+    this.shaded = new DensityImage();
+    this.labels = new Layer();
+  }
 
   frame(margins) {
     const { width, height } = sizeOf(this.canvas);
@@ -25,76 +31,56 @@ export class Raster {
 
   /// \return 'ticks' or 'density', the mode of drawing
   draw({ spikes, time, order, margins, spans, pins }) {
-    const { c, height, ratio } = context(this.canvas);
+    const target = context(this.canvas), { c, height, ratio } = target;
     const { left, w, h } = this.frame(margins);
     const columns = Math.round(w * ratio), lines = Math.round(h * ratio), rows = order.rows.length;
     drawSpans(c, spans, time, { left, w, h }, true);
     const mode = lines / Math.max(rows, 1) >= kThinnest ? 'ticks' : 'density';
-    const edges = order.edgesFor(mode === 'density');
-    if (rows > 0) {
-      // A density is counted in cells and enlarged.
-      const cell = mode === 'ticks' ? 1 : kCell;
-      const size = { columns: Math.ceil(columns / cell), lines: Math.ceil(lines / cell) };
-      if (mode === 'density') this.density.update({ spikes, time, order, edges, ...size });
-      const image = this.#blank(mode === 'ticks' ? size.columns : this.density.width, size.lines);
-      const pixels = new Uint32Array(image.data.buffer);
-      const colours = pins.map((unused, i) => packedHex(kPins[i % kPins.length]));
-      if (mode === 'ticks') this.#ticks(pixels, { spikes, time, order, pins, colours, ...size }, ratio);
-      else this.#density(pixels, { order, pins, colours, edges });
-      this.scratch ??= document.createElement('canvas');
-      if (this.scratch.width !== image.width) this.scratch.width = image.width;
-      if (this.scratch.height !== image.height) this.scratch.height = image.height;
-      this.scratch.getContext('2d').putImageData(image, 0, 0);
-      c.imageSmoothingEnabled = false;
-      c.save();
-      c.beginPath(); c.rect(left, 0, w, h); c.clip();
-      // Cells start at multiples of their length, so that they scroll without a recount.
-      const step = w / size.columns, shift = mode === 'ticks' ? 0 : time.from / this.density.cell_s - this.density.start;
-      c.drawImage(this.scratch, left - Math.round(shift * step * ratio) / ratio, 0, image.width * step, h);
-      c.restore();
+    const edges = order.edgesFor(mode === 'density'), colours = pins.map((unused, i) => kPins[i % kPins.length]);
+    c.imageSmoothingEnabled = false;
+    if (rows > 0 && mode === 'ticks') {
+      this.#show(c, this.#ticks({ spikes, time, order, pins, colours, columns, lines }, ratio), { left, w, h }, 0, w / columns);
+    } else if (rows > 0) {
+      // A density is counted in cells and enlarged. Cells start at multiples of their length, so they scroll without a recount.
+      const size = { columns: Math.ceil(columns / kCell), lines: Math.ceil(lines / kCell) }, step = w / size.columns;
+      this.density.update({ spikes, time, order, edges, ...size });
+      const shift = Math.round((time.from / this.density.cell_s - this.density.start) * step * ratio) / ratio;
+      this.#show(c, this.shaded.shade(this.density, { order, pins, colours }), { left, w, h }, shift, step);
     }
-    this.#labels(c, { left, w, h, order, pins, edges });
+    this.labels.show(target, `${left} ${w} ${h} ${order.number} ${order.edges.curved} ${pins}`,
+      (own) => this.#labels(own, { left, w, h, order, pins, edges }));
     timeAxis(c, time, { left, w }, height);
     return mode;
   }
 
-  /// An empty image; the last one, if it has the size.
-  #blank(width, height) {
-    if (this.image?.width !== width || this.image?.height !== height) this.image = new ImageData(width, height);
-    else this.image.data.fill(0);
-    return this.image;
+  /// Draws an image with pixels `step` wide into the frame, moved to the left by `shift`.
+  #show(c, image, { left, w, h }, shift, step) {
+    const { scratch } = this;
+    if (scratch.width !== image.width) scratch.width = image.width;
+    if (scratch.height !== image.height) scratch.height = image.height;
+    scratch.getContext('2d').putImageData(image, 0, 0);
+    c.save();
+    c.beginPath(); c.rect(left, 0, w, h); c.clip();
+    c.drawImage(scratch, left - shift, 0, image.width * step, h);
+    c.restore();
   }
 
-  #ticks(pixels, { spikes, time, order, columns, lines, pins, colours }, ratio) {
-    const ink = packedHex(css('--spike')), row = lines / order.rows.length;
+  #ticks({ spikes, time, order, pins, colours, columns, lines }, ratio) {
+    if (this.image?.width !== columns || this.image.height !== lines) {
+      this.image = new ImageData(columns, lines);
+      this.pixels = new Uint32Array(this.image.data.buffer);
+    } else this.pixels.fill(0);
+    const ink = packedHex(css('--spike')), pinned = colours.map(packedHex), row = lines / order.rows.length;
     const tall = Math.max(1, Math.round(Math.max(2, row * 0.75))), wide = Math.max(1, Math.round(1.5 * ratio));
     const last = spikes.firstAfter(time.to + 1e-9);
     for (let i = spikes.firstAfter(time.from); i < last; ++i) {
       const at = order.rowOf[spikes.n[i]];
       if (at < 0) continue;
-      const x = Math.floor((spikes.t[i] - time.from) / time.seconds * columns), y = Math.floor(at * row + (row - tall) / 2);
-      const pin = pins.indexOf(spikes.n[i]);
-      const colour = pin < 0 ? ink : colours[pin];
-      for (let dy = Math.max(0, y); dy < Math.min(lines, Math.max(0, y) + tall); ++dy) {
-        for (let dx = x; dx < Math.min(columns, x + wide); ++dx) pixels[dy * columns + dx] = colour;
-      }
+      const x = Math.floor((spikes.t[i] - time.from) / time.seconds * columns), y = Math.max(0, Math.floor(at * row + (row - tall) / 2));
+      const pin = pins.indexOf(spikes.n[i]), colour = pin < 0 ? ink : pinned[pin], end = Math.min(columns, x + wide);
+      for (let dy = y; dy < Math.min(lines, y + tall); ++dy) this.pixels.fill(colour, dy * columns + x, dy * columns + end);
     }
-  }
-
-  #density(pixels, { order, pins, colours, edges }) {
-    const { counts, width, lines } = this.density, { rowOf } = order;
-    let most = 1;
-    for (let i = 0; i < counts.length; ++i) if (counts[i] > most) most = counts[i];
-    const log = 255 / Math.log2(1 + most), shades = scale().map(packed);
-    const shadeOf = Uint32Array.from({ length: Math.min(most, 4096) + 1 }, (unused, k) => (k ? shades[Math.max(60, Math.round(log * Math.log2(1 + k)))] : 0));
-    for (let i = 0; i < counts.length; ++i) if (counts[i]) pixels[i] = shadeOf[Math.min(counts[i], 4096)];
-    const top = (row) => Math.min(lines - 1, Math.floor(edges[row] * lines));
-    pins.forEach((afferent, k) => {
-      const row = rowOf[afferent];
-      if (row < 0) return;
-      const end = Math.max(top(row) + 1, top(row + 1)) * width;
-      for (let i = top(row) * width; i < end; ++i) if (counts[i]) pixels[i] = colours[k];
-    });
+    return this.image;
   }
 
   #labels(c, { left, w, h, order, pins, edges }) {

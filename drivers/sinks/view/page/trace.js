@@ -4,10 +4,10 @@ import { css } from './colours.js';
 import { drawSpans } from './raster.js';
 
 const kDashes = [[], [6, 4], [2, 3], [8, 3, 2, 3], [1, 4], [10, 6]];
-const kMostPoints = 4000;    // for all curves together
+const kMostPoints = 2400;    // for all curves together
 
 export class Trace {
-  constructor(place) { this.place = place; }
+  constructor(place) { this.place = place; this.arrays = []; }
 
   setScene(scene) { this.scene = scene; this.make(); }
 
@@ -60,15 +60,42 @@ export class Trace {
       `${this.scene.probes.length > 1 ? `${probe.name} ` : ''}${u.data[2 * k + 2][i].toFixed(3)} N, ${u.data[2 * k + 1][i].toFixed(3)} mm`).join('; ');
   }
 
+  /// Two values for each bucket of rows: the lowest and the highest, in their order, so that no peak is lost.
+  #thin(k, column, buckets) {
+    const isTime = k === 0, thinned = this.#array(k, 2 * buckets.length);
+    buckets.forEach(([from, to], i) => {
+      let low = from, high = from;
+      for (let row = from + 1; row < to; ++row) {
+        if (column[row] < column[low]) low = row;
+        if (column[row] > column[high]) high = row;
+      }
+      if (isTime) [low, high] = [from, (from + to) >> 1];
+      thinned[2 * i] = column[Math.min(low, high)];
+      thinned[2 * i + 1] = column[Math.max(low, high)];
+    });
+    return thinned;
+  }
+
+  /// An array of a length, from one that is kept for the next picture.
+  #array(k, length) {
+    if (!(this.arrays[k]?.length >= length)) this.arrays[k] = new Float64Array(2 * length);
+    return this.arrays[k].subarray(0, length);
+  }
+
   draw(points, time, spans) {
     this.spans = spans;
     this.time = time;
+    // The columns of the points have the order of the series: time, then depth and force of each probe.
     const first = points.firstAfter(time.from), last = points.firstAfter(time.to + 1e-9);
     const curves = 2 * this.scene.probes.length;
-    const stride = Math.max(1, Math.ceil((last - first) * curves / kMostPoints));
-    const pick = (column) => { const all = []; for (let i = first; i < last; i += stride) all.push(column[i]); return all; };
-    const data = [pick(points.t)];
-    this.scene.probes.forEach((probe, i) => { data.push(pick(points[`depth${i}`]), pick(points[`force${i}`])); });
+    const size = Math.ceil(2 * (last - first) * curves / kMostPoints);    // rows per bucket
+    const buckets = [];
+    // Buckets begin at multiples of their size, so that they scroll with the curves.
+    for (let from = first, to; size > 2 && from < last; from = to) {
+      to = Math.min(last, from + size - (from + points.dropped) % size);
+      buckets.push([from, to]);
+    }
+    const data = points.names.map((name, k) => (size > 2 ? this.#thin(k, points[name], buckets) : points[name].subarray(first, last)));
     this.plot.batch(() => { this.plot.setData(data, false); this.plot.setScale('x', { min: time.from, max: time.to }); });
   }
 }

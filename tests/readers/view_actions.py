@@ -1,0 +1,134 @@
+"""Actions of the user: sound, control of a run, replay, saving; and the electrodes' commands."""
+from view_page import PRESS, SLIDE, BrowserPage
+
+ELECTRODES = """[[electrode]]
+name = "train"
+encoder = "linear"
+field_mm = [15, 10, 5]
+full_force_N = 0.1
+amplitude_uA = [20, 80]
+frequency_Hz = [0, 200]
+[[electrode]]
+name = "pulses"
+encoder = "pulse_per_spike"
+field_mm = [15, 10, 8]
+amplitude_uA = [60, 60]
+frequency_Hz = [0, 300]
+[stimulation]
+max_charge_nC = 16
+max_total_uA = 200
+"""
+
+
+class Actions(BrowserPage):
+    def test_electrodes_show_their_commands(self):
+        with open(self.path("electrodes.toml"), "w") as scene:
+            scene.write(ELECTRODES)
+        program = self.open(self.path("electrodes.toml"), probe="sim:ramp?wait_s=0&hold_s=600&live=1")
+        self.wait("document.querySelectorAll('.electrode.on').length === 2")
+        train, pulses = self.page.ask("[...document.querySelectorAll('.electrode')].map((e) => e.textContent)")
+        self.assertRegex(train, r"^train[0-9.]+ µA, [0-9]+ Hz$")
+        self.assertRegex(pulses, r"^pulses60\.0 µA, [1-9][0-9]* pulses/s$")
+        self.screenshot("live_page_electrodes.png")
+        program.terminate()
+        program.communicate()
+        self.wait("document.querySelectorAll('.electrode.stopped').length === 2")
+        self.assertEqual(self.page.ask("document.querySelector('.electrode span').textContent"), "off: end")
+        self.assert_no_errors()
+
+    def test_sound_is_off_until_switched_on(self):
+        program = self.open(probe=SLIDE)
+        self.wait("merkel.history.spikes.length > 20")
+        self.assertEqual(self.page.ask("[merkel.sound.on, Boolean(merkel.sound.audio)].join()"), "false,false")
+        self.page.press("s")
+        self.wait("merkel.sound.clicks > 10")
+        self.page.ask("(() => { const v = document.getElementById('volume'); v.value = 0.5; "
+                      "v.dispatchEvent(new Event('input')); })()")
+        self.assertAlmostEqual(self.page.ask("merkel.sound.gain.gain.value"), 0.25, places=3)
+        # Only of chosen afferents: none is chosen.
+        self.page.ask("(() => { merkel.sound.all = false; merkel.sound.clicks = 0; })()")
+        before = self.page.ask("merkel.frame.number")
+        self.wait(f"merkel.frame.number > {before} + 10")
+        self.assertEqual(self.page.ask("merkel.sound.clicks"), 0)
+        self.page.press("s")
+        self.wait("!merkel.sound.on")
+        program.terminate()
+
+    def test_controls_show_with_the_token_only_and_a_label_marks_a_trial(self):
+        program = self.open(probe=PRESS)
+        self.assertFalse(self.page.ask("document.getElementById('mark').checkVisibility()"))
+        program.terminate()
+        program.communicate()
+        program, address = self.steer()
+        self.page.open(address)
+        self.wait("Boolean(globalThis.merkel?.frame) && document.getElementById('mark').checkVisibility()")
+        self.assertNotIn("token", self.page.ask("location.href"))
+        self.page.ask("(() => { document.getElementById('mark-label').value = 'trial 7'; "
+                      "document.getElementById('mark').requestSubmit(); })()")
+        self.wait("merkel.history.spans.some((s) => s.kind === 'mark' && s.label === 'trial 7')")
+        self.page.ask("document.getElementById('record').click()")
+        self.wait("document.getElementById('record').textContent === 'Stop recording'")
+        self.wait("document.getElementById('notice').textContent.startsWith('recording session-')")
+        self.page.ask("document.getElementById('record').click()")
+        self.wait("document.getElementById('record').textContent === 'Record'")
+        self.page.ask("document.getElementById('tare').click()")
+        self.wait("document.getElementById('notice').textContent.includes('cannot be tared')")
+        program.terminate()
+        self.assert_no_errors()
+
+    def test_a_session_plays_in_the_page_with_a_slider(self):
+        session = self.path("s.xdf")
+        self.merkel("run", "--fast", "--probe", SLIDE, "--sink", f"xdf:{session}")
+        program = self.play(session)
+        self.page.open(f"http://127.0.0.1:{self.port}/")
+        self.wait("Boolean(globalThis.merkel?.frame) && document.getElementById('session').checkVisibility()")
+        self.page.ask("(() => { const s = document.getElementById('seek'); s.value = 5; "
+                      "s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); })()")
+        self.wait("merkel.frame.t >= 5")
+        self.page.ask("document.getElementById('play').click()")
+        self.wait("document.getElementById('state').textContent === 'Replay paused'")
+        self.page.ask("(() => { const s = document.getElementById('seek'); s.value = 1; "
+                      "s.dispatchEvent(new Event('change')); })()")
+        self.wait("merkel.frame.t < 1.5 && merkel.history.t < 1.5")
+        self.page.ask("document.getElementById('play').click()")
+        self.wait("document.getElementById('state').textContent.startsWith('Replay, ')")
+        program.terminate()
+        self.assert_no_errors()
+
+    def test_what_is_seen_can_be_saved(self):
+        csv = self.path("s.csv")
+        program = self.open("--sink", f"csv:{csv}", probe=PRESS)
+        self.summary(program)
+        self.wait("merkel.frame.over")
+        span = self.page.ask("(() => { const t = merkel.time(); return [t.from + merkel.frame.origin_s, "
+                             "t.to + merkel.frame.origin_s]; })()")
+        saved = self.page.ask("import('/save.js').then((m) => m.spikeTable(merkel.history, merkel.time(), "
+                              "merkel.frame.origin_s))").splitlines()
+        with open(csv, encoding="ascii") as file:
+            wanted = [line.split(",") for line in file.read().splitlines()[1:]]
+        wanted = [(float(t), n) for t, n in wanted if span[0] <= float(t) <= span[1] + 1e-9]
+        self.assertEqual(saved[0], "time_s,neuron")
+        self.assertEqual([line.split(",")[1] for line in saved[1:]], [n for _, n in wanted])
+        for line, (t, _) in zip(saved[1:], wanted):
+            self.assertAlmostEqual(float(line.split(",")[0]), t, places=6)
+        press = self.page.ask("import('/save.js').then((m) => m.pressTable(merkel.history, merkel.time(), "
+                              "merkel.frame.origin_s))").splitlines()
+        self.assertEqual(press[0], "time_s,depth_mm,force_N")
+        self.assertGreater(len(press), 500)
+        # The menu offers all three as downloads.
+        names = self.page.ask("""(async () => {
+          const names = [], of = HTMLAnchorElement.prototype, click = of.click, menu = document.getElementById('save');
+          of.click = function () { names.push(`${this.download} ${this.href.split(':')[0]}`); };
+          for (const which of ['png', 'spikes', 'press']) { menu.value = which; menu.dispatchEvent(new Event('change')); }
+          while (names.length < 3) await new Promise((done) => setTimeout(done, 20));
+          of.click = click;
+          return names.sort(); })()""")
+        self.assertEqual(len(names), 3)
+        for name, end in zip(names, ("-press.csv blob", "-spikes.csv blob", "s.png blob")):
+            self.assertRegex(name, r"^merkel-paper-\d+\.\d-\d+\.\d")
+            self.assertTrue(name.endswith(end), name)
+        size = self.page.ask("import('/save.js').then((m) => { const c = m.drawPicture(merkel.scene, "
+                             "merkel.time(), merkel.health); "
+                             "return new Promise((done) => c.toBlob((b) => done(b.size))); })")
+        self.assertGreater(size, 10000)
+        self.assert_no_errors()

@@ -1,0 +1,107 @@
+"""The skin, the raster and chosen afferents."""
+from view_page import PRESS, SLIDE, BrowserPage
+
+
+class Skin(BrowserPage):
+    def test_the_raster_is_sorted_by_distance_and_hides_the_silent(self):
+        program = self.open("goodwin", probe=SLIDE)
+        self.wait("merkel.history.spikes.length > 200")
+        self.assertEqual(self.page.ask("merkel.mode"), "density")
+        sorted_rows = ("(() => { const {rows, distance} = merkel.order; "
+                       "return rows.every((n, i) => i === 0 || distance[rows[i - 1]] <= distance[n]); })()")
+        self.assertTrue(self.page.ask(sorted_rows))
+        self.assertEqual(self.page.ask("merkel.order.rows.length"), 450)
+        self.page.press("h")
+        self.wait("merkel.order.rows.length < 450")
+        self.page.press(" ")  # Pause: the view stands still.
+        self.wait("merkel.paused !== null")
+        self.page.ask("(() => { merkel.order.key = ''; merkel.dirty = true; })()")
+        self.wait("(() => { const time = merkel.time(), counts = merkel.history.counts(time.from, time.to); "
+                  "return merkel.order.rows.every((n) => counts[n - 1] > 0) && "
+                  "merkel.order.rows.length === counts.reduce((sum, n) => sum + (n > 0), 0); })()")
+        self.page.ask("(() => { const s = document.getElementById('order'); s.value = 'number'; "
+                      "s.dispatchEvent(new Event('change')); })()")
+        self.wait("merkel.order.rows.every((n, i) => i === 0 || merkel.order.rows[i - 1] < n)")
+        self.page.press("h")
+        program.terminate()
+
+    def test_a_density_that_is_kept_equals_one_that_is_counted_anew(self):
+        program = self.open(probe=PRESS)
+        wrong = self.page.ask("""Promise.all([import('/density.js'), import('/history.js')]).then(([{Density}, {Columns}]) => {
+          const spikes = new Columns({t: Float64Array, n: Uint32Array}), kept = new Density(), wrong = [];
+          let orders = 0, seed = 1, t = 0;
+          const random = () => (seed = (seed * 48271) % 2147483647) / 2147483647;
+          const reorder = () => { const rows = Uint32Array.from({length: 300}, (x, i) => i + 1).sort(() => random() - 0.5);
+            const rowOf = new Int32Array(301).fill(-1); rows.forEach((n, row) => { rowOf[n] = row; });
+            return {rows, rowOf, edges: Float32Array.from({length: 301}, (x, i) => Math.sqrt(i / 300))}; };
+          let order = reorder();
+          for (let step = 0; step < 400; ++step) {
+            const now = t + 0.04;
+            while ((t += random() * 0.002) < now) spikes.push({t, n: 1 + Math.floor(300 * random())});
+            t = now;
+            if (step % 90 === 89) order = reorder();
+            if (step === 200) spikes.clear();
+            if (step % 7 === 3) continue;    // a skipped picture
+            const seconds = step < 300 ? 2 : 5, to = Math.max(seconds, now);
+            const window = {spikes, time: {from: to - seconds, to, now, seconds}, order, edges: order.edges, columns: 231, lines: 87};
+            kept.update(window);
+            const anew = new Density();
+            anew.update(window);
+            // The first cell may start before the window.
+            if (kept.start !== anew.start || kept.counts.some((n, i) => n !== anew.counts[i] && i % kept.width > 0)) wrong.push(step);
+          }
+          return wrong.join(); })""")
+        self.assertEqual(wrong, "")
+        program.terminate()
+
+    def test_a_hand_is_drawn_as_a_hand_with_its_probes_named(self):
+        program = self.open("hand", probe=6 * ["sim:ramp?hold_s=20"])
+        self.wait("merkel.order?.rows.length === 4250")
+        self.assertEqual(self.page.ask("merkel.finger.layout.kind"), "hand")
+        self.assertEqual(self.page.ask("merkel.scene.probes.map((p) => p.name).join()"),
+                         "thumb,index,middle,ring,little,palm")
+        # No patch overlaps another.
+        self.assertTrue(self.page.ask(
+            "merkel.finger.layout.placed.every((a) => [[0, 0], [a.patch.length_mm, 0], "
+            "[0, a.patch.width_mm], [a.patch.length_mm, a.patch.width_mm]].every(([x, y]) => { "
+            "const {u, v} = a.to(x, y); return merkel.finger.layout.placed.every((b) => { "
+            "if (a === b) return true; const p = b.from(u, v); return p.x <= 0 || p.y <= 0 || "
+            "p.x >= b.patch.length_mm || p.y >= b.patch.width_mm; }); }))"))
+        self.wait("merkel.frame.probes.every((p) => p.depth > 1)")
+        self.assertIn("palm 0.45 N", self.page.text("probes"))
+        self.assertEqual(self.page.ask("merkel.mode"), "density")
+        self.screenshot("live_page_hand.png")
+        self.page.ask("document.querySelectorAll('#probes button')[4].click()")
+        self.wait("document.getElementById('force-of').textContent === 'little'")
+        program.terminate()
+        self.assert_no_errors()
+
+    def test_afferents_are_chosen_by_click_and_by_key_and_pinned(self):
+        program = self.open(probe="sim:ramp?depth_mm=1.8&hold_s=30")
+        self.wait("merkel.history.spikes.length > 20")
+        place = self.page.ask("(() => { const f = merkel.finger, p = f.layout.placed[0], "
+                              "[x, y] = p.centre(12), {u, v} = p.to(x, y), at = f.px(u, v), "
+                              "box = f.canvas.getBoundingClientRect(); "
+                              "return [Math.round(box.x + at.x), Math.round(box.y + at.y)]; })()")
+        self.page.click(*place)
+        self.wait("document.querySelector('.card h3')?.textContent === 'Afferent 13'")
+        self.page.ask("document.querySelector('.card button').click()")  # Pin
+        # By keyboard: arrows move from the pointer's position; Enter chooses.
+        self.page.ask("document.getElementById('skin').focus()")
+        for key in 12 * ["\ue012"] + ["\ue007"]:  # left; Enter
+            self.page.press(key)
+        self.wait("document.querySelectorAll('.card').length === 2")
+        self.assertIn("afferent ", self.page.text("skin-value"))
+        self.assertEqual(self.page.ask("merkel.details.chosen[0].pinned"), True)
+        self.assertIn("receptors", self.page.ask("document.querySelector('.card p').textContent"))
+        self.wait("document.querySelectorAll('.card header span')[1].textContent !== ''")
+        # The page receives its drive and potential.
+        self.wait("merkel.history.watched.get(13)?.length > 100")
+        self.screenshot("live_page_afferents.png")
+        for canvas, word in (("raster", "afferent "), ("latency", " ticks")):
+            self.page.ask(f"document.getElementById('{canvas}').focus()")
+            self.page.press("\ue012")
+            self.wait(f"document.getElementById('{canvas}-value').textContent.includes('{word}')")
+        self.page.ask("document.activeElement.blur()")
+        program.terminate()
+        self.assert_no_errors()
