@@ -5,9 +5,11 @@
 #include <cmath>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "core/units.hpp"
+#include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/session_position.hpp"
-#include "drivers/sinks/view/json_writer.hpp"
 
 namespace merkel {
 namespace {
@@ -102,23 +104,17 @@ void ViewFrames::add_point(nanoseconds time) {
 void ViewFrames::add(std::span<const LoopEvent> events) {
   for (const LoopEvent& event : events) {
     if (!origin_) continue;
-    add_news(JsonWriter()
-                 .text("kind", name_of(event.kind))
-                 .number("t", since_start_s(event.time))
-                 .number("length_s", units::s_from(event.length))
-                 .number("subject", event.subject)
-                 .end());
+    add_news({{"kind", name_of(event.kind)},
+              {"t", since_start_s(event.time)},
+              {"length_s", units::s_from(event.length)},
+              {"subject", event.subject}});
   }
 }
 
 void ViewFrames::add(std::span<const Mark> marks) {
   for (const Mark& mark : marks) {
     if (!origin_) continue;
-    add_news(JsonWriter()
-                 .text("kind", "mark")
-                 .number("t", since_start_s(mark.time))
-                 .text("label", mark.label)
-                 .end());
+    add_news({{"kind", "mark"}, {"t", since_start_s(mark.time)}, {"label", mark.label}});
   }
 }
 
@@ -163,10 +159,11 @@ void ViewFrames::forget() {
 }
 
 void ViewFrames::add_notice(std::string_view sentence) {
-  add_news(JsonWriter().text("kind", "notice").text("label", sentence).end());
+  add_news({{"kind", "notice"}, {"label", sentence}});
 }
 
-void ViewFrames::add_news(const std::string& json) {
+void ViewFrames::add_news(const nlohmann::json& event) {
+  const std::string json = json_line(event);
   if (news_.size() + json.size() > kLongestNews) {
     ++left_out_;
     return;

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "core/contact/tip_contact.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/run_status.hpp"
@@ -93,7 +95,7 @@ class ViewFrames {
   };
 
   void add_point(std::chrono::nanoseconds time);
-  void add_news(const std::string& json);
+  void add_news(const nlohmann::json& event);
   [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;
   void append_counters(std::string& bytes) const;
   void append_probes(std::string& bytes) const;

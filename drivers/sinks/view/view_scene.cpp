@@ -1,137 +1,127 @@
 #include "drivers/sinks/view/view_scene.hpp"
 
 #include <cmath>
+#include <string_view>
+#include <utility>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "core/records/stimulation_command.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
+#include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/session_position.hpp"
-#include "drivers/sinks/view/json_writer.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
 
 namespace merkel {
 namespace {
 
+using Json = nlohmann::json;
+
 constexpr std::size_t kMostReceptors = 15'000;  ///< most receptors sent per patch
 
 /// Rounded to 0.01 mm, finer than a screen pixel.
-std::string place(double mm) { return JsonWriter::number_of(std::round(mm * 100.0) / 100.0); }
-
-std::string list_of(const std::vector<double>& values) {
-  JsonWriter list('[');
-  for (const double value : values) list.item(JsonWriter::number_of(value));
-  return list.end();
-}
+double place(double mm) { return std::round(mm * 100.0) / 100.0; }
 
 /// A patch, its receptors, and the centre of each afferent, by number.
-std::string json_of(const PatchParameters& parameters) {
+Json json_of(const PatchParameters& parameters) {
   const PatchLayout layout = layout_of(parameters).value_or(PatchLayout{});
   const std::vector<Receptor>& receptors = layout.receptors;
   // Evenly thinned out if there are too many for a picture.
   const std::size_t stride = receptors.size() / kMostReceptors + 1;
-  JsonWriter dots('[');
+  Json dots = Json::array();
   for (std::size_t i = 0; i < receptors.size(); i += stride) {
-    dots.item(JsonWriter('[')
-                  .item(place(receptors[i].x_mm))
-                  .item(place(receptors[i].y_mm))
-                  .item(std::to_string(receptors[i].neuron))
-                  .end());
+    dots.push_back({place(receptors[i].x_mm), place(receptors[i].y_mm), receptors[i].neuron});
   }
-  JsonWriter centres('[');
+  Json centres = Json::array();
   for (const AfferentSite& site : layout.afferents) {
-    centres.item(JsonWriter('[').item(place(site.x_mm)).item(place(site.y_mm)).end());
+    centres.push_back({place(site.x_mm), place(site.y_mm)});
   }
   const bool fields = parameters.layout == ReceptorLayout::kFields;
-  return JsonWriter()
-      .text("name", parameters.name)
-      .number("length_mm", parameters.patch.length_mm)
-      .number("width_mm", parameters.patch.width_mm)
-      .number("columns", parameters.patch.columns)
-      .number("rows", parameters.patch.rows)
-      .number("field_radius_mm", fields ? parameters.field.radius_mm : 0.0)
-      .raw("thinned", stride > 1 ? "true" : "false")
-      .raw("receptors", dots.end())
-      .raw("centres", centres.end())
-      .end();
+  return {{"name", parameters.name},
+          {"length_mm", parameters.patch.length_mm},
+          {"width_mm", parameters.patch.width_mm},
+          {"columns", parameters.patch.columns},
+          {"rows", parameters.patch.rows},
+          {"field_radius_mm", fields ? parameters.field.radius_mm : 0.0},
+          {"thinned", stride > 1},
+          {"receptors", std::move(dots)},
+          {"centres", std::move(centres)}};
 }
 
-std::string json_of(const Indenter& indenter) {
-  JsonWriter json;
-  json.number("patch", static_cast<double>(indenter.patch));
+Json json_of(const Indenter& indenter) {
+  Json json = {{"patch", indenter.patch}};
   switch (indenter.tip) {
     case Indenter::Tip::kSphere:
-      json.text("tip", "sphere").number("radius_mm", indenter.radius_mm);
+      json.update({{"tip", "sphere"}, {"radius_mm", indenter.radius_mm}});
       break;
     case Indenter::Tip::kBars:
-      json.text("tip", "bars").number("bar_length_mm", indenter.bars.length_mm);
-      json.raw("bar_widths_mm", list_of(indenter.bars.widths_mm));
-      json.raw("bar_gaps_mm", list_of(indenter.bars.gaps_mm));
+      json.update({{"tip", "bars"},
+                   {"bar_length_mm", indenter.bars.length_mm},
+                   {"bar_widths_mm", indenter.bars.widths_mm},
+                   {"bar_gaps_mm", indenter.bars.gaps_mm}});
       break;
     case Indenter::Tip::kPin:
-      json.text("tip", "pin").number("diameter_mm", indenter.pin.diameter_mm);
+      json.update({{"tip", "pin"}, {"diameter_mm", indenter.pin.diameter_mm}});
       break;
   }
-  return json.end();
+  return json;
+}
+
+Json json_of_counters() {
+  Json counters = Json::array();
+  const auto add = [&](std::string_view name, std::string_view unit, std::string_view meaning,
+                       bool fault) {
+    counters.push_back({{"name", name}, {"unit", unit}, {"meaning", meaning}, {"fault", fault}});
+  };
+  for (const auto& field : kRunCounterFields<>) {
+    add(field.name, field.unit, field.meaning, field.fault);
+  }
+  add("page_lost", "", "spikes and points that this page did not receive", true);
+  return counters;
+}
+
+Json json_of(const RunDescription& run) {
+  const NeuronKind kind = run.model.kind();
+  const bool volts = kind != NeuronKind::kIntegrateAndFire;
+  Json json = {{"scene", run.scene},
+               {"tick_ms", units::ms_from(run.model.tick)},
+               {"drive_unit", kind == NeuronKind::kHodgkinHuxley ? "\u00b5A/cm\u00b2" : "Hz"},
+               {"potential_name", volts ? "potential" : "state"},
+               {"potential_unit", volts ? "mV" : ""},
+               {"counters", json_of_counters()}};
+  for (const char* list : {"patches", "probes", "electrodes", "stops", "facts"}) {
+    json[list] = Json::array();
+  }
+  for (const PatchParameters& patch : run.model.patches) json["patches"].push_back(json_of(patch));
+  for (const Indenter& indenter : run.model.indenters) {
+    json["probes"].push_back(json_of(indenter));
+  }
+  for (const Electrode& electrode : run.encoding.electrodes) {
+    json["electrodes"].push_back({{"name", electrode.name},
+                                  {"amplitude_uA", electrode.amplitude_uA},
+                                  {"frequency_Hz", electrode.frequency_Hz}});
+  }
+  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kEnd;
+       stop = static_cast<StimulationCommand::Stop>(static_cast<int>(stop) + 1)) {
+    json["stops"].push_back(name_of(stop));
+  }
+  for (const auto& [name, value] : run.facts) json["facts"].push_back(Json::array({name, value}));
+  return json;
 }
 
 }  // namespace
 
-std::string view_scene_json(const SinkSetup& setup, bool control) {
-  const RunDescription& run = setup.run;
-  const NeuronKind kind = run.model.kind();
-  const bool volts = kind != NeuronKind::kIntegrateAndFire;
-  JsonWriter json;
-  json.text("scene", run.scene).number("neurons", setup.neurons);
-  json.number("tick_ms", units::ms_from(run.model.tick));
-  json.raw("control", control ? "true" : "false");
-  if (setup.session) {
-    json.raw("session", JsonWriter().number("length_s", setup.session->length_s).end());
-  }
-  json.text("drive_unit", kind == NeuronKind::kHodgkinHuxley ? "\u00b5A/cm\u00b2" : "Hz");
-  json.text("potential_name", volts ? "potential" : "state")
-      .text("potential_unit", volts ? "mV" : "");
-  JsonWriter counters('[');
-  const auto add_counter = [&](std::string_view name, std::string_view unit,
-                               std::string_view meaning, bool fault) {
-    counters.item(JsonWriter()
-                      .text("name", name)
-                      .text("unit", unit)
-                      .text("meaning", meaning)
-                      .raw("fault", fault ? "true" : "false")
-                      .end());
-  };
-  for (const auto& field : kRunCounterFields<>) {
-    add_counter(field.name, field.unit, field.meaning, field.fault);
-  }
-  add_counter("page_lost", "", "spikes and points that this page did not receive", true);
-  json.raw("counters", counters.end());
-  JsonWriter patches('[');
-  for (const PatchParameters& patch : run.model.patches) patches.item(json_of(patch));
-  json.raw("patches", patches.end());
-  JsonWriter probes('[');
-  for (const Indenter& indenter : run.model.indenters) probes.item(json_of(indenter));
-  json.raw("probes", probes.end());
-  JsonWriter electrodes('[');
-  for (const Electrode& electrode : run.encoding.electrodes) {
-    electrodes.item(JsonWriter()
-                        .text("name", electrode.name)
-                        .raw("amplitude_uA", list_of(electrode.amplitude_uA))
-                        .raw("frequency_Hz", list_of(electrode.frequency_Hz))
-                        .end());
-  }
-  json.raw("electrodes", electrodes.end());
-  JsonWriter stops('[');
-  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kEnd;
-       stop = static_cast<StimulationCommand::Stop>(static_cast<int>(stop) + 1)) {
-    stops.item(json_string(name_of(stop)));
-  }
-  json.raw("stops", stops.end());
-  JsonWriter facts('[');
-  for (const auto& [name, value] : run.facts) {
-    facts.item(JsonWriter('[').item(json_string(name)).item(json_string(value)).end());
-  }
-  return json.raw("facts", facts.end()).end();
+ViewScene::ViewScene(const SinkSetup& setup, bool steers) {
+  Json json = json_of(setup.run);
+  json["neurons"] = setup.neurons;
+  json["control"] = false;
+  if (setup.session) json["session"]["length_s"] = setup.session->length_s;
+  viewing = json_line(json);
+  if (!steers) return;
+  json["control"] = true;
+  steering = json_line(json);
 }
 
 }  // namespace merkel

@@ -6,9 +6,13 @@
 
 namespace merkel {
 
-/// The constant description of a run: scene, patches, receptors, probes, parameters. It is the JSON
-/// object that a page receives first.
-/// \param control  whether the page may control the run
-[[nodiscard]] std::string view_scene_json(const SinkSetup& setup, bool control);
+/// The first message that a page receives: a JSON object with the constants of a run (scene,
+/// patches, receptors, probes, parameters).
+struct ViewScene {
+  std::string viewing;   ///< for a page that may only watch
+  std::string steering;  ///< for a page that may control the run; empty unless requested
+
+  ViewScene(const SinkSetup& setup, bool steers);
+};
 
 }  // namespace merkel

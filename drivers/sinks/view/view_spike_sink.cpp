@@ -151,11 +151,12 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
   const std::string token = steers ? random_token() : "";
   auto desk = std::make_shared<ViewDesk>(setup, steers);
+  ViewScene scene(setup, steers);
   auto server = ViewServer::start(
       {.host = address->host,
        .port = address->port,
-       .hello = view_scene_json(setup, false),
-       .steering_hello = steers ? view_scene_json(setup, true) : "",
+       .hello = std::move(scene.viewing),
+       .steering_hello = std::move(scene.steering),
        .token = token,
        .on_request = [desk](const ViewRequest& request) { desk->carry_out(request); }});
   if (!server) return Unexpected<SetupError>(server.error());
