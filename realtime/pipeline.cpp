@@ -12,8 +12,8 @@
 #include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "realtime/output/spike_fanout.hpp"
-#include "realtime/probe_lines.hpp"
-#include "realtime/sink_lines.hpp"
+#include "realtime/run_probes.hpp"
+#include "realtime/run_sinks.hpp"
 #include "realtime/threads/processor_share.hpp"
 #include "realtime/threads/thread_rights.hpp"
 
@@ -58,9 +58,8 @@ struct Pipeline::Parts {
 
   TactileModel& model;
   Parameters parameters;
-  ProbeLines probes;
+  RunProbes probes;
   SpikeFanout fanout;
-  SinkLines sinks;
   LoopStatistics statistics;
   BoundedQueue<LoopEvent> events{kEventQueue};
   SharedOrigin origin;
@@ -71,6 +70,7 @@ struct Pipeline::Parts {
   std::atomic<bool> done{false};     ///< the last tick was simulated
   std::atomic<bool> stop{false};
   std::atomic<bool> hurry{false};
+  RunSinks sinks;  ///< its threads use all of the above
 };
 
 Pipeline::Pipeline(TactileModel& model, Parameters parameters)
@@ -193,9 +193,9 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
                         clock, model, probes.inputs(), fanout, statistics, events);
   const ThreadUsage before = ThreadUsage::of_this_thread();
   started.store(true, std::memory_order_release);
-  const nanoseconds begun = PeriodicClock::now();
+  const nanoseconds loop_start = PeriodicClock::now();
   loop.run(stop);
-  report.wall = PeriodicClock::now() - begun;
+  report.wall = PeriodicClock::now() - loop_start;
   host.usage = ThreadUsage::of_this_thread().since(before);
   const auto copy = [](std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
     to.assign(from.begin(), from.end());
@@ -225,11 +225,11 @@ void Pipeline::Parts::set_origin(nanoseconds start) {
 /// Attends to events, notices, failures and progress while the loop runs.
 void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, RunReport& report) {
   while (!started.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});
-  const nanoseconds begun = PeriodicClock::now();
+  const nanoseconds loop_start = PeriodicClock::now();
   for (const std::string& sentence : host.rights.missing) {
     if (parameters.on_missing_right) parameters.on_missing_right(sentence);
   }
-  nanoseconds last_progress = begun;
+  nanoseconds last_progress = loop_start;
   ProcessorShare share;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
@@ -243,7 +243,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
     if (parameters.on_progress && now - last_progress >= kProgressEvery) {
       last_progress = now;
       parameters.on_progress({.probes = probes.readings(),
-                              .wall = now - begun,
+                              .wall = now - loop_start,
                               .counters = counters(),
                               .wake_up = statistics.wake_up.snapshot(),
                               .tick = statistics.tick.snapshot()});

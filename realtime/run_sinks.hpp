@@ -19,19 +19,19 @@
 
 namespace merkel {
 
-class ProbeLines;
+class RunProbes;
 
 /// The sinks of a run, each with its thread and its queues from the loop. Thread: that of
-/// Pipeline::run(), where nothing else is said.
-class SinkLines {
+/// Pipeline::run(), unless stated otherwise.
+class RunSinks {
  public:
   /// \param neurons   of the model
   /// \param commands  whether the scene has electrodes
-  SinkLines(SpikeFanout& fanout, ProbeLines& probes, std::size_t neurons, bool commands) noexcept
+  RunSinks(SpikeFanout& fanout, RunProbes& probes, std::size_t neurons, bool commands) noexcept
       : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands) {}
-  SinkLines(const SinkLines&) = delete;
-  SinkLines& operator=(const SinkLines&) = delete;
-  ~SinkLines();
+  RunSinks(const RunSinks&) = delete;
+  RunSinks& operator=(const RunSinks&) = delete;
+  ~RunSinks();
 
   void add(std::unique_ptr<SpikeSink> sink);
   /// Makes a tap of a probe's samples for each sink that wants them.
@@ -52,7 +52,7 @@ class SinkLines {
 
  private:
   class Control;
-  struct Line {
+  struct Entry {
     std::unique_ptr<RunControl> control;  ///< borrowed by the sink
     std::unique_ptr<SpikeSink> sink;
     SpikeChannel& channel;
@@ -68,10 +68,10 @@ class SinkLines {
   };
 
   SpikeFanout& fanout_;
-  ProbeLines& probes_;
+  RunProbes& probes_;
   std::size_t neurons_;
   bool commands_;
-  std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<std::unique_ptr<Entry>> entries_;
   std::atomic<bool> started_{false};  ///< all probes and sinks exist
 };
 

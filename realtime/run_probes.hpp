@@ -22,16 +22,16 @@
 namespace merkel {
 
 /// The probes of a run, each with its thread and its queue to the loop. Thread: that of
-/// Pipeline::run(), where nothing else is said.
-class ProbeLines {
+/// Pipeline::run(), unless stated otherwise.
+class RunProbes {
  public:
   /// Makes the taps of one probe, each with room for `capacity` samples.
   using MakeTaps = std::function<std::vector<SampleTap*>(std::size_t capacity)>;
 
   void add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
 
-  [[nodiscard]] std::size_t size() const noexcept { return lines_.size(); }
-  [[nodiscard]] Probe& probe(std::size_t i) const { return *lines_.at(i)->probe; }
+  [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
+  [[nodiscard]] Probe& probe(std::size_t i) const { return *entries_.at(i)->probe; }
   /// One per probe, for the loop; made by start().
   [[nodiscard]] std::span<ProbeInput> inputs() noexcept { return inputs_; }
   [[nodiscard]] bool all_replayed() const;
@@ -64,15 +64,15 @@ class ProbeLines {
   void finish(RunReport& report);
 
  private:
-  struct Line {
-    Line(std::unique_ptr<Probe> the_probe, const ProbeInput::Parameters& the_parameters);
+  struct Entry {
+    Entry(std::unique_ptr<Probe> the_probe, const ProbeInput::Parameters& the_parameters);
     std::unique_ptr<Probe> probe;
     ProbeInput::Parameters parameters;
     ProbeChannel channel;
     std::unique_ptr<ProbeReader> reader;
   };
 
-  std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<std::unique_ptr<Entry>> entries_;
   std::vector<ProbeInput> inputs_;
 };
 

@@ -1,4 +1,4 @@
-#include "realtime/probe_lines.hpp"
+#include "realtime/run_probes.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -28,30 +28,30 @@ std::size_t queue_capacity(const ProbeInfo& info) {
 
 }  // namespace
 
-ProbeLines::Line::Line(std::unique_ptr<Probe> the_probe,
-                       const ProbeInput::Parameters& the_parameters)
+RunProbes::Entry::Entry(std::unique_ptr<Probe> the_probe,
+                        const ProbeInput::Parameters& the_parameters)
     : probe(std::move(the_probe)),
       parameters(the_parameters),
       channel(queue_capacity(probe->info())) {}
 
-void ProbeLines::add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters) {
-  lines_.push_back(std::make_unique<Line>(std::move(probe), parameters));
+void RunProbes::add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters) {
+  entries_.push_back(std::make_unique<Entry>(std::move(probe), parameters));
 }
 
-bool ProbeLines::all_replayed() const {
-  return std::all_of(lines_.begin(), lines_.end(),
-                     [](const auto& line) { return line->probe->info().replayed; });
+bool RunProbes::all_replayed() const {
+  return std::all_of(entries_.begin(), entries_.end(),
+                     [](const auto& entry) { return entry->probe->info().replayed; });
 }
 
-void ProbeLines::start(const MakeTaps& make_taps, bool wait_for_taps) {
+void RunProbes::start(const MakeTaps& make_taps, bool wait_for_taps) {
   const bool mixed = !all_replayed();
-  for (const auto& line : lines_) {
-    const ProbeInfo& info = line->probe->info();
+  for (const auto& entry : entries_) {
+    const ProbeInfo& info = entry->probe->info();
     // Together with devices, a recording plays as if it were acquired now.
     const nanoseconds shift = info.replayed && mixed ? PeriodicClock::now() : nanoseconds{0};
-    inputs_.emplace_back(line->channel, line->parameters);
-    line->reader = std::make_unique<ProbeReader>(
-        *line->probe, line->channel,
+    inputs_.emplace_back(entry->channel, entry->parameters);
+    entry->reader = std::make_unique<ProbeReader>(
+        *entry->probe, entry->channel,
         ProbeReader::Parameters{.shift = shift,
                                 // A recording's reader fills both the loop's queue and this one
                                 // before anything is drained.
@@ -60,11 +60,11 @@ void ProbeLines::start(const MakeTaps& make_taps, bool wait_for_taps) {
   }
 }
 
-Expected<void, SetupError> ProbeLines::wait_for_first_samples(const std::atomic<bool>& stop) {
+Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<bool>& stop) {
   const nanoseconds deadline = PeriodicClock::now() + kSilence;
-  for (const auto& line : lines_) {
-    const ProbeChannel& channel = line->channel;
-    const ProbeInfo& info = line->probe->info();
+  for (const auto& entry : entries_) {
+    const ProbeChannel& channel = entry->channel;
+    const ProbeInfo& info = entry->probe->info();
     // A recording starts with a well-filled queue, so that none of its samples is late.
     const std::uint64_t wanted = info.replayed ? kSampleQueue / 2 : 1;
     while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
@@ -78,12 +78,12 @@ Expected<void, SetupError> ProbeLines::wait_for_first_samples(const std::atomic<
       std::this_thread::sleep_for(milliseconds{1});
     }
   }
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
     if (inputs_[i].first_time()) continue;
-    Line& line = *lines_[i];
-    line.reader->stop();
-    const ProbeInfo& info = line.probe->info();
-    const std::string& error_message = line.reader->error_message();
+    Entry& entry = *entries_[i];
+    entry.reader->stop();
+    const ProbeInfo& info = entry.probe->info();
+    const std::string& error_message = entry.reader->error_message();
     return Unexpected<SetupError>(
         {.kind = info.replayed ? SetupError::Kind::kBadInput : SetupError::Kind::kUnavailable,
          .sentence = error_message.empty()
@@ -93,46 +93,46 @@ Expected<void, SetupError> ProbeLines::wait_for_first_samples(const std::atomic<
   return {};
 }
 
-void ProbeLines::wait_for_timing(const std::atomic<bool>& stop) const {
+void RunProbes::wait_for_timing(const std::atomic<bool>& stop) const {
   const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
-  for (const auto& line : lines_) {
-    if (!line->probe->is_timed()) continue;
-    while (!line->probe->timing() && !line->channel.ended.load(std::memory_order_acquire) &&
-           line->channel.delivered.value() < kSampleQueue / 2 &&
+  for (const auto& entry : entries_) {
+    if (!entry->probe->is_timed()) continue;
+    while (!entry->probe->timing() && !entry->channel.ended.load(std::memory_order_acquire) &&
+           entry->channel.delivered.value() < kSampleQueue / 2 &&
            !stop.load(std::memory_order_relaxed) && PeriodicClock::now() < deadline) {
       std::this_thread::sleep_for(milliseconds{1});
     }
   }
 }
 
-std::pair<nanoseconds, nanoseconds> ProbeLines::first_times() const {
+std::pair<nanoseconds, nanoseconds> RunProbes::first_times() const {
   const bool recordings = all_replayed();
   std::vector<nanoseconds> times;
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    const auto& run = lines_[i]->probe->info().run;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const auto& run = entries_[i]->probe->info().run;
     times.push_back(recordings && run ? run->start : *inputs_[i].first_time());
   }
   const auto [earliest, latest] = std::minmax_element(times.begin(), times.end());
   return {*earliest, *latest};
 }
 
-std::optional<RecordedRun> ProbeLines::recorded_run() const {
+std::optional<RecordedRun> RunProbes::recorded_run() const {
   if (!all_replayed()) return std::nullopt;
-  for (const auto& line : lines_) {
-    if (const auto& run = line->probe->info().run) return run;
+  for (const auto& entry : entries_) {
+    if (const auto& run = entry->probe->info().run) return run;
   }
   return std::nullopt;
 }
 
-nanoseconds ProbeLines::measured_delay() const {
+nanoseconds RunProbes::measured_delay() const {
   nanoseconds delay{0};
-  for (const auto& line : lines_) {
-    const ProbeInfo& info = line->probe->info();
+  for (const auto& entry : entries_) {
+    const ProbeInfo& info = entry->probe->info();
     if (info.replayed) continue;
-    const auto timing = line->probe->timing();
+    const auto timing = entry->probe->timing();
     if (timing) {
       delay =
-          std::max(delay, line->parameters.interpolate ? timing->delay : timing->delay_of_newest);
+          std::max(delay, entry->parameters.interpolate ? timing->delay : timing->delay_of_newest);
     } else {
       delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));
     }
@@ -140,21 +140,21 @@ nanoseconds ProbeLines::measured_delay() const {
   return delay;
 }
 
-std::vector<RunProgress::OfProbe> ProbeLines::readings() const {
+std::vector<RunProgress::OfProbe> RunProbes::readings() const {
   std::vector<RunProgress::OfProbe> readings;
-  for (const auto& line : lines_) {
-    readings.push_back({.depth_mm = line->channel.depth_mm.load(std::memory_order_relaxed),
-                        .force_mN = line->channel.force_mN.load(std::memory_order_relaxed),
-                        .channels = line->probe->info().channels,
-                        .state = line->channel.state.load(std::memory_order_relaxed)});
+  for (const auto& entry : entries_) {
+    readings.push_back({.depth_mm = entry->channel.depth_mm.load(std::memory_order_relaxed),
+                        .force_mN = entry->channel.force_mN.load(std::memory_order_relaxed),
+                        .channels = entry->probe->info().channels,
+                        .state = entry->channel.state.load(std::memory_order_relaxed)});
   }
   return readings;
 }
 
-void ProbeLines::add_to(RunCounters& counters) const {
-  counters.probe_count = lines_.size();
-  for (const auto& line : lines_) {
-    const ProbeChannel& channel = line->channel;
+void RunProbes::add_to(RunCounters& counters) const {
+  counters.probe_count = entries_.size();
+  for (const auto& entry : entries_) {
+    const ProbeChannel& channel = entry->channel;
     counters.samples += channel.delivered.value() + channel.dropped.value();
     counters.samples_dropped += channel.dropped.value();
     counters.samples_late += channel.late.value();
@@ -164,33 +164,33 @@ void ProbeLines::add_to(RunCounters& counters) const {
   }
 }
 
-void ProbeLines::take_notices(const std::function<void(const std::string&)>& on_notice) {
-  for (const auto& line : lines_) {
-    for (const std::string& sentence : line->probe->take_notices()) {
+void RunProbes::take_notices(const std::function<void(const std::string&)>& on_notice) {
+  for (const auto& entry : entries_) {
+    for (const std::string& sentence : entry->probe->take_notices()) {
       if (on_notice) on_notice(sentence);
     }
   }
 }
 
-void ProbeLines::finish(RunReport& report) {
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    Line& line = *lines_[i];
-    line.reader->stop();
+void RunProbes::finish(RunReport& report) {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    Entry& entry = *entries_[i];
+    entry.reader->stop();
     if (report.error_message.empty()) {
-      report.error_message = line.reader->error_message();
-      report.bad_input = line.reader->bad_input();
+      report.error_message = entry.reader->error_message();
+      report.bad_input = entry.reader->bad_input();
     }
     RunReport::OfProbe& of = report.probes[i];
-    of.uri = line.probe->info().uri;
+    of.uri = entry.probe->info().uri;
     of.counts = inputs_[i].counts();
-    of.device = line.probe->device_counts();
-    of.timing = line.probe->timing();
-    of.channels = line.probe->info().channels;
+    of.device = entry.probe->device_counts();
+    of.timing = entry.probe->timing();
+    of.channels = entry.probe->info().channels;
     of.stale_after =
-        line.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
-    of.dropped = line.channel.dropped.value();
-    of.samples_in = line.channel.delivered.value() + of.dropped;
-    of.unused = line.channel.delivered.value() - of.counts.used - of.counts.late;
+        entry.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
+    of.dropped = entry.channel.dropped.value();
+    of.samples_in = entry.channel.delivered.value() + of.dropped;
+    of.unused = entry.channel.delivered.value() - of.counts.used - of.counts.late;
   }
 }
 

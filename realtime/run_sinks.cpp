@@ -1,0 +1,162 @@
+#include "realtime/run_sinks.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <thread>
+#include <utility>
+
+#include "realtime/clocks/periodic_clock.hpp"
+#include "realtime/run_probes.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kSpikeQueue = 65536;
+constexpr std::size_t kTickQueue = 16384;
+constexpr std::size_t kEventQueue = 1024;
+
+}  // namespace
+
+/// The requests that one sink may make to the run.
+class RunSinks::Control final : public RunControl {
+ public:
+  Control(RunSinks& sinks, SpikeChannel& channel) : sinks_(sinks), channel_(channel) {}
+
+  void watch(std::span<const std::uint32_t> neurons) noexcept override {
+    if (!channel_.watched) return;
+    for (std::size_t i = 0; i < kMostWatched; ++i) {
+      const std::uint32_t number =
+          i < neurons.size() && neurons[i] <= sinks_.neurons_ ? neurons[i] : 0;
+      channel_.watched->neurons[i].store(number, std::memory_order_relaxed);
+    }
+  }
+  [[nodiscard]] bool tare(std::size_t probe) override {
+    return started() && probe < sinks_.probes_.size() && sinks_.probes_.probe(probe).request_tare();
+  }
+  void mark(const Mark& mark) override {
+    if (!started()) return;
+    for (const auto& entry : sinks_.entries_) {
+      if (entry->marks) entry->marks->add(mark);
+    }
+  }
+  [[nodiscard]] Link link(std::size_t probe) const override {
+    if (!started()) return Link::kConnected;
+    const Probe& queried = sinks_.probes_.probe(probe);
+    if (queried.info().replayed) return Link::kRecording;
+    return queried.connected() ? Link::kConnected : Link::kUnplugged;
+  }
+
+ private:
+  [[nodiscard]] bool started() const noexcept {
+    return sinks_.started_.load(std::memory_order_acquire);
+  }
+  RunSinks& sinks_;
+  SpikeChannel& channel_;
+};
+
+RunSinks::~RunSinks() {
+  // Sinks may have threads that use their RunControl until they are destroyed.
+  for (const auto& entry : entries_) {
+    entry->writer.reset();
+    entry->sink.reset();
+  }
+}
+
+void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
+  SpikeChannel& channel = fanout_.add_consumer(kSpikeQueue);
+  auto entry = std::make_unique<Entry>(Entry{.control = std::make_unique<Control>(*this, channel),
+                                             .sink = std::move(sink),
+                                             .channel = channel});
+  if (entry->wants(SpikeSink::kTicks)) {
+    channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kTickQueue);
+  }
+  if (entry->wants(SpikeSink::kEvents)) {
+    channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
+  }
+  if (entry->wants(SpikeSink::kStimulation) && commands_) {
+    channel.commands = std::make_unique<CountedQueue<StimulationCommand>>(kSpikeQueue);
+  }
+  if (entry->wants(SpikeSink::kNeurons)) channel.watched = std::make_unique<WatchedNeurons>();
+  if (entry->wants(SpikeSink::kMarks)) entry->marks = std::make_unique<MarkBox>();
+  channel.takes_spikes = entry->sink->takes_spikes();
+  entry->sink->attach(*entry->control);
+  entries_.push_back(std::move(entry));
+}
+
+std::vector<SampleTap*> RunSinks::make_taps(std::size_t capacity) {
+  std::vector<SampleTap*> taps;
+  for (const auto& entry : entries_) {
+    if (!entry->wants(SpikeSink::kSamples)) continue;
+    taps.push_back(entry->taps.emplace_back(std::make_unique<SampleTap>(capacity)).get());
+  }
+  return taps;
+}
+
+void RunSinks::listen() {
+  for (const auto& entry : entries_) {
+    if (!entry->wants(SpikeSink::kFrames)) continue;
+    for (std::size_t i = 0; i < probes_.size(); ++i) {
+      Probe& probe = probes_.probe(i);
+      for (std::size_t port = 0; port < probe.ports(); ++port) {
+        entry->frames.push_back(std::make_unique<FrameTap>(probe, i, port));
+      }
+    }
+  }
+}
+
+void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin) {
+  for (const auto& entry : entries_) {
+    entry->writer =
+        std::make_unique<SinkWriter>(*entry->sink, SinkWriter::Sources{.channel = entry->channel,
+                                                                       .taps = entry->taps,
+                                                                       .frames = entry->frames,
+                                                                       .marks = entry->marks.get(),
+                                                                       .status = status,
+                                                                       .origin = &origin});
+  }
+  started_.store(true, std::memory_order_release);
+}
+
+void RunSinks::report_failures(
+    const std::function<void(const std::string&, const std::string&)>& on_failure) {
+  for (const auto& entry : entries_) {
+    if (entry->failure_reported) continue;
+    const std::string error_message = entry->writer->error_message();
+    if (error_message.empty()) continue;
+    entry->failure_reported = true;
+    if (on_failure) on_failure(entry->sink->uri(), error_message);
+  }
+}
+
+void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomic<bool>& hurry) {
+  for (const auto& entry : entries_) {
+    for (const auto& tap : entry->frames) tap->end();
+    entry->writer->end(report.error_message.empty());
+  }
+  const nanoseconds deadline = PeriodicClock::now() + patience;
+  const auto all_done = [this] {
+    return std::all_of(entries_.begin(), entries_.end(),
+                       [](const auto& entry) { return entry->writer->done(); });
+  };
+  while (!all_done() && PeriodicClock::now() < deadline && !hurry.load(std::memory_order_relaxed)) {
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  for (const auto& entry : entries_) {
+    if (!entry->writer->done()) entry->writer->give_up();
+  }
+  for (const auto& entry : entries_) {
+    const SinkWriter::Outcome outcome = entry->writer->finish();
+    report.sinks.push_back({.uri = entry->sink->uri(),
+                            .spikes_in = entry->channel.takes_spikes ? report.spikes : 0,
+                            .dropped = entry->channel.dropped.value(),
+                            .delivered = outcome.delivered,
+                            .commands_in = entry->channel.commands ? report.commands : 0,
+                            .error_message = outcome.error_message});
+  }
+}
+
+}  // namespace merkel
