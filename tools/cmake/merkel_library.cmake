@@ -62,6 +62,15 @@ function(merkel_precompile target)
   endif()
 endfunction()
 
+# merkel_join_sources(merkel_tools): compiles eight sources as one in the release build, in less than
+# half the time. Names in their anonymous namespaces must differ; every other build compiles each
+# source alone.
+function(merkel_join_sources target)
+  if(CMAKE_BUILD_TYPE STREQUAL Release)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+  endif()
+endfunction()
+
 # merkel_library(merkel_scene tools/scene): settings of the library of a folder, which programs
 # link as merkel::scene. Each .hpp file below it must compile alone (target <library>_verify_…).
 function(merkel_library target folder)
