@@ -1,5 +1,4 @@
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/device_summary.hpp"
+#include "tools/run/stop_signal.hpp"
 #include "tools/run/terminal_line.hpp"
 #include "tools/scene/machine_facts.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -36,10 +36,6 @@ struct RecordOptions {
 constexpr std::chrono::milliseconds kFarewell{500};
 
 std::chrono::nanoseconds host_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
-
-std::atomic<bool> g_stop{false};
-
-void stop_recording(int /*signal*/) { g_stop.store(true); }
 
 /// The sink for the samples (a trace, or a session without a simulation) and the taps for the
 /// device's bytes.
@@ -132,9 +128,8 @@ int record(const RecordOptions& options) {
   auto recording = Recording::create(options, **probe, command);
   if (!recording) return refuse(recording.error());
 
-  std::signal(SIGINT, stop_recording);
-  std::signal(SIGTERM, stop_recording);
-  std::signal(SIGHUP, stop_recording);
+  std::atomic<bool> stop{false};
+  const StopSignal stop_signal(stop);
   std::vector<ProbeSample> samples(1024);
   std::optional<std::chrono::nanoseconds> end;
   std::uint64_t written = 0;
@@ -144,7 +139,7 @@ int record(const RecordOptions& options) {
   const std::chrono::nanoseconds opened = host_now();
   const bool device = !(*probe)->info().replayed;
   std::optional<ProbeError> broken;
-  while (!g_stop.load()) {
+  while (!stop.load()) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
     for (const std::string& sentence : (*probe)->take_notices()) {
       terminal.say("merkel: " + sentence);
@@ -197,7 +192,7 @@ int record(const RecordOptions& options) {
     const std::string message = (*probe)->error_message();
     return *broken == ProbeError::kBadData ? refuse(message) : fail(message);
   }
-  if (device && written == 0 && !g_stop.load()) {
+  if (device && written == 0 && !stop.load()) {
     return fail("the probe " + options.uri + " sent no sample: check that it is streaming");
   }
   return kDone;

@@ -1,6 +1,5 @@
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/simulation/device_simulator.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/run/stop_signal.hpp"
 
 namespace merkel {
 namespace {
@@ -40,10 +40,6 @@ struct SimulateOptions {
   double drift_ppm = 0.0;
   std::optional<std::uint64_t> seed;
 };
-
-std::atomic<bool> g_stop{false};
-
-void stop_playing(int /*signal*/) { g_stop.store(true); }
 
 Expected<std::vector<ProbeSample>, SetupError> read_trace(const std::string& path) {
   auto reader = TraceReader::open(path);
@@ -97,21 +93,21 @@ int simulate(const SimulateOptions& options) {
   auto simulator = DeviceSimulator::create(std::move(settings));
   if (!simulator) return refuse(simulator.error());
 
-  std::signal(SIGINT, stop_playing);
-  std::signal(SIGTERM, stop_playing);
+  std::atomic<bool> stop{false};
+  const StopSignal stop_signal(stop);
   std::printf("%s\n", (*simulator)->uri().c_str());
   std::fflush(stdout);
   std::jthread alarm;
   if (options.duration_s) {
-    alarm = std::jthread([seconds = *options.duration_s](const std::stop_token& stop) {
+    alarm = std::jthread([&stop, seconds = *options.duration_s](const std::stop_token& token) {
       const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(seconds);
-      while (!stop.stop_requested() && std::chrono::steady_clock::now() < end) {
+      while (!token.stop_requested() && std::chrono::steady_clock::now() < end) {
         std::this_thread::sleep_for(std::chrono::milliseconds{10});
       }
-      g_stop.store(true);
+      stop.store(true);
     });
   }
-  (*simulator)->run(g_stop);
+  (*simulator)->run(stop);
   const DeviceSimulator::Counts& counts = (*simulator)->counts();
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   std::fprintf(stderr,

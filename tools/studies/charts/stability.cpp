@@ -11,7 +11,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kDuration_ms = 300.0;
+constexpr double kSearch_ms = 300.0;
 
 enum Outcome { kRight = 0, kWrongCount = 1, kDiverged = 2 };
 
@@ -45,13 +45,13 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
   for (std::size_t i = 0; i < on_grid.size(); ++i) on_grid[i] = static_cast<double>(i);
 
   const auto expected = counts(
-      drive_neurons(currents, kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 2.5),
+      drive_neurons(currents, kSearch_ms, IntegrationMethod::kRk4, Precision::kDouble, 2.5),
       currents.size());
   std::vector<int> expected_on_grid;
   for (const double gain : gains) {
     const auto network = LatticeCoupling::create({.gain = gain}, 5, 4);
     expected_on_grid.push_back(
-        static_cast<int>(drive_neurons(on_grid, kDuration_ms, IntegrationMethod::kRk4,
+        static_cast<int>(drive_neurons(on_grid, kSearch_ms, IntegrationMethod::kRk4,
                                        Precision::kDouble, 1.0, *network)
                              .spikes.size()));
   }
@@ -70,7 +70,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
       bool right[4] = {true, true, true, true};
       for (std::size_t i = 0; i < currents.size(); ++i) {
         const auto driven =
-            drive_neurons({currents[i]}, kDuration_ms, method, Precision::kDouble, step_us);
+            drive_neurons({currents[i]}, kSearch_ms, method, Precision::kDouble, step_us);
         const Outcome outcome =
             outcome_of(static_cast<int>(driven.spikes.size()), expected[i], driven.resets > 0);
         table->row(names[k], {step_us, currents[i], 0.0, static_cast<double>(outcome)});
@@ -80,7 +80,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
       for (std::size_t i = 0; i < gains.size(); ++i) {
         const auto network = LatticeCoupling::create({.gain = gains[i]}, 5, 4);
         const auto driven =
-            drive_neurons(on_grid, kDuration_ms, method, Precision::kDouble, step_us, *network);
+            drive_neurons(on_grid, kSearch_ms, method, Precision::kDouble, step_us, *network);
         // Counts of all neurons together: single spike times are ill-conditioned near threshold.
         const int spikes = static_cast<int>(driven.spikes.size());
         const bool close = std::abs(spikes - expected_on_grid[i]) <= 5 + expected_on_grid[i] / 10;
