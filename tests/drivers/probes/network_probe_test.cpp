@@ -54,20 +54,20 @@ TEST_P(NetworkProbe, ReadsItsSimulatedDevice) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Loopback, NetworkProbe,
-                         testing::Values(std::pair("ati_rdt", "udp:127.0.0.1:49821"),
-                                         std::pair("csv", "udp:127.0.0.1:49822"),
-                                         std::pair("csv", "tcp:127.0.0.1:49823"),
-                                         std::pair("hbf1", "tcp:127.0.0.1:49824")));
+                         testing::Values(std::pair("ati_rdt", "udp:127.0.0.1:29821"),
+                                         std::pair("csv", "udp:127.0.0.1:29822"),
+                                         std::pair("csv", "tcp:127.0.0.1:29823"),
+                                         std::pair("hbf1", "tcp:127.0.0.1:29824")));
 
 TEST(NetworkProbe, DatagramsOfOthersAreIgnoredAndCounted) {
-  RunningDevice device(settings("csv", "udp:127.0.0.1:49825"));
+  RunningDevice device(settings("csv", "udp:127.0.0.1:29825"));
   auto probe = open_probe(device.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
   ASSERT_GE(read(**probe, 20).size(), 20U);
   const int stranger = ::socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_port = htons(49825);
+  address.sin_port = htons(29825);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   const std::string lie = "1,1,900,900\r\n";
   for (int k = 0; k < 50; ++k) {
@@ -268,7 +268,7 @@ TEST(NetworkProbe, AFloodOfStrangersDoesNotDrownTheDevice) {
 }
 
 TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
-  DeviceSimulator::Settings faulty = settings("hbf1", "tcp:127.0.0.1:49826");
+  DeviceSimulator::Settings faulty = settings("hbf1", "tcp:127.0.0.1:29826");
   faulty.faults = {.unplug_at = milliseconds{200}, .unplug_for = milliseconds{200}};
   RunningDevice device(std::move(faulty));
   auto probe = open_probe(device.uri());
@@ -280,10 +280,10 @@ TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
 
 TEST(NetworkProbe, WrongAddressesAreNamed) {
   for (const auto& [uri, sentence] :
-       {std::pair("udp:127.0.0.1:49827?protocol=mark10", "is not available over udp"),
-        std::pair("tcp:127.0.0.1:49827?protocol=ati_rdt", "is not available over tcp"),
+       {std::pair("udp:127.0.0.1:29827?protocol=mark10", "is not available over udp"),
+        std::pair("tcp:127.0.0.1:29827?protocol=ati_rdt", "is not available over tcp"),
         std::pair("udp:127.0.0.1?protocol=csv", "a host and a port are needed"),
-        std::pair("tcp:127.0.0.1:49828?protocol=csv&columns=force_N", "cannot reach"),
+        std::pair("tcp:127.0.0.1:29828?protocol=csv&columns=force_N", "cannot reach"),
         std::pair("serial:/dev/null?protocol=ati_rdt", "only available over udp:")}) {
     const auto probe = open_probe(uri);
     ASSERT_FALSE(probe.has_value()) << uri;

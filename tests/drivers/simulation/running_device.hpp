@@ -2,12 +2,11 @@
 
 #include <atomic>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 #include "core/units.hpp"
 #include "drivers/simulation/device_simulator.hpp"
@@ -33,7 +32,7 @@ class RunningDevice {
  public:
   explicit RunningDevice(DeviceSimulator::Settings settings) {
     auto made = DeviceSimulator::create(std::move(settings));
-    EXPECT_TRUE(made.has_value());
+    if (!made) throw std::runtime_error(made.error().sentence);
     simulator_ = std::move(*made);
     uri_ = simulator_->uri();
     thread_ = std::jthread([this] { simulator_->run(stop_); });

@@ -89,7 +89,7 @@ TEST(OpenSink, ARefusedRunLeavesNoFiles) {
 }
 
 TEST(OpenSink, APortInUseIsNamed) {
-  const auto zmq = open_sink("zmq:tcp://127.0.0.1:45559", setup());
+  const auto zmq = open_sink("zmq:tcp://127.0.0.1:25559", setup());
   ASSERT_TRUE(zmq) << zmq.error().sentence;
   EXPECT_TRUE(has(refusal("zmq:tcp://localhost:45559"), "in use"));
   const auto view = open_sink("view:45560", setup());
@@ -99,7 +99,7 @@ TEST(OpenSink, APortInUseIsNamed) {
 }
 
 TEST(OpenSink, WithoutASubscriberInTimeSaysSo) {
-  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:45562?subscribers=1&wait_s=0.01"), "in time"));
+  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:25562?subscribers=1&wait_s=0.01"), "in time"));
 }
 
 TEST(OpenSink, AFullDiskEndsASinkWithASentence) {

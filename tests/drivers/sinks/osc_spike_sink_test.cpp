@@ -69,7 +69,7 @@ TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {
 }
 
 TEST(OscSpikeSink, AMissingReceiverIsNoError) {
-  auto sink = open_sink("osc:127.0.0.1:45999", 20, false);
+  auto sink = open_sink("osc:127.0.0.1:25999", 20, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
   for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write(spikes));

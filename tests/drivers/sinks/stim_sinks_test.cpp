@@ -67,7 +67,7 @@ TEST(StimSinks, NeedElectrodes) {
   SinkSetup none = setup();
   none.run.encoding.electrodes.clear();
   for (const char* const uri :
-       {"stim-csv:commands.csv", "stim-zmq:tcp://127.0.0.1:45571", "redis:127.0.0.1:45572"}) {
+       {"stim-csv:commands.csv", "stim-zmq:tcp://127.0.0.1:25571", "redis:127.0.0.1:25572"}) {
     const auto sink = open_sink(uri, none);
     ASSERT_FALSE(sink);
     EXPECT_NE(sink.error().sentence.find("the scene has no electrodes"), std::string::npos) << uri;
@@ -114,7 +114,7 @@ class RedisServer {
     return "redis:127.0.0.1:" + std::to_string(port()) + "?node=stimulator";
   }
   /// Another one for each program, because tests run side by side.
-  static int port() { return 40000 + ::getpid() % 20000; }
+  static int port() { return 20000 + ::getpid() % 10000; }
 
  private:
   const int port_ = port();  // of this program, not of the server that it starts
