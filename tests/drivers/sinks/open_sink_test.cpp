@@ -91,7 +91,7 @@ TEST(OpenSink, ARefusedRunLeavesNoFiles) {
 TEST(OpenSink, APortInUseIsNamed) {
   const auto zmq = open_sink("zmq:tcp://127.0.0.1:25559", setup());
   ASSERT_TRUE(zmq) << zmq.error().sentence;
-  EXPECT_TRUE(has(refusal("zmq:tcp://localhost:45559"), "in use"));
+  EXPECT_TRUE(has(refusal("zmq:tcp://localhost:25559"), "in use"));
   const auto view = open_sink("view:45560", setup());
   ASSERT_TRUE(view) << view.error().sentence;
   EXPECT_TRUE(has(refusal("view:45560"), "in use"));
