@@ -38,6 +38,20 @@ class Protocol(Page):
         pressed = max((frame.probes[0] for frame in frames), key=lambda probe: probe[0])
         self.assertAlmostEqual(pressed[4] ** 2, 2.0 * pressed[0], places=4)
 
+    def test_spikes_that_arrive_before_the_first_tick_keep_their_times(self):
+        program = self.serve("--duration-s", "2", probe="sim:ramp?wait_s=0&hold_s=600&live=1")
+        with WebSocket(self.port) as client:
+            client.receive()
+            frames = list(client.frames())
+        summary = self.summary(program)
+        times = [frame.time_s - before for frame in frames for before, _ in frame.spikes]
+        self.assertTrue(all(a - 1e-6 <= b for a, b in zip(times, times[1:])))
+        self.assertGreater(times[0], 0)
+        self.assertLess(times[0], 0.1)
+        self.assertLessEqual(times[-1], 2.01)
+        if frames[-1].missed == 0:
+            self.assertEqual(len(times), summary["spikes"])
+
     def test_pages_of_other_sites_are_kept_out(self):
         program = self.serve()
         for origin, status in (("http://evil.example", 403), (f"http://127.0.0.1:{self.port}", 101)):

@@ -192,8 +192,10 @@ std::string ViewFrames::take(std::uint32_t flags) {
   bytes += news;
   points_.clear();
   point_values_.clear();
-  spikes_.clear();
-  watched_.clear();
+  if (is_timed()) {
+    spikes_.clear();
+    watched_.clear();
+  }
   news_.clear();
   for (Stimulation& electrode : electrodes_) electrode.pulses = 0;
   sent_ = newest_;
@@ -232,6 +234,7 @@ void ViewFrames::append_points(std::string& bytes) const {
 }
 
 void ViewFrames::append_spikes(std::string& bytes) const {
+  if (!is_timed()) return append_count(bytes, 0);
   append_count(bytes, spikes_.size());
   for (const Spike& spike : spikes_) {
     append_float(bytes, units::s_from(newest_ - spike.time));
@@ -241,6 +244,7 @@ void ViewFrames::append_spikes(std::string& bytes) const {
 
 /// Neuron by neuron, in order of first appearance.
 void ViewFrames::append_watched(std::string& bytes) const {
+  if (!is_timed()) return append_count(bytes, 0);
   std::vector<std::uint32_t> numbers;
   for (const NeuronSample& sample : watched_) {
     if (std::find(numbers.begin(), numbers.end(), sample.neuron) == numbers.end()) {

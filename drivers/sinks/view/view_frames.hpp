@@ -94,6 +94,9 @@ class ViewFrames {
     std::uint32_t pulses = 0;
   };
 
+  /// False until the first tick of a run or after a jump. Spikes that arrive before it wait for the
+  /// next frame, because their times count from the newest tick.
+  [[nodiscard]] bool is_timed() const noexcept { return origin_.has_value() && !jumped_; }
   void add_point(std::chrono::nanoseconds time);
   void add_news(const nlohmann::json& event);
   [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;
