@@ -63,6 +63,7 @@ class Actions(BrowserPage):
         self.page.open(address)
         self.wait("Boolean(globalThis.merkel?.frame) && document.getElementById('mark').checkVisibility()")
         self.assertNotIn("token", self.page.ask("location.href"))
+        self.wait("document.getElementById('raster').getBoundingClientRect().bottom <= innerHeight")  # first screen
         self.page.ask("(() => { document.getElementById('mark-label').value = 'trial 7'; "
                       "document.getElementById('mark').requestSubmit(); })()")
         self.wait("merkel.history.spans.some((s) => s.kind === 'mark' && s.label === 'trial 7')")
@@ -82,6 +83,7 @@ class Actions(BrowserPage):
         program = self.play(session)
         self.page.open(f"http://127.0.0.1:{self.port}/")
         self.wait("Boolean(globalThis.merkel?.frame) && document.getElementById('session').checkVisibility()")
+        self.wait("document.getElementById('raster').getBoundingClientRect().bottom <= innerHeight")  # first screen
         self.page.ask("(() => { const s = document.getElementById('seek'); s.value = 5; "
                       "s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); })()")
         self.wait("merkel.frame.t >= 5")

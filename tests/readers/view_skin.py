@@ -23,6 +23,14 @@ class Skin(BrowserPage):
                       "s.dispatchEvent(new Event('change')); })()")
         self.wait("merkel.order.rows.every((n, i) => i === 0 || merkel.order.rows[i - 1] < n)")
         self.page.press("h")
+        # A press that ended before the first picture counts.
+        self.assertTrue(self.page.ask("""import('/order.js').then(({RowOrder}) => {
+          const order = new RowOrder(merkel.scene, merkel.finger.layout);
+          order.follow([{depth: 1, x: 3, y: 10}]);
+          order.follow([{depth: 0, x: 0, y: 0}]);
+          order.update({by: 'distance', hideSilent: false, counts: null, now: 0});
+          const away = (n) => { const [x, y] = merkel.finger.layout.placed[0].centre(n - 1); return Math.hypot(x - 3, y - 10); };
+          return away(order.rows[0]) < away(order.rows[10]) && order.rows.every((n) => away(n) >= away(order.rows[0])); })"""))
         program.terminate()
 
     def test_a_density_that_is_kept_equals_one_that_is_counted_anew(self):
@@ -68,9 +76,15 @@ class Skin(BrowserPage):
             "if (a === b) return true; const p = b.from(u, v); return p.x <= 0 || p.y <= 0 || "
             "p.x >= b.patch.length_mm || p.y >= b.patch.width_mm; }); }))"))
         self.wait("merkel.frame.probes.every((p) => p.depth > 1)")
-        self.assertIn("palm 0.45 N", self.page.text("probes"))
+        self.wait("document.getElementById('probes').textContent.includes('palm 0.45 N')")
         self.assertEqual(self.page.ask("merkel.mode"), "density")
         self.screenshot("live_page_hand.png")
+        self.page.set_size(390, 844)
+        fits = ("[...document.querySelectorAll('#numbers b, #probes button')].every((e) => "
+                "e.scrollWidth <= (e.tagName === 'B' ? e.parentElement : e).clientWidth)")
+        self.wait(f"document.getElementById('rate').textContent.length === 5 && {fits}")
+        self.wait("document.getElementById('raster').getBoundingClientRect().bottom <= 844")
+        self.page.set_size(1280, 800)
         self.page.ask("document.querySelectorAll('#probes button')[4].click()")
         self.wait("document.getElementById('force-of').textContent === 'little'")
         program.terminate()

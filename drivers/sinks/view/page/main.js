@@ -95,6 +95,7 @@ class Page {
     this.trend.add(frame);
     this.electrodes.take(frame);
     frame.probes.forEach((probe, i) => { this.heldSince[i] = probe.state === 1 ? this.heldSince[i] ?? frame.t : null; });
+    if (!this.paused) this.order.follow(frame.probes);
     if (!this.paused) this.sound.play(frame, this.details.afferents);
     if (this.paused && frame.t > this.paused.t + kKept_s) this.togglePause();
     this.controls.show(frame);
@@ -132,8 +133,10 @@ class Page {
     const frame = this.shown(), time = this.time();
     this.rates.update(this.history, time.now);
     const due = (last_ms, every_ms) => asked || frame.over || started - last_ms >= every_ms;
-    if (due(this.numbered_ms, kNumbers_ms)) {
+    const states = frame.probes.map((p) => `${p.depth > 0} ${p.state} ${p.link}`).join();
+    if (states !== this.states || due(this.numbered_ms, kNumbers_ms)) {
       this.numbered_ms = started;
+      this.states = states;
       this.#drawBanner();
       this.numbers.show(frame, this.rates, this.trend.latency(2));
       this.electrodes.show(frame);
@@ -150,7 +153,7 @@ class Page {
   #drawPictures(frame, time) {
     const hideSilent = byId('hide-silent').checked, { hz, most } = this.rates, pins = this.details.afferents;
     const inWindow = hideSilent ? this.history.counts(time.from, time.to) : null;
-    this.order.update({ by: byId('order').value, hideSilent, counts: inWindow, probes: frame.probes, now: time.now });
+    this.order.update({ by: byId('order').value, hideSilent, counts: inWindow, now: time.now });
     this.finger.draw({ rates: hz, most, probes: frame.probes, pins });
     drawLegend(most);
     this.trace.draw(this.history.points, time, this.history.spans);

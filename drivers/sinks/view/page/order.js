@@ -18,9 +18,13 @@ export class RowOrder {
     this.distance = new Float32Array(scene.neurons + 1).fill(Infinity);
   }
 
-  /// \param by  'distance' or 'number'.  \param counts  spikes of each afferent in view
-  update({ by, hideSilent, counts, probes, now }) {
+  /// Notes where the probes of a frame press.
+  follow(probes) {
     probes.forEach((probe, i) => { if (probe.depth > 0) this.last[i] = { x: probe.x, y: probe.y, depth: probe.depth }; });
+  }
+
+  /// \param by  'distance' or 'number'.  \param counts  spikes of each afferent in view
+  update({ by, hideSilent, counts, now }) {
     const moved = this.#moved();
     const silent = hideSilent ? counts.reduce((sum, n) => sum + (n === 0), 0) : 0;
     const key = `${by} ${hideSilent} ${silent}`;

@@ -34,7 +34,6 @@ export class Raster {
     const target = context(this.canvas), { c, height, ratio } = target;
     const { left, w, h } = this.frame(margins);
     const columns = Math.round(w * ratio), lines = Math.round(h * ratio), rows = order.rows.length;
-    drawSpans(c, spans, time, { left, w, h }, true);
     const mode = lines / Math.max(rows, 1) >= kThinnest ? 'ticks' : 'density';
     const edges = order.edgesFor(mode === 'density'), colours = pins.map((unused, i) => kPins[i % kPins.length]);
     c.imageSmoothingEnabled = false;
@@ -47,6 +46,7 @@ export class Raster {
       const shift = Math.round((time.from / this.density.cell_s - this.density.start) * step * ratio) / ratio;
       this.#show(c, this.shaded.shade(this.density, { order, pins, colours }), { left, w, h }, shift, step);
     }
+    drawSpans(c, spans, time, { left, w, h }, true);
     this.labels.show(target, `${left} ${w} ${h} ${order.number} ${order.edges.curved} ${pins}`,
       (own) => this.#labels(own, { left, w, h, order, pins, edges }));
     timeAxis(c, time, { left, w }, height);
@@ -121,6 +121,9 @@ export function drawSpans(c, spans, time, { left, w, h }, named) {
     c.fillRect(from, 0, wide, h);
     const text = c.measureText(span.label).width, next = i + 1 < seen.length ? x(seen[i + 1].from) : left + w;
     if (!named || from < free || (Math.max(from + wide, next) < from + text + 8 && span.kind !== 'mark')) continue;
+    c.globalAlpha = 0.85; c.fillStyle = css('--card');    // legible over spikes
+    c.fillRect(from + 2, 2, text + 4, 14);
+    c.globalAlpha = 1;
     c.fillStyle = css('--ink'); c.textAlign = 'left'; c.textBaseline = 'top';
     c.fillText(span.label, from + 4, 3);
     free = from + text + 10;
