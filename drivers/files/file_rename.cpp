@@ -7,6 +7,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "drivers/files/owned_descriptor.hpp"
+
 namespace merkel {
 
 int rename_without_replacing(const std::string& from, const std::string& to) {
@@ -21,15 +23,27 @@ int rename_without_replacing(const std::string& from, const std::string& to) {
   return std::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
 }
 
+int rename_to(const std::string& from, const std::string& to, bool replace) {
+  if (!replace) return rename_without_replacing(from, to);
+  return std::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
+}
+
+int sync_file(int descriptor) {
+  return ::fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;  // EINVAL: a pipe or device
+}
+
+int sync_file(const std::string& path) {
+  const OwnedDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  return file.get() < 0 ? errno : sync_file(file.get());
+}
+
 int sync_directory_of(const std::string& path) {
   const auto slash = path.rfind('/');
   const std::string folder =
       slash == std::string::npos ? "." : path.substr(0, slash == 0 ? 1 : slash);
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return errno == EACCES ? 0 : errno;  // writable, but not readable
-  const int error = ::fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
-  ::close(descriptor);
-  return error;
+  const OwnedDescriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (file.get() < 0) return errno == EACCES ? 0 : errno;  // writable, but not readable
+  return sync_file(file.get());
 }
 
 }  // namespace merkel

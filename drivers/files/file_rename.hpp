@@ -8,6 +8,13 @@ namespace merkel {
 /// \return 0, EEXIST if `to` exists, or another errno
 [[nodiscard]] int rename_without_replacing(const std::string& from, const std::string& to);
 
+/// Renames a file, over an existing one only if `replace`. \return 0 or an errno
+[[nodiscard]] int rename_to(const std::string& from, const std::string& to, bool replace);
+
+/// Syncs a file to the disk. \return 0 or an errno
+[[nodiscard]] int sync_file(int descriptor);
+[[nodiscard]] int sync_file(const std::string& path);
+
 /// Syncs a directory to the disk, so that a rename survives a power cut.
 /// \param path  of a file in the directory
 /// \return 0 or an errno

@@ -7,7 +7,6 @@
 #include <type_traits>
 #include <utility>
 
-#include <fcntl.h>
 #include <hdf5.h>
 #include <unistd.h>
 
@@ -19,7 +18,7 @@ namespace {
 
 static_assert(std::is_same_v<hid_t, std::int64_t>);
 
-constexpr hsize_t kChunk = 16384;  ///< rows of a chunk of a column
+constexpr hsize_t kChunk = 4096;  ///< rows of a chunk of a column
 
 Hdf5Handle text_type() {
   const hid_t type = H5Tcopy(H5T_C_S1);
@@ -65,6 +64,8 @@ hid_t file_type(Hdf5File::Type type) {
       return H5T_STD_I64LE;
     case Hdf5File::Type::kUint32:
       return H5T_STD_U32LE;
+    case Hdf5File::Type::kUint8:
+      return H5T_STD_U8LE;
   }
   return H5T_IEEE_F64LE;
 }
@@ -73,14 +74,6 @@ std::vector<const char*> pointers_to(std::span<const std::string> texts) {
   std::vector<const char*> pointers;
   for (const std::string& text : texts) pointers.push_back(text.c_str());
   return pointers;
-}
-
-int sync_file(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-  if (descriptor < 0) return errno;
-  const int error = ::fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
-  ::close(descriptor);
-  return error;
 }
 
 }  // namespace
@@ -166,6 +159,11 @@ void Hdf5File::reference(const std::string& path, const char* name, const std::s
   hobj_ref_t reference = 0;
   check(H5Rcreate(&reference, file_, target.c_str(), H5R_OBJECT, -1) >= 0);
   write_attribute(path, name, H5T_STD_REF_OBJ, scalar().id(), &reference);
+}
+
+void Hdf5File::link(const std::string& path, const std::string& target) {
+  if (!ok_) return;
+  check(H5Lcreate_soft(target.c_str(), file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0);
 }
 
 void Hdf5File::text(const std::string& path, const std::string& value) {
@@ -268,10 +266,7 @@ Expected<void, std::string> write_hdf5_file(const std::string& path, bool overwr
     return refused(error_number);
   }
   int error = sync_file(unfinished);
-  if (error == 0) {
-    error = overwrite ? (std::rename(unfinished.c_str(), path.c_str()) == 0 ? 0 : errno)
-                      : rename_without_replacing(unfinished, path);
-  }
+  if (error == 0) error = rename_to(unfinished, path, overwrite);
   if (error == 0) error = sync_directory_of(path);
   if (error == 0) return {};
   ::unlink(unfinished.c_str());

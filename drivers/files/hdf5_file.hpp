@@ -19,7 +19,7 @@ namespace merkel {
 /// variable length and UTF-8.
 class Hdf5File {
  public:
-  enum class Type : std::uint8_t { kDouble, kInt64, kUint64, kUint32 };
+  enum class Type : std::uint8_t { kDouble, kInt64, kUint64, kUint32, kUint8 };
 
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
@@ -37,6 +37,9 @@ class Hdf5File {
             std::uint8_t index);
   /// A reference to another object of the file.
   void reference(const std::string& path, const char* name, const std::string& target);
+
+  /// Makes a second name for an object.
+  void link(const std::string& path, const std::string& target);
 
   /// A single text.
   void text(const std::string& path, const std::string& value);

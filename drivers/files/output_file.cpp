@@ -270,11 +270,10 @@ bool OutputFile::rewrite(std::uint64_t place, std::string_view bytes) {
 }
 
 bool OutputFile::publish() {
-  if (::fsync(descriptor_) != 0 && errno != EINVAL) return fail(errno, "check the disk");
+  if (const int unsafe = sync_file(descriptor_); unsafe != 0) return fail(unsafe, "check the disk");
   // The file was renamed or replaced by another program: leave both alone.
   if (!is_still(descriptor_, part_)) return fail(ESTALE, "its .part was moved away");
-  const int error = overwrite_ ? (std::rename(part_.c_str(), path_.c_str()) == 0 ? 0 : errno)
-                               : rename_without_replacing(part_, path_);
+  const int error = rename_to(part_, path_, overwrite_);
   if (error == EEXIST) return fail(error, "it was created during the run and is not replaced");
   if (error != 0) return fail(error, "rename it by hand");
   part_.clear();

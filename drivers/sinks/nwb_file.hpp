@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -10,37 +9,43 @@
 
 namespace merkel {
 
-/// What an NWB file (Neurodata Without Borders 2.7) is made of.
+/// The content of an NWB file (Neurodata Without Borders 2.7).
 struct NwbContent {
-  /// File of rows, each a letter and its fields, times in s of the file:
-  /// `s,TIME,NEURON` a spike; `p,TIME,PROBE,VALUE…` a sample, with a value for each of `channels`;
-  /// `m,TIME,LABEL` a mark; `e,TIME,LENGTH,SUBJECT,KIND` an event. Lines with '#' are comments.
-  std::string rows;
-  /// One of the measured quantities of a probe.
+  /// A measured quantity of a probe.
   struct Channel {
     std::string name;         ///< "depth", "force", …
-    std::string unit;         ///< of NWB: metres, newtons
+    std::string unit;         ///< NWB's name of it: meters, newtons
     float conversion = 1.0F;  ///< from the values to that unit
     std::string meaning;
   };
-  struct OfProbe {
-    std::string name;  ///< for people
+  struct Probe {
+    std::string name;  ///< for display
     std::vector<Channel> channels;
   };
-  std::vector<OfProbe> probes;
-  std::vector<AfferentRow> afferents;
-  std::string description;  ///< of the run, a sentence
-  std::string scene;        ///< name
+  struct Electrode {
+    std::string name;
+    std::string description;  ///< its field and encoder
+  };
+  std::string scene;  ///< name
   std::string scene_text;
-  std::string notes;                  ///< everything else that was noted, NAME = VALUE lines
+  std::string notes;  ///< the other facts of the run, NAME = VALUE lines
+  std::vector<Probe> probes;
+  std::vector<Electrode> electrodes;
+  std::vector<AfferentRow> afferents;
+
+  /// File of rows, each a letter and its fields, times in s of the file:
+  /// `s,TIME,NEURON` a spike; `p,TIME,PROBE,VALUE…` a sample, with a value for each channel;
+  /// `c,TIME,ELECTRODE,KIND,AMPLITUDE,FREQUENCY,STOP` a stimulation command; `m,TIME,LABEL` a mark;
+  /// `e,TIME,LENGTH,SUBJECT,KIND` an event. Lines with '#' are comments.
+  std::string rows;
   std::chrono::nanoseconds start{0};  ///< of the run since 1970-01-01 UTC
-  std::chrono::nanoseconds zero{0};   ///< the instant of time 0 of the file, likewise
+  std::chrono::nanoseconds zero{0};   ///< time 0 of the file since 1970-01-01 UTC
 };
 
-/// Writes a whole NWB file: units with spike times, positions and fields of the afferents; what the
-/// probes measured as the presented stimulus; contacts, trials (from mark to mark; without marks
-/// the contacts) and events as intervals. Bounded memory. On failure nothing of that name is left,
-/// and a sentence says why.
+/// Writes a whole NWB file: units with spike times, positions and fields of the afferents; the
+/// samples of the probes and the commands of the electrodes as the presented stimulus; contacts,
+/// trials (from mark to mark; without marks, the contacts) and events as intervals. Uses bounded
+/// memory. On failure, leaves no file of that name and returns the reason.
 [[nodiscard]] Expected<void, std::string> write_nwb(const std::string& path,
                                                     const NwbContent& content, bool overwrite);
 

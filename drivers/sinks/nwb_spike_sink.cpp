@@ -1,20 +1,29 @@
 #include <array>
-#include <charconv>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/files/line_reader.hpp"
 #include "drivers/printable_text.hpp"
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sinks/afferent_json.hpp"
 #include "drivers/sinks/nwb_file.hpp"
 #include "drivers/sinks/rows_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
+
+// The description of a run at the head of its rows, as JSON.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Channel, name, unit, conversion, meaning)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Probe, name, channels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Electrode, name, description)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent, scene, scene_text, notes, probes, electrodes,
+                                   afferents)
+
 namespace {
 
 using std::chrono::nanoseconds;
@@ -34,8 +43,8 @@ const std::vector<ChannelOf>& known_channels() {
   return channels;
 }
 
-NwbContent::OfProbe describe(const ProbeInfo& info) {
-  NwbContent::OfProbe probe{.name = info.name.empty() ? info.uri : info.name, .channels = {}};
+NwbContent::Probe describe(const ProbeInfo& info) {
+  NwbContent::Probe probe{.name = info.name.empty() ? info.uri : info.name, .channels = {}};
   for (const ChannelOf& each : known_channels()) {
     if ((info.channels & each.bit) != 0U) probe.channels.push_back(each.channel);
   }
@@ -48,13 +57,24 @@ NwbContent::OfProbe describe(const ProbeInfo& info) {
   return probe;
 }
 
+NwbContent::Electrode describe(const Electrode& electrode, const StimulationParameters& limits) {
+  return {.name = electrode.name,
+          .description = "field of radius " + shortest_decimal(electrode.field_mm[2]) +
+                         " mm around x = " + shortest_decimal(electrode.field_mm[0]) +
+                         " mm, y = " + shortest_decimal(electrode.field_mm[1]) + " mm on patch " +
+                         std::to_string(electrode.patch) + "; one phase lasts " +
+                         shortest_decimal(units::us_from(limits.phase)) + " µs"};
+}
+
 NwbContent content_of(const SinkSetup& setup, std::string rows) {
   NwbContent content;
   content.rows = std::move(rows);
   for (const ProbeInfo& info : setup.run.probes) content.probes.push_back(describe(info));
+  for (const Electrode& electrode : setup.run.encoding.electrodes) {
+    content.electrodes.push_back(describe(electrode, setup.run.encoding.stimulation));
+  }
   content.afferents = afferents_of(setup);
   content.scene = setup.run.scene;
-  content.description = "merkel run of the scene " + setup.run.scene;
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "scene_text") {
       content.scene_text = value;
@@ -71,26 +91,6 @@ void set_time(const RunOrigin& origin, nanoseconds offset, NwbContent& content) 
   content.zero = origin.utc + (offset - origin.start);
 }
 
-/// The same from the facts at the head of rows that a killed run has left.
-void set_time_of_rows(NwbContent& content) {
-  auto lines = LineReader::open(content.rows);
-  RunOrigin origin;
-  nanoseconds offset{0};
-  const auto take = [](std::string_view line, std::string_view name, nanoseconds& value) {
-    if (!line.starts_with(name)) return;
-    std::int64_t count = 0;
-    line.remove_prefix(name.size());
-    std::from_chars(line.data(), line.data() + line.size(), count);
-    value = nanoseconds{count};
-  };
-  while (lines && lines->next() == LineReader::Outcome::kLine && lines->line().starts_with("#")) {
-    take(lines->line(), "# time_offset_ns=", offset);
-    take(lines->line(), "# start_device_ns=", origin.start);
-    take(lines->line(), "# start_utc_ns=", origin.utc);
-  }
-  set_time(origin, offset, content);
-}
-
 /// Rows of NwbContent: NWB groups spikes by unit, which are known at the end only.
 class NwbSpikeSink final : public RowsSink {
  public:
@@ -100,7 +100,7 @@ class NwbSpikeSink final : public RowsSink {
         probes_(setup.run.probes) {}
 
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kSamples | kEvents | kMarks;
+    return kSamples | kEvents | kMarks | (content_.electrodes.empty() ? 0U : kStimulation);
   }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
@@ -157,11 +157,25 @@ class NwbSpikeSink final : public RowsSink {
     return write_rows(text_);
   }
 
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    text_.clear();
+    for (const StimulationCommand& command : commands) {
+      begin_row('c', command.time);
+      text_ += "," + std::to_string(command.electrode) + ",";
+      text_.append(name_of(command.kind)).append(",");
+      text_ += shortest_decimal(command.amplitude_uA) + ",";
+      text_ += shortest_decimal(command.frequency_Hz) + ",";
+      text_ += std::to_string(static_cast<int>(command.stop)) + "\n";
+    }
+    return write_rows(text_);
+  }
+
  private:
   [[nodiscard]] std::string head(const RunOrigin& origin) override {
     set_time(origin, time().offset(), content_);
     for (const auto& [name, value] : time().facts()) content_.notes += name + " = " + value + "\n";
-    return {};
+    return content_lines(content_);
   }
   [[nodiscard]] Expected<void, std::string> convert(const std::string& path,
                                                     bool overwrite) override {
@@ -180,12 +194,12 @@ class NwbSpikeSink final : public RowsSink {
 
 }  // namespace
 
-void convert_recovered_nwb(const Uri& /*uri*/, const std::string& recovered,
-                           const SinkSetup& setup) {
+void convert_recovered_nwb(const std::string& recovered, const SinkSetup& setup) {
   RowsSink::convert_recovered(recovered, "what the run left is", setup,
-                              [&](const std::string& rows) {
-                                NwbContent content = content_of(setup, rows);
-                                set_time_of_rows(content);
+                              [&](const RowsSink::Recovered& run) {
+                                auto content = run.content.get<NwbContent>();
+                                content.rows = run.rows;
+                                set_time(run.origin, run.offset, content);
                                 return write_nwb(recovered, content, false);
                               });
 }
@@ -196,7 +210,7 @@ OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup) {
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
-  if (!rows->recovered().empty()) convert_recovered_nwb(uri, rows->recovered(), setup);
+  if (!rows->recovered().empty()) convert_recovered_nwb(rows->recovered(), setup);
   return std::make_unique<NwbSpikeSink>(uri.text, std::move(*rows), time, setup);
 }
 

@@ -23,8 +23,8 @@ struct Scheme {
   OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null if the library is missing
   std::string_view remedy;                           ///< how to get the library
   bool file = false;                                 ///< writes a file, so that %t is the time
-  /// Makes the file of what a killed run has left; null where that is the file.
-  void (*convert)(const Uri&, const std::string&, const SinkSetup&) = nullptr;
+  /// Converts the renamed rows of a killed run; null if they are the file.
+  void (*convert)(const std::string&, const SinkSetup&) = nullptr;
 };
 
 constexpr Scheme kSchemes[] = {
@@ -90,11 +90,11 @@ constexpr Scheme kSchemes[] = {
      "Boost.Beast: install libboost-dev"},
 };
 
-/// What killed runs of the same pattern of names have left gets its names.
+/// Recovers the files of killed runs with the same pattern of names.
 void recover_runs(const Scheme& scheme, const Uri& uri, const SinkSetup& setup) {
   for (const std::string& name : unfinished_names(uri.path)) {
     if (uri.scheme == "phy" || recover_file(name, setup.notice).empty()) continue;
-    if (scheme.convert != nullptr) scheme.convert(uri, name, setup);
+    if (scheme.convert != nullptr) scheme.convert(name, setup);
   }
 }
 

@@ -1,13 +1,47 @@
 #include "drivers/sinks/rows_sink.hpp"
 
+#include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <utility>
 
 #include <sys/stat.h>
 
 #include "drivers/files/file_rename.hpp"
+#include "drivers/files/line_reader.hpp"
 
 namespace merkel {
+namespace {
+
+constexpr std::size_t kPiece = 1000;  ///< bytes of JSON in a line
+
+/// Reads the lines before the rows. Throws an exception of the JSON library if they do not describe
+/// the run.
+RowsSink::Recovered read_head(const std::string& rows) {
+  RowsSink::Recovered run{.rows = rows, .content = {}};
+  const auto take = [](std::string_view line, std::string_view name, auto& value) {
+    if (!line.starts_with(name)) return;
+    std::int64_t count = 0;
+    line.remove_prefix(name.size());
+    std::from_chars(line.data(), line.data() + line.size(), count);
+    value = std::chrono::nanoseconds{count};
+  };
+  std::string text;
+  auto lines = LineReader::open(rows);
+  while (lines && lines->next() == LineReader::Outcome::kLine && lines->line().starts_with('#')) {
+    const std::string_view line = lines->line();
+    take(line, "# time_offset_ns=", run.offset);
+    take(line, "# start_device_ns=", run.origin.start);
+    take(line, "# start_utc_ns=", run.origin.utc);
+    if (line.starts_with(RowsSink::kContentMark)) {
+      text += line.substr(RowsSink::kContentMark.size());
+    }
+  }
+  run.content = nlohmann::json::parse(text);
+  return run;
+}
+
+}  // namespace
 
 Expected<OutputFile, SetupError> RowsSink::open_rows(const Uri& uri, const SinkSetup& setup) {
   struct stat status {};
@@ -18,12 +52,27 @@ Expected<OutputFile, SetupError> RowsSink::open_rows(const Uri& uri, const SinkS
   return OutputFile::create(uri.path, setup.overwrite, setup.notice);
 }
 
+std::string RowsSink::content_lines(const nlohmann::json& content) {
+  const std::string text = content.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  std::string lines;
+  for (std::size_t place = 0; place < text.size(); place += kPiece) {
+    lines.append(kContentMark).append(text, place, kPiece).append("\n");
+  }
+  return lines;
+}
+
 void RowsSink::convert_recovered(
     const std::string& recovered, const std::string& what, const SinkSetup& setup,
-    const std::function<Expected<void, std::string>(const std::string& rows)>& convert) {
+    const std::function<Expected<void, std::string>(const Recovered& run)>& convert) {
   const std::string rows = recovered + ".part";
   if (rename_without_replacing(recovered, rows) != 0) return;
-  const auto written = convert(rows);
+  Expected<void, std::string> written;
+  try {
+    written = convert(read_head(rows));
+  } catch (const nlohmann::json::exception&) {
+    written = Unexpected<std::string>("cannot convert " + rows +
+                                      ": it does not describe its run, or is damaged");
+  }
   if (written) {
     static_cast<void>(std::remove(rows.c_str()));
   } else if (setup.notice) {

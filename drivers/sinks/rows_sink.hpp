@@ -1,8 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <string_view>
+
+#include <nlohmann/json.hpp>
 
 #include "drivers/files/output_file.hpp"
 #include "drivers/sinks/sink_setup.hpp"
@@ -20,12 +23,22 @@ class RowsSink : public SpikeSink {
   /// Opens the file of rows. Fails if the path cannot be an HDF5 file or cannot be written.
   [[nodiscard]] static Expected<OutputFile, SetupError> open_rows(const Uri& uri,
                                                                   const SinkSetup& setup);
-  /// Converts a killed run's rows, which have the name `recovered` by now: `convert` writes the
-  /// file `recovered` from the rows at `rows`, or returns the reason why it cannot. \param what the
-  /// subject of the notice after a failure, such as "its spikes are"
+  /// The rows of a killed run and their description.
+  struct Recovered {
+    const std::string& rows;               ///< their file
+    nlohmann::json content;                ///< as of content_lines()
+    RunOrigin origin = {};                 ///< the run's
+    std::chrono::nanoseconds offset = {};  ///< probe time − time in the rows
+  };
+  /// Converts a killed run's rows, which were renamed to `recovered`: `convert` writes the file
+  /// `recovered` or returns the reason why it cannot.
+  /// \param what  the subject of the notice after a failure, such as "its spikes are"
   static void convert_recovered(
       const std::string& recovered, const std::string& what, const SinkSetup& setup,
-      const std::function<Expected<void, std::string>(const std::string& rows)>& convert);
+      const std::function<Expected<void, std::string>(const Recovered& run)>& convert);
+
+  /// The start of the lines at the head of the rows that hold the description of the run.
+  static constexpr std::string_view kContentMark = "# content=";
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
@@ -37,12 +50,16 @@ class RowsSink : public SpikeSink {
   /// \param what  the subject of the error after a failed conversion, such as "all spikes are"
   RowsSink(std::string uri, OutputFile rows, TimeBase time, bool overwrite, std::string_view what);
 
-  /// Called once, after the origin of time is set. \return a line of column names, or nothing
+  /// Called once, after the origin of time is set.
+  /// \return the rest of the head: content_lines(), and perhaps a line of column names
   [[nodiscard]] virtual std::string head(const RunOrigin& origin) = 0;
   /// Writes the HDF5 file. On failure, returns the reason.
   [[nodiscard]] virtual Expected<void, std::string> convert(const std::string& path,
                                                             bool overwrite) = 0;
 
+  /// Lines that store the description of the run with its rows, so that a later run converts them
+  /// as they are.
+  [[nodiscard]] static std::string content_lines(const nlohmann::json& content);
   /// Writes rows that hold so many spikes.
   [[nodiscard]] Expected<void, SinkError> write_rows(std::string_view text, std::size_t spikes = 0);
   [[nodiscard]] const TimeBase& time() const noexcept { return time_; }

@@ -27,13 +27,13 @@ using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
 [[nodiscard]] OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup);
 
 /// Converts a killed run's rows of text, already renamed, to a SONATA file.
-void convert_recovered_sonata(const Uri& uri, const std::string& recovered, const SinkSetup& setup);
+void convert_recovered_sonata(const std::string& recovered, const SinkSetup& setup);
 
 /// A Neurodata Without Borders file, through HDF5: FILE.nwb. Options: time.
 [[nodiscard]] OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup);
 
-/// Makes an NWB file of the rows of text that a killed run has left, which have its name by now.
-void convert_recovered_nwb(const Uri& uri, const std::string& recovered, const SinkSetup& setup);
+/// Converts a killed run's rows of text, already renamed, to an NWB file.
+void convert_recovered_nwb(const std::string& recovered, const SinkSetup& setup);
 
 /// A Lab Streaming Layer outlet, through liblsl: NAME. Options: wait_s (for an inlet, at start).
 [[nodiscard]] OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup);

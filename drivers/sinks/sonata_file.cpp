@@ -8,6 +8,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/hdf5_file.hpp"
 #include "drivers/files/line_reader.hpp"
+#include "drivers/sinks/rows_sink.hpp"
 
 namespace merkel {
 namespace {
@@ -23,6 +24,7 @@ bool read_head(LineReader& lines, Hdf5File& file, const std::string& group) {
   while (lines.next() == LineReader::Outcome::kLine) {
     const std::string line(lines.line());
     if (!line.starts_with("# ")) return true;
+    if (line.starts_with(RowsSink::kContentMark)) continue;
     const auto equals = line.find('=');
     if (equals == std::string::npos) return false;
     file.attribute(group, line.substr(2, equals - 2).c_str(), line.substr(equals + 1));

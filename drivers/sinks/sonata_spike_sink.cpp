@@ -2,13 +2,19 @@
 #include <string>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "drivers/files/csv_text.hpp"
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sinks/afferent_json.hpp"
 #include "drivers/sinks/rows_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/sonata_file.hpp"
 
 namespace merkel {
+
+// The description of a run at the head of its rows, as JSON.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SonataContent, population, afferents)
+
 namespace {
 
 /// Spikes as rows `time_ms,node_id`; nodes count from 0.
@@ -33,7 +39,7 @@ class SonataSpikeSink final : public RowsSink {
 
  private:
   [[nodiscard]] std::string head(const RunOrigin& /*origin*/) override {
-    return "time_ms,node_id\n";
+    return content_lines(content_) + "time_ms,node_id\n";
   }
   [[nodiscard]] Expected<void, std::string> convert(const std::string& path,
                                                     bool overwrite) override {
@@ -46,15 +52,13 @@ class SonataSpikeSink final : public RowsSink {
 
 }  // namespace
 
-void convert_recovered_sonata(const Uri& uri, const std::string& recovered,
-                              const SinkSetup& setup) {
-  RowsSink::convert_recovered(recovered, "its spikes are", setup, [&](const std::string& rows) {
-    return write_sonata(recovered,
-                        {.population = UriOptions(uri).text("population", "merkel"),
-                         .rows = rows,
-                         .afferents = afferents_of(setup)},
-                        false);
-  });
+void convert_recovered_sonata(const std::string& recovered, const SinkSetup& setup) {
+  RowsSink::convert_recovered(recovered, "its spikes are", setup,
+                              [&](const RowsSink::Recovered& run) {
+                                auto content = run.content.get<SonataContent>();
+                                content.rows = run.rows;
+                                return write_sonata(recovered, content, false);
+                              });
 }
 
 OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
@@ -67,9 +71,7 @@ OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
   }
   auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
-  if (!rows->recovered().empty()) {
-    convert_recovered_sonata(uri, rows->recovered(), setup);
-  }
+  if (!rows->recovered().empty()) convert_recovered_sonata(rows->recovered(), setup);
   return std::make_unique<SonataSpikeSink>(uri.text, population, std::move(*rows), time, setup);
 }
 

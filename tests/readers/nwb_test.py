@@ -1,4 +1,5 @@
 """NWB files, opened by h5py and by the rules of the format; where pynwb is installed, by its validator and Neo."""
+import csv
 import datetime
 import os
 import uuid
@@ -106,7 +107,55 @@ class Nwb(merkel_program.TestCase):
             self.assertAlmostEqual(depth["data"].attrs["conversion"], 1e-3)
             self.assertEqual(units["obs_intervals"].shape, (len(units["id"]), 2))
 
-    def test_contacts_are_trials_where_nobody_marked(self):
+    def test_commands_of_each_electrode_are_time_series_of_the_stimulus(self):
+        """In the file of a run, and in one exported from its session, as in the file of commands."""
+        scene = self.path("e.toml")
+        with open(scene, "w") as file:
+            file.write('preset = "paper"\n[stimulation]\nmax_charge_nC = 20\nmax_total_uA = 300\n')
+            for name, encoder in (("E1", "rate"), ("E2", "pulse_per_spike")):
+                file.write(f'[[electrode]]\nname = "{name}"\nencoder = "{encoder}"\nfield_mm = [15, 10, 15]\n'
+                           'amplitude_uA = [20, 80]\nfrequency_Hz = [0, 200]\n')
+        self.merkel("run", scene, "--fast", "--probe", "replay:tests/traces/ramp_and_hold.csv",
+                    "--sink", "stim-csv:" + self.path("e.csv"), "--sink", "nwb:" + self.path("s.nwb"),
+                    "--sink", "xdf:" + self.path("s.xdf"))
+        self.merkel("export", self.path("s.xdf"), "--sink", "nwb:" + self.path("e.nwb"))
+        with open(self.path("e.csv")) as rows:
+            commands = [row for row in csv.DictReader(line for line in rows if not line.startswith("#"))]
+        for path in (self.path("s.nwb"), self.path("e.nwb")):
+            with h5py.File(path, "r") as file:
+                self.check_rules(file)
+                self.assertNotIn("general/extracellular_ephys", file)  # units have the positions
+                stimulus = file["stimulus/presentation"]
+                for name in ("E1", "E2"):
+                    for kind, quantity, column in (("update", "amplitude", "amplitude_uA"),
+                                                   ("update", "frequency", "frequency_Hz"),
+                                                   ("pulse", "pulses", "amplitude_uA")):
+                        rows = [row for row in commands if row["electrode"] == name and row["kind"] == kind]
+                        if not rows:
+                            self.assertNotIn(f"electrode_{name}_{quantity}", stimulus)
+                            continue
+                        series = stimulus[f"electrode_{name}_{quantity}"]
+                        self.assertEqual(series["data"][:].tolist(), [float(row[column]) for row in rows])
+                        self.assertTrue(np.array_equal(np.round(series["timestamps"][:] * 1e9),
+                                                       [round(float(row["time_s"]) * 1e9) for row in rows]))
+                    series = stimulus[f"electrode_{name}_amplitude"]
+                    reasons = series["control_description"].asstr()[:]
+                    stops = [row["stop"] or "no stop" for row in commands
+                             if row["electrode"] == name and row["kind"] == "update"]
+                    self.assertEqual(list(reasons[series["control"][:]]), stops)
+                    self.assertEqual(stops[-1], "end")
+                self.assertGreater(np.max(stimulus["electrode_E1_frequency/data"]), 10)
+                self.assertGreater(len(stimulus["electrode_E2_pulses/data"]), 10)
+            self.validate(path)
+
+    def validate(self, path):
+        if pynwb is not None:
+            with pynwb.NWBHDF5IO(path, "r") as io:
+                self.assertEqual(pynwb.validate(io=io), [])
+                for series in io.read().stimulus.values():
+                    self.assertEqual(len(series.timestamps), len(series.data))
+
+    def test_contacts_are_trials_without_marks(self):
         with h5py.File(self.record(trace="tests/traces/taps.csv"), "r") as file:
             trace = table_of("tests/traces/taps.csv")
             touches = np.diff(np.r_[0, (trace["depth_mm"] > 0) | (trace["force_N"] > 0), 0].astype(int))
@@ -142,8 +191,8 @@ class Nwb(merkel_program.TestCase):
         file = self.record()
         if pynwb is None:
             self.skipTest("pynwb is not installed: Debian does not have it")
+        self.validate(file)
         with pynwb.NWBHDF5IO(file, "r") as io:
-            self.assertEqual(pynwb.validate(io=io), [])
             self.assertEqual(len(io.read().units), 450)
 
 

@@ -1,0 +1,124 @@
+#include "drivers/sinks/nwb_objects.hpp"
+
+#include <array>
+#include <cstdio>
+#include <ctime>
+#include <random>
+#include <string_view>
+#include <utility>
+
+namespace merkel::nwb {
+namespace {
+
+using Type = Hdf5File::Type;
+
+/// Makes the group of a TimeSeries. \return the path of its values
+std::string start_series(Hdf5File& file, const std::string& path,
+                         const TimeSeries::Description& description) {
+  file.group(path);
+  make_typed(file, path, kCore, "TimeSeries");
+  file.attribute(path, "description", description.description);
+  file.attribute(path, "comments", description.comments);
+  return path + "/data";
+}
+
+}  // namespace
+
+std::string new_uuid() {
+  static constexpr std::string_view kDigits = "0123456789abcdef";
+  std::random_device random;
+  std::string text = "xxxxxxxx-xxxx-4xxx-yxxx-xxxxxxxxxxxx";
+  for (char& c : text) {
+    const unsigned digit = random() & 15U;
+    if (c == 'x') c = kDigits[digit];
+    if (c == 'y') c = kDigits[8U | (digit & 3U)];
+  }
+  return text;
+}
+
+std::string iso_time(std::chrono::nanoseconds since_1970) {
+  const auto whole = std::chrono::floor<std::chrono::seconds>(since_1970);
+  const std::time_t seconds = whole.count();
+  std::tm utc{};
+  ::gmtime_r(&seconds, &utc);
+  std::array<char, 32> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%s.%06d+00:00", date.data(),
+                static_cast<int>((since_1970 - whole).count() / 1000));
+  return text.data();
+}
+
+void make_typed(Hdf5File& file, const std::string& path, const char* space, const char* type) {
+  file.attribute(path, "namespace", std::string(space));
+  file.attribute(path, "neurodata_type", std::string(type));
+  file.attribute(path, "object_id", new_uuid());
+}
+
+Table::Table(Hdf5File& file, std::string path, const char* type, const char* space,
+             const std::vector<std::string>& columns, const std::string& description)
+    : file_(file), path_(std::move(path)) {
+  file_.group(path_);
+  make_typed(file_, path_, space, type);
+  file_.attribute(path_, "colnames", columns);
+  file_.attribute(path_, "description", description);
+  ids_ = std::make_unique<Hdf5File::Column>(file_, path_ + "/id", Type::kInt64);
+  make_typed(file_, path_ + "/id", kCommon, "ElementIdentifiers");
+}
+
+Table::Column Table::column(const std::string& name, Type type, const std::string& description,
+                            std::size_t width) {
+  auto made = std::make_unique<Hdf5File::Column>(file_, path_ + "/" + name, type, width);
+  describe(name, "VectorData", description);
+  return made;
+}
+
+Table::Column Table::index_of(const std::string& name) {
+  const std::string index = name + "_index";
+  auto made = std::make_unique<Hdf5File::Column>(file_, path_ + "/" + index, Type::kUint32);
+  describe(index, "VectorIndex", "Index of " + name);
+  file_.reference(path_ + "/" + index, "target", path_ + "/" + name);
+  return made;
+}
+
+void Table::texts(const std::string& name, const std::vector<std::string>& values,
+                  const std::string& description) {
+  file_.texts(path_ + "/" + name, values);
+  describe(name, "VectorData", description);
+}
+
+void Table::describe(const std::string& name, const char* type, const std::string& description) {
+  make_typed(file_, path_ + "/" + name, kCommon, type);
+  file_.attribute(path_ + "/" + name, "description", description);
+}
+
+TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& description)
+    : path_(std::move(path)),
+      values_(file, start_series(file, path_, description), Type::kDouble),
+      times_(std::make_unique<Hdf5File::Column>(file, path_ + "/timestamps", Type::kDouble)) {
+  file.attribute(path_ + "/timestamps", "unit", std::string("seconds"));
+  file.attribute(path_ + "/timestamps", "interval", std::int32_t{1});
+  describe_values(file, description);
+}
+
+TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& description,
+                       const TimeSeries& times)
+    : path_(std::move(path)), values_(file, start_series(file, path_, description), Type::kDouble) {
+  file.link(path_ + "/timestamps", times.path_ + "/timestamps");
+  describe_values(file, description);
+}
+
+void TimeSeries::append(double time_s, double value) {
+  values_.append(value);
+  if (times_) times_->append(time_s);
+}
+
+void TimeSeries::describe_values(Hdf5File& file, const Description& description) const {
+  const std::string data = path_ + "/data";
+  file.attribute(data, "unit", description.unit);
+  file.attribute(data, "conversion", description.conversion);
+  file.attribute(data, "resolution", -1.0F);
+  file.attribute(data, "offset", 0.0F);
+}
+
+}  // namespace merkel::nwb

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/files/hdf5_file.hpp"
+
+/// The kinds of objects in an NWB file (nwb-schema.readthedocs.io), as HDF5 stores them.
+namespace merkel::nwb {
+
+/// Namespaces of NWB's types.
+inline constexpr const char* kCore = "core";
+inline constexpr const char* kCommon = "hdmf-common";
+
+/// A random UUID (version 4).
+[[nodiscard]] std::string new_uuid();
+
+/// "2026-01-31T12:00:00.000000+00:00".
+[[nodiscard]] std::string iso_time(std::chrono::nanoseconds since_1970);
+
+/// Gives an object its type and a new object_id.
+void make_typed(Hdf5File& file, const std::string& path, const char* space, const char* type);
+
+/// A DynamicTable: a group with columns of equal length.
+class Table {
+ public:
+  using Column = std::unique_ptr<Hdf5File::Column>;
+
+  Table(Hdf5File& file, std::string path, const char* type, const char* space,
+        const std::vector<std::string>& columns, const std::string& description);
+
+  void add_row() { ids_->append(rows_++); }
+  [[nodiscard]] Column column(const std::string& name, Hdf5File::Type type,
+                              const std::string& description, std::size_t width = 1);
+  /// The end of each row's values in another column.
+  [[nodiscard]] Column index_of(const std::string& name);
+  void texts(const std::string& name, const std::vector<std::string>& values,
+             const std::string& description);
+
+ private:
+  void describe(const std::string& name, const char* type, const std::string& description);
+
+  Hdf5File& file_;
+  std::string path_;
+  Column ids_;
+  std::uint64_t rows_ = 0;
+};
+
+/// A TimeSeries: values, each with its time.
+class TimeSeries {
+ public:
+  struct Description {
+    std::string unit;         ///< NWB's name of it: meters, newtons
+    float conversion = 1.0F;  ///< from the values to that unit
+    std::string description;
+    std::string comments;
+  };
+
+  TimeSeries(Hdf5File& file, std::string path, const Description& description);
+  /// A series with the times of another one, which the file stores once.
+  TimeSeries(Hdf5File& file, std::string path, const Description& description,
+             const TimeSeries& times);
+
+  /// Appends a value. The time is ignored if another series has the times.
+  void append(double time_s, double value);
+
+ private:
+  void describe_values(Hdf5File& file, const Description& description) const;
+
+  std::string path_;
+  Hdf5File::Column values_;
+  std::unique_ptr<Hdf5File::Column> times_;
+};
+
+}  // namespace merkel::nwb

@@ -1,0 +1,119 @@
+#include "drivers/sinks/nwb_series.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "core/records/stimulation_command.hpp"
+#include "drivers/files/csv_text.hpp"
+
+namespace merkel::nwb {
+namespace {
+
+constexpr const char* kFolder = "/stimulus/presentation/";
+
+using Stop = StimulationCommand::Stop;
+
+std::vector<std::string> stop_names() {
+  std::vector<std::string> names = {"no stop"};
+  for (int stop = 1; stop <= static_cast<int>(Stop::kEnd); ++stop) {
+    names.emplace_back(name_of(static_cast<Stop>(stop)));
+  }
+  return names;
+}
+
+std::string path_of(const NwbContent::Electrode& electrode, const char* quantity) {
+  return std::string(kFolder) + "electrode_" + electrode.name + "_" + quantity;
+}
+
+TimeSeries::Description current(const NwbContent::Electrode& electrode, const std::string& what) {
+  return {.unit = "amperes",
+          .conversion = 1e-6F,
+          .description = "electrode " + electrode.name + ": " + what,
+          .comments = electrode.description};
+}
+
+}  // namespace
+
+ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number,
+                         bool only)
+    : number_(number) {
+  for (const NwbContent::Channel& channel : probe.channels) {
+    std::string name = channel.name;
+    std::replace(name.begin(), name.end(), '/', '_');
+    const std::string path =
+        kFolder + (only ? name : "probe_" + std::to_string(number) + "_" + name);
+    const TimeSeries::Description description{.unit = channel.unit,
+                                              .conversion = channel.conversion,
+                                              .description = channel.meaning,
+                                              .comments = "measured by " + probe.name};
+    channels_.push_back(channels_.empty() ? std::make_unique<TimeSeries>(file, path, description)
+                                          : std::make_unique<TimeSeries>(file, path, description,
+                                                                         *channels_.front()));
+    presses_.push_back(channel.name == "depth" || channel.name == "force");
+  }
+}
+
+bool ProbeSeries::add(double time_s, std::string_view values, std::vector<Interval>& contacts) {
+  bool touches = false;
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    const auto value = parse_number(take_field(values));
+    if (!value) return false;
+    channels_[i]->append(time_s, *value);
+    touches = touches || (presses_[i] && *value > 0.0);
+  }
+  if (touches && !touched_s_) touched_s_ = time_s;
+  if (!touches) end_contact(time_s, contacts);
+  return values.empty();
+}
+
+void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
+  if (!touched_s_) return;
+  contacts.push_back({.start_s = *touched_s_,
+                      .stop_s = time_s,
+                      .label = "contact",
+                      .subject = static_cast<double>(number_)});
+  touched_s_.reset();
+}
+
+ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode)
+    : file_(file),
+      electrode_(electrode),
+      amplitude_(file, path_of(electrode, "amplitude"),
+                 current(electrode,
+                         "commanded amplitude of one phase, in µA; 0: off; each value holds until "
+                         "the next one")),
+      frequency_(file, path_of(electrode, "frequency"),
+                 {.unit = "hertz",
+                  .conversion = 1.0F,
+                  .description = "electrode " + electrode.name +
+                                 ": commanded frequency of the pulse train, in Hz; each value "
+                                 "holds until the next one",
+                  .comments = electrode.description},
+                 amplitude_),
+      stops_(file, path_of(electrode, "amplitude") + "/control", Hdf5File::Type::kUint8) {
+  file.texts(path_of(electrode, "amplitude") + "/control_description", stop_names());
+}
+
+bool ElectrodeSeries::add(double time_s, std::string_view fields) {
+  const std::string_view kind = take_field(fields);
+  const auto amplitude_uA = parse_number(take_field(fields));
+  const auto frequency_Hz = parse_number(take_field(fields));
+  const auto stop = parse_number(take_field(fields));
+  if (!amplitude_uA || !frequency_Hz || !stop || !fields.empty()) return false;
+  if (kind == name_of(StimulationCommand::Kind::kPulse)) {
+    if (!pulses_) {
+      pulses_ = std::make_unique<TimeSeries>(
+          file_, path_of(electrode_, "pulses"),
+          current(electrode_, "amplitude of one phase of each single pulse, in µA"));
+    }
+    pulses_->append(time_s, *amplitude_uA);
+    return true;
+  }
+  if (!(*stop >= 0.0 && *stop <= static_cast<double>(Stop::kEnd))) return false;
+  amplitude_.append(time_s, *amplitude_uA);
+  frequency_.append(time_s, *frequency_Hz);
+  stops_.append(static_cast<std::uint64_t>(*stop));
+  return kind == name_of(StimulationCommand::Kind::kUpdate);
+}
+
+}  // namespace merkel::nwb

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/sinks/nwb_file.hpp"
+#include "drivers/sinks/nwb_objects.hpp"
+
+namespace merkel::nwb {
+
+/// A stretch of time with a label.
+struct Interval {
+  double start_s = 0.0;
+  double stop_s = 0.0;
+  std::string label;
+  double subject = 0.0;
+};
+
+/// The samples of one probe in /stimulus/presentation: a time series for each channel.
+class ProbeSeries {
+ public:
+  /// \param only  the run has one probe, so the names of its series need no number
+  ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number, bool only);
+
+  /// Appends a sample from the values of its row. A contact that ends there is added to `contacts`.
+  /// False if the row has other fields.
+  [[nodiscard]] bool add(double time_s, std::string_view values, std::vector<Interval>& contacts);
+  /// Ends the contact that lasts, if any.
+  void end_contact(double time_s, std::vector<Interval>& contacts);
+
+ private:
+  std::vector<std::unique_ptr<TimeSeries>> channels_;
+  std::vector<bool> presses_;  ///< by channel: it is above 0 during a contact
+  std::size_t number_;
+  std::optional<double> touched_s_;  ///< start of the contact
+};
+
+/// The stimulation commands of one electrode in /stimulus/presentation: amplitude and frequency of
+/// its updates, and the amplitudes of its single pulses if there are any. The `control` of an
+/// amplitude is the reason for which everything was off (StimulationCommand::Stop).
+class ElectrodeSeries {
+ public:
+  ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode);
+
+  /// Appends a command from the fields of its row. False if the row has other fields.
+  [[nodiscard]] bool add(double time_s, std::string_view fields);
+
+ private:
+  Hdf5File& file_;
+  NwbContent::Electrode electrode_;
+  TimeSeries amplitude_;
+  TimeSeries frequency_;
+  Hdf5File::Column stops_;
+  std::unique_ptr<TimeSeries> pulses_;
+};
+
+}  // namespace merkel::nwb
