@@ -20,7 +20,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr hssize_t kMostValues = 500'000'000;
+/// Bytes of values for a stored byte: more than HDF5's compression can give.
+constexpr std::uint64_t kMostCompression = 2000;
 constexpr double kMostTime_ns = 4e18;
 
 bool exists(hid_t file, const std::string& path) {
@@ -39,9 +40,10 @@ std::optional<std::vector<Value>> numbers(hid_t file, const std::string& path, h
   const Hdf5Handle own_type(H5Dget_type(dataset.id()), H5Tclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space.id());
   const H5T_class_t kind = H5Tget_class(own_type.id());
-  if (count < 0 || count > kMostValues || (kind != H5T_INTEGER && kind != H5T_FLOAT)) {
-    return std::nullopt;
-  }
+  if (count < 0 || (kind != H5T_INTEGER && kind != H5T_FLOAT)) return std::nullopt;
+  // A file of a few bytes can declare any number of values.
+  const std::uint64_t stored_bytes = H5Dget_storage_size(dataset.id());
+  if (static_cast<std::uint64_t>(count) / kMostCompression > stored_bytes) return std::nullopt;
   std::vector<Value> values(static_cast<std::size_t>(count));
   if (count > 0 && H5Dread(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
     return std::nullopt;
@@ -49,7 +51,7 @@ std::optional<std::vector<Value>> numbers(hid_t file, const std::string& path, h
   return values;
 }
 
-/// A single text of variable length. `read` reads it into the pointer it is given.
+/// A single text of variable length. `read` stores it through the given pointer.
 template <class Read>
 std::optional<std::string> text_of(hid_t own_type, hid_t space, const Read& read) {
   if (H5Tis_variable_str(own_type) <= 0 || H5Sget_simple_extent_npoints(space) != 1) {
@@ -94,7 +96,7 @@ std::optional<std::string> first_member(hid_t file, const std::string& path) {
   return std::string(name.data());
 }
 
-/// Adds a spike. False where it cannot be.
+/// Adds a spike. False if its time or number is impossible.
 bool add(SpikeFile& file, double time_ns, std::uint64_t neuron) {
   if (!(std::fabs(time_ns) < kMostTime_ns) || neuron == 0 || neuron > UINT32_MAX) return false;
   file.spikes.push_back(
@@ -102,7 +104,7 @@ bool add(SpikeFile& file, double time_ns, std::uint64_t neuron) {
   return true;
 }
 
-/// Of the file's one population; nodes count from 0.
+/// Reads the first population; nodes count from 0.
 bool read_sonata(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   file.format = "SONATA";
   const auto population = first_member(hdf5, "/spikes");
@@ -120,7 +122,7 @@ bool read_sonata(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   return true;
 }
 
-/// Units count from 0.
+/// Reads the units, which count from 0.
 bool read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   file.format = "NWB";
   const auto times_s = numbers<double>(hdf5, "/units/spike_times", H5T_NATIVE_DOUBLE);
@@ -149,9 +151,9 @@ Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
   const bool read = exists(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)
                                                 : read_sonata(hdf5.id(), file, zero);
   if (!read) {
-    return bad_input(path + " holds no spikes of SONATA (/spikes) or NWB (/units), or is damaged");
+    return bad_input(path + " has no spikes of SONATA (/spikes) or NWB (/units), or is damaged");
   }
-  zero.apply(file);
+  file.from_start = zero.apply(file.spikes);
   return file;
 }
 

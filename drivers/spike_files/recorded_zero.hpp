@@ -7,8 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include "drivers/spike_files/spike_file.hpp"
+#include <vector>
 
 namespace merkel {
 
@@ -23,27 +22,35 @@ namespace merkel {
   return lines.substr(begin, lines.find('\n', begin) - begin);
 }
 
-/// What a file notes of the zero of its times (TimeBase::facts()): turns them into times from the
+/// The zero of a file's times, as TimeBase::facts() describes it. Converts them to times from the
 /// start of the run.
 class RecordedZero {
  public:
   static constexpr std::array kNames = {"time_offset_ns", "start_device_ns"};
 
-  /// Takes a name and its value, if it is of use.
+  /// Uses a comment line `# NAME=VALUE`.
+  void take_comment(std::string_view line) {
+    const auto equals = line.find('=');
+    if (!line.starts_with("# ") || equals == std::string_view::npos) return;
+    take(line.substr(2, equals - 2), line.substr(equals + 1));
+  }
+  /// Uses a fact if it describes the zero.
   void take(std::string_view name, std::string_view value) {
     if (name == "time_offset_ns") offset_ = whole(value);
     if (name == "start_device_ns") start_ = whole(value);
   }
-  /// Takes them from lines of NAME = VALUE.
+  /// Uses lines NAME = VALUE.
   void take_all(const std::string& text) {
     for (const char* const name : kNames) {
       if (const auto value = noted_value(text, name)) take(name, *value);
     }
   }
-  void apply(SpikeFile& file) const {
-    if (!offset_ || !start_) return;
-    file.from_start = true;
-    for (RecordedSpike& spike : file.spikes) spike.time += *offset_ - *start_;
+  /// False if the file does not describe its zero; the times are then unchanged.
+  template <class Item>
+  [[nodiscard]] bool apply(std::vector<Item>& items) const {
+    if (!offset_ || !start_) return false;
+    for (Item& item : items) item.time += *offset_ - *start_;
+    return true;
   }
 
  private:

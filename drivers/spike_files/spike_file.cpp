@@ -70,9 +70,7 @@ Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path) {
     std::string_view line = lines->line();
     if (line.empty()) continue;
     if (line.starts_with("# ")) {
-      const auto equals = line.find('=');
-      if (equals != std::string_view::npos)
-        zero.take(line.substr(2, equals - 2), line.substr(equals + 1));
+      zero.take_comment(line);
       continue;
     }
     if (file.spikes.empty() && line.starts_with("time_s,neuron")) {
@@ -89,21 +87,21 @@ Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path) {
     if (!neuron || (csv ? !time_s : !(time_ms && std::fabs(*time_ms) < 4e18))) {
       return bad_input(
           lines->where() +
-          "this is no spike: expected a header time_s,neuron and rows of them (CSV), or "
+          "this is not a spike: expected a header time_s,neuron and rows of them (CSV), or "
           "rows of neuron, tab and ms (GDF)");
     }
     file.spikes.push_back(
         {.time = csv ? *time_s : nanoseconds{std::llround(*time_ms)}, .neuron = *neuron});
   }
   if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
-  zero.apply(file);
+  file.from_start = zero.apply(file.spikes);
   return file;
 }
 
 Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path) {
   auto session = SessionReader::open(path);
   if (!session) return Unexpected<SetupError>(session.error());
-  const auto origin = session_origin(path);
+  const auto origin = session_origin(*session);
   if (!origin) return Unexpected<SetupError>(origin.error());
   SpikeFile file{.format = "XDF", .spikes = {}, .from_start = true};
   SessionChunk chunk;
@@ -123,7 +121,7 @@ Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder) {
   const auto rate_text = noted_value(parameters, "sample_rate");
   const auto rate_Hz = rate_text ? parse_number(*rate_text) : std::nullopt;
   if (!rate_Hz || !(*rate_Hz > 0.0)) {
-    return bad_input(folder + "/params.py has no sample_rate: it is not a folder of Phy");
+    return bad_input(folder + "/params.py has no sample_rate: it is not a Phy folder");
   }
   const auto times = read_npy(folder + "/spike_times.npy");
   if (!times) return Unexpected<SetupError>(times.error());
@@ -134,14 +132,14 @@ Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder) {
     const double time_ns = static_cast<double>((*times)[i]) / *rate_Hz * 1e9;
     if (!(std::fabs(time_ns) < 4e18) || (*clusters)[i] < 1 || (*clusters)[i] > UINT32_MAX) {
       return bad_input(folder + ": spike " + std::to_string(i) +
-                       " cannot be: the folder is damaged");
+                       " has an impossible time or cluster: the folder is damaged");
     }
     file.spikes.push_back({.time = nanoseconds{std::llround(time_ns)},
                            .neuron = static_cast<std::uint32_t>((*clusters)[i])});
   }
   RecordedZero zero;
   zero.take_all(parameters);
-  zero.apply(file);
+  file.from_start = zero.apply(file.spikes);
   return file;
 }
 

@@ -9,7 +9,7 @@
 
 namespace merkel {
 
-/// A spike as a file holds it.
+/// A spike in a file.
 struct RecordedSpike {
   std::chrono::nanoseconds time{0};
   std::uint32_t neuron = 0;  ///< from 1
@@ -18,19 +18,19 @@ struct RecordedSpike {
 };
 
 /// The spikes of a file of any format that merkel writes: CSV, GDF, a session (XDF), SONATA, NWB,
-/// or a folder of Phy.
+/// or a Phy folder.
 struct SpikeFile {
   std::string format;                 ///< "CSV", "GDF", "XDF", "SONATA", "NWB" or "Phy"
   std::vector<RecordedSpike> spikes;  ///< in order of time, ties by neuron
-  /// Times count from the start of the run, as far as the file knows it; else from its own zero.
+  /// Times count from the start of the run; false: the file does not describe its zero of time.
   bool from_start = false;
 };
 
-/// Reads a whole file; the format follows from what it holds. Fails with a sentence that names the
-/// place. Any bytes may be in it. Real-time: no.
+/// Reads a whole file, of the format that its content shows. Accepts arbitrary bytes. Fails with a
+/// sentence that names the place. Real-time: no.
 [[nodiscard]] Expected<SpikeFile, SetupError> read_spike_file(const std::string& path);
 
-/// The formats that have files of their own: used by read_spike_file().
+/// The readers of read_spike_file(), by format.
 [[nodiscard]] Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path);
 [[nodiscard]] Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path);
 [[nodiscard]] Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder);

@@ -1,0 +1,137 @@
+#include "drivers/spike_files/stimulation_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "drivers/files/csv_text.hpp"
+#include "drivers/files/line_reader.hpp"
+#include "drivers/sinks/stimulation_text.hpp"
+#include "drivers/spike_files/recorded_zero.hpp"
+
+namespace merkel {
+namespace {
+
+using Kind = StimulationCommand::Kind;
+using Stop = StimulationCommand::Stop;
+
+constexpr std::array kKinds = {Kind::kUpdate, Kind::kPulse};
+constexpr std::array kStops = {Stop::kNone,        Stop::kReleased,    Stop::kGap,
+                               Stop::kNeuronReset, Stop::kSinkFailure, Stop::kEnd};
+
+/// The header without the line's end.
+std::string_view header() {
+  return StimulationText::kCsvHeader.substr(0, StimulationText::kCsvHeader.size() - 1);
+}
+
+template <class Words>
+auto named(const Words& words, std::string_view name) {
+  const auto found = std::find_if(words.begin(), words.end(),
+                                  [&](const auto word) { return name_of(word) == name; });
+  return found == words.end() ? std::nullopt : std::optional(*found);
+}
+
+/// A row, as StimulationText::append_row() writes it. Empty if it is not one.
+std::optional<RecordedCommand> command_of(std::string_view row) {
+  const auto time = parse_seconds(take_field(row));
+  const std::string_view electrode = take_field(row);
+  const auto kind = named(kKinds, take_field(row));
+  const auto amplitude_uA = parse_number(take_field(row));
+  const auto frequency_Hz = parse_number(take_field(row));
+  const auto heartbeat = parse_number(take_field(row));
+  const auto stop = named(kStops, take_field(row));
+  if (!time || electrode.empty() || !kind || !amplitude_uA || !frequency_Hz || !heartbeat ||
+      !stop || !row.empty()) {
+    return std::nullopt;
+  }
+  return RecordedCommand{.time = *time,
+                         .electrode = std::string(electrode),
+                         .kind = *kind,
+                         .amplitude_uA = *amplitude_uA,
+                         .frequency_Hz = *frequency_Hz,
+                         .stop = *stop};
+}
+
+void sort_by_time(std::vector<RecordedCommand>& commands) {
+  std::stable_sort(commands.begin(), commands.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+}
+
+}  // namespace
+
+bool is_stimulation_csv(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe is read once
+  auto lines = LineReader::open(path);
+  while (lines && lines->next() == LineReader::Outcome::kLine) {
+    if (!lines->line().starts_with('#')) return lines->line() == header();
+  }
+  return false;
+}
+
+Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& path) {
+  auto lines = LineReader::open(path);
+  if (!lines) return Unexpected<SetupError>(lines.error());
+  StimulationFile file;
+  RecordedZero zero;
+  bool header_found = false;
+  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
+  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
+    const std::string_view line = lines->line();
+    if (line.empty()) continue;
+    if (line.starts_with('#')) {
+      zero.take_comment(line);
+      continue;
+    }
+    if (!header_found) {
+      if (line != header()) {
+        return bad_input(lines->where() + "expected the header " + std::string(header()));
+      }
+      header_found = true;
+      continue;
+    }
+    auto command = command_of(line);
+    if (!command) {
+      return bad_input(lines->where() + "this is not a stimulation command: expected " +
+                       std::string(header()));
+    }
+    file.commands.push_back(std::move(*command));
+  }
+  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+  file.from_start = zero.apply(file.commands);
+  sort_by_time(file.commands);
+  return file;
+}
+
+Expected<StimulationFile, SetupError> read_session_commands(
+    SessionReader& session, std::span<const std::string> electrodes) {
+  const auto origin = session_origin(session);
+  if (!origin) return Unexpected<SetupError>(origin.error());
+  StimulationFile file{.commands = {}, .from_start = true};
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session.next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) break;
+    for (const StimulationCommand& command : chunk.commands) {
+      if (command.electrode >= electrodes.size()) {
+        return bad_input(session.path() + " has a command for electrode " +
+                         std::to_string(command.electrode + 1) +
+                         ", which its scene does not have: the session is damaged");
+      }
+      file.commands.push_back({.time = command.time - origin->start,
+                               .electrode = electrodes[command.electrode],
+                               .kind = command.kind,
+                               .amplitude_uA = command.amplitude_uA,
+                               .frequency_Hz = command.frequency_Hz,
+                               .stop = command.stop});
+    }
+  }
+  sort_by_time(file.commands);
+  return file;
+}
+
+}  // namespace merkel
