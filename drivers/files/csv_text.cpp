@@ -80,6 +80,7 @@ std::optional<double> parse_number(std::string_view field, int shift) noexcept {
 }
 
 std::string shifted_decimal(double value, int shift) {
+  if (shift == 0 || !std::isfinite(value)) return shortest_decimal(value);
   std::array<char, 32> text{};
   const auto end =
       std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific)

@@ -54,12 +54,8 @@ Expected<void, SetupError> TraceReader::read_header() {
   while (!rest.empty()) {
     if (auto added = add_column(std::string(take_field(rest))); !added) return added;
   }
-  std::string unused;  // what may be meant for a column that is missing
-  for (const std::string& name : extra_columns_) {
-    const std::string nearest = nearest_name(name, kColumnNames);
-    unused += "; the column \"" + name + "\" is not known";
-    if (!nearest.empty()) unused += ": did you mean " + nearest + "?";
-  }
+  const std::string extra = listed_extra_columns();
+  const std::string unused = extra.empty() ? "" : "; the model does not use " + extra;
   if (std::find(columns_.begin(), columns_.end(), Column::kTime) == columns_.end()) {
     return bad_input(lines_.where() + "the column time_s is missing: add the times, in seconds" +
                      unused);
@@ -68,23 +64,28 @@ Expected<void, SetupError> TraceReader::read_header() {
     return bad_input(lines_.where() +
                      "a column depth_mm or force_N is missing: add the recorded one" + unused);
   }
-  if (!extra_columns_.empty()) {
-    std::string sentence = lines_.path() + ": the model does not use ";
-    for (std::size_t i = 0; i < extra_columns_.size(); ++i) {
-      const std::string nearest = nearest_name(extra_columns_[i], kColumnNames);
-      sentence.append(i == 0 ? "" : ", ").append(extra_columns_[i]);
-      if (!nearest.empty()) sentence += " (did you mean " + nearest + "?)";
-    }
-    notices_.push_back(sentence + "; a session keeps it");
+  if (!extra.empty()) {
+    notices_.push_back(lines_.path() + unused + ", which sessions keep");
   }
   if (!ignored_columns_.empty()) {
-    std::string sentence = lines_.path() + ": no more than " +
+    std::string sentence = lines_.path() + ": beside the columns of the model, at most " +
                            std::to_string(ProbeSample::kMostExtra) +
-                           " columns are kept beside those of the model, and this one is not:";
+                           " are kept; these are ignored:";
     for (const std::string& name : ignored_columns_) sentence += " " + name;
     notices_.push_back(std::move(sentence));
   }
   return {};
+}
+
+/// The extra columns, each with the nearest known name.
+std::string TraceReader::listed_extra_columns() const {
+  std::string list;
+  for (const std::string& name : extra_columns_) {
+    const std::string nearest = nearest_name(name, kColumnNames);
+    list.append(list.empty() ? "" : ", ").append(name);
+    if (!nearest.empty()) list += " (did you mean " + nearest + "?)";
+  }
+  return list;
 }
 
 Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
@@ -113,12 +114,12 @@ void TraceReader::add_extra_column(const std::string& name) {
       .push_back(printable_text(name.empty() ? "column_" + std::to_string(columns_.size()) : name));
 }
 
-/// NaN where the field holds no number.
+/// NaN if the field is not a number.
 double TraceReader::extra_value(std::string_view field, std::size_t column) {
   const auto value = parse_number(field);
   if (!value && !field.empty() && !std::exchange(told_of_text_, true)) {
     notices_.push_back(lines_.where() + extra_columns_[column] +
-                       " holds text: sessions keep numbers, and NaN in its place");
+                       " is text: sessions keep NaN in its place");
   }
   return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }

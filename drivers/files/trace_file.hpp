@@ -20,8 +20,8 @@ namespace merkel {
 /// and `y_mm`, in any order of columns. Up to ProbeSample::kMostExtra further columns are kept in
 /// ProbeSample::extra; the model does not use them. Lines that begin with '#' are comments. Times
 /// are strictly increasing, to the nanosecond; every value is finite. A comment `#
-/// valid_for_s=0.05` sets for how long the samples after it hold when none follows
-/// (ProbeSample::valid_for). Streams: memory is bounded.
+/// valid_for_s=0.05` sets the validity of the samples after it (ProbeSample::valid_for). Streams:
+/// memory is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
@@ -47,6 +47,7 @@ class TraceReader {
   explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
   Expected<void, SetupError> read_header();
   Expected<void, SetupError> parse_row(ProbeSample& sample);
+  [[nodiscard]] std::string listed_extra_columns() const;
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);
   void add_extra_column(const std::string& name);

@@ -1,4 +1,4 @@
-// Built where liblsl is found.
+// Compiled only if liblsl is found.
 #include <string>
 #include <utility>
 
@@ -12,8 +12,8 @@
 namespace merkel {
 namespace {
 
-/// The columns of the port's lines by the labels and units of the channels ("force", "N"), as the
-/// option `columns` of csv has them; "-" for a channel that measures something else.
+/// The columns of the port's lines, in the form of the csv option `columns`, by the labels and
+/// units of the channels ("force", "N"). A channel that measures something else is "-".
 std::string columns_of(const LslStream& stream) {
   std::string columns = "time_s";
   for (const LslStream::Channel& channel : stream.channels) {
@@ -31,11 +31,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
   if (uri.path.empty()) {
     return bad_input("\"" + uri.text + "\": name the stream, for example lsl:Gauge");
   }
-  const auto host = uri.options.find("host");
-  auto stream = open_lsl_stream(uri.path, host == uri.options.end() ? "" : host->second);
+  Uri lines = uri;  // with the options of the protocol csv
+  const auto host = lines.options.extract("host");
+  auto stream = open_lsl_stream(uri.path, host.empty() ? "" : host.mapped());
   if (!stream) return Unexpected<SetupError>(stream.error());
-  // The port prints lines: what the stream says of itself holds unless the user says otherwise.
-  Uri lines = uri;
+  // The user's options take precedence over the stream's description.
   const auto columns = lines.options.find("columns");
   if (columns != lines.options.end()) {
     columns->second.insert(0, "time_s,");
@@ -46,7 +46,6 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
     lines.options.try_emplace("rate_hz", shortest_decimal(stream->rate_Hz));
   }
   UriOptions options(lines);
-  static_cast<void>(options.text("host", ""));
   DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
   auto protocol = make_csv_lines(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
@@ -55,8 +54,8 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
   }
   if (!protocol) {
     return bad_input("\"" + uri.text +
-                     "\": the labels of its channels name no force, depth or "
-                     "position: name the channels, for example columns=force_N,-");
+                     "\": no channel label names a force, a depth or a position: name the "
+                     "channels, for example columns=force_N,-");
   }
   settings.protocol = "lsl";
   settings.hint = "that its outlet is sending, and the option columns";

@@ -82,11 +82,7 @@ Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::strin
 
 ReplayProbe::ReplayProbe(std::unique_ptr<SampleSource> source, std::vector<ProbeSample> first,
                          ProbeInfo info, std::size_t chunk)
-    : source_(std::move(source)),
-      first_(std::move(first)),
-      info_(std::move(info)),
-      chunk_(chunk),
-      notices_(source_->take_notices()) {}
+    : source_(std::move(source)), first_(std::move(first)), info_(std::move(info)), chunk_(chunk) {}
 
 Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   UriOptions options(uri);
@@ -114,7 +110,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
   const auto count = source->read(first);
   if (!count) return Unexpected<SetupError>(count.error());
   if (*count == 0) {
-    return bad_input(about.name + " holds no samples: there is nothing below its header");
+    return bad_input(about.name + " has no samples: there is nothing below its header");
   }
   first.resize(*count);
   ProbeInfo info{.uri = about.uri,
@@ -133,7 +129,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
   return probe;
 }
 
-/// Makes the recording's samples the probe's.
+/// Converts samples of the recording to samples of the probe, and collects its notices.
 void ReplayProbe::take_over(std::span<ProbeSample> samples) {
   for (ProbeSample& sample : samples) {
     if (valid_for_) sample.valid_for = *valid_for_;

@@ -66,8 +66,7 @@ class AtiRdt final : public Protocol {
            bit_of(DeviceChannel::kForceZ);
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    if (rate_Hz_ == 0.0) return std::nullopt;
-    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+    return period_of(rate_Hz_);
   }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override {
     if (rate_Hz_ == 0.0) return std::nullopt;

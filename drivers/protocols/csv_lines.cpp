@@ -107,8 +107,7 @@ class CsvLines final : public LineProtocol {
     return error_message_;
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    if (rate_Hz_ == 0.0) return std::nullopt;
-    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+    return period_of(rate_Hz_);
   }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
 

@@ -112,8 +112,7 @@ class Hbf1Protocol final : public Protocol {
     return error_message_;
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    if (rate_Hz_ == 0) return std::nullopt;
-    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+    return period_of(static_cast<double>(rate_Hz_));
   }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override {
     return kClockWrap;

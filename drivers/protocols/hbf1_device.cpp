@@ -65,8 +65,7 @@ class Hbf1Device final : public SimulatedDevice {
 
   [[nodiscard]] bool started() const noexcept override { return started_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    if (asked_rate_Hz_ == 0) return std::nullopt;
-    return units::nanoseconds_from_s(1.0 / asked_rate_Hz_);
+    return period_of(static_cast<double>(asked_rate_Hz_));
   }
   void set_rate(double rate_Hz) override { rate_Hz_ = std::lround(rate_Hz); }
 

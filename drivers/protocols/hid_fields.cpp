@@ -159,8 +159,7 @@ class HidFields final : public Protocol {
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    if (rate_Hz_ == 0.0) return std::nullopt;
-    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+    return period_of(rate_Hz_);
   }
 
  private:

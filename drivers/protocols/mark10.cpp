@@ -95,7 +95,7 @@ class Mark10 final : public LineProtocol {
     return error_message_;
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+    return period_of(rate_Hz_);
   }
 
  private:
@@ -202,8 +202,7 @@ class Mark10Device final : public SimulatedDevice {
   }
   [[nodiscard]] bool started() const noexcept override { return rate_Hz_ > 0; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    if (rate_Hz_ <= 0) return std::nullopt;
-    return units::nanoseconds_from_s(1.0 / rate_Hz_);
+    return period_of(static_cast<double>(rate_Hz_));
   }
 
  private:

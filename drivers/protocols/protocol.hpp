@@ -69,6 +69,12 @@ struct DeviceStream {
   std::uint64_t notices_left_out_ = 0;
 };
 
+/// The period of a nominal rate; empty for 0, an unknown rate.
+[[nodiscard]] inline std::optional<std::chrono::nanoseconds> period_of(double rate_Hz) {
+  if (rate_Hz <= 0.0) return std::nullopt;
+  return units::nanoseconds_from_s(1.0 / rate_Hz);
+}
+
 /// The protocol of a device: bytes in, readings out, requests back. Has no port and no clock: the
 /// owner moves the bytes and passes the time. Times are host-monotonic.
 /// Real-time: no. Thread: probe.

@@ -254,23 +254,21 @@ Expected<std::chrono::nanoseconds, SetupError> first_time(SessionReader& session
 
 }  // namespace
 
-Expected<std::chrono::nanoseconds, SetupError> session_start(const std::string& path) {
-  auto session = SessionReader::open(path);
-  if (!session) return Unexpected<SetupError>(session.error());
-  return first_time(*session);
+Expected<std::chrono::nanoseconds, SetupError> session_start(const SessionReader& session) {
+  auto again = SessionReader::open(session.path());
+  if (!again) return Unexpected<SetupError>(again.error());
+  return first_time(*again);
 }
 
-Expected<RunOrigin, SetupError> session_origin(const std::string& path) {
-  auto session = SessionReader::open(path);
-  if (!session) return Unexpected<SetupError>(session.error());
-  RunOrigin origin{.start = time_fact(*session, "start_device_ns"),
-                   .utc = time_fact(*session, "start_utc_ns")};
-  if (!session->fact("start_device_ns").empty()) return origin;
-  const auto first = first_time(*session);
-  if (!first) return Unexpected<SetupError>(first.error());
-  origin.start = *first;
+Expected<RunOrigin, SetupError> session_origin(const SessionReader& session) {
+  RunOrigin origin{.start = time_fact(session, "start_device_ns"),
+                   .utc = time_fact(session, "start_utc_ns")};
+  if (!session.fact("start_device_ns").empty()) return origin;
+  const auto start = session_start(session);
+  if (!start) return Unexpected<SetupError>(start.error());
+  origin.start = *start;
   origin.utc =
-      time_fact(*session, "clock_utc_ns") + (*first - time_fact(*session, "clock_monotonic_ns"));
+      time_fact(session, "clock_utc_ns") + (*start - time_fact(session, "clock_monotonic_ns"));
   return origin;
 }
 

@@ -32,6 +32,7 @@ class SessionReader {
  public:
   [[nodiscard]] static Expected<SessionReader, SetupError> open(const std::string& path);
 
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
   /// A fact of the recording (scene text, seeds, machine) by name; empty if absent.
   [[nodiscard]] std::string fact(std::string_view name) const;
   /// All facts, names and values, in order.
@@ -87,11 +88,13 @@ class SessionReader {
   int footers_ = 0;
 };
 
-/// Where the first tick of a recorded run began, in its own time: of samples recorded without a
-/// simulation, the time of the first.
-[[nodiscard]] Expected<std::chrono::nanoseconds, SetupError> session_start(const std::string& path);
+/// The start of the first tick of a recorded run, in the run's own time; if samples were recorded
+/// without a simulation, the time of the first one. Reads the file from its beginning, whatever
+/// `session` has read.
+[[nodiscard]] Expected<std::chrono::nanoseconds, SetupError> session_start(
+    const SessionReader& session);
 
-/// When a recorded run began: as noted, or, in older sessions, from its first tick or sample.
-[[nodiscard]] Expected<RunOrigin, SetupError> session_origin(const std::string& path);
+/// The origin of a recorded run: a fact of the session; in older sessions, session_start().
+[[nodiscard]] Expected<RunOrigin, SetupError> session_origin(const SessionReader& session);
 
 }  // namespace merkel

@@ -21,9 +21,9 @@ Expected<std::unique_ptr<SampleSource>, SetupError> SessionSamples::open(const s
                                                                          std::uint32_t probe) {
   auto session = SessionReader::open(path);
   if (!session) return Unexpected<SetupError>(session.error());
-  const auto origin = session_origin(path);
+  const auto origin = session_origin(*session);
   if (!origin) return Unexpected<SetupError>(origin.error());
-  const auto start = session_start(path);
+  const auto start = session_start(*session);
   if (!start) return Unexpected<SetupError>(start.error());
   std::unique_ptr<SessionSamples> samples(new SessionSamples(
       std::move(*session), probe, {.start = *start, .zero = origin->start, .utc = origin->utc}));

@@ -19,9 +19,8 @@ namespace merkel {
 namespace {
 
 constexpr double kPatience_s = 2.0;
-constexpr int kBuffered_s = 10;  ///< what waits while nothing is read
+constexpr int kBuffered_s = 10;  ///< of samples that are not read yet
 constexpr std::size_t kMostChannels = 64;
-constexpr std::size_t kMostWaiting = 65'536;  ///< bytes of lines
 
 std::string line_of(double time_s, std::span<const double> values) {
   std::array<char, 32> time{};
@@ -66,7 +65,7 @@ class LslPort final : public Transport {
     if (!inlet_) return Unexpected<Disconnected>(Disconnected{});
     try {
       double wait_s = waiting_.empty() ? std::max(units::s_from(patience), 0.0) : 0.0;
-      while (waiting_.size() < std::min(bytes.size(), kMostWaiting)) {
+      while (waiting_.size() < bytes.size()) {
         const double time_s = inlet_->pull_sample(values_, wait_s);
         if (time_s == 0.0) break;
         waiting_ += line_of(time_s, values_);
@@ -95,12 +94,15 @@ class LslPort final : public Transport {
     try {
       const auto info = find();
       if (!info) return Unexpected<SetupError>(info.error());
-      // Not recovered by liblsl itself: an outage is to be noticed, and the press released.
+      // Without liblsl's own recovery, so that an outage is noticed and the press released.
       inlet_ = std::make_unique<lsl::stream_inlet>(*info, kBuffered_s, 0, false);
       inlet_->set_postprocessing(lsl::post_clocksync);  // times in this machine's clock
       inlet_->open_stream(kPatience_s);
       const lsl::stream_info whole = inlet_->info(kPatience_s);
-      info_.serial_number = printable_text(whole.source_id());
+      opened_ = true;
+      source_id_ = whole.source_id();
+      channel_count_ = whole.channel_count();
+      info_.serial_number = printable_text(source_id_);
       rate_Hz_ = whole.nominal_srate();
       channels_ = channels_of(whole);
     } catch (const std::exception& error) {
@@ -111,20 +113,38 @@ class LslPort final : public Transport {
   }
 
  private:
-  /// The stream among those that are announced, of the right name and machine.
+  /// Whether an announced stream is the one that was opened first; true before the first opening.
+  [[nodiscard]] bool is_same(const lsl::stream_info& info) const {
+    return !opened_ || (info.source_id() == source_id_ && info.channel_count() == channel_count_);
+  }
+
+  /// Finds the stream by name, machine and, after an outage, source and number of channels.
   [[nodiscard]] Expected<lsl::stream_info, SetupError> find() const {
     const std::string what = "the LSL stream \"" + name_ + "\"";
-    const auto found = lsl::resolve_stream("name", name_, 1, kPatience_s);
+    const auto is_right = [this](const auto& info) {
+      return info.hostname() == host_ && is_same(info);
+    };
+    const double deadline_s = lsl::local_clock() + kPatience_s;
+    std::vector<lsl::stream_info> found;
+    auto right = found.end();
+    std::size_t answers = 0;
+    do {  // another machine's stream of that name may be the first to answer
+      answers = found.size();
+      found = lsl::resolve_stream("name", name_, static_cast<int>(answers) + 1,
+                                  std::max(deadline_s - lsl::local_clock(), 0.0));
+      right = std::find_if(found.begin(), found.end(), is_right);
+    } while (right == found.end() && found.size() > answers);
     if (found.empty()) {
       return unavailable("there is no LSL stream \"" + name_ +
-                         "\": start its outlet, and check that no firewall is between");
+                         "\": start its outlet, and check that no firewall blocks it");
     }
-    const auto right = std::find_if(found.begin(), found.end(),
-                                    [this](const auto& info) { return info.hostname() == host_; });
+    if (right == found.end() && opened_) {
+      return unavailable(what + " has returned with another source or number of channels");
+    }
     if (right == found.end()) {
       const std::string other = printable_text(found.front().hostname(), 64);
       return unavailable(what + " comes from the machine " + other + ", not from " + host_ +
-                         ": give host=" + other + " if that one is meant");
+                         ": add the option host=" + other + " to read that stream");
     }
     if (right->channel_format() == lsl::cf_string) {
       return unavailable(what + " holds text: name a stream of numbers");
@@ -142,6 +162,9 @@ class LslPort final : public Transport {
   std::unique_ptr<lsl::stream_inlet> inlet_;
   std::vector<LslStream::Channel> channels_;
   double rate_Hz_ = 0.0;
+  bool opened_ = false;    ///< at least once
+  std::string source_id_;  ///< of the stream that was opened
+  int channel_count_ = 0;
   std::string waiting_;  ///< lines that have not been read
   std::vector<double> values_;
 };

@@ -9,21 +9,21 @@
 
 namespace merkel {
 
-/// A stream of the Lab Streaming Layer as a port that prints lines: `time_s` on this machine's
-/// monotonic clock, then the stream's channels. The protocol csv reads them.
+/// A Lab Streaming Layer stream as a port that sends lines: `time_s` on this machine's monotonic
+/// clock, then the channels of the stream. The protocol csv parses them.
 struct LslStream {
   struct Channel {
     std::string label;
     std::string unit;
   };
   std::unique_ptr<Transport> port;
-  std::vector<Channel> channels;  ///< as the stream describes them; empty where it does not
-  double rate_Hz = 0.0;           ///< as the stream states it; 0: irregular
+  std::vector<Channel> channels;  ///< from its description; labels and units may be empty
+  double rate_Hz = 0.0;           ///< nominal; 0: irregular
 };
 
-/// Opens the stream of that name. Waits two seconds for it. An outlet that goes is a disconnected
-/// device; the port looks for it again.
-/// \param host  the machine that sends it; empty: this one
+/// Opens the stream of that name; waits two seconds for it. If its outlet closes, the device is
+/// disconnected; reopening the port accepts only the same source and number of channels.
+/// \param host  the machine of the outlet; empty: this one
 [[nodiscard]] Expected<LslStream, SetupError> open_lsl_stream(const std::string& name,
                                                               const std::string& host);
 

@@ -19,12 +19,15 @@ limits=()  # of time and memory, for libFuzzer
 trap 'rm -rf "$work"' EXIT
 
 flags=(-std=c++20 -O1 -g1 -I "$source" -isystem /usr/include/eigen3 -fsanitize=address,undefined,fuzzer-no-link
-  -fno-sanitize-recover=all)
-# Compiles a source once; prints the object's path.
+  -isystem /usr/include/hdf5/serial -fno-sanitize-recover=all)
+# Compiles a source once; prints the object's path. CMAKE_CXX_COMPILER_LAUNCHER may be ccache.
+# The kernels of core are compiled without coverage: clang would take minutes for each.
 object_of() {
-  local object
+  local object chosen=("${flags[@]}")
   object="$work/${1//\//_}.o"
-  [ -e "$object" ] || clang++ "${flags[@]}" -c "$source/$1" -o "$object"
+  [[ $1 == core/*kernel* ]] && chosen=("${flags[@]/,fuzzer-no-link/}")
+  # shellcheck disable=SC2086
+  [ -e "$object" ] || ${CMAKE_CXX_COMPILER_LAUNCHER:-} clang++ "${chosen[@]}" -c "$source/$1" -o "$object"
   echo "$object"
 }
 
@@ -55,6 +58,12 @@ fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${pr
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
   drivers/spike_files/spike_file.cpp drivers/sessions/session_{reader,items,format,samples}.cpp
+fuzz phy_spikes 4096 -lpugixml phy_spikes_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
+  drivers/spike_files/spike_file.cpp drivers/sessions/session_{reader,items,format,samples}.cpp
+fuzz stimulation_file 2048 -lpugixml stimulation_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
+  drivers/spike_files/stimulation_file.cpp drivers/sessions/session_{reader,items,format}.cpp
+fuzz hdf5_spikes 2048 -lhdf5_serial hdf5_spikes_fuzz.cpp \
+  drivers/spike_files/hdf5_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
 fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/printable_text.cpp \
   drivers/files/{trace_file,line_reader,output_file,file_rename}.cpp
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp

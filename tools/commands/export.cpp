@@ -81,7 +81,7 @@ int export_session(const ExportOptions& options) {
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
-  const auto origin = session_origin(options.session);
+  const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
   for (const auto& sink : sinks) {
     if (auto started = sink->begin(*origin); !started) return fail(started.error().sentence);

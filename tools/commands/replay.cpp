@@ -93,7 +93,7 @@ std::string json_of(const SessionReader& session, const SessionReplay::Verdict& 
 
 /// Plays the recording to the sinks at its own speed, without simulating it.
 int play(const ReplayOptions& options, const TactileModel& model, const SessionNumbering& numbering,
-         SinkSetup setup) {
+         SinkSetup setup, const RunOrigin& origin) {
   const auto extent = SessionPlayback::measure(options.session, model.parameters().tick);
   if (!extent) return refuse(extent.error());
   const auto position = std::make_shared<SessionPosition>();
@@ -116,10 +116,8 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
     }
     sinks.push_back(std::move(*sink));
   }
-  const auto origin = session_origin(options.session);
-  if (!origin) return refuse(origin.error());
   for (const auto& sink : sinks) {
-    if (auto started = sink->begin(*origin); !started) return fail(started.error().sentence);
+    if (auto started = sink->begin(origin); !started) return fail(started.error().sentence);
   }
   std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
                page ? "; the page's slider seeks, Ctrl-C ends" : "");
@@ -165,15 +163,15 @@ int replay(const ReplayOptions& options) {
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(run)};
-  if (options.realtime) return play(options, *model, numbering, setup);
+  const auto origin = session_origin(*session);
+  if (!origin) return refuse(origin.error());
+  if (options.realtime) return play(options, *model, numbering, setup, *origin);
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
-  const auto origin = session_origin(options.session);
-  if (!origin) return refuse(origin.error());
   std::string error_message;
   const auto keep = [&](const Expected<void, SinkError>& result) {
     if (!result && error_message.empty()) error_message = result.error().sentence;

@@ -71,7 +71,7 @@ TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
             "t.csv is empty: a trace begins with a header such as time_s,depth_mm");
   EXPECT_EQ(sentence_about("time_s,dept_mm\n"),
             "t.csv:1: a column depth_mm or force_N is missing: add the recorded one; the "
-            "column \"dept_mm\" is not known: did you mean depth_mm?");
+            "model does not use dept_mm (did you mean depth_mm?)");
   EXPECT_EQ(sentence_about("depth_mm\n1\n"),
             "t.csv:1: the column time_s is missing: add the times, in seconds");
   EXPECT_EQ(sentence_about("time_s,x_mm\n"),

@@ -1,5 +1,5 @@
-// The inlet of the Lab Streaming Layer as a probe. With liblsl where it is installed; else with a
-// stand-in for it (lsl_stub), so that this side of the interface is compiled and run everywhere.
+// A Lab Streaming Layer inlet as a probe: with liblsl if it is installed, else with a replacement
+// (lsl_stub), so that this side of the interface is always compiled and run.
 #include <chrono>
 #include <memory>
 #include <string>
@@ -17,16 +17,17 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A gauge on a stage as an outlet: what an amplifier's or a robot's LSL bridge sends.
+/// A gauge on a stage as an outlet, like the LSL bridge of an amplifier or a robot.
 class Outlet {
  public:
   explicit Outlet(std::string name,
                   std::vector<std::pair<const char*, const char*>> channels = {{"force", "N"},
                                                                                {"temperature", "C"},
-                                                                               {"depth", "mm"}})
+                                                                               {"depth", "mm"}},
+                  const char* source = "gauge-7", double offset = 0.25)
       : name_(std::move(name)), width_(channels.size()) {
     lsl::stream_info info(name_, "Touch", static_cast<int>(channels.size()), 200.0,
-                          lsl::cf_double64, "gauge-7");
+                          lsl::cf_double64, source);
     lsl::xml_element list = info.desc().append_child("channels");
     for (const auto& [label, unit] : channels) {
       list.append_child("channel")
@@ -34,9 +35,9 @@ class Outlet {
           .append_child_value("unit", unit);
     }
     outlet_ = std::make_unique<lsl::stream_outlet>(info);
-    thread_ = std::jthread([this](const std::stop_token& stop) {
+    thread_ = std::jthread([this, offset](const std::stop_token& stop) {
       for (int k = 0; !stop.stop_requested(); ++k) {
-        std::vector<double> values(width_, 0.25 + 0.001 * (k % 100));
+        std::vector<double> values(width_, offset + 0.001 * (k % 100));
         outlet_->push_sample(values);
         std::this_thread::sleep_for(milliseconds{5});
       }
@@ -127,6 +128,27 @@ TEST(LslProbe, AnOutletThatGoesIsAnOutageAndItsReturnIsNoticed) {
   outlet = std::make_unique<Outlet>(name);
   EXPECT_GE(read(**probe, 20).size(), 20U);
   EXPECT_EQ((*probe)->device_counts()->outages, 1U);
+}
+
+TEST(LslProbe, AfterAnOutageAnotherStreamOfItsNameIsNotTakenForIt) {
+  const std::string name = unique_name();
+  auto outlet = std::make_unique<Outlet>(name);
+  const auto probe = open("lsl:" + name);
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  ASSERT_GE(read(**probe, 20).size(), 20U);
+  outlet.reset();
+  const std::vector<std::pair<const char*, const char*>> same = {
+      {"force", "N"}, {"temperature", "C"}, {"depth", "mm"}};
+  const Outlet other_source(name, same, "gauge-8", 5.0);
+  const Outlet other_width(name, {{"force", "N"}, {"depth", "mm"}}, "gauge-7", 6.0);
+  std::vector<ProbeSample> samples(256);
+  const auto end = std::chrono::steady_clock::now() + milliseconds{1500};
+  while (std::chrono::steady_clock::now() < end) {
+    const auto got = (*probe)->read(samples, milliseconds{10});
+    ASSERT_TRUE(got);
+    for (std::size_t i = 0; i < *got; ++i) ASSERT_LT(samples[i].depth_mm, 1.0);
+  }
+  EXPECT_FALSE((*probe)->connected());
 }
 
 TEST(LslProbe, WhatCannotBeReadIsNamed) {

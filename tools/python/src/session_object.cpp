@@ -19,7 +19,7 @@ SessionObject SessionObject::load(const std::string& path) {
   SessionReader reader = or_throw(SessionReader::open(path));
   SessionObject session;
   session.facts = reader.facts();
-  session.origin = or_throw(session_origin(path));
+  session.origin = or_throw(session_origin(reader));
   std::optional<SessionNumbering> numbering;
   if (!reader.fact("scene_text").empty()) {
     session.scene = or_throw(scene_of_session(reader));

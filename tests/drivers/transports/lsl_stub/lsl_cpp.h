@@ -1,5 +1,5 @@
-// A stand-in for liblsl's C++ interface, inside one process: as much of it as merkel's inlet and its
-// test use. Debian has no liblsl; where it is installed, the same test runs with the library itself.
+// A replacement for the part of liblsl's C++ interface that merkel's inlet and its test use; streams
+// stay within the process. Debian has no liblsl. If it is installed, the same test uses the library.
 #pragma once
 
 #include <algorithm>
@@ -170,7 +170,7 @@ class stream_inlet {
   explicit stream_inlet(const stream_info& info, int /*buffered_s*/ = 360, int /*chunk*/ = 0,
                         bool /*recover*/ = true) {
     for (const auto& line : lines()) {
-      if (line->info.name() == info.name()) line_ = line;
+      if (line->info.name() == info.name() && line->info.source_id() == info.source_id()) line_ = line;
     }
     if (!line_) throw lost_error("the outlet is gone");
   }
