@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// What is missing where merkel was built without liblsl, for messages.
+/// The missing library in messages of a merkel that was built without liblsl.
 inline constexpr std::string_view kLslLibrary =
     "liblsl, which Debian does not have: install a package from "
     "https://github.com/sccn/liblsl/releases";

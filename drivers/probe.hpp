@@ -30,7 +30,7 @@ struct RecordedRun {
   std::chrono::nanoseconds utc{0};    ///< the instant of `zero` since 1970-01-01; 0: not known
 };
 
-/// What a probe is.
+/// The description of a probe.
 struct ProbeInfo {
   std::string uri;             ///< as the user gave it
   std::string name;            ///< for display

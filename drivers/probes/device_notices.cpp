@@ -11,22 +11,22 @@ void DeviceNotices::add(const std::string& sentence, std::chrono::nanoseconds no
   if (now - second_ >= std::chrono::seconds{1}) {
     second_ = now;
     passed_ = 0;
-    if (left_out_ > 0 && sentences_.size() < kMost) {
-      sentences_.push_back(std::to_string(std::exchange(left_out_, 0)) +
+    if (dropped_ > 0 && sentences_.size() < kMost) {
+      sentences_.push_back(std::to_string(std::exchange(dropped_, 0)) +
                            " more notices of its device were suppressed");
     }
   }
   if (passed_ >= kPerSecond || sentences_.size() >= kMost) {
-    ++left_out_;
+    ++dropped_;
     return;
   }
   ++passed_;
   sentences_.push_back(printable_text(sentence));
 }
 
-void DeviceNotices::left_out(std::uint64_t count) {
+void DeviceNotices::dropped(std::uint64_t count) {
   const std::scoped_lock lock(mutex_);
-  left_out_ += count;
+  dropped_ += count;
 }
 
 std::vector<std::string> DeviceNotices::take() {

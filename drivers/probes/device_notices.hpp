@@ -15,7 +15,7 @@ class DeviceNotices {
   /// \param now  time on any monotonic clock
   void add(const std::string& sentence, std::chrono::nanoseconds now);
   /// Adds to the number of suppressed messages.
-  void left_out(std::uint64_t count);
+  void dropped(std::uint64_t count);
   /// The messages since the last call.
   [[nodiscard]] std::vector<std::string> take();
 
@@ -27,7 +27,7 @@ class DeviceNotices {
   std::vector<std::string> sentences_;
   std::chrono::nanoseconds second_{0};  ///< start of the current second
   std::uint32_t passed_ = 0;            ///< in the current second
-  std::uint64_t left_out_ = 0;
+  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace merkel

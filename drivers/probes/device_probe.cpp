@@ -258,7 +258,7 @@ void DeviceProbe::take_readings() {
   for (std::string& sentence : std::exchange(stream_.notices, {})) {
     notice(info_.name + ": " + sentence);
   }
-  if (const std::uint64_t count = stream_.take_notices_left_out()) notices_.left_out(count);
+  if (const std::uint64_t count = stream_.take_dropped_notices()) notices_.dropped(count);
   times_.set_wrap(protocol_->clock_wrap());
   times_.observe(std::exchange(stream_.exchanges, {}));
   std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});

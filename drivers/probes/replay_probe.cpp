@@ -92,15 +92,15 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto source = open_source(uri.path, probe);
   if (!source) return Unexpected<SetupError>(source.error());
-  const std::uint32_t left_out = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
+  const std::uint32_t excluded = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}
                                                   : 0U;
-  if (((*source)->channels() & ~left_out & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
+  if (((*source)->channels() & ~excluded & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
     return bad_input(uri.path + " has no " + use + ": leave out use=" + use);
   }
   return play(std::move(*source), {.uri = uri.text,
                                    .name = "recorded trace " + uri.path,
-                                   .use = ~left_out,
+                                   .use = ~excluded,
                                    .chunk = static_cast<std::size_t>(chunk)});
 }
 

@@ -3,12 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "core/parameters/nearest_name.hpp"
-#include "core/parameters/parameter_error.hpp"
-#include "core/units.hpp"
-#include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
-#include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
@@ -19,68 +15,8 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kNoise{2'000'000};  ///< largest step back that is not a restart
 
-struct Column {
-  enum class Kind : std::uint8_t { kSkip, kTime, kSequence, kValue };
-  Kind kind = Kind::kSkip;
-  DeviceChannel channel = DeviceChannel::kForce;
-  double factor = 1.0;           ///< to N or mm
-  std::int64_t nanoseconds = 0;  ///< per unit of time
-};
-
-/// Parses a column's name, or returns an error.
-Expected<Column, std::string> column_named(std::string_view name) {
-  if (name == "-") return Column{};
-  if (name == "seq") return Column{.kind = Column::Kind::kSequence};
-  const auto mark = name.rfind('_');
-  const std::string_view stem = name.substr(0, mark);
-  const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
-  if (stem == "time") {
-    for (const auto& [known, ns] : {std::pair<std::string_view, std::int64_t>{"s", 1'000'000'000},
-                                    {"ms", 1'000'000},
-                                    {"us", 1'000}}) {
-      if (unit == known) return Column{.kind = Column::Kind::kTime, .nanoseconds = ns};
-    }
-    return Unexpected<std::string>("the unit of " + std::string(name) +
-                                   " is not known: time is in s, ms or us");
-  }
-  for (std::size_t i = 0; i < kDeviceChannels; ++i) {
-    if (stem != kDeviceChannelNames[i]) continue;
-    const auto channel = static_cast<DeviceChannel>(i);
-    const bool force = channel <= DeviceChannel::kForceZ;
-    const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
-    if (!factor) {
-      return Unexpected<std::string>("the unit of " + std::string(name) + " is not known: " +
-                                     (force ? "forces are in " + std::string(kForceUnits)
-                                            : "lengths are in " + std::string(kLengthUnits)));
-    }
-    return Column{.kind = Column::Kind::kValue, .channel = channel, .factor = *factor};
-  }
-  return Unexpected<std::string>(
-      "the column " + std::string(name) +
-      " is not known; the known ones are time_s, time_ms, time_us, seq, force_N, force_x_N, "
-      "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - to ignore a "
-      "column");
-}
-
-Expected<std::vector<Column>, std::string> columns_named(std::string_view names, char separator) {
-  std::vector<Column> columns;
-  std::uint32_t channels = 0;
-  std::string_view rest = names;
-  while (!rest.empty()) {
-    auto column = column_named(take_csv_part(rest, separator));
-    if (!column) return Unexpected<std::string>(column.error());
-    if (column->kind == Column::Kind::kValue) channels |= bit_of(column->channel);
-    columns.push_back(*column);
-  }
-  if (channels == 0U) {
-    return Unexpected<std::string>(
-        "no column is a force, a depth or a position: add one, for example force_N");
-  }
-  return columns;
-}
-
 struct CsvOptions {
-  std::vector<Column> columns;
+  std::vector<CsvColumn> columns;
   std::optional<CsvStyle> style;
   unsigned sequence_bits = 32;
   unsigned clock_bits = 32;
@@ -114,13 +50,13 @@ class CsvLines final : public LineProtocol {
  private:
   static constexpr std::size_t kLearnFrom = 3;
 
-  void use(std::vector<Column> columns) {
+  void use(std::vector<CsvColumn> columns) {
     columns_ = std::move(columns);
     channels_ = 0;
     wrap_.reset();
-    for (const Column& column : columns_) {
-      if (column.kind == Column::Kind::kValue) channels_ |= bit_of(column.channel);
-      if (column.kind == Column::Kind::kTime && column.nanoseconds < 1'000'000'000) {
+    for (const CsvColumn& column : columns_) {
+      if (column.kind == CsvColumn::Kind::kValue) channels_ |= bit_of(column.channel);
+      if (column.kind == CsvColumn::Kind::kTime && column.nanoseconds < 1'000'000'000) {
         wrap_ = nanoseconds{(std::int64_t{1} << clock_bits_) * column.nanoseconds};
       }
     }
@@ -147,7 +83,7 @@ class CsvLines final : public LineProtocol {
   bool read_header(std::string_view line) {
     for (const char separator : {',', ';', '\t', ' '}) {
       if (style_ && style_->separator != separator) continue;
-      auto columns = columns_named(line, separator);
+      auto columns = csv_columns_named(line, separator);
       if (!columns) continue;
       if (columns_.empty()) {
         use(std::move(*columns));
@@ -175,7 +111,8 @@ class CsvLines final : public LineProtocol {
     for (const auto& [line, arrival] : unread_) lines.push_back(line);
     bool learned = false;
     for (const CsvStyle& style : style_ ? std::vector{*style_} : csv_styles(lines)) {
-      std::vector<Column> columns = columns_.empty() ? columns_said(lines.back(), style) : columns_;
+      std::vector<CsvColumn> columns =
+          columns_.empty() ? stated_columns(lines.back(), style) : columns_;
       std::size_t fields = 0;
       for (std::string_view rest = lines.back(); !rest.empty(); ++fields) {
         static_cast<void>(take_csv_part(rest, style.separator));
@@ -203,19 +140,19 @@ class CsvLines final : public LineProtocol {
   }
 
   /// The columns of a line with labels and units; empty if it has none.
-  static std::vector<Column> columns_said(const std::string& line, const CsvStyle& style) {
-    std::vector<Column> columns;
+  static std::vector<CsvColumn> stated_columns(const std::string& line, const CsvStyle& style) {
+    std::vector<CsvColumn> columns;
     bool measures = false;
     for (std::string_view rest = line; !rest.empty();) {
       const CsvField field =
           parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
       const std::string name = csv_column_of(field);
-      auto column = column_named(name.empty() ? "-" : name);
+      auto column = csv_column_named(name.empty() ? "-" : name);
       if (!column) return {};
-      measures = measures || column->kind == Column::Kind::kValue;
+      measures = measures || column->kind == CsvColumn::Kind::kValue;
       columns.push_back(*column);
     }
-    return measures ? columns : std::vector<Column>{};
+    return measures ? columns : std::vector<CsvColumn>{};
   }
 
   static std::string unnamed(const std::string& line) {
@@ -234,10 +171,10 @@ class CsvLines final : public LineProtocol {
   bool read_fields(std::string_view line, const CsvStyle& style, DeviceReading& reading,
                    std::optional<std::uint32_t>& number) const {
     std::string_view rest = line;
-    for (const Column& column : columns_) {
+    for (const CsvColumn& column : columns_) {
       if (rest.empty()) return false;
       const std::string_view part = take_csv_part(rest, style.separator);
-      if (!read_part(column, part, style.decimal_comma, reading, number)) return false;
+      if (!read_csv_column(column, part, style.decimal_comma, reading, number)) return false;
     }
     return rest.empty();
   }
@@ -269,59 +206,6 @@ class CsvLines final : public LineProtocol {
     stream.accept(reading);
   }
 
-  static bool read_part(const Column& column, std::string_view part, bool decimal_comma,
-                        DeviceReading& reading, std::optional<std::uint32_t>& number) {
-    switch (column.kind) {
-      case Column::Kind::kSkip:
-        return true;
-      case Column::Kind::kTime: {
-        if (column.nanoseconds == 1'000'000'000 && !decimal_comma) {
-          const auto time = parse_seconds(part);
-          if (!time || time->count() < 0) return false;
-          reading.device_time = *time;
-          return true;
-        }
-        const CsvField field = parse_csv_field(part, decimal_comma);
-        const auto& count = field.number;
-        // A unit may follow the number, but not another number.
-        if (!count || field.unit.find_first_of("0123456789,;") != std::string_view::npos ||
-            !(*count >= 0.0 && *count < 9e15 / static_cast<double>(column.nanoseconds))) {
-          return false;
-        }
-        reading.device_time =
-            nanoseconds{std::llround(*count * static_cast<double>(column.nanoseconds))};
-        return true;
-      }
-      case Column::Kind::kSequence: {
-        const auto count = parse_number(part);
-        if (!count || !(*count >= 0.0 && *count <= 4294967295.0) || *count != std::floor(*count)) {
-          return false;
-        }
-        number = static_cast<std::uint32_t>(*count);
-        return true;
-      }
-      case Column::Kind::kValue: {
-        // Exact for a number without a unit, the usual case.
-        if (const auto value = decimal_comma ? std::nullopt : parse_number(part)) {
-          reading.set(column.channel, *value * column.factor);
-          return true;
-        }
-        const CsvField field = parse_csv_field(part, decimal_comma);
-        if (!field.number) return false;
-        double factor = column.factor;
-        if (!field.unit.empty()) {
-          const bool force = column.channel <= DeviceChannel::kForceZ;
-          const auto said = force ? newtons_per(field.unit) : millimetres_per(field.unit);
-          if (!said) return false;
-          factor = *said;
-        }
-        reading.set(column.channel, *field.number * factor);
-        return true;
-      }
-    }
-    return false;
-  }
-
   /// True if the device's clock has gone back, other than by wrapping, and stays there. A single
   /// wrong time is not a restart.
   bool restarted(nanoseconds time) noexcept {
@@ -339,7 +223,7 @@ class CsvLines final : public LineProtocol {
   std::optional<CsvStyle> style_;
   std::optional<char> separator_of_header_;
   std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
-  std::vector<Column> columns_;
+  std::vector<CsvColumn> columns_;
   std::uint32_t channels_ = 0;
   std::string error_message_;
   std::optional<nanoseconds> wrap_;
@@ -360,7 +244,7 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& optio
   csv.clock_bits = static_cast<unsigned>(options.whole("clock_bits", 32, 8, 32));
   csv.rate_Hz = options.number("rate_hz", 0.0, 0.01, 100'000.0);
   if (!names.empty()) {
-    auto named = columns_named(names, ',');
+    auto named = csv_columns_named(names, ',');
     if (!named) return bad_input("columns=" + names + ": " + named.error());
     csv.columns = std::move(*named);
   }

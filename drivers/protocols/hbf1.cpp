@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
+#include <optional>
 #include <string>
 
-#include "core/units.hpp"
-#include "drivers/protocols/hbf1_channels.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
+#include "drivers/protocols/hbf1_hello.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {
@@ -28,24 +26,9 @@ constexpr int kSyncsARound = 8;
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
 constexpr nanoseconds kAhead = std::chrono::seconds{60};  ///< longest delay of a frame
 
-/// One channel of a HELLO.
-struct Channel {
-  std::optional<DeviceChannel> channel;  ///< not set: not used
-  Hbf1Format format = Hbf1Format::kFloat;
-  double scale = 1.0;
-  double offset = 0.0;
-  [[nodiscard]] std::size_t bytes() const noexcept { return format == Hbf1Format::kInt16 ? 2 : 4; }
-};
-
-constexpr std::size_t kChannelBytes = 11;
-constexpr std::uint8_t kLastKind = 9;
 constexpr std::array<std::string_view, 4> kStatusWords = {
     "overload", "a saturated channel", "a missing calibration", "a buffer overflow"};
 constexpr unsigned kOverloadOrSaturated = 3;  ///< bits of the status
-
-float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {
-  return std::bit_cast<float>(read_u32(bytes));
-}
 
 class Hbf1Protocol final : public Protocol {
  public:
@@ -101,23 +84,27 @@ class Hbf1Protocol final : public Protocol {
     return sync_at_;
   }
 
-  [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] std::uint32_t channels() const noexcept override {
+    return layout_ ? layout_->channels() : 0U;
+  }
   [[nodiscard]] bool ready() const noexcept override {
     // SYNC sets the time before the first sample; old firmware may not answer.
-    return channels_ != 0U && said_hello_ &&
-           (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
+    return layout_ && said_hello_ && (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
   }
   [[nodiscard]] bool describes_itself() const noexcept override { return true; }
   [[nodiscard]] const std::string& error_message() const noexcept override {
     return error_message_;
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return period_of(static_cast<double>(rate_Hz_));
+    if (!layout_) return std::nullopt;
+    return period_of(asked_rate_Hz_ != 0 ? asked_rate_Hz_ : layout_->rate_Hz());
   }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override {
     return kClockWrap;
   }
-  [[nodiscard]] std::string serial_number() const override { return serial_number_; }
+  [[nodiscard]] std::string serial_number() const override {
+    return layout_ ? layout_->serial_number() : "";
+  }
 
  private:
   void send(Hbf1Type type, std::span<const std::uint8_t> body, DeviceStream& stream) {
@@ -202,7 +189,7 @@ class Hbf1Protocol final : public Protocol {
                       std::to_string(read_u32(frame.body.subspan<2, 4>())));
         break;
       case Hbf1Type::kText:
-        stream.notice("message of the device: " + printable(frame.body));
+        stream.notice("message of the device: " + hbf1_text(frame.body));
         break;
       case Hbf1Type::kSyncResponse:
         if (!read_sync(frame, arrival, stream)) ++malformed_;
@@ -220,71 +207,13 @@ class Hbf1Protocol final : public Protocol {
     }
   }
 
-  static std::string printable(std::span<const std::uint8_t> bytes) {
-    std::string text;
-    for (const std::uint8_t byte : bytes) {
-      text += byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '?';
-    }
-    return text;
-  }
-
   bool read_hello(std::span<const std::uint8_t> body, nanoseconds arrival, DeviceStream& stream) {
-    const auto take = [&body](std::size_t count) {
-      const auto head = body.first(std::min(count, body.size()));
-      body = body.subspan(head.size());
-      return head;
-    };
-    const auto head = take(4);
-    if (head.size() < 4 || head[0] != 1) return false;
-    const std::size_t count = head[1];
-    const std::uint16_t rate_Hz = read_u16(head.subspan<2, 2>());
-    std::array<std::string, 2> names;  // serial number, firmware
-    for (std::string& name : names) {
-      const auto size = take(1);
-      if (size.empty()) return false;
-      const auto text = take(size[0]);
-      if (text.size() != size[0]) return false;
-      name = printable(text);
-    }
-    if (count == 0 || body.size() != count * kChannelBytes) return false;
-    std::vector<Channel> layout;
-    std::uint32_t channels = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto entry = take(kChannelBytes);
-      const std::uint8_t kind = entry[0];
-      const std::uint8_t unit = entry[2];
-      Channel channel{.channel = std::nullopt,
-                      .format = static_cast<Hbf1Format>(entry[1]),
-                      .scale = static_cast<double>(read_f32(entry.subspan<3, 4>())),
-                      .offset = static_cast<double>(read_f32(entry.subspan<7, 4>()))};
-      if (kind > kLastKind || channel.format > Hbf1Format::kFloat ||
-          !std::isfinite(channel.scale) || !std::isfinite(channel.offset)) {
-        return false;
-      }
-      if (unit > kHbf1LastUnit) {
-        error_message_ = "its HELLO gives channel " + std::to_string(i + 1) +
-                         " in the unknown unit " + std::to_string(unit) +
-                         ": the known ones are 0 raw, 1 N, 2 mm, 3 um and 4 degC";
-        return false;
-      }
-      if (unit == kHbf1Micrometre) {
-        channel.scale = units::mm_from_um(channel.scale);
-        channel.offset = units::mm_from_um(channel.offset);
-      }
-      if (kind < kHbf1Kinds.size()) {
-        channel.channel = kHbf1Kinds[kind];
-        channels |= bit_of(kHbf1Kinds[kind]);
-      }
-      layout.push_back(channel);
-    }
-    if (channels == 0U) {
-      error_message_ = "its HELLO has no channel of force, depth or position";
+    auto hello = Hbf1Hello::parse(body);
+    if (!hello) {
+      if (!hello.error().sentence.empty()) error_message_ = hello.error().sentence;
       return false;
     }
-    layout_ = std::move(layout);
-    channels_ = channels;
-    rate_Hz_ = asked_rate_Hz_ != 0 ? asked_rate_Hz_ : rate_Hz;
-    serial_number_ = names[0];
+    layout_ = std::move(*hello);
     if (!said_hello_) hello_ = arrival;
     said_hello_ = true;
     if (wanted_) send_start(arrival, stream);  // it sends again after a restart
@@ -292,10 +221,9 @@ class Hbf1Protocol final : public Protocol {
   }
 
   void read_sample(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
-    if (layout_.empty()) return;
-    std::size_t wanted = 2;
-    for (const Channel& channel : layout_) wanted += channel.bytes();
-    if (frame.body.size() != wanted) {
+    if (!layout_) return;
+    constexpr std::size_t kStatusBytes = 2;
+    if (frame.body.size() != kStatusBytes + layout_->sample_bytes()) {
       ++malformed_;
       return;
     }
@@ -313,26 +241,7 @@ class Hbf1Protocol final : public Protocol {
     reading.lost = std::exchange(pending_lost_, 0U);
     reading.rebooted = std::exchange(pending_reboot_, false);
     reading.saturated = (status & kOverloadOrSaturated) != 0U;
-    auto rest = frame.body.subspan(2);
-    for (const Channel& channel : layout_) {
-      double raw = 0.0;
-      switch (channel.format) {
-        case Hbf1Format::kInt16: {
-          const auto counts = static_cast<std::int16_t>(read_u16(rest.first<2>()));
-          reading.saturated = reading.saturated || counts == INT16_MAX || counts == INT16_MIN;
-          raw = counts;
-          break;
-        }
-        case Hbf1Format::kInt32:
-          raw = static_cast<std::int32_t>(read_u32(rest.first<4>()));
-          break;
-        case Hbf1Format::kFloat:
-          raw = static_cast<double>(read_f32(rest.first<4>()));
-          break;
-      }
-      rest = rest.subspan(channel.bytes());
-      if (channel.channel) reading.set(*channel.channel, raw * channel.scale + channel.offset);
-    }
+    layout_->read_values(frame.body.subspan(kStatusBytes), reading);
     stream.accept(reading);
   }
 
@@ -358,11 +267,8 @@ class Hbf1Protocol final : public Protocol {
   std::uint16_t asked_rate_Hz_;
   Hbf1Decoder decoder_;
   SequenceCounter sequence_{16};
-  std::vector<Channel> layout_;
-  std::uint32_t channels_ = 0;
-  std::uint16_t rate_Hz_ = 0;
+  std::optional<Hbf1Hello> layout_;  ///< of the last HELLO
   std::uint16_t status_ = 0;
-  std::string serial_number_;
   std::string error_message_;
   std::uint64_t malformed_ = 0;  ///< invalid frames that pass their CRC
   bool said_hello_ = false;

@@ -58,15 +58,15 @@ struct DeviceStream {
     if (notices.size() < kMostNotices) {
       notices.push_back(std::move(sentence));
     } else {
-      ++notices_left_out_;
+      ++dropped_notices_;
     }
   }
   /// The number of notices that did not fit since the last call.
-  std::uint64_t take_notices_left_out() { return std::exchange(notices_left_out_, 0); }
+  std::uint64_t take_dropped_notices() { return std::exchange(dropped_notices_, 0); }
 
  private:
   static constexpr std::size_t kMostNotices = 16;
-  std::uint64_t notices_left_out_ = 0;
+  std::uint64_t dropped_notices_ = 0;
 };
 
 /// The period of a nominal rate; empty for 0, an unknown rate.

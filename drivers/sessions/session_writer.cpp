@@ -2,17 +2,13 @@
 #include <array>
 #include <bit>
 #include <chrono>
-#include <limits>
 #include <optional>
-#include <sstream>
 #include <utility>
 
-#include <pugixml.hpp>
-
-#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/sessions/session_headers.hpp"
 #include "drivers/sessions/session_items.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
@@ -36,64 +32,8 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// XML 1.0 cannot represent most control characters and requires UTF-8.
-std::string xml_text(std::string_view text) {
-  std::string clean(text);
-  for (char& c : clean) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 && c != '\n' && c != '\t') c = ' ';
-  }
-  return clean;
-}
-
-void add(pugi::xml_node parent, const char* name, std::string_view text) {
-  parent.append_child(name).text().set(xml_text(text).c_str());
-}
-
-std::string xml_of(const pugi::xml_document& document) {
-  std::ostringstream text;
-  document.save(text, "", pugi::format_raw);
-  return text.str();
-}
-
-/// The columns of recorded samples that the model does not use, of all probes: one of a name.
-struct ExtraColumns {
-  explicit ExtraColumns(const std::vector<ProbeInfo>& probes) {
-    for (const ProbeInfo& probe : probes) {
-      columns_of.push_back(probe.extra_columns);
-      for (const std::string& name : probe.extra_columns) {
-        if (names.size() < ProbeSample::kMostExtra &&
-            std::find(names.begin(), names.end(), name) == names.end()) {
-          names.push_back(name);
-        }
-      }
-    }
-  }
-  /// As it stands in the file, where the channels of every session have their own labels.
-  [[nodiscard]] std::string label(std::size_t column) const {
-    const auto& own = session_streams()[static_cast<std::size_t>(Id::kSamples) - 1].channels;
-    const bool taken = std::any_of(own.begin(), own.end(), [&](const auto& channel) {
-      return channel.label == names[column];
-    });
-    return (taken ? "column_" : "") + names[column];
-  }
-  /// NaN where the probe does not have the column.
-  [[nodiscard]] double value(std::size_t probe, std::size_t column,
-                             const ProbeSample& sample) const {
-    if (probe < columns_of.size()) {
-      const auto& own = columns_of[probe];
-      const auto found = std::find(own.begin(), own.end(), names[column]);
-      if (found != own.end()) return sample.extra[static_cast<std::size_t>(found - own.begin())];
-    }
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-
-  std::vector<std::string> names;
-  std::vector<std::vector<std::string>> columns_of;  ///< by probe
-};
-
-/// Writes a session: what the loop used, what it made, and the run's facts. Its reader is
-/// `SessionReader`; the values of an item are in `session_items`.
+/// Writes a session: the input of the loop, its output and the facts of the run. SessionReader
+/// reads it; `session_items` converts the items.
 class SessionWriter final : public SpikeSink {
  public:
   SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup)
@@ -138,7 +78,7 @@ class SessionWriter final : public SpikeSink {
     for (const ProbeSample& sample : samples) {
       put<double>(Id::kSamples, sample.time,
                   SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
-      for (std::size_t column = 0; column < extra_.names.size(); ++column) {
+      for (std::size_t column = 0; column < extra_.size(); ++column) {
         append(chunk_, extra_.value(probe, column, sample));
       }
     }
@@ -217,41 +157,36 @@ class SessionWriter final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  struct Tally {
-    std::uint64_t samples = 0;
-    double first_s = 0.0;
-    double last_s = 0.0;
-  };
-
-  Tally& tally(Id id) { return tallies_[static_cast<std::size_t>(id) - 1]; }
+  StreamTally& tally(Id id) { return tallies_[static_cast<std::size_t>(id) - 1]; }
 
   bool write_headers(const RunDescription& run, const RunOrigin& origin) {
-    if (!file_.write("XDF:")) return false;
-    pugi::xml_document document;
-    pugi::xml_node info = document.append_child("info");
-    add(info, "version", "1.0");
-    pugi::xml_node facts = info.append_child("merkel");
-    for (const auto& [name, value] : run.facts) add(facts, name.c_str(), value);
-    add(facts, "scene", run.scene);
-    const auto add_missing = [&](const char* name, const std::string& value) {
-      if (!value.empty() && !facts.child(name)) add(facts, name, value);
-    };
-    add_missing("afferents", afferents_);
-    // An export keeps the clocks of the recording.
-    add_missing("start_device_ns", std::to_string(origin.start.count()));
-    if (origin.utc.count() != 0) add_missing("start_utc_ns", std::to_string(origin.utc.count()));
-    if (!facts.child("clock_monotonic_ns")) {
-      const ClockPair clocks = read_clock_pair();
-      add(facts, "clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
-      add(facts, "clock_utc_ns", std::to_string(clocks.utc.count()));
+    if (!file_.write("XDF:") ||
+        !write_chunk(XdfTag::kFileHeader, session_header(run, origin, afferents_))) {
+      return false;
     }
-    if (!write_chunk(XdfTag::kFileHeader, xml_of(document))) return false;
     for (const SessionStream& stream : session_streams()) {
-      if (!write_stream_header(stream, rate_Hz(stream.id, run))) return false;
+      if (!write_chunk_of(XdfTag::kStreamHeader, static_cast<std::uint32_t>(stream.id),
+                          stream_header(stream, rate_Hz(stream.id, run), extra_))) {
+        return false;
+      }
     }
-    if (!write_mark_header()) return false;
+    if (!write_chunk_of(XdfTag::kStreamHeader, kMarkStreamId, mark_header())) return false;
     file_.end_header();
     return file_.flush();
+  }
+
+  bool write_footer(std::uint32_t id, StreamTally tally) {
+    // A stream without samples must not set the file's start to the clock's origin.
+    const double start_s = units::s_from(start_.value_or(nanoseconds{0}));
+    if (tally.samples == 0) tally.first_s = tally.last_s = start_s;
+    return write_chunk_of(XdfTag::kStreamFooter, id, stream_footer(tally));
+  }
+
+  /// Writes a chunk of one stream.
+  bool write_chunk_of(XdfTag tag, std::uint32_t id, std::string_view content) {
+    std::string chunk;
+    append(chunk, id);
+    return write_chunk(tag, chunk.append(content));
   }
 
   bool write_chunk(XdfTag tag, std::string_view content) {
@@ -268,62 +203,6 @@ class SessionWriter final : public SpikeSink {
     return 1.0 / units::s_from(run.model.tick);
   }
 
-  bool write_stream_header(const SessionStream& stream, double rate_Hz) {
-    pugi::xml_document document;
-    pugi::xml_node info = document.append_child("info");
-    add(info, "name", stream.name);
-    add(info, "type", stream.type);
-    const bool samples = stream.id == Id::kSamples;
-    add(info, "channel_count",
-        std::to_string(stream.channels.size() + (samples ? extra_.names.size() : 0)));
-    add(info, "nominal_srate", shortest_decimal(rate_Hz));
-    add(info, "channel_format", stream.integers ? "int64" : "double64");
-    add(info, "source_id", stream.name);
-    pugi::xml_node channels = info.append_child("desc").append_child("channels");
-    for (const SessionStream::Channel& each : stream.channels) {
-      pugi::xml_node channel = channels.append_child("channel");
-      add(channel, "label", each.label);
-      add(channel, "unit", each.unit);
-      if (!each.meaning.empty()) add(channel, "meaning", each.meaning);
-    }
-    for (std::size_t i = 0; samples && i < extra_.names.size(); ++i) {
-      pugi::xml_node channel = channels.append_child("channel");
-      add(channel, "label", extra_.label(i));
-      add(channel, "meaning", "a column of the recording, not used by the model");
-    }
-    std::string content;
-    append(content, stream.id);
-    return write_chunk(XdfTag::kStreamHeader, content + xml_of(document));
-  }
-
-  bool write_mark_header() {
-    pugi::xml_document document;
-    pugi::xml_node info = document.append_child("info");
-    add(info, "name", kMarkStreamName);
-    add(info, "type", "Markers");
-    add(info, "channel_count", "1");
-    add(info, "nominal_srate", "0");
-    add(info, "channel_format", "string");
-    add(info, "source_id", kMarkStreamName);
-    std::string content;
-    append(content, kMarkStreamId);
-    return write_chunk(XdfTag::kStreamHeader, content + xml_of(document));
-  }
-
-  bool write_footer(std::uint32_t id, Tally all) {
-    // A stream without samples must not set the file's start to the clock's origin.
-    const double start_s = units::s_from(start_.value_or(nanoseconds{0}));
-    if (all.samples == 0) all.first_s = all.last_s = start_s;
-    pugi::xml_document document;
-    pugi::xml_node info = document.append_child("info");
-    info.append_child("first_timestamp").text().set(all.first_s);
-    info.append_child("last_timestamp").text().set(all.last_s);
-    add(info, "sample_count", std::to_string(all.samples));
-    std::string content;
-    append(content, id);
-    return write_chunk(XdfTag::kStreamFooter, content + xml_of(document));
-  }
-
   /// Starts a chunk of `count` items.
   Expected<void, SinkError> begin_items(Id id, std::size_t count) {
     if (auto started = begin({}); !started) return started;
@@ -338,7 +217,7 @@ class SessionWriter final : public SpikeSink {
   template <class Value, class Item>
   void put(Id id, nanoseconds time, const Item& item) {
     const double stamp_s = units::s_from(time);
-    Tally& all = tally(id);
+    StreamTally& all = tally(id);
     if (all.samples++ == 0) all.first_s = stamp_s;
     all.last_s = stamp_s;
     if (!start_) start_ = newest_ = time;
@@ -370,10 +249,9 @@ class SessionWriter final : public SpikeSink {
 
   bool write_clock_offset(std::uint32_t id) {
     std::string content;
-    append(content, id);
     append(content, units::s_from(newest()));
     append(content, 0.0);
-    return write_chunk(XdfTag::kClockOffset, content);
+    return write_chunk_of(XdfTag::kClockOffset, id, content);
   }
 
   Expected<void, SinkError> settle(bool succeeded) {
@@ -389,10 +267,10 @@ class SessionWriter final : public SpikeSink {
   ExtraColumns extra_;
   bool started_ = false;
   std::string chunk_;
-  std::array<Tally, kSessionStreams> tallies_{};
+  std::array<StreamTally, kSessionStreams> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
   nanoseconds newest_{0};             ///< of all items
-  Tally mark_tally_;
+  StreamTally mark_tally_;
   int flushes_ = 0;
   std::uint64_t taken_ = 0;
   std::uint64_t delivered_ = 0;

@@ -17,7 +17,7 @@ namespace merkel {
 /// doubles. Real-time: no.
 class StimulationText {
  public:
-  /// Of the rows that append_row() writes, with the line's end.
+  /// The header of the rows of append_row(), with the end of the line.
   static constexpr std::string_view kCsvHeader =
       "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n";
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -14,7 +15,10 @@ struct RecordedSpike {
   std::chrono::nanoseconds time{0};
   std::uint32_t neuron = 0;  ///< from 1
 
-  friend auto operator<=>(const RecordedSpike&, const RecordedSpike&) = default;
+  friend bool operator==(const RecordedSpike&, const RecordedSpike&) = default;
+  friend bool operator<(const RecordedSpike& a, const RecordedSpike& b) noexcept {
+    return std::tie(a.time, a.neuron) < std::tie(b.time, b.neuron);
+  }
 };
 
 /// The spikes of a file of any format that merkel writes: CSV, GDF, a session (XDF), SONATA, NWB,

@@ -67,7 +67,8 @@ bool is_stimulation_csv(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe is read once
   auto lines = LineReader::open(path);
   while (lines && lines->next() == LineReader::Outcome::kLine) {
-    if (!lines->line().starts_with('#')) return lines->line() == header();
+    const std::string_view line = lines->line();
+    if (!line.empty() && !line.starts_with('#')) return line == header();
   }
   return false;
 }

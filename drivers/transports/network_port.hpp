@@ -17,9 +17,9 @@ namespace merkel {
 /// The exchange of datagrams with a device.
 struct UdpSettings {
   HostAndPort address;
-  /// True: the address is ours, and the first program that sends to it is the device; after a
-  /// second of silence another one of the same machine may take its place. False: the address is
-  /// the device's, which answers what it is sent.
+  /// True: a local address; the first program that sends to it is the device, and after a second of
+  /// silence another program of the same machine may take its place. False: the address of the
+  /// device, which answers requests.
   bool listen = false;
   std::size_t datagram_bytes = 0;  ///< the only accepted length; 0: any
 };

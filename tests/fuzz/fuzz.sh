@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Fuzzes all that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
-# of the protocol table, sessions, traces, spike files, calibrations, scenes, recordings, URIs and addresses.
+# Fuzzes everything that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
+# of the protocol table, sessions, traces, files of spikes and commands, calibrations, scenes, recordings, URIs
+# and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
-# At least BYTES random bytes go through each target (default: ten million), or through the named
-# ones. CORPUS_FOLDER/NAME keeps interesting inputs for the next run; the seeds in the sources are
-# small. tests/fuzz/session_seeds.py build/release/merkel CORPUS_FOLDER/session makes those of sessions.
+# At least BYTES random bytes go through each target (default: ten million), or through the named ones, unless
+# MERKEL_FUZZ_SECONDS end it earlier (scene_run: 60 s by default). CORPUS_FOLDER/NAME keeps interesting inputs for
+# the next run; the seeds in the sources are small. `tests/fuzz/session_seeds.py build/release/merkel
+# CORPUS_FOLDER/session` makes those of sessions. CMAKE_CXX_COMPILER_LAUNCHER may be ccache.
 set -euo pipefail
 source=$1
 bytes=${2:-10000000}
@@ -16,12 +18,13 @@ if ! command -v clang++ >/dev/null; then
 fi
 work=$(mktemp -d)
 limits=()  # of time and memory, for libFuzzer
+seconds=${MERKEL_FUZZ_SECONDS:-}
 trap 'rm -rf "$work"' EXIT
 
 flags=(-std=c++20 -O1 -g1 -I "$source" -isystem /usr/include/eigen3 -fsanitize=address,undefined,fuzzer-no-link
   -isystem /usr/include/hdf5/serial -fno-sanitize-recover=all)
-# Compiles a source once; prints the object's path. CMAKE_CXX_COMPILER_LAUNCHER may be ccache.
-# The kernels of core are compiled without coverage: clang would take minutes for each.
+# Compiles a source once; prints the object's path. The kernels of core are compiled without coverage, because
+# clang would take minutes for each.
 object_of() {
   local object chosen=("${flags[@]}")
   object="$work/${1//\//_}.o"
@@ -44,7 +47,7 @@ fuzz() {
   [ -d "$source/tests/fuzz/seeds/$name" ] && folders+=("$source/tests/fuzz/seeds/$name")
   mkdir -p "$corpora/$name"
   "$work/$name" -seed=1 -max_len="$longest" -len_control=0 -runs=$((bytes / (longest / 8))) \
-    -print_final_stats=0 -verbosity=0 "${limits[@]}" "${folders[@]}"
+    -print_final_stats=0 -verbosity=0 "${limits[@]}" ${seconds:+"-max_total_time=$seconds"} "${folders[@]}"
   echo "$name: no fault"
 }
 
@@ -79,13 +82,15 @@ scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_
 # One instruction set is enough for memory faults.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
-  drivers/sessions/session_{reader,items,format,writer}.cpp drivers/sinks/afferent_table.cpp \
+  drivers/sessions/session_{reader,items,format,headers,writer}.cpp drivers/sinks/afferent_table.cpp \
   drivers/clock/clock_pair.cpp drivers/files/{file_rename,output_file}.cpp
 fuzz scene 2048 -lhwy scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
-# A single run may take 10 s and 2 GB, all runs together a minute or MERKEL_FUZZ_SECONDS.
-limits=(-timeout=10 -rss_limit_mb=2048 "-max_total_time=${MERKEL_FUZZ_SECONDS:-60}")
+# A single run may take 10 s and 2 GB.
+limits=(-timeout=10 -rss_limit_mb=2048)
+seconds=${MERKEL_FUZZ_SECONDS:-60}
 fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" "${scenes[@]}"
 limits=()
+seconds=${MERKEL_FUZZ_SECONDS:-}
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
   tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
   core/contact/bar_contact.cpp core/math/gauss_legendre.cpp

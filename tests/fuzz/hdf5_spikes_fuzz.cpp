@@ -11,14 +11,27 @@
 
 #include <fuzzer/FuzzedDataProvider.h>
 #include <hdf5.h>
+#include <unistd.h>
 
 #include "drivers/files/hdf5_file.hpp"
 #include "drivers/spike_files/spike_file.hpp"
-#include "tests/fuzz/memory_file.hpp"
 
 namespace {
 
-/// Writes objects of a file as the bytes say.
+/// A file in memory, removed at the end. HDF5 does not create files that have no real path.
+class ShortLivedFile {
+ public:
+  ShortLivedFile() = default;
+  ShortLivedFile(const ShortLivedFile&) = delete;
+  ShortLivedFile& operator=(const ShortLivedFile&) = delete;
+  ~ShortLivedFile() { ::unlink(path_.c_str()); }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_ = "/dev/shm/merkel-fuzz-" + std::to_string(::getpid()) + ".h5";
+};
+
+/// Writes objects of a file as the bytes select.
 class AnyFile {
  public:
   AnyFile(const std::string& path, FuzzedDataProvider& bytes)
@@ -140,9 +153,9 @@ class AnyFile {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;
-  static MemoryFile memory;
+  static const ShortLivedFile short_lived;
+  const std::string& path = short_lived.path();
   FuzzedDataProvider bytes(data, size);
-  const std::string& path = memory.hold(data, 0);
   {
     const std::lock_guard lock(hdf5_mutex());
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);

@@ -59,7 +59,7 @@ TEST(ReplayProbe, RefusesATraceWithoutSamples) {
   const TemporaryFolder folder;
   const auto probe = open_probe("replay:" + folder.file("t.csv", "time_s,depth_mm\n"));
   ASSERT_FALSE(probe);
-  EXPECT_NE(probe.error().sentence.find("holds no samples"), std::string::npos);
+  EXPECT_NE(probe.error().sentence.find("has no samples"), std::string::npos);
 }
 
 TEST(OpenProbe, NamesTheSchemesItKnows) {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "drivers/protocols/device_reading.hpp"
+
+namespace merkel {
+
+/// The meaning of a column in the lines of a device.
+struct CsvColumn {
+  enum class Kind : std::uint8_t { kSkip, kTime, kSequence, kValue };
+  Kind kind = Kind::kSkip;
+  DeviceChannel channel = DeviceChannel::kForce;
+  double factor = 1.0;           ///< to N or mm
+  std::int64_t nanoseconds = 0;  ///< per unit of time
+};
+
+/// Parses the name of a column ("force_N"), or returns an error.
+[[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name);
+
+/// Parses the names of all columns. Fails if none is a force, a depth or a position.
+[[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(
+    std::string_view names, char separator);
+
+/// Reads the field of a column into a reading, a sequence number into `number`. False if the field
+/// does not hold what the column requires.
+[[nodiscard]] bool read_csv_column(const CsvColumn& column, std::string_view field,
+                                   bool decimal_comma, DeviceReading& reading,
+                                   std::optional<std::uint32_t>& number);
+
+}  // namespace merkel
