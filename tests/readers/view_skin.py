@@ -33,10 +33,12 @@ class Skin(BrowserPage):
           return away(order.rows[0]) < away(order.rows[10]) && order.rows.every((n) => away(n) >= away(order.rows[0])); })"""))
         program.terminate()
 
-    def test_a_density_that_is_kept_equals_one_that_is_counted_anew(self):
+    def test_a_density_that_is_kept_equals_one_that_is_counted_and_coloured_anew(self):
         program = self.open(probe=PRESS)
-        wrong = self.page.ask("""Promise.all([import('/density.js'), import('/history.js')]).then(([{Density}, {Columns}]) => {
+        wrong = self.page.ask("""Promise.all([import('/density.js'), import('/history.js')]).then(([{Density, DensityImage}, {Columns}]) => {
           const spikes = new Columns({t: Float64Array, n: Uint32Array}), kept = new Density(), wrong = [];
+          const image = new DensityImage(), pinned = {pins: [5, 77], colours: ['#e69f00', '#56b4e9']};
+          const pixels = (shaded) => new Uint32Array(shaded.data.buffer);
           let orders = 0, seed = 1, t = 0;
           const random = () => (seed = (seed * 48271) % 2147483647) / 2147483647;
           const reorder = () => { const rows = Uint32Array.from({length: 300}, (x, i) => i + 1).sort(() => random() - 0.5);
@@ -57,9 +59,29 @@ class Skin(BrowserPage):
             anew.update(window);
             // The first cell may start before the window.
             if (kept.start !== anew.start || kept.counts.some((n, i) => n !== anew.counts[i] && i % kept.width > 0)) wrong.push(step);
+            const fresh = pixels(new DensityImage().shade(anew, {order, ...pinned}));
+            if (pixels(image.shade(kept, {order, ...pinned})).some((p, i) => p !== fresh[i] && i % kept.width > 0)) wrong.push(-step);
           }
           return wrong.join(); })""")
         self.assertEqual(wrong, "")
+        program.terminate()
+
+    def test_the_history_keeps_the_newest_spikes_within_its_limit(self):
+        program = self.open(probe=PRESS)
+        kept, in_order, newest, first = self.page.ask("""import('/history.js').then(({Columns}) => {
+          const spikes = new Columns({t: Float64Array, n: Uint32Array}), count = 19999;
+          for (let frame = 0; frame < 300; ++frame) {
+            const t = Float64Array.from({length: count}, (x, i) => frame * count + i);
+            spikes.append({t, n: Uint32Array.from(t)});
+            if (frame % 10 === 0) spikes.push({t: t[count - 1], n: t[count - 1]});
+          }
+          let inOrder = true;
+          for (let i = spikes.begin + 1; i < spikes.end; ++i) inOrder &&= spikes.t[i] - spikes.t[i - 1] <= 1 && spikes.n[i] === spikes.t[i];
+          return [spikes.length, inOrder, spikes.t[spikes.end - 1], spikes.firstAfter(5e6) - spikes.begin]; })""")
+        self.assertTrue(in_order)
+        self.assertEqual(newest, 300 * 19999 - 1)
+        self.assertTrue(2 << 20 < kept <= 1 << 22, kept)
+        self.assertGreater(first, 0)
         program.terminate()
 
     def test_a_hand_is_drawn_as_a_hand_with_its_probes_named(self):
