@@ -52,6 +52,19 @@ std::string unknown_word(const CLI::App& program, int argc, char** argv) {
   return {};
 }
 
+/// The parser's message as one sentence, with the command whose help explains it.
+std::string sentence_of(const CLI::App& program, const CLI::ParseError& error) {
+  std::string command = "merkel";
+  const CLI::App* app = &program;
+  while (!app->get_subcommands().empty()) {
+    app = app->get_subcommands().front();
+    command += " " + app->get_name();
+  }
+  const std::string message = error.what();
+  return (message == "A subcommand is required" ? "a command is missing" : message) + ": " +
+         command + " --help explains the command line";
+}
+
 }  // namespace
 
 CommandLine::CommandLine(CLI::App* app, std::shared_ptr<Choice> choice)
@@ -148,8 +161,7 @@ int run_command_line(int argc, char** argv, const std::function<void(CommandLine
     if (error.get_exit_code() == 0) return program.exit(error);
     const std::string unknown = unknown_word(program, argc, argv);
     if (!unknown.empty()) return refuse(unknown);
-    static_cast<void>(program.exit(error));
-    return kWrongInput;
+    return refuse(sentence_of(program, error));
   }
   return line.choice_->action();
 }

@@ -182,8 +182,8 @@ TEST(Inspect, WrongUseIsExplained) {
            {{"inspect", "neuron", "--current", "5", "--method", "euler"},
             "must be one of forward_euler"},
            {{"inspect", "neuron", "--current", "5", "--set", "gX=1"}, "gCaL"},
-           {{"inspect"}, "A subcommand is required"},
-           {{}, "A subcommand is required"},
+           {{"inspect"}, "a command is missing: merkel inspect --help"},
+           {{}, "merkel: a command is missing: merkel --help"},
            {{"nothing"}, ""},
            {{"inspect", "field", "--r-mm", "-1"}, "give either --depth-mm or --force-N"}}) {
     const auto run = run_program(arguments);

@@ -4,6 +4,7 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -38,6 +39,7 @@ void add_scene_command(CommandLine& program) {
       .flag("--keys", command->keys,
             "Print all keys of scene files instead, with unit, range, default and meaning "
             "(Markdown)")
+      .notes("Presets:\n" + preset_list("  ", ": "))
       .runs([command] { return print_scene(*command); });
 }
 

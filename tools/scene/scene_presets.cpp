@@ -89,10 +89,16 @@ Scene hand() {
 struct Preset {
   const char* name;
   Scene (*make)();
+  const char* meaning;
 };
 
-constexpr Preset kPresets[] = {{"paper", paper},   {"paper-wide", paper_wide}, {"goodwin", goodwin},
-                               {"finger", finger}, {"goodwin-cs", goodwin_cs}, {"hand", hand}};
+constexpr Preset kPresets[] = {
+    {"paper", paper, "20 coupled afferents under a sphere: the fingertip of Yao & Wang 2019"},
+    {"paper-wide", paper_wide, "the same with the wide transduction of the paper's Figs 6 and 7"},
+    {"goodwin", goodwin, "450 afferents of a curved fingertip, fitted to recordings"},
+    {"finger", finger, "goodwin on skin as soft as the mean human fingerpad"},
+    {"goodwin-cs", goodwin_cs, "goodwin with Connor-Stevens neurons"},
+    {"hand", hand, "five fingertips and a palm: 4250 afferents, six probes"}};
 
 /// True for a name without a folder or extension, unless such a file exists.
 bool is_mistyped_preset(const std::string& name) {
@@ -128,6 +134,14 @@ const std::vector<std::string>& preset_names() {
     return all;
   }();
   return names;
+}
+
+std::string preset_list(std::string_view before, std::string_view between) {
+  std::string text;
+  for (const Preset& preset : kPresets) {
+    text.append(before).append(preset.name).append(between).append(preset.meaning).append("\n");
+  }
+  return text;
 }
 
 Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {

@@ -15,6 +15,8 @@ namespace merkel {
 /// The present name of a preset; any other name is returned unchanged.
 [[nodiscard]] std::string_view present_name(std::string_view preset) noexcept;
 [[nodiscard]] const std::vector<std::string>& preset_names();
+/// A line for each preset: its name and its meaning.
+[[nodiscard]] std::string preset_list(std::string_view before, std::string_view between);
 
 /// The scene of a preset's name or a scene file; of an empty name the preset "paper". Scene::notice
 /// may hold a sentence for the user.
