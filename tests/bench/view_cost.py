@@ -6,8 +6,9 @@ usage: view_cost.py [MERKEL [SECONDS]]
 Server: processor time of the thread that serves the page and of the thread that makes its frames, as a share of
 one core, with a client that takes 25 frames a second. Browser: processor time of the page's thread for each picture,
 everything included, and how long drawing took on the clock, median and 99 % of the last 200 pictures (Chromium without
-a screen or a graphics card). On a busy machine only the processor time means something.
+a screen or a graphics card). On a busy machine only the processor time means something. Prints the table of drivers/README.md.
 """
+import contextlib
 import os
 import sys
 import threading
@@ -22,8 +23,8 @@ import browser
 from merkel_program import free_port, start, wait_for
 from web_socket import WebSocket, request
 
-SLIDE = "sim:slide?depth_mm=1.8&x_mm=3&y_mm=10&to_x_mm=27&to_y_mm=10&speed_mm_per_s=1"
-SCENES = (("450 afferents", "goodwin", [SLIDE]), ("4250 afferents", "hand", 6 * ["sim:ramp?hold_s=100"]))
+SLIDE = "sim:slide?depth_mm=1.8&x_mm=3&y_mm=10&to_x_mm=27&to_y_mm=10&speed_mm_per_s=0.4"
+SCENES = (("`goodwin`, 450 afferents", "goodwin", [SLIDE]), ("`hand`, 4250 afferents", "hand", 6 * ["sim:ramp?hold_s=100"]))
 
 
 def threads(pid):
@@ -110,24 +111,23 @@ def drawing(page, scene, probes):
     times = page.ask("merkel.drawingTimes()")
     program.terminate()
     program.communicate()
-    return [drawn, f"{1e3 * used / drawn:.1f}", *(f"{times[int(q * (len(times) - 1))]:.1f}" for q in (0.5, 0.99))]
+    return [f"{1e3 * used / drawn:.1f}", *(f"{times[int(q * (len(times) - 1))]:.1f}" for q in (0.5, 0.99))]
 
 
 def main():
-    print("| scene | page's threads, % of a core | simulation, % | frames/s | kB/s |\n|---|---|---|---|---|")
-    for name, scene, probes in SCENES:
-        used, frames, bytes_ = server(scene, probes)
-        page = sum(share for thread, share in used.items() if thread in ("merkel-page", "merkel-sink"))
-        print(f"| {name} | {page:.1f} | {used.get('merkel-sim', 0.0):.1f} | {frames:.1f} | {1e-3 * bytes_:.0f} |")
-        print("  " + ", ".join(f"{thread} {share:.1f} %" for thread, share in sorted(used.items())), file=sys.stderr)
+    print("| scene | server's threads, % of a core | frames/s | sent, kB/s | a picture: processor time, ms | drawing on the clock, "
+          "median / 99 %, ms |\n|---|---|---|---|---|---|")
     if not browser.available():
-        print("no chromium and chromedriver: drawing was not measured")
-        return
-    print("\n| scene | pictures | processor time of one, ms | drawing, median ms | 99 % ms |\n|---|---|---|---|---|")
-    with browser.Browser(1280, 800) as page:
-        page.set_size(1280, 800)
+        print("no chromium and chromedriver: drawing is not measured", file=sys.stderr)
+    with browser.Browser(1280, 800) if browser.available() else contextlib.nullcontext() as page:
+        if page:
+            page.set_size(1280, 800)
         for name, scene, probes in SCENES:
-            print("| {} | {} | {} | {} | {} |".format(name, *drawing(page, scene, probes)))
+            used, frames, bytes_ = server(scene, probes)
+            print("  " + ", ".join(f"{thread} {share:.1f} %" for thread, share in sorted(used.items())), file=sys.stderr)
+            share = sum(used.get(thread, 0.0) for thread in ("merkel-page", "merkel-sink"))
+            picture, median, most = drawing(page, scene, probes) if page else ("–", "–", "–")
+            print(f"| {name} | {share:.1f} | {frames:.1f} | {1e-3 * bytes_:.0f} | {picture} | {median} / {most} |", flush=True)
 
 
 if __name__ == "__main__":
