@@ -104,7 +104,7 @@ FieldTable StimulationParameters::fields() {
   static constexpr Field kFields[] = {
       {"update_ms", "ms", positive(1e3), "time between updates; a multiple of the tick",
        at<&P::update>},
-      {"phase_us", "us", from_to(1.0, 1e4), "length of each phase of a biphasic pulse",
+      {"phase_us", "µs", from_to(1.0, 1e4), "length of each phase of a biphasic pulse",
        at<&P::phase>},
       {"max_charge_nC", "nC", not_negative(1e6),
        "largest charge per phase and electrode; must be set", at<&P::max_charge_nC>},

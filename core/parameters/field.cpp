@@ -8,7 +8,7 @@ namespace {
 std::string fault_of_time(const Field& field, std::chrono::nanoseconds value) {
   const double amount = static_cast<double>(value.count()) / nanoseconds_of_unit(field.unit);
   if (field.range.holds(amount)) return {};
-  const std::string unit = field.unit == "us" ? "microseconds" : "milliseconds";
+  const std::string unit = field.unit == "µs" ? "microseconds" : "milliseconds";
   if (amount > field.range.high) {
     return "must be at most " + readable_decimal(field.range.high) + " " + unit;
   }
@@ -74,6 +74,6 @@ std::string fault_of(const BoundField& field) {
       field.value);
 }
 
-double nanoseconds_of_unit(std::string_view unit) noexcept { return unit == "us" ? 1e3 : 1e6; }
+double nanoseconds_of_unit(std::string_view unit) noexcept { return unit == "µs" ? 1e3 : 1e6; }
 
 }  // namespace merkel

@@ -31,7 +31,7 @@ using FieldPointer =
                  std::optional<std::chrono::nanoseconds>*, std::optional<Position>*>;
 
 /// One parameter of a struct, with everything that the check, the reader and writer of scenes, and
-/// the documents need. Times are std::chrono::nanoseconds in the struct and numbers in `unit` ("us"
+/// the documents need. Times are std::chrono::nanoseconds in the struct and numbers in `unit` ("µs"
 /// or "ms") outside.
 struct Field {
   std::string_view key;      ///< its name in a scene, for example "radius_mm"

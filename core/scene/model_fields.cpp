@@ -25,11 +25,11 @@ FieldPointer kind_in(void* model) {
 }
 
 constexpr Field kTick[] = {
-    {"tick_us", "us", {.low = 1.0, .high = 1e6}, "length of a tick", at<&P::tick>}};
+    {"tick_us", "µs", {.low = 1.0, .high = 1e6}, "length of a tick", at<&P::tick>}};
 constexpr Field kKind[] = {
     {"kind", "", one_of(kKinds), "model of the neurons; the other keys depend on it", kind_in}};
 constexpr Field kStep[] = {{"step_us",
-                            "us",
+                            "µs",
                             {.low = 0.1, .high = 1e6},
                             "step of the neurons; divides the tick",
                             at<&P::step>}};

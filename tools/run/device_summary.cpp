@@ -26,8 +26,8 @@ std::string device_text(const DeviceCounts& device) {
       (device.port.empty() ? "" : "; " + device.port) + "\n";
   if (device.device_clock) {
     text += "  its clock: " + decimal("%+.1f", device.drift_ppm) + " ppm, mapped with " +
-            decimal("%.1f", device.jitter_us) + " us of jitter; frames arrive " +
-            decimal("%.0f", device.latency_us) + " us late\n";
+            decimal("%.1f", device.jitter_us) + " µs of jitter; frames arrive " +
+            decimal("%.0f", device.latency_us) + " µs late\n";
   }
   if (device.clock_mistrusted) {
     text += "  its clock runs at " + decimal("%.4g", device.clock_rate) +

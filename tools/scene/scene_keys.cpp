@@ -7,7 +7,7 @@ namespace merkel {
 namespace {
 
 constexpr Field kSpikeTime[] = {
-    {"spike_time_us", "us", positive(1e6),
+    {"spike_time_us", "µs", positive(1e6),
      "largest rms error of spike times; the plan then sets method, precision and step",
      at<&Scene::spike_time_us>, "method, precision and step_us of [neuron] apply"}};
 
