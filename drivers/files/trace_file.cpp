@@ -55,17 +55,18 @@ Expected<void, SetupError> TraceReader::read_header() {
     if (auto added = add_column(std::string(take_field(rest))); !added) return added;
   }
   const std::string extra = listed_extra_columns();
-  const std::string unused = extra.empty() ? "" : "; the model does not use " + extra;
+  const std::string unused = extra.empty() ? "" : "the model does not use " + extra;
+  const std::string hint = extra.empty() ? "" : "; " + unused;
   if (std::find(columns_.begin(), columns_.end(), Column::kTime) == columns_.end()) {
     return bad_input(lines_.where() + "the column time_s is missing: add the times, in seconds" +
-                     unused);
+                     hint);
   }
   if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
     return bad_input(lines_.where() +
-                     "a column depth_mm or force_N is missing: add the recorded one" + unused);
+                     "a column depth_mm or force_N is missing: add the recorded one" + hint);
   }
   if (!extra.empty()) {
-    notices_.push_back(lines_.path() + unused + ", which sessions keep");
+    notices_.push_back(lines_.path() + ": " + unused + ", which sessions keep");
   }
   if (!ignored_columns_.empty()) {
     std::string sentence = lines_.path() + ": beside the columns of the model, at most " +

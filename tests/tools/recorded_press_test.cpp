@@ -74,10 +74,10 @@ TEST(RecordedPress, ColumnsThatTheModelDoesNotUseReachTheSession) {
   const std::string session = folder.path("s.xdf");
   const std::string said =
       succeed({"run", "--fast", "--probe", "replay:" + trace, "--sink", "xdf:" + session});
-  EXPECT_NE(said.find("the model does not use skin_temperature_C, sequence, remark"),
+  EXPECT_NE(said.find("t.csv: the model does not use skin_temperature_C, sequence, remark"),
             std::string::npos)
       << said;
-  EXPECT_NE(said.find("t.csv:5: remark holds text"), std::string::npos) << said;
+  EXPECT_NE(said.find("t.csv:5: remark is text"), std::string::npos) << said;
   auto reader = SessionReader::open(session);
   ASSERT_TRUE(reader);
   EXPECT_EQ(reader->extra_columns(),
