@@ -15,52 +15,13 @@
 #include "realtime/output/spike_callback.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/threads/spinning_team.hpp"
+#include "tests/realtime/memory_probe.hpp"
 
 namespace merkel {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
-
-/// A recording in memory, delivered in chunks.
-class MemoryProbe final : public Probe {
- public:
-  MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk, std::string error_message = {})
-      : samples_(std::move(samples)), chunk_(chunk), error_message_(std::move(error_message)) {
-    info_.uri = "memory:";
-    info_.channels = ProbeSample::kDepth;
-    info_.period = milliseconds{1};
-    info_.replayed = true;
-  }
-  /// Delivers at most `samples` samples until `until` returns true.
-  void wait_after(std::size_t samples, std::function<bool()> until) {
-    wait_after_ = samples;
-    until_ = std::move(until);
-  }
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
-    if (until_ && next_ >= wait_after_ && !until_()) {
-      std::this_thread::sleep_for(milliseconds{1});
-      return 0;
-    }
-    const std::size_t count = std::min({chunk_, out.size(), samples_.size() - next_});
-    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
-    next_ += count;
-    if (count > 0) return count;
-    return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
-                                                         : ProbeError::kBadData);
-  }
-  [[nodiscard]] std::string error_message() const override { return error_message_; }
-
- private:
-  std::vector<ProbeSample> samples_;
-  std::size_t chunk_;
-  std::size_t next_ = 0;
-  std::string error_message_;
-  std::size_t wait_after_ = 0;
-  std::function<bool()> until_;
-  ProbeInfo info_;
-};
 
 /// A device that never sends anything.
 class SilentProbe final : public Probe {

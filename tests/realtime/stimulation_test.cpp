@@ -18,6 +18,7 @@
 #include "realtime/pipeline.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
 #include "tests/core/encoding/random_encoding.hpp"
+#include "tests/realtime/memory_probe.hpp"
 
 namespace merkel {
 namespace {
@@ -29,31 +30,6 @@ using State = TickRecord::State;
 using Stop = StimulationCommand::Stop;
 
 constexpr milliseconds kTick{1};
-
-/// A recording in memory, delivered in chunks.
-class MemoryProbe final : public Probe {
- public:
-  MemoryProbe(std::vector<ProbeSample> samples, std::size_t chunk)
-      : samples_(std::move(samples)), chunk_(chunk) {
-    info_.uri = "memory:";
-    info_.channels = ProbeSample::kDepth;
-    info_.replayed = true;
-  }
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
-    const std::size_t count = std::min({chunk_, out.size(), samples_.size() - next_});
-    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
-    next_ += count;
-    if (count > 0) return count;
-    return Unexpected<ProbeError>(ProbeError::kEndOfStream);
-  }
-
- private:
-  std::vector<ProbeSample> samples_;
-  std::size_t chunk_;
-  std::size_t next_ = 0;
-  ProbeInfo info_;
-};
 
 /// The commands that a receiver gets.
 struct Received {

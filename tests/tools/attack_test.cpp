@@ -3,12 +3,12 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,6 +16,8 @@
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tools/free_ports.hpp"
+#include "tests/tools/lower_limit.hpp"
 #include "tests/tools/program.hpp"
 
 namespace merkel {
@@ -136,15 +138,16 @@ TEST(Attack, AFolderThatGoesDuringARunEndsItsSinkWithASentence) {
 }
 
 TEST(Attack, FewDescriptorsOrLittleMemoryIsASentence) {
-  const auto run_with = [](int resource, rlim_t most) {
-    rlimit before{};
-    ::getrlimit(static_cast<__rlimit_resource_t>(resource), &before);
-    rlimit few = before;
-    few.rlim_cur = most;
-    ::setrlimit(static_cast<__rlimit_resource_t>(resource), &few);
-    StartedProgram program({"run", "--fast", "--sink", "csv:/dev/null", "--sink", "view:48741"});
-    ::setrlimit(static_cast<__rlimit_resource_t>(resource), &before);
-    return program.finish();
+  const std::vector<std::string> arguments = {
+      "run",           "--fast", "--sink",
+      "csv:/dev/null", "--sink", "view:" + std::to_string(free_ports(1).front())};
+  const auto run_with = [&](__rlimit_resource_t resource, rlim_t most) {
+    std::optional<StartedProgram> program;
+    {
+      const LowerLimit limit(resource, most);
+      program.emplace(arguments);
+    }
+    return program->finish();
   };
   for (rlim_t descriptors = 4; descriptors < 24; descriptors += 3) {
     const ProgramRun run = run_with(RLIMIT_NOFILE, descriptors);

@@ -5,12 +5,13 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tools/free_ports.hpp"
+#include "tests/tools/lower_limit.hpp"
 #include "tests/tools/program.hpp"
 
 namespace merkel {
@@ -131,23 +132,6 @@ INSTANTIATE_TEST_SUITE_P(Devices, EveryMisbehaviour,
                          testing::Range(std::size_t{0}, misbehaviours().size()),
                          [](const auto& entry) { return misbehaviours()[entry.param].name; });
 
-/// Lets programs started from here have so few descriptors.
-class FewDescriptors {
- public:
-  explicit FewDescriptors(rlim_t most) {
-    ::getrlimit(RLIMIT_NOFILE, &before_);
-    rlimit few = before_;
-    few.rlim_cur = most;
-    ::setrlimit(RLIMIT_NOFILE, &few);
-  }
-  FewDescriptors(const FewDescriptors&) = delete;
-  FewDescriptors& operator=(const FewDescriptors&) = delete;
-  ~FewDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
-
- private:
-  rlimit before_{};
-};
-
 /// A socket that is connected to a port of this machine, or −1.
 int connected_to(std::uint16_t port) {
   const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -166,24 +150,25 @@ TEST(Misbehaviour, IdleConnectionsDoNotKeepADeviceFromComingBack) {
   const TemporaryFolder folder;
   RunningDevice device("hbf1", {.unplug_at = milliseconds{3000}, .unplug_for = milliseconds{300}},
                        folder.path("tty"));
-  constexpr std::uint16_t kPage = 48731;
-  constexpr std::uint16_t kZmq = 48732;
+  const auto ports = free_ports(2);
+  const std::uint16_t page = ports[0];
+  const std::uint16_t zmq = ports[1];
   std::optional<StartedProgram> program;
   {
-    const FewDescriptors few(300);
+    const LowerLimit few(RLIMIT_NOFILE, 300);
     program.emplace(std::vector<std::string>{
         "run", "--probe", device.uri(), "--duration-s", "4.5", "--json", "--sink",
-        "view:" + std::to_string(kPage), "--sink", "zmq:tcp://127.0.0.1:" + std::to_string(kZmq)});
+        "view:" + std::to_string(page), "--sink", "zmq:tcp://127.0.0.1:" + std::to_string(zmq)});
   }
   // 290 that say nothing, at the page and at the publisher.
   std::vector<int> idle;
   for (int k = 0; k < 1000 && idle.empty(); ++k) {
-    const int socket = connected_to(kPage);
+    const int socket = connected_to(page);
     if (socket >= 0) idle.push_back(socket);
     std::this_thread::sleep_for(milliseconds{10});
   }
   ASSERT_FALSE(idle.empty());
-  for (int k = 1; k < 290; ++k) idle.push_back(connected_to(k % 2 == 0 ? kPage : kZmq));
+  for (int k = 1; k < 290; ++k) idle.push_back(connected_to(k % 2 == 0 ? page : zmq));
   const ProgramRun run = program->finish();
   for (const int socket : idle) ::close(socket);
   EXPECT_EQ(run.exit_code, 0) << run.err;

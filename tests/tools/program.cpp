@@ -10,13 +10,18 @@
 
 namespace merkel {
 
-StartedProgram::StartedProgram(const std::vector<std::string>& arguments) {
+int spawn_program(const std::vector<std::string>& arguments,
+                  const posix_spawn_file_actions_t& actions) {
   std::vector<std::string> words = {MERKEL_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
+  pid_t child = 0;
+  return ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ) == 0 ? child : 0;
+}
 
+StartedProgram::StartedProgram(const std::vector<std::string>& arguments) {
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
   const int flags = O_WRONLY | O_CREAT;
@@ -25,10 +30,8 @@ StartedProgram::StartedProgram(const std::vector<std::string>& arguments) {
                                      0600);
   ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, folder_.path("err").c_str(), flags,
                                      0600);
-  pid_t child = 0;
-  const int spawned = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  process_ = spawn_program(arguments, actions);
   ::posix_spawn_file_actions_destroy(&actions);
-  if (spawned == 0) process_ = child;
 }
 
 void StartedProgram::send(int signal) const {

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include <spawn.h>
+
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
@@ -28,6 +30,10 @@ class StartedProgram {
   TemporaryFolder folder_;
   int process_ = 0;
 };
+
+/// Starts the built program merkel with arguments. \return its number; 0 if it did not start
+int spawn_program(const std::vector<std::string>& arguments,
+                  const posix_spawn_file_actions_t& actions);
 
 /// Runs the built program merkel with arguments, in the source folder, and waits for its end.
 ProgramRun run_program(const std::vector<std::string>& arguments);

@@ -24,21 +24,13 @@ TerminalProgram::TerminalProgram(const std::vector<std::string>& arguments,
   EXPECT_EQ(::ioctl(master_, TIOCSWINSZ, &size), 0);
   const std::string slave = ::ptsname(master_);
 
-  std::vector<std::string> words = {MERKEL_PROGRAM};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
   ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, slave.c_str(), O_RDWR | O_NOCTTY, 0);
   ::posix_spawn_file_actions_adddup2(&actions, STDIN_FILENO, STDERR_FILENO);
   ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, folder_.path("out").c_str(),
                                      O_WRONLY | O_CREAT, 0600);
-  pid_t child = 0;
-  if (::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ) == 0) {
-    process_ = child;
-  }
+  process_ = spawn_program(arguments, actions);
   ::posix_spawn_file_actions_destroy(&actions);
   reader_ = std::jthread([this](const std::stop_token& stop) {
     std::vector<char> bytes(4096);
