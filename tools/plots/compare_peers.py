@@ -188,64 +188,91 @@ def error_ms(trains, reference):
     return float(np.sqrt(np.mean(squares))), differ
 
 
-def merkel_ns(merkel, *options):
-    """Time per neuron-step in ns, by precision."""
-    bench = json.loads(
-        subprocess.run([merkel, "bench", "--neurons", str(NEURONS), "--json", *options],
-                       check=True, capture_output=True, text=True).stdout
-    )  # fmt: skip
-    return {p["precision"]: p["ns_per_neuron_step"] for p in bench["populations"] if not p["coupled"]}
+class Bench:
+    """`merkel bench` of the same number of neurons."""
+
+    def __init__(self, merkel):
+        self.merkel, self.target = merkel, ""
+
+    def ns(self, *options):
+        """Time per neuron-step in ns, by precision."""
+        bench = json.loads(
+            subprocess.run([self.merkel, "bench", "--neurons", str(NEURONS), "--json", *options],
+                           check=True, capture_output=True, text=True).stdout
+        )  # fmt: skip
+        self.target = bench["simd_target"]
+        return {p["precision"]: p["ns_per_neuron_step"] for p in bench["populations"] if not p["coupled"]}
+
+
+def checked_spikes(merkel, *options):
+    return {i: spikes_of(merkel, CURRENTS[i], *options) for i in CHECKED}
+
+
+def timed(peers, bench):
+    """Processor times of the peers' runs and merkel's costs, interleaved; without `bench` only the peers'."""
+    seconds, ours = {peer: [] for peer in peers}, {"double": [], "float": []}
+    for peer in peers:
+        peer.run()  # warm up
+    for _ in range(RUNS if peers else 0):
+        for peer in peers:
+            seconds[peer].append(peer.run())
+        for precision, ns in bench.ns().items() if bench else []:
+            ours[precision].append(ns)
+    return seconds, ours
+
+
+def write_csv(path, peers, seconds, errors):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("peer,step_us,cost_us_per_neuron_second,rms_error_ms\n")
+        for peer in peers:
+            cost_us = statistics.median(seconds[peer]) * 1e6 / NEURONS / (1e-3 * DURATION_MS)
+            name = f"{peer.name.split()[0]} {peer.method.split(',')[0].split(' (')[0]}"
+            file.write(f"{name},{STEP_US},{cost_us},{errors[peer][0]}\n")
+
+
+def print_table(merkel, bench, peers, references, seconds, ours, errors):
+    rows = []
+    for peer in peers:
+        ns = [1e9 * s / (STEPS * NEURONS) for s in seconds[peer]]
+        error, differ = errors[peer]
+        ratios = {p: statistics.median(a / b for a, b in zip(ns, ours[p])) for p in ours}
+        ours_error, _ = error_ms(checked_spikes(merkel, *peer.options), references[tuple(peer.options)])
+        counts = f"; {differ} of {len(CHECKED)} neurons have a wrong number of spikes" if differ else ""
+        rows.append(
+            f"| {peer.name}: {peer.method} | {statistics.median(ns):.1f} | {error:.3g}{counts} "
+            f"| {ratios['double']:.1f} | {ratios['float']:.1f} | {ours_error / error:.2g} |"
+        )
+    for method, step_us in [("crank_nicolson", 25.0), ("staggered_multistep", 25.0), ("staggered_multistep", 50.0)]:
+        options = ["--method", method, "--step-us", str(step_us)]
+        ns = bench.ns(*options)
+        error, _ = error_ms(checked_spikes(merkel, *options), references[()])
+        per_25 = 25.0 / step_us
+        rows.append(
+            f"| merkel: {method}, steps of {step_us:g} us | {ns['double'] * per_25:.2f} (float {ns['float'] * per_25:.2f}) "
+            f"| {error:.2g} | | | |"
+        )
+    print(f"{NEURONS} neurons, {DURATION_MS:g} ms, one core, {bench.target}; medians of {RUNS} interleaved runs\n")
+    print("| simulator and method | ns per neuron-step of 25 us | rms spike-time error, ms | time / merkel's, double | float | merkel's error / its |")
+    print("|---|---|---|---|---|---|")
+    print("\n".join(rows))
 
 
 def main():
     merkel = os.path.abspath(sys.argv[1])
     csv = sys.argv[3] if len(sys.argv) > 3 and sys.argv[2] == "--csv" else None
-    rows, csv_rows = [], []
+    bench = None if csv else Bench(merkel)
     with tempfile.TemporaryDirectory() as folder:
         peers = installed(pathlib.Path(folder))
-        ours = {"double": [], "float": []}
-        for peer in peers:
-            peer.run()  # warm up
-        seconds = {peer: [] for peer in peers}
-        for _ in range(RUNS):
-            for peer in peers:
-                seconds[peer].append(peer.run())
-            for precision, ns in merkel_ns(merkel).items():
-                ours[precision].append(ns)
-        reference = {
-            tuple(options): {i: spikes_of(merkel, CURRENTS[i], "--method", "rk4", "--step-us", "0.5", *options) for i in CHECKED}
-            for options in [[], Neuron.options]
+        seconds, ours = timed(peers, bench)
+        references = {
+            options: checked_spikes(merkel, "--method", "rk4", "--step-us", "0.5", *options)
+            for options in {tuple(peer.options) for peer in peers} | (set() if csv else {()})
         }
-        for peer in peers:
-            ns = [1e9 * s / (STEPS * NEURONS) for s in seconds[peer]]
-            error, differ = error_ms(peer.trains(), reference[tuple(peer.options)])
-            ratios = {p: statistics.median(a / b for a, b in zip(ns, ours[p])) for p in ours}
-            ours_error, _ = error_ms({i: spikes_of(merkel, CURRENTS[i], *peer.options) for i in CHECKED},
-                                     reference[tuple(peer.options)])  # fmt: skip
-            counts = f"; {differ} of {len(CHECKED)} neurons have a wrong number of spikes" if differ else ""
-            rows.append(
-                f"| {peer.name}: {peer.method} | {statistics.median(ns):.1f} | {error:.3g}{counts} "
-                f"| {ratios['double']:.1f} | {ratios['float']:.1f} | {ours_error / error:.2g} |"
-            )
-            cost_us = statistics.median(seconds[peer]) * 1e6 / NEURONS / (1e-3 * DURATION_MS)
-            csv_rows.append(f"{peer.name.split()[0]} {peer.method.split(',')[0].split(' (')[0]},{STEP_US},{cost_us},{error}")
+        errors = {peer: error_ms(peer.trains(), references[tuple(peer.options)]) for peer in peers}
         if csv:
-            header = "peer,step_us,cost_us_per_neuron_second,rms_error_ms\n"
-            pathlib.Path(csv).write_text(header + "".join(f"{row}\n" for row in csv_rows))
-            return
-        target = json.loads(
-            subprocess.run([merkel, "bench", "--neurons", "1", "--json"], check=True, capture_output=True, text=True).stdout
-        )["simd_target"]
-        print(f"{NEURONS} neurons, {DURATION_MS:g} ms, one core, {target}; medians of {RUNS} interleaved runs\n")
-        print("| simulator and method | ns per neuron-step of 25 us | rms spike-time error, ms | time / merkel's, double | float | merkel's error / its |")
-        print("|---|---|---|---|---|---|")
-        print("\n".join(rows))
-        for method, step_us in [("crank_nicolson", 25.0), ("staggered_multistep", 25.0), ("staggered_multistep", 50.0)]:
-            options = ["--method", method, "--step-us", str(step_us)]
-            ns = merkel_ns(merkel, *options)
-            error, _ = error_ms({i: spikes_of(merkel, CURRENTS[i], *options) for i in CHECKED}, reference[()])
-            per_25 = 25.0 / step_us
-            print(f"| merkel: {method}, steps of {step_us:g} us | {ns['double'] * per_25:.2f} (float {ns['float'] * per_25:.2f}) | {error:.2g} | | | |")
+            write_csv(csv, peers, seconds, errors)
+        else:
+            print_table(merkel, bench, peers, references, seconds, ours, errors)
 
 
 if __name__ == "__main__":

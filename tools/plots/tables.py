@@ -21,7 +21,12 @@ plt.rcParams.update(
 def read_table(path):
     """Columns of a CSV table by name, as numbers if they are numeric; '#' lines are skipped."""
     with open(path, newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        return table_of(file)
+
+
+def table_of(lines):
+    """The same of the lines of a table."""
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     table = {}
     for name in rows[0] if rows else {}:
         column = [row[name] for row in rows]

@@ -18,7 +18,6 @@ namespace py = pybind11;
 using std::chrono::nanoseconds;
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-constexpr double kLongest_s = 4e9;  ///< the difference of two times fits nanoseconds
 constexpr double kFastest_Hz = 1e9;
 
 /// Values by sample and probe; of a scalar or of one column, the same for every sample or probe.

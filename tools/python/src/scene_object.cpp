@@ -79,7 +79,7 @@ struct ToPython {
   py::object operator()(const std::vector<T>& values) const {
     py::list list;
     for (const T& value : values) list.append((*this)(value));
-    return std::move(list);
+    return list;
   }
   template <class T>
   py::object operator()(const std::optional<T>& value) const {

@@ -15,7 +15,6 @@ namespace {
 namespace py = pybind11;
 
 constexpr std::uint32_t kPresses = ProbeSample::kDepth | ProbeSample::kForce;
-constexpr double kLongest_s = 4e9;
 
 }  // namespace
 
