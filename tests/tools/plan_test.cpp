@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
@@ -12,7 +13,6 @@
 #include "tools/studies/plan/plan_report.hpp"
 #include "tools/studies/plan/rehearsal.hpp"
 #include "tools/studies/reference/cvode_membrane.hpp"
-#include "tools/studies/report/report.hpp"
 
 namespace merkel {
 namespace {
@@ -131,20 +131,20 @@ std::string random_scene(Random& random, int kind) {
   };
   const double budget_us = pick({5, 20, 50, 200});
   const double tick_us = pick({500, 1000, 2000, 5000});
-  const std::string depth = "depth_mm=" + format("%.3f", random.uniform(0.8, 2.0));
-  std::string probe =
-      "sim:ramp?" + depth + "&hold_s=0.15&ramp_s=" + format("%.3f", random.uniform(0.005, 0.1));
-  std::string tip = "radius_mm = " + format("%.2f", random.uniform(1.0, 4.0)) + "\n";
+  const std::string depth = "depth_mm=" + fmt::format("{:.3f}", random.uniform(0.8, 2.0));
+  std::string probe = "sim:ramp?" + depth +
+                      "&hold_s=0.15&ramp_s=" + fmt::format("{:.3f}", random.uniform(0.005, 0.1));
+  std::string tip = "radius_mm = " + fmt::format("{:.2f}", random.uniform(1.0, 4.0)) + "\n";
   if (kind == 1) probe = "sim:slide?" + depth + "&ramp_s=0.03&x_mm=8&to_x_mm=12&speed_mm_per_s=20";
   if (kind == 2) {
     probe = "sim:sine?" + depth + "&hold_s=0.2&ramp_s=0.03&amplitude_mm=0.3&frequency_hz=" +
-            format("%.1f", random.uniform(3.0, 40.0));
+            fmt::format("{:.1f}", random.uniform(3.0, 40.0));
   }
   if (kind == 3) tip = "tip = \"bars\"\nbar_widths_mm = [2, 3]\nbar_gaps_mm = [2]\n";
   return "[probe]\nuri = \"" + probe + "&wait_s=0.03&tail_s=0.05\"\n" + tip +
-         format(
-             "[receptors]\nseed = %d\n[network]\ngain = %g\n[accuracy]\nspike_time_us = %g\n"
-             "[loop]\ntick_us = %g\n",
+         fmt::format(
+             "[receptors]\nseed = {}\n[network]\ngain = {:g}\n[accuracy]\nspike_time_us = {:g}\n"
+             "[loop]\ntick_us = {:g}\n",
              static_cast<int>(random.uniform(1.0, 100.0)), pick({0.0, 0.1}), budget_us, tick_us);
 }
 
@@ -190,9 +190,9 @@ TEST(Plan, KeepsTheBudgetInScenesDrawnAtRandom) {
     const double ratio = 1e3 * found.rms_ms / plan->chosen.error_us();
     near += found.matched == 0 || (ratio > 0.5 && ratio < 2.0) ? 1 : 0;
     RecordProperty("scene" + std::to_string(k),
-                   format("%zu spikes, %s: predicted %.3g, true %.3g of %g µs", found.matched,
-                          name_of_option(plan->chosen).c_str(), plan->chosen.error_us(),
-                          1e3 * found.rms_ms, *plan->budget_us));
+                   fmt::format("{} spikes, {}: predicted {:.3g}, true {:.3g} of {:g} µs",
+                               found.matched, name_of_option(plan->chosen), plan->chosen.error_us(),
+                               1e3 * found.rms_ms, *plan->budget_us));
   }
   EXPECT_GE(near, 18);
 }

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <string>
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include "core/contact/tip_contact.hpp"
 #include "core/math/normal_random.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
-#include "tools/studies/report/report.hpp"
 
 namespace merkel {
 namespace {
@@ -62,8 +62,7 @@ TEST(SkinFit, SaysWhereThereIsNoStiffening) {
 }
 
 // Plates and a flat tip of 6.35 mm on human fingerpads, means of four subjects: published as 24 kPa
-// and 1.65 mm, 15 kPa and 2.1 mm. Four samples each give standard errors of 8 to 14 %. Least
-// squares of the force itself gives 28 kPa and 1.97 mm, and 9.2 kPa for the tip.
+// and 1.65 mm, 15 kPa and 2.1 mm. Four samples each give standard errors of 8 to 14 %.
 TEST(SkinFit, AgreesWithThePublishedFingerpadsWithinItsStandardErrors) {
   struct Published {
     Indenter tip;
@@ -114,7 +113,8 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
   std::string trace = "time_s,depth_mm,force_N\n";
   double time = 0.0;
   for (const ForceAtDepth& sample : press_of(kPlate, 24.0, 1.65, 0.0)) {
-    trace += format("%.3f,%.9g,%.9g\n", time += 0.01, sample.depth_mm, 1e-3 * sample.force_mN);
+    trace += fmt::format("{:.3f},{:.9g},{:.9g}\n", time += 0.01, sample.depth_mm,
+                         1e-3 * sample.force_mN);
   }
   const auto run = run_program({"fit", "skin", "--trace", folder.file("p.csv", trace), "--plate",
                                 "--out", folder.path("skin.toml")});

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include "drivers/files/output_file.hpp"
@@ -28,8 +29,8 @@ struct FitCommand {
 };
 
 std::string report_of(const FitResult& result) {
-  std::string text = format("cost %.3f Hz² before, %.3f Hz² after; %d evaluations\n\n",
-                            result.cost_before, result.cost_after, result.evaluations);
+  std::string text = fmt::format("cost {:.3f} Hz² before, {:.3f} Hz² after; {} evaluations\n\n",
+                                 result.cost_before, result.cost_after, result.evaluations);
   text += "| parameter | before | after | standard error |";
   for (const FittedParameter& parameter : result.parameters) {
     text += " corr. with " + parameter.name + " |";
@@ -40,15 +41,18 @@ std::string report_of(const FitResult& result) {
   for (std::size_t k = 0; k < result.parameters.size(); ++k) {
     const FittedParameter& parameter = result.parameters[k];
     text +=
-        format("| %s | %.5g | %.5g | ", parameter.name.c_str(), parameter.before, parameter.after);
+        fmt::format("| {} | {:.5g} | {:.5g} | ", parameter.name, parameter.before, parameter.after);
     // The standard error is that of ln p: a small fraction of p, or meaningless.
-    text += parameter.relative_error < 1.0 ? format("%.1f %% |", 100.0 * parameter.relative_error)
-                                           : "none: over 100 % |";
-    for (const double correlation : result.correlation[k]) text += format(" %.2f |", correlation);
+    text += parameter.relative_error < 1.0
+                ? fmt::format("{:.1f} % |", 100.0 * parameter.relative_error)
+                : "none: over 100 % |";
+    for (const double correlation : result.correlation[k])
+      text += fmt::format(" {:.2f} |", correlation);
     text += "\n";
   }
-  text += format("\n%zu measurements, %zu parameters; condition of the cost's curvature: %.3g\n",
-                 result.measurements, result.parameters.size(), result.condition);
+  text +=
+      fmt::format("\n{} measurements, {} parameters; condition of the cost's curvature: {:.3g}\n",
+                  result.measurements, result.parameters.size(), result.condition);
   if (result.determined()) return text + "the data determine all of these parameters\n";
   std::string open;
   for (const FittedParameter& parameter : result.parameters) {
@@ -62,16 +66,16 @@ std::string report_of(const FitResult& result) {
 
 std::string scene_of(const FitCommand& command, const TactileModel::Parameters& model,
                      const FitResult& result) {
-  std::string text =
-      "# Made by merkel fit " + command.preset +
-      (command.data.empty() ? "" : " --data " + command.data) +
-      format("; cost %.3f Hz², before %.3f Hz².\n", result.cost_after, result.cost_before) +
-      "preset = \"" + command.preset + "\"\n";
+  std::string text = "# Made by merkel fit " + command.preset +
+                     (command.data.empty() ? "" : " --data " + command.data) +
+                     fmt::format("; cost {:.3f} Hz², before {:.3f} Hz².\n", result.cost_after,
+                                 result.cost_before) +
+                     "preset = \"" + command.preset + "\"\n";
   for (const char* const table : {"afferent", "neuron"}) {
     std::string keys;
     for (const FittedParameter& parameter : result.parameters) {
       if (parameter.table != table) continue;
-      keys += parameter.name + " = " + format("%.6g", parameter.after) + "\n";
+      keys += parameter.name + " = " + fmt::format("{:.6g}", parameter.after) + "\n";
       if (parameter.name != "noise") continue;
       keys += "seed = " + std::to_string(model.noise()->seed) + "\n";
     }

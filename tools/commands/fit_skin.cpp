@@ -3,6 +3,8 @@
 #include <memory>
 #include <string>
 
+#include <fmt/core.h>
+
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/output_file.hpp"
 #include "tools/commands/command.hpp"
@@ -27,37 +29,37 @@ struct FitSkinCommand {
 constexpr double kPoor = 0.3;
 
 std::string judged(double relative_error) {
-  return format("± %.1f %%%s", 100.0 * relative_error,
-                relative_error < kPoor ? "" : ", which the recording does not determine");
+  return fmt::format("± {:.1f} %{}", 100.0 * relative_error,
+                     relative_error < kPoor ? "" : ", which the recording does not determine");
 }
 
 std::string report_of(const SkinFit& fit) {
-  std::string text = format("%zu samples up to %.3g mm and %.4g N\n", fit.samples, fit.deepest_mm,
-                            1e-3 * fit.loading.back().force_mN);
-  text += format("E*(d) = E0·e^(d/d1): E0 = %.4g kPa %s\n", fit.modulus_kPa,
-                 judged(fit.modulus_error).c_str());
+  std::string text = fmt::format("{} samples up to {:.3g} mm and {:.4g} N\n", fit.samples,
+                                 fit.deepest_mm, 1e-3 * fit.loading.back().force_mN);
+  text += fmt::format("E*(d) = E0·e^(d/d1): E0 = {:.4g} kPa {}\n", fit.modulus_kPa,
+                      judged(fit.modulus_error));
   if (std::isfinite(fit.stiffening_mm)) {
-    text += format("                     d1 = %.4g mm %s; correlation with E0 %.2f\n",
-                   fit.stiffening_mm, judged(fit.stiffening_error).c_str(), fit.correlation);
+    text += fmt::format("                     d1 = {:.4g} mm {}; correlation with E0 {:.2f}\n",
+                        fit.stiffening_mm, judged(fit.stiffening_error), fit.correlation);
   } else {
     text +=
         "                     no stiffening: the force follows from the contact's shape alone\n";
   }
-  text += format(
-      "residuals: %.3g %% rms as weighted (relative, absolute near the noise); %.3g mN rms, %.3g mN "
-      "maximum; R² = %.4f\n",
+  text += fmt::format(
+      "residuals: {:.3g} % rms as weighted (relative, absolute near the noise); {:.3g} mN rms, {:.3g} mN "
+      "maximum; R² = {:.4f}\n",
       100.0 * fit.rms_weighted, fit.rms_mN, fit.largest_mN, fit.r2);
   text += fit.unloaded
-              ? format(
-                    "hysteresis: unloading loses %.0f %% of the work of loading; the model is "
+              ? fmt::format(
+                    "hysteresis: unloading loses {:.0f} % of the work of loading; the model is "
                     "elastic and loses none\n",
                     100.0 * fit.hysteresis)
               : "hysteresis: not measured, because the recording has no unloading phase\n";
   text += "depth_mm,force_N,model_N\n";
   const std::size_t stride = std::max<std::size_t>(1, fit.samples / 12);
   for (std::size_t i = 0; i < fit.samples; i += stride) {
-    text += format("%.4g,%.4g,%.4g\n", fit.loading[i].depth_mm, 1e-3 * fit.loading[i].force_mN,
-                   1e-3 * fit.predicted_mN[i]);
+    text += fmt::format("{:.4g},{:.4g},{:.4g}\n", fit.loading[i].depth_mm,
+                        1e-3 * fit.loading[i].force_mN, 1e-3 * fit.predicted_mN[i]);
   }
   return text;
 }
@@ -65,14 +67,15 @@ std::string report_of(const SkinFit& fit) {
 std::string scene_of(const FitSkinCommand& command, const Scene& scene, const Indenter& tip,
                      const SkinFit& fit) {
   const double nu = scene.model.skin.poisson_ratio;
-  const std::string modulus = format("%.6g", fit.modulus_kPa * (1.0 - nu * nu));
+  const std::string modulus = fmt::format("{:.6g}", fit.modulus_kPa * (1.0 - nu * nu));
   std::string text = "# Made by merkel fit skin --trace " + command.trace +
-                     format(": E* = %.4g kPa·e^(d/%.4g mm), R² = %.4f.\n", fit.modulus_kPa,
-                            fit.stiffening_mm, fit.r2);
+                     fmt::format(": E* = {:.4g} kPa·e^(d/{:.4g} mm), R² = {:.4f}.\n",
+                                 fit.modulus_kPa, fit.stiffening_mm, fit.r2);
   text += scene.file.empty() ? "preset = \"" + scene.preset + "\"\n" : scene.text + "\n";
-  text += "\n[skin]\nepidermis_kPa = " + modulus + "\ndermis_kPa = " + modulus +
-          "\nstiffening_mm = " + shortest_decimal(std::stod(format("%.6g", fit.stiffening_mm))) +
-          "\n\n[probe]\n";
+  text +=
+      "\n[skin]\nepidermis_kPa = " + modulus + "\ndermis_kPa = " + modulus +
+      "\nstiffening_mm = " + shortest_decimal(std::stod(fmt::format("{:.6g}", fit.stiffening_mm))) +
+      "\n\n[probe]\n";
   text += tip.tip == Indenter::Tip::kPin
               ? "tip = \"pin\"\ndiameter_mm = " + shortest_decimal(tip.pin.diameter_mm)
               : "radius_mm = " + shortest_decimal(tip.radius_mm);

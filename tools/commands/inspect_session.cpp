@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <cinttypes>
 #include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
@@ -36,16 +36,6 @@ std::string seconds(std::chrono::nanoseconds time) {
 std::string contact(double depth_mm, double force_mN, double x_mm, double y_mm) {
   return shortest_decimal(depth_mm) + "," + shortest_decimal(force_mN) + "," +
          shortest_decimal(x_mm) + "," + shortest_decimal(y_mm);
-}
-
-std::string hexadecimal(std::span<const std::uint8_t> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
-  return text;
 }
 
 /// The column names of all counters, losses and rights.
@@ -80,35 +70,30 @@ std::string header_of(SessionStream::Id stream) {
   return "";
 }
 
-void print_row(const SpikeEvent& spike) {
-  std::printf("%s,%u,%u,%u\n", seconds(spike.time).c_str(), spike.neuron, unsigned{spike.patch},
-              unsigned{spike.flags});
+std::string row_of(const SpikeEvent& spike) {
+  return fmt::format("{},{},{},{}", seconds(spike.time), spike.neuron, spike.patch, spike.flags);
 }
 
-void print_row(const TickRecord& tick) {
-  std::printf(
-      "%" PRIu64 ",%u,%s,%s,%s,%u,%s\n", tick.number, tick.probe, seconds(tick.time).c_str(),
-      std::string(name_of(tick.state)).c_str(),
-      contact(tick.contact.depth_mm, tick.contact.force_mN, tick.contact.x_mm, tick.contact.y_mm)
-          .c_str(),
-      unsigned{tick.late}, seconds(tick.latency).c_str());
+std::string row_of(const TickRecord& tick) {
+  return fmt::format(
+      "{},{},{},{},{},{},{}", tick.number, tick.probe, seconds(tick.time), name_of(tick.state),
+      contact(tick.contact.depth_mm, tick.contact.force_mN, tick.contact.x_mm, tick.contact.y_mm),
+      tick.late, seconds(tick.latency));
 }
 
-void print_row(const SessionChunk::Sample& item) {
+std::string row_of(const SessionChunk::Sample& item) {
   const ProbeSample& sample = item.sample;
-  std::printf("%u,%s,%s,%s,%u,%u\n", item.probe, seconds(sample.time).c_str(),
-              seconds(sample.arrival).c_str(),
-              contact(sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm).c_str(),
-              sample.sequence, sample.channels);
+  return fmt::format("{},{},{},{},{},{}", item.probe, seconds(sample.time), seconds(sample.arrival),
+                     contact(sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm),
+                     sample.sequence, sample.channels);
 }
 
-void print_row(const LoopEvent& event) {
-  std::printf("%s,%s,%u,%s\n", seconds(event.time).c_str(),
-              std::string(name_of(event.kind)).c_str(), event.subject,
-              seconds(event.length).c_str());
+std::string row_of(const LoopEvent& event) {
+  return fmt::format("{},{},{},{}", seconds(event.time), name_of(event.kind), event.subject,
+                     seconds(event.length));
 }
 
-void print_row(const RunStatus& status) {
+std::string row_of(const RunStatus& status) {
   std::string row;
   const auto add = [&](const auto& fields, const auto& values) {
     for (const auto& field : fields) {
@@ -118,51 +103,52 @@ void print_row(const RunStatus& status) {
   add(kRunCounterFields<>, status.counters);
   add(kLossFields, status.losses);
   add(kRightFields, status.rights);
-  std::puts(row.c_str());
+  return row;
 }
 
-void print_row(const SessionChunk::Frame& item) {
+std::string row_of(const SessionChunk::Frame& item) {
   const RawFrame& frame = item.frame;
-  std::printf("%u,%u,%s,%s,%u,%u,%u,%s\n", item.probe, item.port, seconds(frame.time).c_str(),
-              std::string(name_of(frame.kind)).c_str(), frame.parsed, frame.damaged, frame.lost,
-              hexadecimal(frame.content()).c_str());
+  return fmt::format("{},{},{},{},{},{},{},{:02x}", item.probe, item.port, seconds(frame.time),
+                     name_of(frame.kind), frame.parsed, frame.damaged, frame.lost,
+                     fmt::join(frame.content(), ""));
 }
 
-void print_row(const StimulationCommand& command) {
-  std::printf("%s,%u,%s,%.9g,%.9g,%u,%s\n", seconds(command.time).c_str(),
-              unsigned{command.electrode}, std::string(name_of(command.kind)).c_str(),
-              command.amplitude_uA, command.frequency_Hz, command.heartbeat,
-              std::string(name_of(command.stop)).c_str());
+std::string row_of(const StimulationCommand& command) {
+  return fmt::format("{},{},{},{:.9g},{:.9g},{},{}", seconds(command.time), command.electrode,
+                     name_of(command.kind), command.amplitude_uA, command.frequency_Hz,
+                     command.heartbeat, name_of(command.stop));
 }
 
-void print_row(const Mark& mark) {
-  std::printf("%s,%s\n", seconds(mark.time).c_str(), printable_lines(mark.label).c_str());
+std::string row_of(const Mark& mark) {
+  return seconds(mark.time) + "," + printable_lines(mark.label);
 }
 
 template <class Items>
 void print_rows(const Items& items) {
-  for (const auto& item : items) print_row(item);
+  for (const auto& item : items) std::puts(row_of(item).c_str());
+}
+
+/// Calls work(chunk) for each chunk of a session. \return the exit code
+template <class Work>
+int for_each_chunk(SessionReader& session, const Work& work) {
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session.next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) return kDone;
+    work(chunk);
+  }
 }
 
 int print_marks(SessionReader& session) {
   std::puts("time_s,label");
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session.next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) return kDone;
-    print_rows(chunk.marks);
-  }
+  return for_each_chunk(session, [](const SessionChunk& chunk) { print_rows(chunk.marks); });
 }
 
 int print_stream(SessionReader& session, const SessionStream& stream) {
   std::puts(header_of(stream.id).c_str());
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session.next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) return kDone;
-    if (!chunk.marks.empty() || chunk.stream != stream.id) continue;
+  return for_each_chunk(session, [&](const SessionChunk& chunk) {
+    if (!chunk.marks.empty() || chunk.stream != stream.id) return;
     print_rows(chunk.spikes);
     print_rows(chunk.ticks);
     print_rows(chunk.samples);
@@ -170,7 +156,7 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
     print_rows(chunk.status);
     print_rows(chunk.frames);
     print_rows(chunk.commands);
-  }
+  });
 }
 
 /// A text of the file: at a terminal without control sequences, else as it is.
@@ -196,22 +182,20 @@ int print_overview(SessionReader& session) {
   }
   std::vector<std::uint64_t> items(session_streams().size());
   std::uint64_t marks = 0;
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session.next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) break;
+  const int read = for_each_chunk(session, [&](const SessionChunk& chunk) {
     marks += chunk.marks.size();
-    if (!chunk.marks.empty()) continue;
+    if (!chunk.marks.empty()) return;
     items.at(static_cast<std::size_t>(chunk.stream) - 1) +=
         chunk.spikes.size() + chunk.ticks.size() + chunk.samples.size() + chunk.events.size() +
         chunk.status.size() + chunk.frames.size() + chunk.commands.size();
-  }
+  });
+  if (read != kDone) return read;
   for (const SessionStream& stream : session_streams()) {
-    std::printf("stream %s,%" PRIu64 "\n", std::string(short_name(stream)).c_str(),
-                items[static_cast<std::size_t>(stream.id) - 1]);
+    std::puts(fmt::format("stream {},{}", short_name(stream),
+                          items[static_cast<std::size_t>(stream.id) - 1])
+                  .c_str());
   }
-  std::printf("stream marks,%" PRIu64 "\n", marks);
+  std::puts(fmt::format("stream marks,{}", marks).c_str());
   std::printf("ended,%s\n", session.ended_well() ? "yes" : "no: it breaks off");
   return kDone;
 }

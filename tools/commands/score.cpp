@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include <fmt/core.h>
+
 #include "tools/commands/command.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/report.hpp"
@@ -23,12 +25,12 @@ struct ScoreCommand {
   bool overwrite = false;
 };
 
-std::string cell(double value, const char* pattern = "%.2f") {
-  return std::isfinite(value) ? format(pattern, value) : "–";
+std::string cell(double value, int decimals = 2) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
 }
 
 std::string in_unit(const DataSet& set, double value) {
-  return set.y_name == "decline" ? cell(100.0 * value, "%.1f %%") : cell(value, "%.2f Hz");
+  return set.y_name == "decline" ? cell(100.0 * value, 1) + " %" : cell(value) + " Hz";
 }
 
 /// The rows of the data sets that the presets were fitted to, or of the others.
@@ -38,19 +40,18 @@ std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
   for (const SetScore& score : scores) {
     if (fitted_to(*score.set) != fitted) continue;
     const PeerScores peers = peers_of(score.set->name);
-    text +=
-        format("| %s | %zu | %s | %s | %s | %s | %s |\n", score.set->name.c_str(),
-               score.set->points.size() - score.skipped, in_unit(*score.set, score.rmse).c_str(),
-               cell(score.r2, "%.3f").c_str(), cell(score.R2, "%.3f").c_str(),
-               cell(peers.touchsim, "%.1f").c_str(), cell(peers.ouyang, "%.1f").c_str());
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", score.set->name,
+                        score.set->points.size() - score.skipped, in_unit(*score.set, score.rmse),
+                        cell(score.r2, 3), cell(score.R2, 3), cell(peers.touchsim, 1),
+                        cell(peers.ouyang, 1));
     skipped += score.skipped;
   }
   if (text.empty()) return "";
   text = "| data | points | RMSE | r² | R² | TouchSim | Ouyang |\n|---|---|---|---|---|---|---|\n" +
          text + "\n";
   if (skipped > 0) {
-    text += format(
-        "Skipped: %zu conditions with a flat plate, which touches the whole of a flat skin: "
+    text += fmt::format(
+        "Skipped: {} conditions with a flat plate, which touches the whole of a flat skin: "
         "set skin.radius_mm to score them.\n\n",
         skipped);
   }
@@ -62,9 +63,9 @@ std::string declines(const std::vector<SetScore>& scores, bool fitted) {
   for (const SetScore& score : scores) {
     if (score.set->y_name != "decline" || fitted_to(*score.set) != fitted) continue;
     for (std::size_t i = 0; i < score.predicted.size(); ++i) {
-      text += format("- %s, %g mm: %.1f %% (recorded %.0f %%)\n", score.set->name.c_str(),
-                     score.set->points[i].x, 100.0 * score.predicted[i],
-                     100.0 * score.set->points[i].measured);
+      text += fmt::format("- {}, {:g} mm: {:.1f} % (recorded {:.0f} %)\n", score.set->name,
+                          score.set->points[i].x, 100.0 * score.predicted[i],
+                          100.0 * score.set->points[i].measured);
     }
   }
   return text;
@@ -108,30 +109,31 @@ class Scorecard {
       }
     }
     if (largest_sd > 0.0) {
-      text +=
-          format("- trial-to-trial SD of the count, curvature × force: at most %.2f impulses%s\n",
-                 largest_sd, recorded_sd().c_str());
+      text += fmt::format(
+          "- trial-to-trial SD of the count, curvature × force: at most {:.2f} impulses{}\n",
+          largest_sd, recorded_sd());
     }
     for (const Recordings::FieldArea& area : recordings_.field_areas) {
       const auto found = field_area_mm2(scene_, area, trials_);
       if (!found) return bad_input(named.sentence(found.error()));
-      text += format("- receptive field at %g mm%s: %.1f mm² (recorded %.1f mm²)\n", area.depth_mm,
-                     area.background_mm > 0.0
-                         ? format(" below an array at %g mm depth", area.background_mm).c_str()
-                         : "",
-                     *found, area.area_mm2);
+      text += fmt::format("- receptive field at {:g} mm{}: {:.1f} mm² (recorded {:.1f} mm²)\n",
+                          area.depth_mm,
+                          area.background_mm > 0.0
+                              ? fmt::format(" below an array at {:g} mm depth", area.background_mm)
+                              : "",
+                          *found, area.area_mm2);
     }
     for (const Recordings::Surround& surround : recordings_.surrounds) {
       const auto found = surround_ratio(scene_, surround, trials_);
       if (!found) return bad_input(named.sentence(found.error()));
-      text +=
-          format("- seven pins %g mm apart, %g mm deep: %s × the rate under one (recorded %.2f)\n",
-                 surround.spacing_mm, surround.depth_mm, cell(*found).c_str(), surround.rate_ratio);
+      text += fmt::format(
+          "- seven pins {:g} mm apart, {:g} mm deep: {} × the rate under one (recorded {:.2f})\n",
+          surround.spacing_mm, surround.depth_mm, cell(*found), surround.rate_ratio);
     }
     if (!recordings_.time_constants_ms.empty() && scene_.energy_driven()) {
-      text += format("- time constants of adaptation: %g and %g ms (recorded",
-                     scene_.adaptation.fast_ms, scene_.adaptation.slow_ms);
-      for (const double tau : recordings_.time_constants_ms) text += format(" %g", tau);
+      text += fmt::format("- time constants of adaptation: {:g} and {:g} ms (recorded",
+                          scene_.adaptation.fast_ms, scene_.adaptation.slow_ms);
+      for (const double tau : recordings_.time_constants_ms) text += fmt::format(" {:g}", tau);
       text += " ms)\n";
     }
     if (scene_.energy_driven()) {
@@ -144,8 +146,9 @@ class Scorecard {
 
  private:
   std::string recorded_sd() const {
-    return recordings_.most_trial_sd ? format(" (recorded: below %g)", *recordings_.most_trial_sd)
-                                     : "";
+    return recordings_.most_trial_sd
+               ? fmt::format(" (recorded: below {:g})", *recordings_.most_trial_sd)
+               : "";
   }
 
   Expected<void, SetupError> write_conditions(const std::vector<SetScore>& scores) {
@@ -212,14 +215,15 @@ class Scorecard {
     std::string text;
     for (const double rate : {10.0, 20.0, 40.0}) {
       const Regularity found = regularity_at(scene_, rate);
-      text += format("- intervals at %.1f Hz: CV %.3f; SD of the count in a second %.2f\n",
-                     found.rate_hz, found.cv, found.count_sd);
+      text +=
+          fmt::format("- intervals at {:.1f} Hz: CV {:.3f}; SD of the count in a second {:.2f}\n",
+                      found.rate_hz, found.cv, found.count_sd);
       for (const double interval : found.intervals_ms) intervals->row({rate, interval});
     }
     for (const Recordings::Intervals& recorded : recordings_.intervals) {
       const Regularity found = regularity_at(scene_, 1e3 / recorded.mean_ms);
-      text += format("- intervals at %.1f Hz: CV %.3f (recorded in mice %.3f)\n", found.rate_hz,
-                     found.cv, recorded.sd_ms / recorded.mean_ms);
+      text += fmt::format("- intervals at {:.1f} Hz: CV {:.3f} (recorded in mice {:.3f})\n",
+                          found.rate_hz, found.cv, recorded.sd_ms / recorded.mean_ms);
     }
     for (const DriveRate& at : rates_by_drive(scene_)) curve->row({at.drive_hz, at.rate_hz});
     if (auto closed = intervals->close(); !closed) return Unexpected<SetupError>(closed.error());

@@ -1,18 +1,12 @@
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
 #include "core/expected.hpp"
+#include "tools/connect/csv_readings.hpp"
 
 namespace merkel {
-
-/// One interpretation of what a device sends.
-struct Reading {
-  std::string options;  ///< options of the probe URI, starting with "protocol="
-  std::string meaning;  ///< of one line or frame, human-readable: "force 0.3 N"
-};
 
 /// The device found at a port.
 struct Recognition {
@@ -27,9 +21,5 @@ struct Recognition {
 /// anything. Takes up to 20 s. \return an error that quotes the received bytes if no protocol
 /// matches
 [[nodiscard]] Expected<Recognition, SetupError> recognise(const std::string& address);
-
-/// Every interpretation of lines of numbers. \param seconds  how long they took to arrive
-[[nodiscard]] std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines,
-                                                     double seconds);
 
 }  // namespace merkel

@@ -1,8 +1,8 @@
 #include "tools/doctor/path_verdicts.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
+
+#include <fmt/core.h>
 
 #include "core/units.hpp"
 #include "tools/run/loop_summary.hpp"
@@ -48,14 +48,12 @@ Verdict of_missed(const std::vector<DoctorRun>& runs) {
   }
   const double percent =
       all > 0 ? 100.0 * static_cast<double>(missed) / static_cast<double>(all) : 0.0;
-  std::array<char, 192> text{};
-  std::snprintf(text.data(), text.size(),
-                "%llu of %llu (%.3f %%), %llu of them by late wake-ups; the hypervisor took %.0f "
-                "ms of the cores' time",
-                static_cast<unsigned long long>(missed), static_cast<unsigned long long>(all),
-                percent, static_cast<unsigned long long>(late), units::ms_from(steal));
-  if (missed == 0) return {Grade::kGood, "missed ticks", text.data(), ""};
-  return {percent <= 0.1 ? Grade::kFair : Grade::kPoor, "missed ticks", text.data(),
+  const std::string text = fmt::format(
+      "{} of {} ({:.3f} %), {} of them by late wake-ups; the hypervisor took {:.0f} ms of the "
+      "cores' time",
+      missed, all, percent, late, units::ms_from(steal));
+  if (missed == 0) return {Grade::kGood, "missed ticks", text, ""};
+  return {percent <= 0.1 ? Grade::kFair : Grade::kPoor, "missed ticks", text,
           percent <= 0.1 ? "" : "increase [loop] tick_us, or fix the poor results above"};
 }
 

@@ -1,9 +1,8 @@
 #include "tools/run/counter_text.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 namespace merkel {
@@ -13,12 +12,8 @@ std::string counter_text(const RunCounters& counters) {
   for (const auto& field : kRunCounterFields<>) {
     const std::uint64_t value = counters.*field.cell;
     if (value == 0) continue;
-    std::array<char, 192> line{};
-    std::snprintf(line.data(), line.size(), "  %-25.*s %12llu %-2.*s  %.*s\n",
-                  static_cast<int>(field.name.size()), field.name.data(),
-                  static_cast<unsigned long long>(value), static_cast<int>(field.unit.size()),
-                  field.unit.data(), static_cast<int>(field.meaning.size()), field.meaning.data());
-    text += line.data();
+    text +=
+        fmt::format("  {:<25} {:>12} {:<2}  {}\n", field.name, value, field.unit, field.meaning);
   }
   return text;
 }

@@ -1,8 +1,6 @@
 #include "tools/run/device_summary.hpp"
 
-#include <array>
-#include <cstdio>
-
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
@@ -10,36 +8,29 @@
 namespace merkel {
 
 std::string device_text(const DeviceCounts& device) {
-  const auto number = [](std::uint64_t count) { return std::to_string(count); };
-  const auto decimal = [](const char* format, double value) {
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return std::string(text.data());
-  };
-  std::string text =
-      "  device: " + number(device.readings) + " readings (" + decimal("%.1f", device.rate_Hz) +
-      " per s, up to " + number(device.largest_batch) + " at once), " + number(device.lost) +
-      " lost, " + number(device.damaged) + " damaged, " + number(device.refused) + " refused, " +
-      number(device.duplicates) + " duplicate, " + number(device.saturated) + " saturated; " +
-      number(device.reboots) + " reboots, " + number(device.outages) + " outages of " +
-      decimal("%.3f", units::s_from(device.outage)) + " s" +
-      (device.port.empty() ? "" : "; " + device.port) + "\n";
+  std::string text = fmt::format(
+      "  device: {} readings ({:.1f} per s, up to {} at once), {} lost, {} damaged, {} refused, {} "
+      "duplicate, {} saturated; {} reboots, {} outages of {:.3f} s{}\n",
+      device.readings, device.rate_Hz, device.largest_batch, device.lost, device.damaged,
+      device.refused, device.duplicates, device.saturated, device.reboots, device.outages,
+      units::s_from(device.outage), device.port.empty() ? "" : "; " + device.port);
   if (device.device_clock) {
-    text += "  its clock: " + decimal("%+.1f", device.drift_ppm) + " ppm, mapped with " +
-            decimal("%.1f", device.jitter_us) + " µs of jitter; frames arrive " +
-            decimal("%.0f", device.latency_us) + " µs late\n";
+    text += fmt::format(
+        "  its clock: {:+.1f} ppm, mapped with {:.1f} µs of jitter; frames arrive {:.0f} µs late\n",
+        device.drift_ppm, device.jitter_us, device.latency_us);
   }
   if (device.clock_mistrusted) {
-    text += "  its clock runs at " + decimal("%.4g", device.clock_rate) +
-            " times the rate of this machine's: samples are timed by their arrival\n";
+    text += fmt::format(
+        "  its clock runs at {:.4g} times the rate of this machine's: samples are timed by their "
+        "arrival\n",
+        device.clock_rate);
   }
   if (device.clock_outliers + device.clock_anchors > 0) {
-    text += "  its clock: " + number(device.clock_outliers) +
-            " impossible times replaced by arrival times, " + number(device.clock_anchors) +
-            " jumps\n";
+    text += fmt::format("  its clock: {} impossible times replaced by arrival times, {} jumps\n",
+                        device.clock_outliers, device.clock_anchors);
   }
   if (device.uncertainty_us) {
-    text += "  sample times are accurate to " + decimal("%.0f", *device.uncertainty_us) + " us\n";
+    text += fmt::format("  sample times are accurate to {:.0f} µs\n", *device.uncertainty_us);
   }
   return text;
 }

@@ -1,8 +1,6 @@
 #include "tools/run/loop_summary.hpp"
 
-#include <array>
-#include <cstdio>
-
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
@@ -27,11 +25,9 @@ Json latency_json(const LatencySummary& latency) {
 
 std::string latency_text(const LatencySummary& latency) {
   if (latency.count == 0) return "not measured";
-  std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), "p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f µs",
-                units::us_from(latency.p50), units::us_from(latency.p99),
-                units::us_from(latency.p999), units::us_from(latency.longest));
-  return text.data();
+  return fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} µs",
+                     units::us_from(latency.p50), units::us_from(latency.p99),
+                     units::us_from(latency.p999), units::us_from(latency.longest));
 }
 
 std::string loop_text(const RunReport& report) {
@@ -43,20 +39,17 @@ std::string loop_text(const RunReport& report) {
   }
   text += "loop: ";
   text.append(name_of(host.wait)).append(" wait");
-  std::array<char, 256> line{};
   if (host.wait == LoopWait::kHybrid) {
-    std::snprintf(line.data(), line.size(), " (margin %.0f µs)", units::us_from(host.margin));
-    text += line.data();
+    text += fmt::format(" (margin {:.0f} µs)", units::us_from(host.margin));
   }
   text += host.rights.fifo ? ", SCHED_FIFO " + std::to_string(host.rights.priority)
                            : std::string(", SCHED_OTHER");
   if (report.demotions > 0) text += ", demoted to SCHED_OTHER";
   if (host.rights.cpu) text += ", on core " + std::to_string(*host.rights.cpu);
   text += host.rights.memory_locked ? ", memory locked" : ", memory not locked";
-  std::snprintf(line.data(), line.size(), "; %llu page faults, %llu involuntary context switches\n",
-                static_cast<unsigned long long>(host.usage.minor_faults + host.usage.major_faults),
-                static_cast<unsigned long long>(host.usage.involuntary_switches));
-  text += line.data();
+  text += fmt::format("; {} page faults, {} involuntary context switches\n",
+                      host.usage.minor_faults + host.usage.major_faults,
+                      host.usage.involuntary_switches);
   text += "  wake-up: " + latency_text(host.wake_up) + "\n";
   if (host.queue.count > 0) text += "  queue (jitter buffer): " + latency_text(host.queue) + "\n";
   text += "  tick: " + latency_text(host.tick) + "\n";

@@ -1,15 +1,13 @@
 #include "tools/run/run_summary.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "core/contact/contact_validity.hpp"
@@ -26,15 +24,6 @@
 
 namespace merkel {
 namespace {
-
-[[gnu::format(printf, 2, 3)]] void append(std::string& text, const char* format, ...) {
-  std::array<char, 1024> line{};
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(line.data(), line.size(), format, arguments);
-  va_end(arguments);
-  text += line.data();
-}
 
 /// Duration of a tick: the median on the host's clock; with --fast, the mean.
 double measured_tick_us(const RunReport& report) {
@@ -135,60 +124,62 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   std::string text;
   const double simulated_s = units::s_from(report.simulated);
   const double wall_s = units::s_from(report.wall);
-  append(text, "simulated %.3f s in %.3f s (%.1f × real time)%s\n", simulated_s, wall_s,
-         wall_s > 0.0 ? simulated_s / wall_s : 0.0, report.interrupted ? ", interrupted" : "");
-  append(text, "counters (ticks of %g ms):\n", units::ms_from(model.parameters().tick));
+  text += fmt::format("simulated {:.3f} s in {:.3f} s ({:.1f} × real time){}\n", simulated_s,
+                      wall_s, wall_s > 0.0 ? simulated_s / wall_s : 0.0,
+                      report.interrupted ? ", interrupted" : "");
+  text += fmt::format("counters (ticks of {:g} ms):\n", units::ms_from(model.parameters().tick));
   text += counter_text(report);
   text += loop_text(report);
   if (plan != nullptr) {
-    append(text,
-           "planned with %s at %g µs in %s: predicted %.2f µs per tick, measured %.2f; spike times "
-           "within %.3g µs in rehearsal, limit %g\n",
-           std::string(name_of(plan->chosen.method)).c_str(), units::us_from(plan->chosen.step),
-           std::string(name_of(plan->chosen.precision)).c_str(), plan->chosen.tick_us,
-           measured_tick_us(report), plan->chosen.error_us(), plan->budget_us.value_or(0.0));
+    text += fmt::format(
+        "planned with {} at {:g} µs in {}: predicted {:.2f} µs per tick, measured {:.2f}; spike times "
+        "within {:.3g} µs in rehearsal, limit {:g}\n",
+        name_of(plan->chosen.method), units::us_from(plan->chosen.step),
+        name_of(plan->chosen.precision), plan->chosen.tick_us, measured_tick_us(report),
+        plan->chosen.error_us(), plan->budget_us.value_or(0.0));
   }
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];
     text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
     if (probe.timing) {
-      append(text,
-             "  a sample every %.4g ms with %.3g ms of jitter: the loop delay is %.4g ms, and the "
-             "press is released after %.4g ms of silence\n",
-             units::ms_from(probe.timing->period), units::ms_from(probe.timing->jitter),
-             units::ms_from(report.delay), units::ms_from(probe.stale_after));
+      text += fmt::format(
+          "  a sample every {:.4g} ms with {:.3g} ms of jitter: the loop delay is {:.4g} ms, and the "
+          "press is released after {:.4g} ms of silence\n",
+          units::ms_from(probe.timing->period), units::ms_from(probe.timing->jitter),
+          units::ms_from(report.delay), units::ms_from(probe.stale_after));
     }
     if (probe.device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
-      append(text, "  never touched the skin\n");
+      text += fmt::format("  never touched the skin\n");
       continue;
     }
-    append(text, "  deepest press %.4g mm at (%.4g, %.4g) mm: force %.4g N", press.contact.depth_mm,
-           press.x_mm, press.y_mm, units::N_from_mN(press.contact.force_mN));
+    text += fmt::format("  deepest press {:.4g} mm at ({:.4g}, {:.4g}) mm: force {:.4g} N",
+                        press.contact.depth_mm, press.x_mm, press.y_mm,
+                        units::N_from_mN(press.contact.force_mN));
     if (press.contact.touching()) {
-      append(text, ", contact radius %.4g mm, peak pressure %.4g kPa",
-             press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
+      text += fmt::format(", contact radius {:.4g} mm, peak pressure {:.4g} kPa",
+                          press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
     }
     if (const auto both = force_and_depth(probe, model, i)) {
-      append(text,
-             "\n  measured there: %.4g N at %.4g mm, for which the model gives %.4g N: ratio %.2f",
-             both->force_N, both->depth_mm, both->model_force_N, both->ratio());
+      text += fmt::format(
+          "\n  measured there: {:.4g} N at {:.4g} mm, for which the model gives {:.4g} N: ratio {:.2f}",
+          both->force_N, both->depth_mm, both->model_force_N, both->ratio());
     }
-    append(text, "\n  contact law: %s\n", contact_sentence(press, model, i).c_str());
+    text += fmt::format("\n  contact law: {}\n", contact_sentence(press, model, i));
   }
   if (model.closest_rims() < 1.0) {
-    append(text,
-           "contacts came within %.2f radii of each other: each lies on skin that the other has "
-           "deformed, so their sum is approximate\n",
-           model.closest_rims());
+    text += fmt::format(
+        "contacts came within {:.2f} radii of each other: each lies on skin that the other has "
+        "deformed, so their sum is approximate\n",
+        model.closest_rims());
   }
   for (const RunReport::OfSink& sink : report.sinks) {
     const Handover counts = sink.spikes_in == 0 && sink.commands_in > 0
                                 ? Handover{{"commands_in", sink.commands_in}}
                                 : counts_of(sink);
     text += "sink " + sink.uri + ":" + handover_text(counts) + "\n";
-    if (!sink.error_message.empty()) append(text, "  failed: %s\n", sink.error_message.c_str());
+    if (!sink.error_message.empty()) text += fmt::format("  failed: {}\n", sink.error_message);
   }
   text += silence_text(report, model);
   text += afferent_text(afferent_rows(report, model), all_afferents);

@@ -20,6 +20,7 @@ std::string sentence_of(const SpikeEvent& spike) {
 
 SessionReplay::SessionReplay(TactileModel& model, StimulationEncoder* encoder)
     : model_(model),
+      spikes_("spike", "of", sentence_of),
       stimulation_(encoder),
       contacts_(model.indenters()),
       records_(model.indenters()) {}
@@ -55,27 +56,9 @@ bool SessionReplay::take_tick(const TickRecord& record) {
   return probe_ == 0;
 }
 
-void SessionReplay::compare(std::span<const SpikeEvent> spikes) {
-  for (const SpikeEvent& spike : spikes) {
-    ++verdict_.spikes;
-    if (!verdict_.identical()) continue;
-    if (recorded_.empty()) {
-      differ("the replay has a spike of " + sentence_of(spike) +
-             ", which the recording does not have");
-    } else if (recorded_.front() != spike) {
-      differ("the replay has a spike of " + sentence_of(spike) + ", but the recording has one of " +
-             sentence_of(recorded_.front()));
-    } else {
-      recorded_.pop_front();
-    }
-  }
-}
-
 void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
   stimulation_.take(chunk.commands);
-  if (verdict_.identical()) {
-    recorded_.insert(recorded_.end(), chunk.spikes.begin(), chunk.spikes.end());
-  }
+  if (verdict_.identical()) spikes_.expect(chunk.spikes);
   for (const LoopEvent& event : chunk.events) {
     if (event.kind == LoopEvent::Kind::kGap) ++verdict_.gaps;
     if (event.kind == LoopEvent::Kind::kRelease) ++verdict_.releases;
@@ -93,7 +76,8 @@ void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
       if (held_) spike.flags |= SpikeEvent::kInputHeld;
     }
     held_ = false;
-    compare(spikes);
+    spikes_.take(spikes);
+    differ(spikes_.difference());
     if (made.spikes) made.spikes(spikes);
     stimulation_.step(records_, spikes, model_, made.commands);
   }
@@ -101,19 +85,21 @@ void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
 
 SessionReplay::Verdict SessionReplay::finish(const Made& made) {
   if (!broken_) stimulation_.finish(made.commands);
+  verdict_.spikes = spikes_.made();
   verdict_.commands = stimulation_.commands();
-  if (!stimulation_.difference().empty()) differ(stimulation_.difference());
+  differ(stimulation_.difference());
   // Spikes are recorded before the records of their tick. Spikes after the last whole tick cannot
   // be compared.
   if (!verdict_.identical()) return verdict_;
-  const auto beyond = std::find_if(recorded_.begin(), recorded_.end(), [this](const auto& spike) {
+  const auto& recorded = spikes_.remaining();
+  const auto beyond = std::find_if(recorded.begin(), recorded.end(), [this](const auto& spike) {
     return !last_ || probe_ != 0 || spike.time > last_->time;
   });
-  if (beyond != recorded_.begin()) {
-    differ("the recording has a spike of " + sentence_of(recorded_.front()) +
-           ", which the replay does not have");
+  verdict_.uncompared = static_cast<std::uint64_t>(recorded.end() - beyond);
+  if (beyond != recorded.begin()) {
+    spikes_.miss();
+    differ(spikes_.difference());
   }
-  verdict_.uncompared = static_cast<std::uint64_t>(recorded_.end() - beyond);
   return verdict_;
 }
 

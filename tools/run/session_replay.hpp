@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "drivers/sessions/session_reader.hpp"
+#include "tools/run/replay_comparison.hpp"
 #include "tools/run/stimulation_replay.hpp"
 
 namespace merkel {
@@ -49,10 +49,10 @@ class SessionReplay {
 
  private:
   bool take_tick(const TickRecord& record);
-  void compare(std::span<const SpikeEvent> spikes);
   void differ(std::string sentence);
 
   TactileModel& model_;
+  ReplayComparison<SpikeEvent> spikes_;
   StimulationReplay stimulation_;
   std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;  ///< of the tick
@@ -60,7 +60,6 @@ class SessionReplay {
   bool held_ = false;
   bool broken_ = false;  ///< a record was lost
   std::optional<TickRecord> last_;
-  std::deque<SpikeEvent> recorded_;
   Verdict verdict_;
 };
 

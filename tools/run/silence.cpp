@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "core/units.hpp"
 #include "drivers/sample_limits.hpp"
@@ -91,11 +92,7 @@ class SamePress {
   std::chrono::nanoseconds hold_;
 };
 
-std::string decimal(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string decimal(double value) { return fmt::format("{:.3g}", value); }
 
 /// The probe that pressed hardest; empty if none touched.
 std::optional<std::size_t> hardest(const TactileModel& model) {

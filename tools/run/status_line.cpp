@@ -1,23 +1,12 @@
 #include "tools/run/status_line.hpp"
 
-#include <array>
-#include <cstdarg>
-#include <cstdio>
+#include <fmt/core.h>
 
 #include "core/units.hpp"
 #include "tools/run/counter_text.hpp"
 
 namespace merkel {
 namespace {
-
-[[gnu::format(printf, 1, 2)]] std::string field(const char* format, ...) {
-  std::array<char, 96> text{};
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text.data(), text.size(), format, arguments);
-  va_end(arguments);
-  return text.data();
-}
 
 LiveReading reading_of(const RunProgress::OfProbe& probe) {
   LiveReading reading;
@@ -37,7 +26,7 @@ std::vector<std::string> StatusLine::fields(const RunProgress& now) {
   const auto rate = [seconds](std::uint64_t later, std::uint64_t earlier) {
     return seconds > 0.0 ? static_cast<double>(later - earlier) / seconds : 0.0;
   };
-  std::vector<std::string> fields = {field("%.0f s", units::s_from(now.wall))};
+  std::vector<std::string> fields = {fmt::format("{:.0f} s", units::s_from(now.wall))};
   if (!now.probes.empty()) {
     const RunProgress::OfProbe& probe = now.probes.front();
     fields.push_back(bar_.text(reading_of(probe)));
@@ -46,10 +35,12 @@ std::vector<std::string> StatusLine::fields(const RunProgress& now) {
   std::string faults = fault_text(now.counters);
   faults.erase(0, faults.find_first_not_of(' '));
   fields.push_back(std::move(faults));
-  fields.push_back(field("%.0f spikes/s", rate(now.counters.spikes, before.counters.spikes)));
-  fields.push_back(field("%.0f samples/s", rate(now.counters.samples, before.counters.samples)));
   fields.push_back(
-      field("tick p99 %.0f us", units::us_from(now.tick.since(before.tick).quantile(0.99))));
+      fmt::format("{:.0f} spikes/s", rate(now.counters.spikes, before.counters.spikes)));
+  fields.push_back(
+      fmt::format("{:.0f} samples/s", rate(now.counters.samples, before.counters.samples)));
+  fields.push_back(fmt::format("tick p99 {:.0f} us",
+                               units::us_from(now.tick.since(before.tick).quantile(0.99))));
   return fields;
 }
 

@@ -1,14 +1,13 @@
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "core/encoding/stimulation_encoder.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "tools/run/replay_comparison.hpp"
 
 namespace merkel {
 
@@ -20,31 +19,24 @@ class StimulationReplay {
   using Made = std::function<void(std::span<const StimulationCommand>)>;
 
   /// \param encoder  fresh; null if the scene has no electrodes
-  explicit StimulationReplay(StimulationEncoder* encoder) : encoder_(encoder) {}
+  explicit StimulationReplay(StimulationEncoder* encoder);
 
   /// Adds recorded commands, before their ticks.
-  void take(std::span<const StimulationCommand> recorded) {
-    recorded_.insert(recorded_.end(), recorded.begin(), recorded.end());
-  }
+  void take(std::span<const StimulationCommand> recorded) { comparison_.expect(recorded); }
   /// The next tick, after the model's step. \param made  receives its commands; may be empty
   void step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
             const TactileModel& model, const Made& made);
   /// After the last tick: the last update, if the recording has it.
   void finish(const Made& made);
 
-  [[nodiscard]] std::uint64_t commands() const noexcept { return commands_; }
+  [[nodiscard]] std::uint64_t commands() const noexcept { return comparison_.made(); }
   /// Empty if every command equals the recorded one; else the first difference, as a sentence.
-  [[nodiscard]] const std::string& difference() const noexcept { return difference_; }
+  [[nodiscard]] const std::string& difference() const noexcept { return comparison_.difference(); }
 
  private:
-  void compare(std::span<const StimulationCommand> commands);
-  [[nodiscard]] std::string sentence_of(const StimulationCommand& command) const;
-
   StimulationEncoder* encoder_;
-  std::deque<StimulationCommand> recorded_;
+  ReplayComparison<StimulationCommand> comparison_;
   std::optional<std::chrono::nanoseconds> last_;  ///< end of the last tick
-  std::uint64_t commands_ = 0;
-  std::string difference_;
 };
 
 }  // namespace merkel

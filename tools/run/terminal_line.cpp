@@ -1,10 +1,10 @@
 #include "tools/run/terminal_line.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
+#include <fmt/core.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -78,16 +78,9 @@ void TerminalLine::clear() {
 }
 
 std::string ReadingBar::text(const LiveReading& reading) {
-  std::array<char, 96> text{};
   std::string line;
-  if (reading.force_N) {
-    std::snprintf(text.data(), text.size(), "%.3f N ", *reading.force_N);
-    line += text.data();
-  }
-  if (reading.depth_mm) {
-    std::snprintf(text.data(), text.size(), "%.2f mm ", *reading.depth_mm);
-    line += text.data();
-  }
+  if (reading.force_N) line += fmt::format("{:.3f} N ", *reading.force_N);
+  if (reading.depth_mm) line += fmt::format("{:.2f} mm ", *reading.depth_mm);
   if (line.empty()) return line;
   const double value = std::max(reading.force_N.value_or(reading.depth_mm.value_or(0.0)), 0.0);
   largest_ = std::max(largest_, value);

@@ -1,11 +1,9 @@
 #include "tools/run/verdict.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
@@ -22,22 +20,9 @@ constexpr double kMuch = 0.01;        ///< share of ticks or samples that is rep
 constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
 constexpr double kLostTouch = 0.5;    ///< or this share of a short run
 
-[[gnu::format(printf, 1, 2)]] std::string sentence(const char* format, ...) {
-  std::array<char, 512> line{};
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(line.data(), line.size(), format, arguments);
-  va_end(arguments);
-  return line.data();
-}
-
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
 }
-
-using Count = unsigned long long;
-
-Count number(std::uint64_t value) { return value; }
 
 class Judge {
  public:
@@ -80,8 +65,8 @@ class Judge {
     if (press.x_mm < 0.0 || press.x_mm > patch.length_mm || press.y_mm < 0.0 ||
         press.y_mm > patch.width_mm) {
       add(Severity::kNote, 1.0,
-          sentence("%s pressed at (%.4g, %.4g) mm, outside the patch of %.4g x %.4g mm",
-                   probe.uri.c_str(), press.x_mm, press.y_mm, patch.length_mm, patch.width_mm),
+          fmt::format("{} pressed at ({:.4g}, {:.4g}) mm, outside the patch of {:.4g} x {:.4g} mm",
+                      probe.uri, press.x_mm, press.y_mm, patch.length_mm, patch.width_mm),
           "the origin of the patch is at the fingertip: set the stage's zero, or [probe] x_mm, "
           "y_mm");
     }
@@ -89,9 +74,9 @@ class Judge {
     if (both && both->disagrees()) {
       const bool by_force = indenter.control == Indenter::Control::kForce;
       add(Severity::kNote, 0.5,
-          sentence("%s measured %.4g N at %.4g mm, where the model's skin gives %.4g N: ratio %.2f",
-                   probe.uri.c_str(), both->force_N, both->depth_mm, both->model_force_N,
-                   both->ratio()),
+          fmt::format(
+              "{} measured {:.4g} N at {:.4g} mm, where the model's skin gives {:.4g} N: ratio {:.2f}",
+              probe.uri, both->force_N, both->depth_mm, both->model_force_N, both->ratio()),
           std::string(
               "check the zero of its depth, [probe] radius_mm and the skin's moduli; its ") +
               (by_force ? "force" : "depth") + " drives the model ([probe] control)");
@@ -104,16 +89,16 @@ class Judge {
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
     if (probe.device && probe.device->outages > 0) {
       add(Severity::kLoss, outage_s / std::max(run_s, outage_s),
-          sentence("%s was unplugged %llu times, for %.3g s in total", probe.uri.c_str(),
-                   number(probe.device->outages), outage_s),
+          fmt::format("{} was unplugged {} times, for {:.3g} s in total", probe.uri,
+                      probe.device->outages, outage_s),
           "check its cable and plug");
     }
     const double lost_s = released_s - outage_s;
     const double weight = run_s > 0.0 ? lost_s / run_s : 0.0;
     if (lost_s > kLostTouch_s || (released_s > 0.0 && weight > kLostTouch)) {
       add(Severity::kFailure, weight,
-          sentence("touch was lost for %.3g s of %.3g: no sample of %s arrived in time", lost_s,
-                   run_s, probe.uri.c_str()),
+          fmt::format("touch was lost for {:.3g} s of {:.3g}: no sample of {} arrived in time",
+                      lost_s, run_s, probe.uri),
           "keep the device streaming, and check the lines on its clock and delay for a cause");
     }
   }
@@ -124,12 +109,12 @@ class Judge {
       const auto needed = probe.timing ? probe.timing->delay : nanoseconds{0};
       const double period_ms = probe.timing ? units::ms_from(probe.timing->period) : 0.0;
       std::string what =
-          sentence("%.0f %% of ticks held the last sample of %s", 100.0 * held, probe.uri.c_str());
-      if (probe.timing) what += sentence(", which sends one every %.3g ms", period_ms);
+          fmt::format("{:.0f} % of ticks held the last sample of {}", 100.0 * held, probe.uri);
+      if (probe.timing) what += fmt::format(", which sends one every {:.3g} ms", period_ms);
       add(Severity::kLoss, held, what,
           report_.delay < needed
-              ? sentence(
-                    "set [probe] delay_ms = %.0f, or remove the key: the delay is then measured",
+              ? fmt::format(
+                    "set [probe] delay_ms = {:.0f}, or remove the key: the delay is then measured",
                     std::ceil(units::ms_from(needed)))
               : std::string("its samples arrive irregularly: increase [probe] delay_ms, or check "
                             "what else keeps this machine busy"));
@@ -137,14 +122,14 @@ class Judge {
     const double late = share(probe.counts.late, probe.samples_in);
     if (late > kMuch) {
       add(Severity::kLoss, late,
-          sentence("%.0f %% of the samples of %s arrived after their time had been simulated",
-                   100.0 * late, probe.uri.c_str()),
+          fmt::format("{:.0f} % of the samples of {} arrived after their time had been simulated",
+                      100.0 * late, probe.uri),
           "increase [probe] delay_ms, or remove the key: the delay is then measured");
     }
     if (probe.dropped > 0) {
       add(Severity::kLoss, share(probe.dropped, probe.samples_in),
-          sentence("%llu samples of %s were dropped: the simulation did not keep up",
-                   number(probe.dropped), probe.uri.c_str()),
+          fmt::format("{} samples of {} were dropped: the simulation did not keep up",
+                      probe.dropped, probe.uri),
           "simplify the scene: see merkel plan");
     }
   }
@@ -153,22 +138,21 @@ class Judge {
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
-          sentence("%s: %llu readings were lost, %llu damaged and %llu impossible",
-                   probe.uri.c_str(), number(device.lost), number(device.damaged),
-                   number(device.refused)),
+          fmt::format("{}: {} readings were lost, {} damaged and {} impossible", probe.uri,
+                      device.lost, device.damaged, device.refused),
           "check the baud rate, the cable and the units");
     }
     if (device.clock_mistrusted) {
       add(Severity::kLoss, 0.0,
-          sentence("the clock of %s runs at %.4g times the rate of this machine's, so samples are "
-                   "timed by their arrival",
-                   probe.uri.c_str(), device.clock_rate),
+          fmt::format(
+              "the clock of {} runs at {:.4g} times the rate of this machine's, so samples are "
+              "timed by their arrival",
+              probe.uri, device.clock_rate),
           "check the unit of its time column (time_s, time_ms or time_us), or set clock=arrival");
     }
     if (device.saturated > 0) {
       add(Severity::kNote, share(device.saturated, device.readings),
-          sentence("%llu readings of %s are at the end of its range", number(device.saturated),
-                   probe.uri.c_str()),
+          fmt::format("{} readings of {} are at the end of its range", device.saturated, probe.uri),
           "press less, or use a sensor with a larger range");
     }
   }
@@ -178,8 +162,8 @@ class Judge {
     if (report_.skipped_ticks > 0) {
       const double skipped = share(report_.skipped_ticks, all);
       add(skipped > kMuch ? Severity::kFailure : Severity::kLoss, skipped,
-          sentence("%llu of %llu ticks were skipped: the simulation fell behind",
-                   number(report_.skipped_ticks), number(all)),
+          fmt::format("{} of {} ticks were skipped: the simulation fell behind",
+                      report_.skipped_ticks, all),
           "simplify the scene (merkel plan), or check this machine with merkel doctor");
     }
     if (report_.demotions > 0) {
@@ -189,8 +173,8 @@ class Judge {
     }
     if (report_.overruns > 0) {
       add(Severity::kLoss, share(report_.overruns, all),
-          sentence("%llu ticks ended late, the longest by %.3g ms", number(report_.overruns),
-                   1e-6 * static_cast<double>(report_.longest_overrun_ns)),
+          fmt::format("{} ticks ended late, the longest by {:.3g} ms", report_.overruns,
+                      1e-6 * static_cast<double>(report_.longest_overrun_ns)),
           report_.overruns_by_late_wake_up > report_.overruns_by_long_compute
               ? "the machine woke the loop up late: find the cause with merkel doctor"
               : "the model takes longer than a tick: see merkel plan");
@@ -199,16 +183,14 @@ class Judge {
 
   void judge_sink(const RunReport::OfSink& sink) {
     if (!sink.error_message.empty()) {
-      add(Severity::kFailure, 1.0,
-          sentence("%s failed: %s", sink.uri.c_str(), sink.error_message.c_str()),
+      add(Severity::kFailure, 1.0, fmt::format("{} failed: {}", sink.uri, sink.error_message),
           "fix the cause and run again; earlier spikes were delivered");
       return;
     }
     const std::uint64_t missing = sink.dropped + sink.lost();
     if (missing > 0) {
       add(Severity::kFailure, share(missing, sink.spikes_in),
-          sentence("%llu of %llu spikes did not reach %s", number(missing), number(sink.spikes_in),
-                   sink.uri.c_str()),
+          fmt::format("{} of {} spikes did not reach {}", missing, sink.spikes_in, sink.uri),
           "read them faster, or also record a session (xdf:FILE)");
     }
   }
@@ -216,8 +198,8 @@ class Judge {
   void judge_stimulation() {
     if (report_.commands_dropped == 0) return;
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
-        sentence("%llu of %llu stimulation commands were lost, so stimulation was stopped",
-                 number(report_.commands_dropped), number(report_.commands)),
+        fmt::format("{} of {} stimulation commands were lost, so stimulation was stopped",
+                    report_.commands_dropped, report_.commands),
         "a sink of commands was too slow: make its receiver faster");
   }
 
@@ -247,9 +229,9 @@ std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& mod
 
 std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
   if (findings.empty()) {
-    return sentence(
-        "verdict: all went well: every sample was used and all %llu spikes were delivered\n",
-        number(report.spikes));
+    return fmt::format(
+        "verdict: all went well: every sample was used and all {} spikes were delivered\n",
+        report.spikes);
   }
   std::string text = "verdict:\n";
   for (const Finding& finding : findings) {

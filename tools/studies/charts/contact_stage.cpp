@@ -4,6 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/receptors/receptor_drive.hpp"
@@ -74,9 +76,9 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
   const auto row = [&](const std::string& name, double parameter, double cost_s, double error,
                        std::size_t reached) {
     table->row(name, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});
-    text += format("| %s%s | %.3g | %.2g | %zu |\n", name.c_str(),
-                   parameter > 0.0 ? format(" %.0e", parameter).c_str() : "", 1e6 * cost_s, error,
-                   reached);
+    text += fmt::format("| {}{} | {:.3g} | {:.2g} | {} |\n", name,
+                        parameter > 0.0 ? fmt::format(" {:.0e}", parameter) : "", 1e6 * cost_s,
+                        error, reached);
   };
   for (const double tolerance : {1e-2, 1e-4, 1e-7}) {
     const auto begin = std::chrono::steady_clock::now();

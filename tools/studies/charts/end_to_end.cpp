@@ -4,6 +4,8 @@
 #include <numbers>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/units.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"
@@ -105,8 +107,8 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
                                    .cull_tolerance = 0.0,
                                    .freeze_resting = false});
     const auto reference = run(exact, press.depth_mm);
-    text += format(
-        "\n| %s: %zu spikes | step (µs) | µs per tick | rms error (ms) | median error (ms) | "
+    text += fmt::format(
+        "\n| {}: {} spikes | step (µs) | µs per tick | rms error (ms) | median error (ms) | "
         "without a partner |\n|---|---|---|---|---|---|\n",
         press.name, reference.size());
     for (const Variant& variant : variants()) {
@@ -118,9 +120,9 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
       table->row(std::string(press.name) + ",\"" + variant.name + "\"",
                  {variant.step_us, cost_us, error.rms_ms, error.median_ms, error.share_unmatched(),
                   static_cast<double>(spikes.size()), static_cast<double>(reference.size())});
-      text += format("| %s | %g | %.2f | %.2g | %.2g | %.1f %% |\n", variant.name.c_str(),
-                     variant.step_us, cost_us, error.rms_ms, error.median_ms,
-                     100.0 * error.share_unmatched());
+      text += fmt::format("| {} | {:g} | {:.2f} | {:.2g} | {:.2g} | {:.1f} % |\n", variant.name,
+                          variant.step_us, cost_us, error.rms_ms, error.median_ms,
+                          100.0 * error.share_unmatched());
     }
     folder.report((static_cast<double>(&press - kPresses) + 1.0) / std::size(kPresses));
   }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/units.hpp"
 #include "drivers/files/output_file.hpp"
 #include "tools/studies/bench/population_cost.hpp"
@@ -57,7 +59,7 @@ double cost_us(double s_per_step, double step_us) { return 1e6 * s_per_step * 1e
 
 /// Cost of a step, s: the median of pairs with the same reference method, so that other load
 /// affects both. It depends on the step's length only because Crank–Nicolson computes exponentials
-/// for the gates from 40 µs on.
+/// for the gates from kExponentialGates_ms on.
 class StepCosts {
  public:
   double of(IntegrationMethod method, Precision precision, double step_us) {
@@ -109,6 +111,76 @@ CvodeRun run_cvode(double tolerance) {
 }
 #endif
 
+constexpr double kSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
+
+/// The cost and error of a method: a row of the report and a row of the table of `merkel plan`.
+struct MethodRows {
+  std::string report;
+  std::string known;
+};
+
+/// Also writes a line per step to `table`.
+MethodRows measure(IntegrationMethod method, Precision precision,
+                   const std::vector<SpikeEvent>& reference, StepCosts& step_costs,
+                   CsvTable& table) {
+  const double step_s = step_costs.of(method, precision, 25.0);
+  const double long_step_s =
+      method == IntegrationMethod::kCrankNicolson ? step_costs.of(method, precision, 50.0) : step_s;
+  MethodRows rows{.report = fmt::format("| {} | {} |", name_of(method), name_of(precision)),
+                  .known = {}};
+  for (const double step_us : kSteps_us) {
+    const auto driven = drive_neurons(currents(), kDuration_ms, method, precision, step_us);
+    const SpikeTrainError error = spike_train_error(driven.spikes, reference);
+    const double cost =
+        cost_us(1e-3 * step_us < kExponentialGates_ms ? step_s : long_step_s, step_us);
+    const bool right = driven.resets == 0 && error.unmatched == 0;
+    rows.known += rows.known.empty() ? "" : ", ";
+    rows.known += right ? fmt::format("{:.3g}", 1e3 * error.rms_ms) : "kInfinite";
+    table.row(fmt::format("{},{}", name_of(method), name_of(precision)),
+              {step_us, cost, error.rms_ms, driven.resets > 0 ? 1.0 : error.share_unmatched()});
+    if (step_us > 100.0 || step_us < 10.0) continue;
+    rows.report += right ? fmt::format(" {:.0f} µs → {:.2g} ms |", cost, error.rms_ms)
+                         : fmt::format(" {:.0f} µs → – |", cost);
+  }
+  rows.report += "\n";
+  rows.known =
+      fmt::format("{{IntegrationMethod::{}, Precision::{}, {:.2f}, {:.2f}, {{{}}}}},\n",
+                  enumerator_of(method), precision == Precision::kDouble ? "kDouble" : "kFloat",
+                  1e9 * step_s, 1e9 * long_step_s, rows.known);
+  return rows;
+}
+
+/// CVODE at several tolerances.
+std::string measure_cvode([[maybe_unused]] const std::vector<SpikeEvent>& reference,
+                          [[maybe_unused]] CsvTable& table) {
+#ifdef MERKEL_HAS_CVODE
+  std::string text = "\n| CVODE tolerance | cost | rms error |\n|---|---|---|\n";
+  for (int power = 3; power <= 10; ++power) {
+    const double tolerance = std::pow(10.0, -power);
+    const CvodeRun run = run_cvode(tolerance);
+    const SpikeTrainError error = spike_train_error(run.spikes, reference);
+    table.row("cvode,double", {tolerance, run.cost_us, error.rms_ms, error.share_unmatched()});
+    text += fmt::format("| 1e-{} | {:.0f} µs | {:.2g} ms |\n", power, run.cost_us, error.rms_ms);
+  }
+  return text;
+#else
+  return "\nCVODE is not in this build: install libsundials-dev and rebuild.\n";
+#endif
+}
+
+/// The points of other simulators, if they are installed.
+Expected<std::string, SetupError> measure_peers(const ReportFolder& folder) {
+  if (!python_has("brian2") && !python_has("neuron")) {
+    return "\nNeither Brian2 (python3-brian) nor NEURON (python3-neuron) is installed: their points "
+           "are missing.\n";
+  }
+  const auto run =
+      run_script("compare_peers", {std::filesystem::read_symlink("/proc/self/exe").string(),
+                                   "--csv", folder.path("peers.csv")});
+  if (!run) return Unexpected<SetupError>(run.error());
+  return "\nThe points of other simulators are in `peers.csv`.\n";
+}
+
 }  // namespace
 
 Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& folder) {
@@ -119,13 +191,13 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
   if (!table) return Unexpected<SetupError>(table.error());
   // RK4 at this step is within 1e-7 ms of CVODE at 1e-12.
   const auto reference =
-      drive_neurons(currents(), kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 0.5);
+      drive_neurons(currents(), kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 0.5)
+          .spikes;
   std::string text =
       "## Speed against accuracy of the integrators\n\nEight neurons under 8 to 14 µA/cm² for "
       "500 ms; spike times against RK4 at 0.5 µs; cost of one neuron per simulated second among "
       "2000 uncoupled on one core (`integrators.csv`). \"–\": wrong spike counts or diverged.\n\n"
       "| method | precision | 100 µs | 50 µs | 25 µs | 12.5 µs |\n|---|---|---|---|---|---|\n";
-  const std::vector<double> steps_us = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
   // The prior knowledge of `merkel plan`: replaces tools/studies/plan/method_table.inc.
   auto known = OutputFile::create(folder.path("method_table.inc"), folder.overwrite);
   if (!known) return Unexpected<SetupError>(known.error());
@@ -135,68 +207,23 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
       "times,\n// µs, at steps of 200, 100, 50, 25, 12.5 and 6.25 µs, infinite if spike counts are "
       "wrong.\n";
   StepCosts step_costs;
-  const auto& names = integration_method_names();
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const auto method = static_cast<IntegrationMethod>(k);
+  const std::size_t methods = integration_method_names().size();
+  for (std::size_t k = 0; k < methods; ++k) {
     for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
-      const std::string label = names[k] + "," + std::string(name_of(precision));
-      std::string cells;
-      std::string errors;
-      const double step_s = step_costs.of(method, precision, 25.0);
-      const double long_step_s = method == IntegrationMethod::kCrankNicolson
-                                     ? step_costs.of(method, precision, 50.0)
-                                     : step_s;
-      for (const double step_us : steps_us) {
-        const auto driven = drive_neurons(currents(), kDuration_ms, method, precision, step_us);
-        const SpikeTrainError error = spike_train_error(driven.spikes, reference.spikes);
-        const double cost = cost_us(step_us < 40.0 ? step_s : long_step_s, step_us);
-        const bool right = driven.resets == 0 && error.unmatched == 0;
-        errors += errors.empty() ? "" : ", ";
-        errors += right ? format("%.3g", 1e3 * error.rms_ms) : "kInfinite";
-        table->row(label, {step_us, cost, error.rms_ms,
-                           driven.resets > 0 ? 1.0 : error.share_unmatched()});
-        if (step_us > 100.0 || step_us < 10.0) continue;
-        cells += right ? format(" %.0f µs → %.2g ms |", cost, error.rms_ms)
-                       : format(" %.0f µs → – |", cost);
-      }
-      text += "| " + names[k] + " | " + std::string(name_of(precision)) + " |" + cells + "\n";
-      known_text +=
-          format("{IntegrationMethod::%s, Precision::%s, %.2f, %.2f, {%s}},\n",
-                 enumerator_of(method), precision == Precision::kDouble ? "kDouble" : "kFloat",
-                 1e9 * step_s, 1e9 * long_step_s, errors.c_str());
+      const MethodRows rows =
+          measure(static_cast<IntegrationMethod>(k), precision, reference, step_costs, *table);
+      text += rows.report;
+      known_text += rows.known;
       folder.report((static_cast<double>(k) + (precision == Precision::kFloat ? 1.0 : 0.5)) /
-                    static_cast<double>(names.size()));
+                    static_cast<double>(methods));
     }
   }
-#ifdef MERKEL_HAS_CVODE
-  text += "\n| CVODE tolerance | cost | rms error |\n|---|---|---|\n";
-  for (int power = 3; power <= 10; ++power) {
-    const double tolerance = std::pow(10.0, -power);
-    const CvodeRun run = run_cvode(tolerance);
-    const SpikeTrainError error = spike_train_error(run.spikes, reference.spikes);
-    table->row("cvode,double", {tolerance, run.cost_us, error.rms_ms, error.share_unmatched()});
-    text += format("| 1e-%d | %.0f µs | %.2g ms |\n", power, run.cost_us, error.rms_ms);
-  }
-#else
-  text += "\nCVODE is not in this build: install libsundials-dev and rebuild.\n";
-#endif
+  text += measure_cvode(reference, *table);
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   if (!known->write(known_text) || !known->close()) return unavailable(known->error());
-  // Other simulators, if they are installed.
-  if (python_has("brian2") || python_has("neuron")) {
-    if (auto run =
-            run_script("compare_peers", {std::filesystem::read_symlink("/proc/self/exe").string(),
-                                         "--csv", folder.path("peers.csv")});
-        !run) {
-      return Unexpected<SetupError>(run.error());
-    }
-    text += "\nThe points of other simulators are in `peers.csv`.\n";
-  } else {
-    text +=
-        "\nNeither Brian2 (python3-brian) nor NEURON (python3-neuron) is installed: their points "
-        "are missing.\n";
-  }
-  return text + "\n";
+  const auto peers = measure_peers(folder);
+  if (!peers) return peers;
+  return text + *peers + "\n";
 }
 
 }  // namespace merkel

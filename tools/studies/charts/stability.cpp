@@ -3,6 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/charts/driven_neurons.hpp"
@@ -96,7 +98,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
     }
     text += "| " + names[k] + " |";
     for (const double step_us : largest) {
-      text += step_us > 0.0 ? format(" %g µs |", step_us) : std::string(" – |");
+      text += step_us > 0.0 ? fmt::format(" {:g} µs |", step_us) : std::string(" – |");
     }
     text += "\n";
     folder.report(static_cast<double>(k + 1) / static_cast<double>(names.size()));

@@ -2,6 +2,8 @@
 #include <numbers>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/units.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"
@@ -65,9 +67,9 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
       table->row({static_cast<double>(skin.receptors), static_cast<double>(patch.neurons()),
                   depth_mm, area, static_cast<double>(reached), static_cast<double>(active),
                   cost_us});
-      text += format("| %lld | %zu | %g | %.1f | %zu | %zu | %.2f |\n",
-                     static_cast<long long>(skin.receptors), patch.neurons(), depth_mm, area,
-                     reached, active, cost_us);
+      text += fmt::format("| {} | {} | {:g} | {:.1f} | {} | {} | {:.2f} |\n",
+                          static_cast<long long>(skin.receptors), patch.neurons(), depth_mm, area,
+                          reached, active, cost_us);
     }
     folder.report((static_cast<double>(&skin - kSkins) + 1.0) / std::size(kSkins));
   }

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
@@ -26,7 +28,8 @@ double percentile(std::vector<double> values, double fraction) {
 std::string spread(const std::vector<double>& values) {
   const double mean =
       std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-  return format("%.2f (%.2f … %.2f)", mean, percentile(values, 0.05), percentile(values, 0.95));
+  return fmt::format("{:.2f} ({:.2f} … {:.2f})", mean, percentile(values, 0.05),
+                     percentile(values, 0.95));
 }
 
 struct Statistics {
@@ -64,9 +67,9 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
                        "set,seed,neuron,receptors,mean_distance_mm,rate_hz", options.overwrite);
   if (!draws) return Unexpected<SetupError>(draws.error());
 
-  std::string report = format(
+  std::string report = fmt::format(
       "## Figs 6 and 7: a press at the centre\n\nSphere of 2 mm radius, 1.5 mm deep at (15, 10) mm "
-      "for 1 s, from rest, over %d receptor draws (seeds 1 to %d) of each parameter set "
+      "for 1 s, from rest, over {} receptor draws (seeds 1 to {}) of each parameter set "
       "(`fig6_centre_press.csv`: seed 1; `fig7_draws.csv`: all). Partial rank correlations over "
       "the 20 afferents: mean (5th … 95th percentile).\n\n| set | rate with distance, given the "
       "count | rate with count, given the distance | both | 13 alone highest | 18 above 8, if it "
@@ -93,11 +96,10 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
                                patch.mean_distance_mm[n], patch.rate_hz[n]});
       }
     }
-    report +=
-        format("| %s | %s | %s | %s | %d of %d | %d of %d |\n", sets[set].c_str(),
-               spread(statistics.with_distance).c_str(), spread(statistics.with_count).c_str(),
-               statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, seeds,
-               statistics.far_above_near, statistics.far_has_more);
+    report += fmt::format("| {} | {} | {} | {} | {} of {} | {} of {} |\n", sets[set],
+                          spread(statistics.with_distance), spread(statistics.with_count),
+                          statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, seeds,
+                          statistics.far_above_near, statistics.far_has_more);
   }
   for (auto* const table : {&*rates, &*draws}) {
     if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());

@@ -1,4 +1,6 @@
 // Force against depth for all contact laws.
+#include <fmt/core.h>
+
 #include "core/contact/sphere_law.hpp"
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"
@@ -32,10 +34,10 @@ Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options)
                   units::N_from_mN(exact.at_depth(depth).force_mN)});
       if (i == 10 || i == 20 || i == 30) {
         const double a = hertz.at_depth(depth).contact_radius_mm;
-        report += format("| %g | %g | %.2f | %.2f | %.3f | %.3f | %.3f |\n", radius, depth,
-                         a / radius, a / kThickness_mm, sneddon.at_depth(depth).force_mN / base,
-                         polynomial.at_depth(depth).force_mN / base,
-                         exact.at_depth(depth).force_mN / base);
+        report += fmt::format(
+            "| {:g} | {:g} | {:.2f} | {:.2f} | {:.3f} | {:.3f} | {:.3f} |\n", radius, depth,
+            a / radius, a / kThickness_mm, sneddon.at_depth(depth).force_mN / base,
+            polynomial.at_depth(depth).force_mN / base, exact.at_depth(depth).force_mN / base);
       }
     }
   }

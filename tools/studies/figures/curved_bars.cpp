@@ -1,4 +1,6 @@
 // Bars on a curved finger: the model's contact against boundary elements.
+#include <fmt/core.h>
+
 #include "core/contact/flat_tip_field.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
@@ -44,10 +46,10 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
       table->row({width, depth, units::N_from_mN(field.force_mN(depth)),
                   units::N_from_mN(elements.force_mN()), ours(0.0), theirs(0.0), ours(edge),
                   theirs(edge)});
-      report += format("| %g | %g | %+.1f %% | %+.1f %% | %+.1f %% |\n", width, depth,
-                       100.0 * (field.force_mN(depth) / elements.force_mN() - 1.0),
-                       100.0 * (ours(0.0) / theirs(0.0) - 1.0),
-                       100.0 * (ours(edge) / theirs(edge) - 1.0));
+      report += fmt::format("| {:g} | {:g} | {:+.1f} % | {:+.1f} % | {:+.1f} % |\n", width, depth,
+                            100.0 * (field.force_mN(depth) / elements.force_mN() - 1.0),
+                            100.0 * (ours(0.0) / theirs(0.0) - 1.0),
+                            100.0 * (ours(edge) / theirs(edge) - 1.0));
     }
   }
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());

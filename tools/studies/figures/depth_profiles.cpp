@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/skin/point_load.hpp"
@@ -65,18 +67,19 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
        {std::pair{5.0, 1.0}, {5.0, 2.0}, {5.0, 3.0}, {5.0, 4.0}, {5.0, 5.0}, {2.0, 1.0}}) {
     peaks.push_back(profile(radius, depth));
     const Peak& peak = peaks.back();
-    report += format("| %g | %g | %.2f | %.2f | %s | %.2f | %.2f |\n", radius, depth,
-                     peak.height_kPa, peak.at_mm, peak.at_mm > 0.0 ? "annular" : "single peak",
-                     peak.deepest_kPa, peak.printed_kPa);
+    report +=
+        fmt::format("| {:g} | {:g} | {:.2f} | {:.2f} | {} | {:.2f} | {:.2f} |\n", radius, depth,
+                    peak.height_kPa, peak.at_mm, peak.at_mm > 0.0 ? "annular" : "single peak",
+                    peak.deepest_kPa, peak.printed_kPa);
   }
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   const bool grows =
       std::is_sorted(peaks.begin(), peaks.begin() + 5,
                      [](const Peak& a, const Peak& b) { return a.height_kPa < b.height_kPa; });
   const bool turns = peaks[0].at_mm == 0.0 && peaks[1].at_mm > 0.0;
-  report += format(
-      "\nAmplitude grows with depth: **%s**. Single peak at 1 mm, annular from 2 mm: "
-      "**%s**. The smaller sphere gives a higher peak at equal depth: **%s**.\n\n",
+  report += fmt::format(
+      "\nAmplitude grows with depth: **{}**. Single peak at 1 mm, annular from 2 mm: "
+      "**{}**. The smaller sphere gives a higher peak at equal depth: **{}**.\n\n",
       grows ? "reproduced" : "not reproduced", turns ? "reproduced" : "not reproduced",
       peaks[5].height_kPa > peaks[0].height_kPa ? "reproduced" : "not reproduced");
   const auto falls = [&](double Peak::*value) {
@@ -85,10 +88,10 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
   };
   const bool second = std::any_of(peaks.begin(), peaks.begin() + 5,
                                   [](const Peak& peak) { return peak.others > 0; });
-  report += format(
-      "The paper also says that the energy density at the deepest point falls with depth: **%s**; "
-      "by the printed formula it %s. It also says that a minimum and a second peak follow the first: "
-      "**%s**.\n\n",
+  report += fmt::format(
+      "The paper also says that the energy density at the deepest point falls with depth: **{}**; "
+      "by the printed formula it {}. It also says that a minimum and a second peak follow the first: "
+      "**{}**.\n\n",
       falls(&Peak::deepest_kPa) ? "reproduced" : "not reproduced, it rises",
       falls(&Peak::printed_kPa) ? "falls" : "does not fall",
       second ? "reproduced" : "not reproduced, it falls from its peak on");

@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "core/contact/flat_tip_field.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/receptors/sigmoid_transduction.hpp"
@@ -89,17 +91,18 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
   for (const Edge& edge : edges) {
     rates.push_back(extreme(rate, edge.x_mm, true));
     energies.push_back(extreme(energy, edge.x_mm, true));
-    report += format("| edge at the %s | %.4f | %.0f |\n", edge.at, energies.back(), rates.back());
+    report += fmt::format("| edge at the {} | {:.4f} | {:.0f} |\n", edge.at, energies.back(),
+                          rates.back());
   }
   const double interior_rate = extreme(rate, tip.centre_mm(1), false);
   const double interior_energy = extreme(energy, tip.centre_mm(1), false);
-  report +=
-      format("| inside of the middle bar | %.4f | %.0f |\n\n", interior_energy, interior_rate);
+  report += fmt::format("| inside of the middle bar | {:.4f} | {:.0f} |\n\n", interior_energy,
+                        interior_rate);
   const bool ordered = energies[0] < energies[1] && energies[1] < energies[2];
   const bool enhanced = rates[0] > 2.0 * std::max(interior_rate, 1.0);
-  report += format(
-      "Edge rates far above the inside: **%s**. Edges ordered by the gap's width "
-      "(SED, and rates where they differ): **%s**.\n\n",
+  report += fmt::format(
+      "Edge rates far above the inside: **{}**. Edges ordered by the gap's width "
+      "(SED, and rates where they differ): **{}**.\n\n",
       enhanced ? "reproduced" : "not reproduced",
       ordered && rates[0] <= rates[1] && rates[1] <= rates[2] ? "reproduced" : "not reproduced");
   return report;

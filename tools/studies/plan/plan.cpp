@@ -2,16 +2,17 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
-#include <limits>
 #include <string>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "tools/scene/contact_sentence.hpp"
 #include "tools/studies/plan/encoding_cost.hpp"
+#include "tools/studies/plan/known_methods.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 #include "tools/studies/plan/rehearsal.hpp"
 #include "tools/studies/report/report.hpp"
@@ -82,50 +83,6 @@ PlanOption option_of(const TactileModel::Parameters& model) {
     option.precision = paper->precision;
   }
   return option;
-}
-
-/// Prior knowledge of a method, independent of the scene.
-struct KnownMethod {
-  IntegrationMethod method;
-  Precision precision;
-  double step_cost_ns;       ///< of one neuron, below 40 µs
-  double long_step_cost_ns;  ///< from there on
-  double error_us[6];        ///< at kKnownSteps_us
-};
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kKnownSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
-constexpr KnownMethod kKnown[] = {
-#include "tools/studies/plan/method_table.inc"
-};
-
-/// Largest ratio of a scene's error to the table's. The table is for neurons that fire at 70 Hz for
-/// half a second; near threshold, errors are larger.
-constexpr double kTableDoubt = 20.0;
-
-/// Options that may meet the budget and divide the tick, in order of cost.
-std::vector<PlanOption> options_by_cost(std::chrono::nanoseconds tick, double budget_us) {
-  struct Costed {
-    double cost;
-    PlanOption option;
-  };
-  std::vector<Costed> found;
-  for (const KnownMethod& known : kKnown) {
-    for (std::size_t k = 0; k < std::size(kKnownSteps_us); ++k) {
-      const auto step = units::nanoseconds_from_us(kKnownSteps_us[k]);
-      if (known.error_us[k] > kTableDoubt * budget_us) continue;
-      if (tick % step != std::chrono::nanoseconds{0}) continue;
-      if (units::ms_from(step) > largest_step_ms(known.method, 0.0)) continue;
-      found.push_back(
-          {(kKnownSteps_us[k] < 40.0 ? known.step_cost_ns : known.long_step_cost_ns) /
-               kKnownSteps_us[k],
-           {.method = known.method, .precision = known.precision, .step = step, .tick = tick}});
-    }
-  }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Costed& a, const Costed& b) { return a.cost < b.cost; });
-  std::vector<PlanOption> options;
-  for (const Costed& each : found) options.push_back(each.option);
-  return options;
 }
 
 /// Rehearses a scene with several options and compares each with the reference.
@@ -234,9 +191,9 @@ Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene
   const std::string what =
       best == tried.end()
           ? "cannot be met by any method"
-          : format("cannot be met: the best is %.3g µs%s, with %s", best->error_us(),
-                   best->error.unmatched > 0 ? " and unmatched spikes" : "",
-                   name_of_option(*best).c_str());
+          : fmt::format("cannot be met: the best is {:.3g} µs{}, with {}", best->error_us(),
+                        best->error.unmatched > 0 ? " and unmatched spikes" : "",
+                        name_of_option(*best));
   return bad_input(scene.sentence({.key = "accuracy.spike_time_us", .reason = what}));
 }
 
@@ -247,17 +204,17 @@ std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
     sentences.emplace_back("coupling: network.gain is 0");
   }
   if (model.accuracy.cull_tolerance > 0.0) {
-    sentences.push_back(
-        format("receptors beyond reach: %.0f %% of the afferents on average (current change below "
-               "%g of a receptor's largest)",
-               100.0 * (1.0 - plan.reached_share), model.accuracy.cull_tolerance));
+    sentences.push_back(fmt::format(
+        "receptors beyond reach: {:.0f} % of the afferents on average (current change below "
+        "{:g} of a receptor's largest)",
+        100.0 * (1.0 - plan.reached_share), model.accuracy.cull_tolerance));
   }
   if (!model.energy_driven() && model.accuracy.freeze_resting) {
-    sentences.push_back(format("neurons at rest, in blocks of 16: %.0f %% of the steps",
-                               100.0 * (1.0 - plan.active_share)));
+    sentences.push_back(fmt::format("neurons at rest, in blocks of 16: {:.0f} % of the steps",
+                                    100.0 * (1.0 - plan.active_share)));
   }
-  sentences.push_back(
-      format("transduction without contact: %.0f %% of the ticks", 100.0 * plan.untouched_share));
+  sentences.push_back(fmt::format("transduction without contact: {:.0f} % of the ticks",
+                                  100.0 * plan.untouched_share));
   if (scene.sinks.empty()) sentences.emplace_back("sinks: the scene has none");
   return sentences;
 }

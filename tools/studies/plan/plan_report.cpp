@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "core/parameters/parameter_error.hpp"
@@ -38,43 +39,42 @@ std::string name_of_neurons(const Plan& plan) {
 
 std::string plan_text(const Plan& plan) {
   std::string text =
-      format("rehearsed %.3g s%s: %zu neurons, %zu receptors, %zu spikes\n", plan.rehearsed_s,
-             plan.stand_in ? " with a ramp-and-hold instead of the device" : "", plan.neurons,
-             plan.receptors, plan.spikes);
+      fmt::format("rehearsed {:.3g} s{}: {} neurons, {} receptors, {} spikes\n", plan.rehearsed_s,
+                  plan.stand_in ? " with a ramp-and-hold instead of the device" : "", plan.neurons,
+                  plan.receptors, plan.spikes);
   if (plan.budget_us) {
-    text += format("spike-time error to meet: %g µs (rms); tried, in order of cost:\n",
-                   *plan.budget_us);
+    text += fmt::format("spike-time error to meet: {:g} µs (rms); tried, in order of cost:\n",
+                        *plan.budget_us);
     for (const PlanOption& option : plan.tried) {
-      text += format("  %-58s %8.2f µs per tick, error %.3g µs%s\n", name_of_option(option).c_str(),
-                     option.tick_us, option.error_us(),
-                     option.error.unmatched > 0
-                         ? format(", %zu unmatched spikes", option.error.unmatched).c_str()
-                         : "");
+      text += fmt::format("  {:<58} {:8.2f} µs per tick, error {:.3g} µs{}\n",
+                          name_of_option(option), option.tick_us, option.error_us(),
+                          option.error.unmatched > 0
+                              ? fmt::format(", {} unmatched spikes", option.error.unmatched)
+                              : "");
     }
   }
   text += "chosen: " + name_of_neurons(plan) + "\n";
   if (units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
-    text += format(
-        "the tick is shorter than loop.tick_us, %g ms: within longer ticks, the currents deviate "
+    text += fmt::format(
+        "the tick is shorter than loop.tick_us, {:g} ms: within longer ticks, the currents deviate "
         "too much from straight lines for this budget\n",
         plan.scene_tick_ms);
   }
-  text += format(
-      "predicted: %.2f µs per tick of %g ms (%.0f × real time), spike-time error %.3g µs%s\n",
+  text += fmt::format(
+      "predicted: {:.2f} µs per tick of {:g} ms ({:.0f} × real time), spike-time error {:.3g} µs{}\n",
       plan.chosen.tick_us, units::ms_from(plan.chosen.tick),
       units::us_from(plan.chosen.tick) / plan.chosen.tick_us, plan.chosen.error_us(),
-      plan.chosen.error.unmatched > 0 ? format(" and %.1f %% of the spikes unmatched",
-                                               100.0 * plan.chosen.error.share_unmatched())
-                                            .c_str()
+      plan.chosen.error.unmatched > 0 ? fmt::format(" and {:.1f} % of the spikes unmatched",
+                                                    100.0 * plan.chosen.error.share_unmatched())
                                       : "");
   if (plan.electrodes > 0) {
-    text += format("stimulation commands for %zu electrode%s: additional %.2f µs per tick\n",
-                   plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
+    text += fmt::format("stimulation commands for {} electrode{}: additional {:.2f} µs per tick\n",
+                        plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
   }
   text += "skipped:\n";
   for (const std::string& sentence : plan.left_out) text += "  " + sentence + "\n";
   for (std::size_t i = 0; i < plan.validity.size(); ++i) {
-    text += format("contact law of probe %zu: %s\n", i + 1, plan.validity[i].c_str());
+    text += fmt::format("contact law of probe {}: {}\n", i + 1, plan.validity[i]);
   }
   return text;
 }

@@ -63,6 +63,17 @@ struct Element {
     }
     return sum / volume;
   }
+  [[nodiscard]] Eigen::Matrix<double, 8, 8> stiffness(const Eigen::Matrix4d& D) const {
+    const auto dilatation = mean();
+    Eigen::Matrix<double, 8, 8> K = Eigen::Matrix<double, 8, 8>::Zero();
+    for (const double s : {-kGauss, kGauss}) {
+      for (const double t : {-kGauss, kGauss}) {
+        const Shape B = mean_dilatation(strain(s, t), dilatation);
+        K += B.transpose() * D * B * (2.0 * std::numbers::pi * r_at(s) * quarter());
+      }
+    }
+    return K;
+  }
   [[nodiscard]] double quarter() const { return 0.25 * (r1 - r0) * (z1 - z0); }
 
   static constexpr double kGauss = 0.57735026918962576;
@@ -78,6 +89,36 @@ Eigen::Matrix4d elasticity(double E, double nu) {
   return d;
 }
 
+/// Sets the displacements that are not fixed to the equilibrium without load.
+void solve_free(const Eigen::SparseMatrix<double>& K, const std::vector<bool>& fixed,
+                Eigen::VectorXd& u) {
+  std::vector<int> place;  // of each unknown among the free ones, or −1
+  int free = 0;
+  for (const bool is_fixed : fixed) place.push_back(is_fixed ? -1 : free++);
+  const Eigen::VectorXd load = -(K * u);
+  std::vector<Eigen::Triplet<double>> kept;
+  for (Eigen::Index column = 0; column < K.cols(); ++column) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(K, column); it; ++it) {
+      const int i = place[static_cast<std::size_t>(it.row())];
+      const int j = place[static_cast<std::size_t>(it.col())];
+      if (i >= 0 && j >= 0) kept.emplace_back(i, j, it.value());
+    }
+  }
+  Eigen::SparseMatrix<double> reduced(free, free);
+  reduced.setFromTriplets(kept.begin(), kept.end());
+  Eigen::VectorXd right(free);
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    const int at = place[static_cast<std::size_t>(i)];
+    if (at >= 0) right(at) = load(i);
+  }
+  const Eigen::VectorXd solved =
+      Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(reduced).solve(right);
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    const int at = place[static_cast<std::size_t>(i)];
+    if (at >= 0) u(i) = solved(at);
+  }
+}
+
 }  // namespace
 
 LayerFiniteElements::LayerFiniteElements(const Parameters& p) {
@@ -91,15 +132,7 @@ LayerFiniteElements::LayerFiniteElements(const Parameters& p) {
   for (std::size_t row = 0; row + 1 < z_.size(); ++row) {
     for (std::size_t column = 0; column + 1 < r_.size(); ++column) {
       const Element element{r_[column], r_[column + 1], z_[row], z_[row + 1]};
-      const auto mean = element.mean();
-      Eigen::Matrix<double, 8, 8> K = Eigen::Matrix<double, 8, 8>::Zero();
-      for (const double s : {-Element::kGauss, Element::kGauss}) {
-        for (const double t : {-Element::kGauss, Element::kGauss}) {
-          const Shape B = element.mean_dilatation(element.strain(s, t), mean);
-          K += B.transpose() * D * B *
-               (2.0 * std::numbers::pi * element.r_at(s) * element.quarter());
-        }
-      }
+      const Eigen::Matrix<double, 8, 8> K = element.stiffness(D);
       const std::size_t of[] = {node(column, row), node(column + 1, row), node(column + 1, row + 1),
                                 node(column, row + 1)};
       for (int i = 0; i < 8; ++i) {
@@ -122,40 +155,17 @@ LayerFiniteElements::LayerFiniteElements(const Parameters& p) {
   };
   Eigen::VectorXd u;
   for (int pass = 0; pass < 40; ++pass) {
-    std::vector<int> place(static_cast<std::size_t>(all), 0);
+    std::vector<bool> fixed(static_cast<std::size_t>(all));
     u = Eigen::VectorXd::Zero(all);
     for (std::size_t column = 0; column < r_.size(); ++column) {
-      place[2 * node(column, z_.size() - 1)] = -1;
-      place[2 * node(column, z_.size() - 1) + 1] = -1;
+      fixed[2 * node(column, z_.size() - 1)] = true;
+      fixed[2 * node(column, z_.size() - 1) + 1] = true;
       if (!touching[column]) continue;
-      place[2 * column + 1] = -1;
+      fixed[2 * column + 1] = true;
       u(static_cast<Eigen::Index>(2 * column + 1)) = wanted(column);
     }
-    for (std::size_t row = 0; row < z_.size(); ++row) place[2 * node(0, row)] = -1;
-    int free = 0;
-    for (int& at : place) at = at < 0 ? -1 : free++;
-    const Eigen::VectorXd load = -(K * u);
-    std::vector<Eigen::Triplet<double>> kept;
-    for (Eigen::Index column = 0; column < all; ++column) {
-      for (Eigen::SparseMatrix<double>::InnerIterator it(K, column); it; ++it) {
-        const int i = place[static_cast<std::size_t>(it.row())];
-        const int j = place[static_cast<std::size_t>(it.col())];
-        if (i >= 0 && j >= 0) kept.emplace_back(i, j, it.value());
-      }
-    }
-    Eigen::SparseMatrix<double> reduced(free, free);
-    reduced.setFromTriplets(kept.begin(), kept.end());
-    Eigen::VectorXd right(free);
-    for (Eigen::Index i = 0; i < all; ++i) {
-      if (place[static_cast<std::size_t>(i)] >= 0)
-        right(place[static_cast<std::size_t>(i)]) = load(i);
-    }
-    const Eigen::VectorXd solved =
-        Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(reduced).solve(right);
-    for (Eigen::Index i = 0; i < all; ++i) {
-      if (place[static_cast<std::size_t>(i)] >= 0)
-        u(i) = solved(place[static_cast<std::size_t>(i)]);
-    }
+    for (std::size_t row = 0; row < z_.size(); ++row) fixed[2 * node(0, row)] = true;
+    solve_free(K, fixed, u);
     const Eigen::VectorXd reaction = K * u;
     bool changed = false;
     force_mN_ = 0.0;

@@ -42,13 +42,4 @@ int make_report(ReportFolder folder, const std::string& heading, std::span<const
   return kDone;
 }
 
-std::string format(const char* pattern, ...) {
-  std::array<char, 2000> text{};
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
-
 }  // namespace merkel

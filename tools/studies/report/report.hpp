@@ -32,7 +32,4 @@ struct ReportPart {
 int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
                 const std::string& plot_script);
 
-/// printf into a text.
-[[nodiscard, gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
-
 }  // namespace merkel

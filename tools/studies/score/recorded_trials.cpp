@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include <fmt/core.h>
+
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/spike_distance.hpp"
 #include "tools/studies/score/press_trace.hpp"
@@ -79,22 +81,23 @@ double mean_distance(const Trains& a, const Trains& b, Distance distance) {
   return pairs > 0.0 ? sum / pairs : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string number(double value, const char* pattern) {
-  return std::isfinite(value) ? format(pattern, value) : "–";
+std::string number(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
 }
 
 std::string distances(const RecordedTrials& set, const Trains& model) {
   std::string text =
       "| spike distance | model to recorded | recorded to recorded |\n|---|---|---|\n";
   const auto add = [&](const std::string& name, auto distance) {
-    text += "| " + name + " | " + number(mean_distance(model, set.spikes_s, distance), "%.2f") +
-            " | " + number(mean_distance(set.spikes_s, set.spikes_s, distance), "%.2f") + " |\n";
+    text += "| " + name + " | " + number(mean_distance(model, set.spikes_s, distance), 2) + " | " +
+            number(mean_distance(set.spikes_s, set.spikes_s, distance), 2) + " |\n";
   };
   using Train = std::vector<double>;
-  add(format("Victor–Purpura, cost %g/s", set.cost_per_s), [&](const Train& a, const Train& b) {
-    return victor_purpura_distance(a, b, set.cost_per_s);
-  });
-  add(format("van Rossum, τ %g ms", 1e3 * set.tau_s),
+  add(fmt::format("Victor–Purpura, cost {:g}/s", set.cost_per_s),
+      [&](const Train& a, const Train& b) {
+        return victor_purpura_distance(a, b, set.cost_per_s);
+      });
+  add(fmt::format("van Rossum, τ {:g} ms", 1e3 * set.tau_s),
       [&](const Train& a, const Train& b) { return van_rossum_distance(a, b, set.tau_s); });
   return text + "\n";
 }
@@ -102,9 +105,9 @@ std::string distances(const RecordedTrials& set, const Trains& model) {
 std::string phase_table(const RecordedTrials& set, const Trains& model) {
   std::string text = "| phase | from s | to s | recorded Hz | model Hz |\n|---|---|---|---|---|\n";
   for (const PressTrace::Phase& phase : set.trace->phases()) {
-    text += format("| %s | %.3f | %.3f | %.2f | %.2f |\n", phase.name.c_str(), phase.begin_s,
-                   phase.end_s, rate_in(set.spikes_s, phase.begin_s, phase.end_s),
-                   rate_in(model, phase.begin_s, phase.end_s));
+    text += fmt::format("| {} | {:.3f} | {:.3f} | {:.2f} | {:.2f} |\n", phase.name, phase.begin_s,
+                        phase.end_s, rate_in(set.spikes_s, phase.begin_s, phase.end_s),
+                        rate_in(model, phase.begin_s, phase.end_s));
   }
   return text + "\n";
 }
@@ -125,9 +128,9 @@ std::string locking(const RecordedTrials& set, const Trains& model) {
     }
     return vector_strength(all, set.frequency_hz);
   };
-  return format("- phase locking at %g Hz (vector strength): recorded %s, model %s\n",
-                set.frequency_hz, number(strength(set.spikes_s), "%.3f").c_str(),
-                number(strength(model), "%.3f").c_str());
+  return fmt::format("- phase locking at {:g} Hz (vector strength): recorded {}, model {}\n",
+                     set.frequency_hz, number(strength(set.spikes_s), 3),
+                     number(strength(model), 3));
 }
 
 /// Correlation of the two PSTHs, and their table.
@@ -230,11 +233,10 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
                  {t, (force ? 1e-3 : 1.0) * set.trace->at(t).level});
     }
     const double r2 = write_psth(set, model, *psth);
-    text += format("### %s: %zu recorded trials, %zu of the model\n\n", set.name.c_str(),
-                   set.spikes_s.size(), model.size());
+    text += fmt::format("### {}: {} recorded trials, {} of the model\n\n", set.name,
+                        set.spikes_s.size(), model.size());
     text += phase_table(set, model) + distances(set, model) + locking(set, model);
-    text +=
-        format("- PSTH in bins of %g ms: R² = %s\n\n", 1e3 * set.bin_s, number(r2, "%.3f").c_str());
+    text += fmt::format("- PSTH in bins of {:g} ms: R² = {}\n\n", 1e3 * set.bin_s, number(r2, 3));
   }
   for (CsvTable* const table : {&*spikes, &*psth, &*press}) {
     if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
