@@ -20,7 +20,7 @@ std::string sentence_of(const SpikeEvent& spike) {
 
 SessionReplay::SessionReplay(TactileModel& model, StimulationEncoder* encoder)
     : model_(model),
-      spikes_("spike", "of", sentence_of),
+      spikes_("spike", "of", [](const SpikeEvent& spike) { return sentence_of(spike); }),
       stimulation_(encoder),
       contacts_(model.indenters()),
       records_(model.indenters()) {}

@@ -111,7 +111,7 @@ CvodeRun run_cvode(double tolerance) {
 }
 #endif
 
-constexpr double kSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
+constexpr double kChartedSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
 
 /// The cost and error of a method: a row of the report and a row of the table of `merkel plan`.
 struct MethodRows {
@@ -120,15 +120,15 @@ struct MethodRows {
 };
 
 /// Also writes a line per step to `table`.
-MethodRows measure(IntegrationMethod method, Precision precision,
-                   const std::vector<SpikeEvent>& reference, StepCosts& step_costs,
-                   CsvTable& table) {
+MethodRows measure_method(IntegrationMethod method, Precision precision,
+                          const std::vector<SpikeEvent>& reference, StepCosts& step_costs,
+                          CsvTable& table) {
   const double step_s = step_costs.of(method, precision, 25.0);
   const double long_step_s =
       method == IntegrationMethod::kCrankNicolson ? step_costs.of(method, precision, 50.0) : step_s;
   MethodRows rows{.report = fmt::format("| {} | {} |", name_of(method), name_of(precision)),
                   .known = {}};
-  for (const double step_us : kSteps_us) {
+  for (const double step_us : kChartedSteps_us) {
     const auto driven = drive_neurons(currents(), kDuration_ms, method, precision, step_us);
     const SpikeTrainError error = spike_train_error(driven.spikes, reference);
     const double cost =
@@ -210,8 +210,8 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
   const std::size_t methods = integration_method_names().size();
   for (std::size_t k = 0; k < methods; ++k) {
     for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
-      const MethodRows rows =
-          measure(static_cast<IntegrationMethod>(k), precision, reference, step_costs, *table);
+      const MethodRows rows = measure_method(static_cast<IntegrationMethod>(k), precision,
+                                             reference, step_costs, *table);
       text += rows.report;
       known_text += rows.known;
       folder.report((static_cast<double>(k) + (precision == Precision::kFloat ? 1.0 : 0.5)) /
