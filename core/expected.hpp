@@ -21,7 +21,7 @@ struct SetupError {
     kUnavailable,  ///< the input is valid, but the host refused: a path, a device, a right
   };
   Kind kind = Kind::kBadInput;
-  std::string sentence;  ///< one sentence for a person: what is wrong and what to do
+  std::string sentence;  ///< message for the user: what is wrong and what to do
 };
 
 /// A bad-input error to return from a function whose result is Expected<…, SetupError>.

@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// Threads that share the work of one call. core has no threads of its own; realtime implements
+/// Threads that share the work of one call. core creates no threads; realtime implements
 /// this interface.
 class WorkerTeam {
  public:

@@ -19,8 +19,8 @@ struct ProbeCalibration;
 /// Why a probe delivers no more samples.
 enum class ProbeError {
   kEndOfStream,  ///< normal end of a recording or a simulated press
-  kBadData,      ///< a recording is unreadable; error_message() gives place and reason
-  kDisconnected  ///< a device is lost for good; error_message() gives the reason
+  kBadData,      ///< a recording is unreadable; error_message() contains place and reason
+  kDisconnected  ///< a device is permanently lost; error_message() contains the reason
 };
 
 /// The run in which a recording was made, in the recording's own time.
@@ -43,7 +43,7 @@ struct ProbeInfo {
   std::string calibration_file = {};  ///< as the user gave it; empty for none
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only
   std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra, in order
-  std::optional<RecordedRun> run = {};          ///< of a recording, where it is known
+  std::optional<RecordedRun> run = {};          ///< of a recording, if known
 };
 
 /// Counters of a device's driver.

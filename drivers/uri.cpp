@@ -46,7 +46,7 @@ Expected<Uri, SetupError> Uri::parse(std::string_view text) {
         uri.options.emplace(option.substr(0, equals), option.substr(equals + 1));
     if (!added) {
       return bad_input("\"" + uri.text + "\": the option " + position->first +
-                       " is given twice: keep one");
+                       " appears twice: keep one");
     }
   }
   return uri;

@@ -36,7 +36,7 @@ bool RunReport::complete() const {
          });
 }
 
-/// What a pipeline consists of. The loop runs on a thread of its own; everything else here on that
+/// The parts of a pipeline. The loop runs on a separate thread; everything else here on that
 /// of Pipeline::run().
 struct Pipeline::Parts {
   Parts(TactileModel& the_model, Parameters the_parameters)
@@ -126,8 +126,7 @@ Expected<RunReport, SetupError> Pipeline::run() {
 Expected<void, SetupError> Pipeline::Parts::start_probes() {
   if (probes.size() != model.indenters()) {
     return bad_input("the scene has " + std::to_string(model.indenters()) + " indenters, but " +
-                     std::to_string(probes.size()) +
-                     " probes were given: give one probe per indenter");
+                     std::to_string(probes.size()) + " probes: pass one probe per indenter");
   }
   if (parameters.fast && !probes.all_replayed()) {
     return bad_input("a device cannot be read faster than real time: remove --fast");

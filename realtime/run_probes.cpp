@@ -86,9 +86,10 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
     const std::string& error_message = entry.reader->error_message();
     return Unexpected<SetupError>(
         {.kind = info.replayed ? SetupError::Kind::kBadInput : SetupError::Kind::kUnavailable,
-         .sentence = error_message.empty()
-                         ? "the probe " + info.uri + " gave no samples: nothing can be simulated"
-                         : error_message});
+         .sentence =
+             error_message.empty()
+                 ? "the probe " + info.uri + " delivered no samples, so nothing can be simulated"
+                 : error_message});
   }
   return {};
 }

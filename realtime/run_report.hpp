@@ -69,7 +69,7 @@ struct RunReport : RunCounters {
 
   std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
   std::string error_message;                ///< empty, or the reason why a probe's stream failed
-  bool bad_input = false;    ///< it did because of the recording given, not of a device
+  bool bad_input = false;    ///< the stream failed because of an invalid recording, not a device
   bool interrupted = false;  ///< stopped before the end of the streams
 
   [[nodiscard]] bool complete() const;

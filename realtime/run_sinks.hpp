@@ -34,9 +34,9 @@ class RunSinks {
   ~RunSinks();
 
   void add(std::unique_ptr<SpikeSink> sink);
-  /// Makes a tap of a probe's samples for each sink that wants them.
+  /// Makes a tap of a probe's samples for each sink that subscribes to samples.
   [[nodiscard]] std::vector<SampleTap*> make_taps(std::size_t capacity);
-  /// Listens to the ports of all probes for the sinks that want their bytes.
+  /// Listens to the ports of all probes for the sinks that subscribe to frames.
   void listen();
 
   /// Starts the threads. The sinks may make requests from now on.

@@ -15,7 +15,7 @@ namespace merkel {
 namespace {
 
 constexpr const char* kExitCodes =
-    "Exit codes: 0 done; 1 failed while running; 2 wrong input or usage; 3 a device or the host\n"
+    "Exit codes: 0 success; 1 failed while running; 2 wrong input or usage; 3 a device or the host\n"
     "refused. Each subcommand has --help.";
 
 /// The error for the first argument that is neither a known subcommand nor a known option, with the

@@ -55,8 +55,8 @@ class BondedLayer {
  public:
   static constexpr double kLargestRadius = 4.0;  ///< of the contacts in the table, in thicknesses
 
-  /// Solves the equation for contact radii up to kLargestRadius; where only values up to
-  /// `largest_chi` are wanted, as far as those need. Real-time: no.
+  /// Solves the equation for contact radii up to kLargestRadius; if only values up to
+  /// `largest_chi` are needed, only for those. Real-time: no.
   explicit BondedLayer(double poisson_ratio,
                        double largest_chi = std::numeric_limits<double>::infinity());
 

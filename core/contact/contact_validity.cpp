@@ -61,7 +61,7 @@ std::string ContactValidity::sentence() const {
   if (exact_sphere) {
     append("%s", " (exact sphere)");
   } else {
-    append(" (%s %.1f; the force is %.1f %% above that of an exact sphere)",
+    append(" (%s the limit %.1f; the force is %.1f %% above that of an exact sphere)",
            radius_ratio <= kLargestRadiusRatio ? "within" : "beyond", kLargestRadiusRatio,
            100.0 * sphere_force_error);
   }
@@ -71,7 +71,7 @@ std::string ContactValidity::sentence() const {
            largest_layer_ratio, 100.0 * layer_force_error);
   } else if (layer_ratio > kLargestHalfSpaceRatio) {
     append(
-        "; the skin is modelled as a half-space: bone at a depth of %.0f mm, √(Rd)/h = %.3f, "
+        "; the skin is modelled as a half-space: bone at a depth of %.0f mm (√(Rd)/h = %.3f) "
         "would make the force %.2f times as large (set skin.thickness_mm)",
         thickness_mm, layer_ratio, 1.0 / (1.0 + layer_force_error));
   }

@@ -31,7 +31,7 @@ struct ContactValidity {
   /// thickness, because a real finger has bone below its skin and a half-space does not.
   bool within = true;
 
-  /// One sentence for a person.
+  /// The result as one sentence for the user.
   [[nodiscard]] std::string sentence() const;
 };
 

@@ -21,7 +21,7 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
     return ParameterCheck()
         .also(bars.check())
         .require(!skin.layered() && skin.contact_law == ContactLaw::kHertz, "probe.tip",
-                 "\"bars\" need skin without a layer: remove skin.thickness_mm and "
+                 "\"bars\" needs skin without a layer: remove skin.thickness_mm and "
                  "skin.contact_law")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
                  "must be at least 0.05 under bars: the pressure at their edges is infinite")

@@ -49,7 +49,7 @@ std::string moving_point(std::span<const CalibrationPoint> points, double gain) 
            (drifts ? "drifted" : "scattered") + " by " +
            shortest_decimal(std::round(moved * 1e4) * 1e-4) + ", which is " +
            shortest_decimal(std::round(100.0 * moved / span)) +
-           " % of the span of the points: keep the load still and measure again";
+           " % of the range of the calibration points: keep the load constant and measure again";
   }
   return {};
 }

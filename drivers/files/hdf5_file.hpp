@@ -11,7 +11,7 @@
 
 namespace merkel {
 
-/// Held by whoever uses HDF5, which keeps state of its own and is not built for several threads.
+/// Held during every use of HDF5, which has global state and is not thread-safe.
 [[nodiscard]] std::mutex& hdf5_mutex();
 
 /// Writes one HDF5 file. Objects are named by their path; missing groups on the way are made. After
@@ -52,7 +52,7 @@ class Hdf5File {
     Column(Hdf5File& file, const std::string& path, Type type, std::size_t width = 1);
     Column(const Column&) = delete;
     Column& operator=(const Column&) = delete;
-    /// Writes what is buffered.
+    /// Writes the buffered data.
     ~Column();
     void append(double value);
     void append(std::uint64_t value);
@@ -91,7 +91,7 @@ class Hdf5File {
 };
 
 /// Writes a whole HDF5 file under another name, forces it to the disk and gives it its name. On
-/// failure nothing of that name is left, and a sentence says why. One file at a time: HDF5 is not
+/// failure, leaves no file of that name and returns the reason. One file at a time: HDF5 is not
 /// built for several threads. Real-time: no.
 [[nodiscard]] Expected<void, std::string> write_hdf5_file(
     const std::string& path, bool overwrite, const std::function<void(Hdf5File&)>& write);

@@ -13,7 +13,7 @@ namespace merkel {
 Expected<LineReader, SetupError> LineReader::open(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    return bad_input(path + " is a directory: give a file");
+    return bad_input(path + " is a directory: use a file");
   }
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) {

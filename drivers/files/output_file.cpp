@@ -60,7 +60,7 @@ Expected<std::string, SetupError> recover(const std::string& path, const std::st
   if (file.get() < 0) return bad_input(cannot_write(part, errno) + "; give another name");
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return in_use(path);
   if (!is_still(file.get(), part)) {
-    return bad_input(part + " is not a file of merkel: remove it, or give another name");
+    return bad_input(part + " was not written by merkel: remove it, or use another name");
   }
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) return bad_input(cannot_write(part, errno));
@@ -218,7 +218,8 @@ bool OutputFile::wait_for_room() {
     pollfd room{.fd = descriptor_, .events = POLLOUT, .revents = 0};
     if (::poll(&room, 1, static_cast<int>(kLook.count())) != 0) return true;
   }
-  return fail(ETIMEDOUT, "its reader stopped reading; fix the reader, then run again");
+  return fail(ETIMEDOUT,
+              "the program at the other end stopped reading; restart it, then run again");
 }
 
 bool OutputFile::write_out(std::size_t& done) {
@@ -233,6 +234,7 @@ bool OutputFile::write_out(std::size_t& done) {
     if (wrote < 0) {
       return fail(errno, errno == ENOSPC  ? "free some space and run again"
                          : errno == EFBIG ? "raise the limit (ulimit -f) and run again"
+                         : errno == EPIPE ? "the program that reads it has exited"
                                           : "check the device and run again");
     }
     done += static_cast<std::size_t>(wrote);
@@ -272,13 +274,14 @@ bool OutputFile::rewrite(std::uint64_t place, std::string_view bytes) {
 bool OutputFile::publish() {
   if (const int unsafe = sync_file(descriptor_); unsafe != 0) return fail(unsafe, "check the disk");
   // The file was renamed or replaced by another program: leave both alone.
-  if (!is_still(descriptor_, part_)) return fail(ESTALE, "its .part was moved away");
+  if (!is_still(descriptor_, part_))
+    return fail(ESTALE, "another program moved or replaced the .part file");
   const int error = rename_to(part_, path_, overwrite_);
   if (error == EEXIST) return fail(error, "it was created during the run and is not replaced");
-  if (error != 0) return fail(error, "rename it by hand");
+  if (error != 0) return fail(error, "rename the .part file by hand");
   part_.clear();
   const int unsafe = sync_directory_of(path_);
-  return unsafe == 0 || fail(unsafe, "a power cut may still undo its renaming");
+  return unsafe == 0 || fail(unsafe, "the rename is not yet on disk and a power cut may undo it");
 }
 
 bool OutputFile::close() {

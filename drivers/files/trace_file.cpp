@@ -160,8 +160,8 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
       if (!time) return refuse("not a finite number of seconds: correct or remove this row");
       if (rows_ > 0 && *time <= last_time_) {
         return refuse(*time == last_time_
-                          ? "the same time as in the row before, to the nanosecond: remove one"
-                          : "earlier than in the row before: sort the rows by time");
+                          ? "the same time as in the previous row (resolution: 1 ns): remove one"
+                          : "earlier than in the previous row: sort the rows by time");
       }
       sample.time = sample.arrival = last_time_ = *time;
       continue;

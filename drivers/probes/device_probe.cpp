@@ -117,7 +117,7 @@ SetupError DeviceProbe::nothing_sensible() const {
     return error;
   }
   if (counts.readings == 0 && counts.refused > 0) {
-    error.sentence = "the device at " + name + " sends values that no probe can measure (" +
+    error.sentence = "the device at " + name + " sends values outside the range of any probe (" +
                      std::to_string(counts.refused) + " readings): check its units";
     return error;
   }
@@ -203,7 +203,7 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> sampl
 
 /// Input from the time without a reader is out of date.
 void DeviceProbe::discard_old_input() {
-  // A datagram a read, where it is a network: as many as a socket holds.
+  // On a network, each read returns one datagram: read as many as a socket can hold.
   for (std::size_t reads = 0; reads < 4096; ++reads) {
     const auto bytes = stream_.counts.bytes;
     if (!exchange(Time{0})) {
@@ -284,17 +284,20 @@ void DeviceProbe::take_readings() {
   }
 }
 
-/// Whether what speaks is the device that was opened: calibration and scene are of that one, and
-/// after an unplug another may be at its port.
+/// Whether the connected device is the one that was opened: calibration and scene belong to that
+/// device, and after an unplug another may be at its port.
 bool DeviceProbe::same_device() {
   const std::string serial_number = protocol_->serial_number();
   const bool other = serial_number != opened_serial_number_;
   const bool lacking = (protocol_->channels() & opened_channels_) != opened_channels_;
   if ((other || lacking) && !stranger_noticed_) {
-    notice(other ? "another device is at " + transport_->info().name + ", with serial number " +
-                       serial_number + " instead of " + opened_serial_number_ +
-                       ": the press is released; plug in the first one, or run again"
-                 : info_.name + " measures less than before: the press is released; run again");
+    notice(
+        other
+            ? "another device is connected at " + transport_->info().name +
+                  ", with serial number " + serial_number + " instead of " + opened_serial_number_ +
+                  ": the press is released; plug in the original device, or start a new run"
+            : info_.name +
+                  " has fewer channels than at the start: the press is released; start a new run");
   }
   stranger_noticed_ = other || lacking;
   return !stranger_noticed_;
@@ -318,7 +321,7 @@ void DeviceProbe::tare(const DeviceReading& reading) {
   channel->zero = zero;
   std::array<char, 64> amount{};
   std::snprintf(amount.data(), amount.size(), "%+.4f %s", shift, force ? "N" : "mm");
-  notice(info_.name + " is tared: " + amount.data() + " is the new zero");
+  notice(info_.name + " is tared: " + amount.data() + " is the new zero offset");
 }
 
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {

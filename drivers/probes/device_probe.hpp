@@ -32,14 +32,14 @@ class DeviceProbe final : public Probe {
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;  ///< file; empty: none
     std::chrono::milliseconds silence{2000};
-    std::string hint;  ///< what to check without valid data ("the baud rate, …")
+    std::string hint;  ///< what to check if no valid data arrives ("the baud rate, …")
     HostClock* clock = &HostClock::real();
   };
   /// Reads the options common to all devices: clock, calibration, timeout_ms.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
 
   /// Listens until the device has reported what it measures. Fails if it sends nothing, invalid
-  /// data, or data of another protocol; the error says which.
+  /// data, or data of another protocol; the error identifies the case.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(
       std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol, Settings settings);
   ~DeviceProbe() override;
@@ -102,7 +102,7 @@ class DeviceProbe final : public Probe {
   std::vector<std::uint8_t> buffer_;
   std::deque<ProbeSample> ready_;
 
-  std::string opened_serial_number_;  ///< as the protocol says it
+  std::string opened_serial_number_;  ///< as reported by the protocol
   std::uint32_t opened_channels_ = 0;
   bool stranger_noticed_ = false;
   bool started_ = false;

@@ -61,8 +61,7 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
     }
     parts[i].fills = of.channels & ~info.channels;
     if (parts[i].fills == 0U) {
-      return bad_input("\"" + of.uri +
-                       "\" measures nothing that earlier members do not measure: leave it out");
+      return bad_input("\"" + of.uri + "\" adds no channel to the earlier members: remove it");
     }
     info.channels |= parts[i].fills;
     info.name += (i == 0 ? "" : " and ") + of.name;

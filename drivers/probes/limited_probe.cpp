@@ -15,7 +15,7 @@ std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
   if (!force && !depth) return {};
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
-                " reports a press of %.4g %s at %.3f s, beyond the limit of %.4g for a finger: "
+                " reports a press of %.4g %s at %.3f s, beyond the limit of %.4g: "
                 "check the unit, or increase [probe] %s",
                 force ? force_N : sample.depth_mm, force ? "N" : "mm", units::s_from(sample.time),
                 force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");

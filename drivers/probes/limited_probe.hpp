@@ -22,8 +22,8 @@ struct PressLimits {
 [[nodiscard]] std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
                                        const std::string& name);
 
-/// Keeps presses beyond the limits from the model. A recording that holds one ends with a sentence;
-/// of a device such samples are left out, counted as refused and reported.
+/// Keeps presses beyond the limits from the model. A recording ends with an error at such a sample;
+/// samples of a device are dropped, counted as refused and reported.
 class LimitedProbe final : public ForwardingProbe {
  public:
   LimitedProbe(std::unique_ptr<Probe> probe, const PressLimits& limits)

@@ -9,8 +9,8 @@
 
 namespace merkel {
 
-/// Plays a recording or a simulated press as a device would: every sample comes when the host's
-/// clock says that it was taken, whether or not it is read in time. Its first sample is taken at
+/// Plays a recording or a simulated press like a device: every sample arrives when the host's
+/// clock reaches its time, whether or not it is read in time. The first sample is due at
 /// the first read.
 class LiveProbe final : public ForwardingProbe {
  public:

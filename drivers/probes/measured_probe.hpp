@@ -13,7 +13,8 @@
 namespace merkel {
 
 /// A device whose samples are timed as they are read (SampleMeter): the loop takes its buffer from
-/// timing(), and each sample says for how long it is valid when none follows.
+/// timing(), and each sample carries the period for which it stays valid if no other sample
+/// follows.
 class MeasuredProbe final : public ForwardingProbe {
  public:
   explicit MeasuredProbe(std::unique_ptr<Probe> probe) : ForwardingProbe(std::move(probe)) {}

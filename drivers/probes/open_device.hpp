@@ -25,7 +25,7 @@ namespace merkel {
 
 /// Opens lsl:NAME?host=HOST&columns=…, a stream of the Lab Streaming Layer: of this machine, unless
 /// `host` names another. Its channels are read by their labels and units, or as `columns` names
-/// them. Exists where merkel was built with liblsl (MERKEL_WITH_LSL).
+/// them. Defined only if merkel was built with liblsl (MERKEL_WITH_LSL).
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri);
 
 }  // namespace merkel

@@ -49,7 +49,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
   }
   return bad_input(
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
-      "\"; known are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
+      "\"; the known ones are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
       "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME, lsl:NAME "
       "and fused:URI|URI");
 }

@@ -37,8 +37,9 @@ class PortLog {
   void tell(const RawFrame& frame);
 
   std::atomic<bool> idle_{false};  ///< no listener, and nothing is kept
-  ProtocolCounts told_;            ///< counts at the last frame; for the port's reader only
-  std::mutex mutex_;               ///< guards the rest
+  ProtocolCounts
+      told_;  ///< counts when the last frame was sent to listeners; for the port's reader only
+  std::mutex mutex_;  ///< guards the rest
   std::vector<PortListener*> listeners_;
   std::vector<RawFrame> opening_;
   std::uint64_t forgotten_ = 0;  ///< frames that were not kept

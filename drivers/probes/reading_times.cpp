@@ -120,14 +120,16 @@ void ReadingTimes::note_rates() {
   rates_agree_ = rates_.agrees();
   restart();
   if (rates_agree_) {
-    notices_.emplace_back("its clock agrees with this machine's again: samples are timed by it");
+    notices_.emplace_back(
+        "its clock agrees with this machine's clock again and is used for the sample times");
     return;
   }
   std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "its clock runs at %.4g times the rate of this machine's: samples are timed by "
-                "their arrival; check the unit of the device's times, or set clock=arrival",
-                rates_.rate());
+  std::snprintf(
+      text.data(), text.size(),
+      "its clock runs at %.4g times the rate of this machine's clock: samples are timed by "
+      "their arrival; check the unit of the device's times, or set clock=arrival",
+      rates_.rate());
   notices_.emplace_back(text.data());
 }
 

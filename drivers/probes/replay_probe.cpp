@@ -70,8 +70,8 @@ Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::strin
     return SessionSamples::open(path, static_cast<std::uint32_t>(probe));
   }
   if (probe > 0) {
-    return bad_input(
-        path + " is a trace, which holds one probe: leave out probe=" + std::to_string(probe));
+    return bad_input(path + " is a trace, which contains only one probe: remove the option probe" +
+                     std::to_string(probe));
   }
   auto reader = TraceReader::open(path);
   if (!reader) return Unexpected<SetupError>(reader.error());
@@ -96,7 +96,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}
                                                   : 0U;
   if (((*source)->channels() & ~excluded & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
-    return bad_input(uri.path + " has no " + use + ": leave out use=" + use);
+    return bad_input(uri.path + " has no " + use + ": remove the option use" + use);
   }
   return play(std::move(*source), {.uri = uri.text,
                                    .name = "recorded trace " + uri.path,

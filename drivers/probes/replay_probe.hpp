@@ -15,11 +15,11 @@
 namespace merkel {
 
 /// Plays a recording: `replay:FILE?chunk=N&use=all|depth|force&probe=N`, a trace or a session.
-/// `use` leaves the other of the two out, where the recording has both; `probe` is that of a
-/// session, from 0. A session plays on the ticks of the run that recorded it. `chunk` is the most
-/// samples it hands over at once (default 256); the spikes do not depend on it. Pacing is the
-/// loop's business: the probe reads ahead of the clock and waits while its queue is full, so that
-/// no sample is ever late.
+/// `use` selects depth or force if the recording has both; `probe` is the number of a probe in a
+/// session, from 0. A session plays on the ticks of the run that recorded it. `chunk` is the
+/// largest number of samples per read (default 256); the spikes do not depend on it. Pacing is the
+/// loop's responsibility: the probe reads ahead of the clock and waits while its queue is full, so
+/// that no sample is ever late.
 class ReplayProbe final : public Probe {
  public:
   /// Reads the header and the first samples, so that an invalid file fails here.
@@ -27,11 +27,11 @@ class ReplayProbe final : public Probe {
 
   struct About {
     std::string uri;
-    std::string name;         ///< for people
+    std::string name;         ///< for display
     std::uint32_t use = ~0U;  ///< ProbeSample::Channel bits to keep
     std::size_t chunk = 256;  ///< most samples handed over at once
   };
-  /// Plays samples from anywhere.
+  /// Plays the samples of any source.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> play(
       std::unique_ptr<SampleSource> source, const About& about);
 
@@ -51,7 +51,8 @@ class ReplayProbe final : public Probe {
   std::size_t next_of_first_ = 0;
   ProbeInfo info_;
   std::size_t chunk_;
-  std::optional<std::chrono::nanoseconds> valid_for_;  ///< where the recording does not say
+  std::optional<std::chrono::nanoseconds>
+      valid_for_;  ///< used if the recording has no validity period
   std::string error_message_;
   std::mutex mutex_;  ///< guards the rest
   std::vector<std::string> notices_;

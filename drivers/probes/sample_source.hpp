@@ -13,7 +13,7 @@
 
 namespace merkel {
 
-/// The samples of a recording, in strictly increasing time: a file, or what a program has in
+/// The samples of a recording, in strictly increasing time: from a file or from a program's
 /// memory.
 class SampleSource {
  public:
@@ -24,9 +24,10 @@ class SampleSource {
 
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
-  /// Whether the samples read so far set ProbeSample::valid_for. Else it follows from their rate.
+  /// Whether the samples read so far set ProbeSample::valid_for. If not, it is derived from their
+  /// rate.
   [[nodiscard]] virtual bool says_validity() const noexcept { return false; }
-  /// The run in which they were recorded, where that is known.
+  /// The run in which they were recorded, if known.
   [[nodiscard]] virtual std::optional<RecordedRun> run() const { return std::nullopt; }
   /// Names of ProbeSample::extra, in order.
   [[nodiscard]] virtual std::vector<std::string> extra_columns() const { return {}; }

@@ -164,8 +164,8 @@ class CsvLines final : public LineProtocol {
       names += names.empty() ? "force_N" : ",-";
     }
     return "its lines, such as \"" + line +
-           "\", do not name what they measure: add their columns and units, for example columns=" +
-           names + ", or run merkel connect";
+           "\", have no labels: add columns and units, for example columns=" + names +
+           ", or run merkel connect";
   }
 
   bool read_fields(std::string_view line, const CsvStyle& style, DeviceReading& reading,

@@ -167,7 +167,7 @@ class Hbf1Protocol final : public Protocol {
   void read_frame(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
     if (frame.header.type >= Hbf1Type::kCommand) {
       // The host's own frame: the line echoes. Not a frame of the device.
-      if (!echo_noticed_) stream.notice("the device echoes the host's bytes: switch its echo off");
+      if (!echo_noticed_) stream.notice("the device echoes the host's bytes: switch off its echo");
       echo_noticed_ = true;
       return;
     }

@@ -42,7 +42,7 @@ Expected<Hbf1Hello::Channel, Hbf1Hello::Error> Hbf1Hello::parse_channel(
   }
   if (unit > kHbf1LastUnit) {
     return Unexpected<Error>(
-        Error{.sentence = "its HELLO gives channel " + std::to_string(number) +
+        Error{.sentence = "its HELLO message reports channel " + std::to_string(number) +
                           " in the unknown unit " + std::to_string(unit) +
                           ": the known ones are 0 raw, 1 N, 2 mm, 3 um and 4 degC"});
   }
@@ -83,7 +83,7 @@ Expected<Hbf1Hello, Hbf1Hello::Error> Hbf1Hello::parse(std::span<const std::uint
   }
   if (hello.channels_ == 0U) {
     return Unexpected<Error>(
-        Error{.sentence = "its HELLO has no channel of force, depth or position"});
+        Error{.sentence = "its HELLO message lists no channel of force, depth or position"});
   }
   return hello;
 }

@@ -22,8 +22,8 @@ constexpr std::uint32_t kForce = ProbeSample::kForce;
 const std::array<ProtocolEntry, 7> kTable = {{
     {"hbf1", "the project's own firmware", 460800, make_hbf1, make_hbf1_device, "",
      kDepth | kForce},
-    {"csv", "lines of numbers, columns named by the user", 115200, make_csv_lines, make_csv_device,
-     "", kDepth | kForce},
+    {"csv", "lines of numbers; columns are recognised or named with columns=", 115200,
+     make_csv_lines, make_csv_device, "", kDepth | kForce},
     {"mark10", "Mark-10 force gauge, series 5 and 7", 115200, make_mark10,
      [](std::uint32_t) { return make_mark10_device(); }, "", kForce},
     {"esm", "Mark-10 test stand ESM301, ESM303", 115200, make_esm, make_esm_device, "", kDepth},
@@ -54,7 +54,8 @@ Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name) 
     names.emplace_back(entry.name);
     list += (list.empty() ? "" : ", ") + std::string(entry.name);
   }
-  if (name.empty()) return bad_input("the option protocol is missing: give one of " + list);
+  if (name.empty())
+    return bad_input("the option protocol is missing: add protocol= and one of " + list);
   const std::string nearest = nearest_name(std::string(name), names);
   return bad_input(
       "there is no protocol \"" + std::string(name) + "\"" +

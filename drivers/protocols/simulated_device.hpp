@@ -12,7 +12,7 @@
 namespace merkel {
 
 /// The device's side of a protocol: its output while a trace is pressed against it. Has no port;
-/// all times are of its own clock.
+/// all times are those of the device's clock.
 class SimulatedDevice {
  public:
   SimulatedDevice() = default;

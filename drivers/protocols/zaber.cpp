@@ -106,7 +106,7 @@ class Zaber final : public LineProtocol {
     }
     if (warning != warning_ && warning != "--") {
       stream.notice("warning of the stage: " + std::string(warning) +
-                    (warning.starts_with('F') ? ", a fault: see its manual" : ""));
+                    (warning.starts_with('F') ? " (fault; see the stage's manual)" : ""));
     }
     warning_ = warning;
     if (*axis != axis_) return true;

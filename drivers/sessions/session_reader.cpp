@@ -30,7 +30,7 @@ Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
       .stream = &stream, .channels = info.child("channel_count").text().as_uint(), .places = {}};
   if (std::string_view(info.child_value("channel_format")) !=
       (stream.integers ? "int64" : "double64")) {
-    return wrong("has another channel format than a session of this version");
+    return wrong("has a channel format that this version does not support");
   }
   if (layout.channels == 0 || layout.channels > kMostSessionChannels) {
     return wrong("has no channels, or too many");
@@ -39,7 +39,7 @@ Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
   std::size_t place = 0;
   const bool samples = stream.id == SessionStream::Id::kSamples;
   for (const pugi::xml_node& channel : info.child("desc").child("channels").children("channel")) {
-    if (place == layout.channels) return wrong("lists more channels than it has");
+    if (place == layout.channels) return wrong("describes more channels than the stream has");
     const std::string_view label = channel.child_value("label");
     bool known = false;
     for (std::size_t i = 0; i < stream.channels.size(); ++i) {
@@ -68,7 +68,7 @@ Expected<SessionReader, SetupError> SessionReader::open(const std::string& path)
   if (!file || ::fstat(::fileno(file.get()), &status) != 0) {
     return bad_input("cannot read the session " + path + ": " + std::strerror(errno));
   }
-  if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: give a session (.xdf)");
+  if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: use a session (.xdf)");
   SessionReader reader(path, std::move(file), static_cast<std::uint64_t>(status.st_size));
   if (auto read = reader.read_headers(); !read) return Unexpected<SetupError>(read.error());
   return reader;
@@ -107,7 +107,7 @@ Expected<bool, SetupError> SessionReader::read_raw(Raw& raw) {
     std::uint8_t width = 0;
     std::uint64_t length = 0;
     if (!read_bytes(&width, 1)) return damaged("the file is unreadable");
-    if (width != 1 && width != 4 && width != 8) return damaged("a chunk has no valid length");
+    if (width != 1 && width != 4 && width != 8) return damaged("a chunk has an invalid length");
     std::uint16_t tag = 0;
     if (!read_bytes(&length, width) || length > size_ - place_) {
       truncated_ = true;  // the writer stopped within this chunk
@@ -190,7 +190,7 @@ Expected<void, SetupError> SessionReader::read_headers() {
   if (facts_.empty() ||
       !std::all_of(session_streams().begin(), session_streams().end(), complete)) {
     return bad_input(path_ + (truncated_ || raw_pending_ == false
-                                  ? " breaks off before its metadata: nothing can be read from it"
+                                  ? " ends before its metadata: it contains nothing readable"
                                   : " is an XDF file, but was not recorded by merkel"));
   }
   return {};

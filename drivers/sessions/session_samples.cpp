@@ -31,7 +31,7 @@ Expected<std::unique_ptr<SampleSource>, SetupError> SessionSamples::open(const s
   if (!found) return Unexpected<SetupError>(found.error());
   if (!*found) {
     return bad_input(path + " has no samples of probe " + std::to_string(probe) +
-                     ": name another with ?probe=N, counted from 0");
+                     ": select another probe with ?probe=N, counted from 0");
   }
   samples->channels_ = samples->waiting_.front().channels;
   return samples;

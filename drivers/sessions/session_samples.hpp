@@ -17,10 +17,10 @@ namespace merkel {
 /// same press, for any scene. Memory is bounded.
 class SessionSamples final : public SampleSource {
  public:
-  /// \param probe  from 0. Fails where the session has no samples of it.
+  /// \param probe  from 0. Fails if the session has no samples of this probe.
   [[nodiscard]] static Expected<std::unique_ptr<SampleSource>, SetupError> open(
       const std::string& path, std::uint32_t probe);
-  /// Whether a file begins as a session does; false where it cannot be read.
+  /// True if a file starts like a session; false if it cannot be read.
   [[nodiscard]] static bool is_session(const std::string& path);
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }

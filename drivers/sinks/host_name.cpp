@@ -41,9 +41,10 @@ bool HostAndPort::known() const {
 }
 
 Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host) {
-  return bad_input("\"" + uri + "\": " + host +
-                   " is not a loopback address of this machine: add --allow-remote if others may "
-                   "see the spikes, or use 127.0.0.1");
+  return bad_input(
+      "\"" + uri + "\": " + host +
+      " is not a loopback address of this machine: add --allow-remote if other machines may "
+      "receive the data, or use 127.0.0.1");
 }
 
 }  // namespace merkel

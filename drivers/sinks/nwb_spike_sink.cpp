@@ -195,7 +195,7 @@ class NwbSpikeSink final : public RowsSink {
 }  // namespace
 
 void convert_recovered_nwb(const std::string& recovered, const SinkSetup& setup) {
-  RowsSink::convert_recovered(recovered, "what the run left is", setup,
+  RowsSink::convert_recovered(recovered, "the data of the run is", setup,
                               [&](const RowsSink::Recovered& run) {
                                 auto content = run.content.get<NwbContent>();
                                 content.rows = run.rows;

@@ -47,7 +47,7 @@ Expected<OutputFile, SetupError> RowsSink::open_rows(const Uri& uri, const SinkS
   struct stat status {};
   if (uri.path == "-" || (::stat(uri.path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
                           !S_ISDIR(status.st_mode))) {
-    return bad_input("\"" + uri.text + "\": HDF5 is written to regular files only");
+    return bad_input("\"" + uri.text + "\": HDF5 can only be written to a regular file");
   }
   return OutputFile::create(uri.path, setup.overwrite, setup.notice);
 }

@@ -60,7 +60,7 @@ class RowsSink : public SpikeSink {
   /// Lines that store the description of the run with its rows, so that a later run converts them
   /// as they are.
   [[nodiscard]] static std::string content_lines(const nlohmann::json& content);
-  /// Writes rows that hold so many spikes.
+  /// Writes rows that contain `spikes` spikes.
   [[nodiscard]] Expected<void, SinkError> write_rows(std::string_view text, std::size_t spikes = 0);
   [[nodiscard]] const TimeBase& time() const noexcept { return time_; }
   /// The file of the rows.

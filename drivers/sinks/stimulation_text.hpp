@@ -27,7 +27,7 @@ class StimulationText {
   void append_row(std::string& text, const StimulationCommand& command) const;
   /// `"kind":"update","electrode":"E12",…`: the members of a JSON object, without its braces.
   void append_members(std::string& text, const StimulationCommand& command) const;
-  /// The name of its electrode; "unknown" for one that the scene of a damaged session lacks.
+  /// The name of its electrode; "unknown" if the scene of a damaged session has no such electrode.
   [[nodiscard]] const std::string& name(const StimulationCommand& command) const {
     return names_[std::min<std::size_t>(command.electrode, electrodes())];
   }

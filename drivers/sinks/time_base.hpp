@@ -33,7 +33,7 @@ class TimeBase {
 
   /// Probe time − time in the file.
   [[nodiscard]] std::chrono::nanoseconds offset() const noexcept { return offset_; }
-  /// Whether the file's times are those of the probe, so that nothing need be noted.
+  /// Whether the file's times are probe times, so no conversion is stored.
   [[nodiscard]] bool plain() const noexcept { return offset_.count() == 0; }
 
  private:

@@ -10,7 +10,8 @@
 namespace merkel {
 namespace {
 
-/// Writes the samples of the run's probe as a trace. Its replay gives the same spikes.
+/// Writes the samples of the run's probe as a trace. A replay of the trace produces the same
+/// spikes.
 class TraceSink final : public SpikeSink {
  public:
   TraceSink(std::string uri, TraceWriter trace, TimeBase time)

@@ -15,7 +15,7 @@ namespace merkel {
 namespace {
 
 constexpr int kLinger_ms = 2000;
-constexpr int kStuck_ms = 5000;  ///< who takes nothing for so long is waited for no more
+constexpr int kStuck_ms = 5000;  ///< a subscriber that reads nothing for this long is abandoned
 // A subscriber sends subscriptions and nothing else: short, and few of them.
 constexpr std::int64_t kLongestMessage = 1024;
 constexpr int kMostSubscriptions = 4096;
@@ -34,7 +34,7 @@ Expected<void, SetupError> make_way(const std::string& uri, const std::string& p
   if (::lstat(path.c_str(), &status) != 0) return {};
   const auto refused = [&](const std::string& why) {
     return bad_input("\"" + uri + "\": " + path + " already exists and " + why +
-                     ": give another file");
+                     ": use another file");
   };
   if (!S_ISSOCK(status.st_mode)) return refused("is not a socket");
   sockaddr_un address{};
@@ -51,7 +51,7 @@ Expected<void, SetupError> make_way(const std::string& uri, const std::string& p
   return {};
 }
 
-/// Checks an endpoint, and writes it as ZeroMQ wants it.
+/// Checks an endpoint and returns it in ZeroMQ's syntax.
 Expected<std::string, SetupError> checked_endpoint(const Uri& uri, const SinkSetup& setup,
                                                    std::string_view fallback) {
   const std::string endpoint = uri.path.empty() ? std::string(fallback) : uri.path;
@@ -110,8 +110,9 @@ Expected<void, SetupError> ZmqPublisher::open(const SinkSetup& setup, std::strin
   endpoint_ = std::move(*endpoint);
   if (auto bound = bind(fallback); !bound) return bound;
   if (wait_for_subscribers()) return {};
-  return bad_input("\"" + uri_.text + "\": fewer than " + std::to_string(options_.subscribers) +
-                   " subscribers connected in time: start them, or remove the option subscribers");
+  return bad_input(
+      "\"" + uri_.text + "\": fewer than " + std::to_string(options_.subscribers) +
+      " subscribers connected in time: start the subscribers, or remove the option subscribers");
 }
 
 Expected<void, SetupError> ZmqPublisher::bind(std::string_view fallback) {

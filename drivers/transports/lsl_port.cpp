@@ -147,7 +147,7 @@ class LslPort final : public Transport {
                          ": add the option host=" + other + " to read that stream");
     }
     if (right->channel_format() == lsl::cf_string) {
-      return unavailable(what + " holds text: name a stream of numbers");
+      return unavailable(what + " contains text: choose a numeric stream");
     }
     if (static_cast<std::size_t>(right->channel_count()) > kMostChannels) {
       return unavailable(what + " has " + std::to_string(right->channel_count()) +

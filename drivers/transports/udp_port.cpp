@@ -122,7 +122,7 @@ class UdpPort final : public Transport {
     return local;
   }
   void describe() {
-    info_.note = "datagrams, " + std::to_string(ignored_) + " of other senders ignored";
+    info_.note = "datagrams, " + std::to_string(ignored_) + " from other senders ignored";
     if (shut_off_) info_.note += ", then shut off";
   }
 

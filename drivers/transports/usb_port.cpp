@@ -118,8 +118,9 @@ class UsbPort final : public Transport {
     const auto missing = missing_endpoint(*configuration);
     libusb_free_config_descriptor(configuration);
     if (missing.empty()) return {};
-    return bad_input(info_.name + " has no " + missing + ": lsusb -v -d " + name_.text() +
-                     " lists what it has; select with the options interface, in, out and transfer");
+    return bad_input(
+        info_.name + " has no " + missing + ": lsusb -v -d " + name_.text() +
+        " lists its endpoints; select one with the options interface, in, out and transfer");
   }
 
   /// The missing part; empty if none.

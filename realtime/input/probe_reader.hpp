@@ -28,7 +28,7 @@ class ProbeReader {
  public:
   struct Parameters {
     std::chrono::nanoseconds shift{0};  ///< added to every sample's times
-    std::vector<SampleTap*> taps;       ///< of sinks that want the samples
+    std::vector<SampleTap*> taps;       ///< of sinks that subscribe to samples
     /// Waits while a tap is full instead of dropping samples. Only on a virtual clock, because a
     /// sink must not delay real time.
     bool wait_for_taps = false;
@@ -46,7 +46,7 @@ class ProbeReader {
 
   /// The error that ended the stream early; empty if none. Read it after the channel has ended.
   [[nodiscard]] const std::string& error_message() const noexcept { return error_message_; }
-  /// Whether that is the fault of what was given, a recording, and not of a device.
+  /// True if the error is in the recording that was passed, not in a device.
   [[nodiscard]] bool bad_input() const noexcept { return bad_input_; }
 
  private:

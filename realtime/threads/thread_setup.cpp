@@ -194,8 +194,9 @@ ProcessSetup::ProcessSetup(const RealtimeSettings& settings, RealtimeRights& rig
                                       static_cast<ssize_t>(sizeof longest_us);
     if (!rights.cpu_awake) {
       rights.missing.push_back(
-          std::string("idle cores may sleep deeply, because /dev/cpu_dma_latency cannot be "
-                      "written: ") +
+          std::string(
+              "idle cores may enter deep sleep states, because /dev/cpu_dma_latency cannot be "
+              "written: ") +
           std::strerror(errno) +
           "; give its group write access with the udev rule KERNEL==\"cpu_dma_latency\", "
           "GROUP=\"realtime\", MODE=\"0660\"");
@@ -218,9 +219,9 @@ void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& 
     if (::sched_setaffinity(0, sizeof one, &one) == 0) {
       rights.cpu = settings.cpu;
     } else {
-      rights.missing.push_back("the simulation is not pinned: core " +
-                               std::to_string(*settings.cpu) +
-                               " is not available to merkel; change loop.cpu or its cpuset");
+      rights.missing.push_back(
+          "the simulation is not pinned: core " + std::to_string(*settings.cpu) +
+          " is not available to merkel; change loop.cpu or the cpuset of the process");
     }
   }
   g_demoted = false;

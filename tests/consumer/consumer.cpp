@@ -10,7 +10,7 @@
 #include <merkel/scene_presets.hpp>
 #include <merkel/spike_callback.hpp>
 
-/// Pushes a press into the model, a sample a millisecond. Returns the number of spikes.
+/// Pushes a press into the model, one sample per millisecond. Returns the number of spikes.
 std::size_t spikes_of_pushes(const merkel::Scene& scene) {
   auto stream = merkel::SampleStream::create(scene, {merkel::ProbeSample::kDepth});
   if (!stream) return 0;

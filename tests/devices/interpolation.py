@@ -90,7 +90,7 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         rows = measure(os.path.abspath(options.program), pathlib.Path(folder))
-    head = ["interpolation", "rate (Hz)", "mean error (ms)", "median of its size (ms)", "95 % (ms)",
+    head = ["interpolation", "rate (Hz)", "mean error (ms)", "median absolute error (ms)", "95th percentile (ms)",
             "spikes without partner (%)"]
     cells = [[how, str(rate), f"{1e3 * mean:+.3f}", f"{1e3 * median:.3f}", f"{1e3 * most:.3f}", f"{100 * alone:.1f}"]
              for how, rate, mean, median, most, alone in rows]

@@ -5,7 +5,7 @@
 set -euo pipefail
 build=$1
 
-# Prints what a program lacks, a word each.
+# Prints the missing features of a program, one word each.
 lacks() {
   local header dynamic program symbols
   header=$(readelf -hW "$1") dynamic=$(readelf -dW "$1") program=$(readelf -lW "$1")

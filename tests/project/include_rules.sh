@@ -27,7 +27,7 @@ violations=$(
   allow realtime/output '(core|realtime/(queues|threads|clocks|input|output))/[^"]*|drivers/(probe|spike_sink)\.hpp'
   allow realtime/loop '(core|realtime/(queues|threads|clocks|input|output|loop))/[^"]*'
   allow tools '(core|drivers|realtime|tools)/[^"]*'
-  # core knows no thread, clock, file or device
+  # core uses no threads, clocks, files or devices
   forbid core 'thread|mutex|shared_mutex|condition_variable|future|semaphore|fstream|iostream|filesystem|ctime|time\.h|unistd\.h|fcntl\.h|sys/.*'
 )
 if [ -n "$violations" ]; then

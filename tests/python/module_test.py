@@ -96,7 +96,7 @@ class Runs(Case):
         self.assertAlmostEqual(run.psth(0.05).sum() * 0.05 * len(run.afferents), len(run.spikes))
         busiest = int(np.bincount(run.spikes["neuron"]).argmax())
         self.assertEqual(len(run.times(busiest)), int(rate[:, busiest - 1].sum() * 0.05 + 0.5))
-        with self.assertRaisesRegex(merkel.Error, "there is no neuron 0: they count from 1"):
+        with self.assertRaisesRegex(merkel.Error, "there is no neuron 0: neurons are numbered from 1"):
             run.times(0)
 
     def test_sinks_get_the_spikes_too(self):
@@ -109,17 +109,17 @@ class Runs(Case):
         press = np.ones(10)
         for arguments, sentence in (
                 ({}, None),
-                ({"depth_mm": press}, "the times are missing: give rate_hz, or time_s for each sample"),
-                ({"depth_mm": press, "rate_hz": 1000, "time_s": press}, "leave one out"),
+                ({"depth_mm": press}, "the times are missing: pass rate_hz, or time_s for each sample"),
+                ({"depth_mm": press, "rate_hz": 1000, "time_s": press}, "pass either time_s or rate_hz"),
                 ({"depth_mm": [1, np.nan, 1], "rate_hz": 1000}, r"depth_mm\[1\] is nan, not finite"),
                 ({"depth_mm": [1, 2e6, 1], "rate_hz": 1000}, r"depth_mm\[1\] is 2e\+06, beyond ±1000: check its unit"),
-                ({"depth_mm": press, "time_s": press}, r"time_s\[1\] is 1, not later than the sample before"),
+                ({"depth_mm": press, "time_s": press}, r"time_s\[1\] is 1, not later than the previous sample"),
                 ({"depth_mm": press, "x_mm": [1, 2], "rate_hz": 10}, "x_mm has 2 samples, the others have 10"),
                 ({"depth_mm": "deep", "rate_hz": 10}, "depth_mm must be an array of numbers"),
-                ({"depth_mm": 16 * press, "rate_hz": 10}, "beyond the limit of 15 for a finger"),
+                ({"depth_mm": 16 * press, "rate_hz": 10}, "beyond the limit of 15"),
                 ({"depth_mm": [], "rate_hz": 10}, "there are no samples"),
                 ({"probe": "replay:none.csv"}, "none.csv"),
-                ({"probe": "sim:taps", "depth_mm": press, "rate_hz": 10}, "leave one out")):
+                ({"probe": "sim:taps", "depth_mm": press, "rate_hz": 10}, "pass either a press or a probe")):
             with self.subTest(sentence=sentence):
                 if sentence is None:
                     self.assertGreater(len(scene.run().spikes), 0)  # the scene's own probe
@@ -164,9 +164,9 @@ class Streams(Case):
         for arguments, sentence in (
                 ({"time_s": 0.0, "depth_mm": 1}, "push samples in order of time"),
                 ({"time_s": 0.1, "depth_mm": float("nan")}, "not finite"),
-                ({"time_s": 0.1, "depth_mm": 20}, "beyond the limit of 15 for a finger"),
-                ({"time_s": 0.1}, "give depth_mm or force_N"),
-                ({"time_s": 0.1, "force_N": 1}, "must all have the same"),
+                ({"time_s": 0.1, "depth_mm": 20}, "beyond the limit of 15"),
+                ({"time_s": 0.1}, "pass depth_mm or force_N"),
+                ({"time_s": 0.1, "force_N": 1}, "must have the same channels"),
                 ({"time_s": float("inf"), "depth_mm": 1}, "finite number of seconds"),
                 ({"time_s": 0.1, "depth_mm": 1, "probe": 3}, "there is no probe 3")):
             with self.assertRaisesRegex(merkel.Error, sentence):

@@ -1,6 +1,6 @@
 // Sends spikes of virtual time to sinks, at 5000 a second, through the queues and threads of a run;
 // fails if a single one is lost. It goes as fast as the sinks take them or, for those that cannot
-// hold back who sends (osc:, lsl:), so many times as fast as real time.
+// throttle the sender (osc:, lsl:), at the given multiple of real time.
 // usage: merkel_soak SECONDS[@SPEED] SINK_URI…
 #include <chrono>
 #include <cstdio>

@@ -39,7 +39,7 @@ TEST(Inspect, ContactOfThePapersPress) {
   EXPECT_NEAR(rows[0][1], 0.45345, 5e-6);
   EXPECT_NEAR(rows[0][2], 72.169, 5e-4);
   EXPECT_EQ(rows[0][8], 0.0);
-  EXPECT_NE(run.err.find("beyond 0.3"), std::string::npos);
+  EXPECT_NE(run.err.find("beyond the limit 0.3"), std::string::npos);
 }
 
 TEST(Inspect, ContactFromForceIsItsInverse) {
@@ -181,7 +181,7 @@ TEST(Inspect, WrongUseIsExplained) {
            {{"inspect", "neuron"}, "--current or --ramp must be given"},
            {{"inspect", "neuron", "--current", "5", "--method", "euler"},
             "must be one of forward_euler"},
-           {{"inspect", "neuron", "--current", "5", "--set", "gX=1"}, "gCaL"},
+           {{"inspect", "neuron", "--current", "5", "--set", "gX=1"}, "g_CaL"},
            {{"inspect"}, "a command is missing: merkel inspect --help"},
            {{}, "merkel: a command is missing: merkel --help"},
            {{"nothing"}, ""},

@@ -207,7 +207,7 @@ TEST(Plan, ShortensATickThatIsTooLong) {
   EXPECT_LT(scene.model.tick, std::chrono::milliseconds{5});
   EXPECT_EQ(scene.model.tick, plan->chosen.tick);
   EXPECT_EQ(std::chrono::milliseconds{5} % scene.model.tick, std::chrono::nanoseconds{0});
-  EXPECT_NE(plan_text(*plan).find("the tick is shorter than loop.tick_us, 5 ms"),
+  EXPECT_NE(plan_text(*plan).find("the tick is shorter than loop.tick_us (5 ms)"),
             std::string::npos);
 }
 
@@ -215,7 +215,7 @@ TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   const auto run = run_program({"plan", "paper", "--json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* const part :
-       {"\"method\": \"crank_nicolson\"", "\"left_out\"", "beyond reach", "the scene has none"}) {
+       {"\"method\": \"crank_nicolson\"", "\"left_out\"", "out of reach", "the scene has none"}) {
     EXPECT_NE(run.out.find(part), std::string::npos) << part;
   }
   const auto uncoupled = run_program({"plan", "hand"});

@@ -169,11 +169,11 @@ TEST(Run, APressThatNoAfferentFeelsIsExplainedAndTheAdviceWorks) {
        std::regex("Press harder than about ([0-9.]+) N")},
       // Fast presses fire at less, and the advice is for presses as fast as the one that was seen.
       {"sim:ramp?depth_mm=", "0.6", "the press reached 0.115 N (0.6 mm)",
-       std::regex("Press deeper than about (0[.][0-9]+) mm, as fast as now .20 ms.")},
+       std::regex("Press deeper than about (0[.][0-9]+) mm, with the same rise time .20 ms.")},
       {"sim:ramp?force_N=", "0.1", "the press reached 0.1 N",
-       std::regex("Press harder than about ([0-9.]+) N, as fast as now .20 ms.")},
+       std::regex("Press harder than about ([0-9.]+) N, with the same rise time .20 ms.")},
       {"sim:taps?depth_mm=", "0.6", "the press reached 0.115 N (0.6 mm)",
-       std::regex("Press deeper than about ([0-9.]+) mm, as fast as now .47 ms.")}};
+       std::regex("Press deeper than about ([0-9.]+) mm, with the same rise time .47 ms.")}};
   for (const Silent& silent : presses) {
     const std::string uri = silent.press + silent.level;
     EXPECT_EQ(spikes_in({"--probe", uri}), 0);

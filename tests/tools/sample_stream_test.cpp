@@ -69,11 +69,10 @@ TEST(SampleStream, RefusesWhatCannotBeAndGoesOn) {
   };
   EXPECT_EQ(push(0, 0.1), "");
   EXPECT_FALSE(stream->time());
-  EXPECT_EQ(
-      push(0, 0.2),
-      "the probe 0 was given a sample of 0 s after one of 0 s: push samples in order of time");
-  EXPECT_NE(push(1, 1e9).find("beyond any finger"), std::string::npos);
-  EXPECT_NE(push(1, 20.0).find("beyond the limit of 15 for a finger"), std::string::npos);
+  EXPECT_EQ(push(0, 0.2),
+            "the probe 0 received a sample of 0 s after one of 0 s: push samples in order of time");
+  EXPECT_NE(push(1, 1e9).find("too large for a finger"), std::string::npos);
+  EXPECT_NE(push(1, 20.0).find("beyond the limit of 15"), std::string::npos);
   EXPECT_NE(push(1, 0.1, 1).find("there is no probe 1"), std::string::npos);
   EXPECT_EQ(push(3, 0.2), "");
   EXPECT_EQ(stream->time(), milliseconds{2});

@@ -195,7 +195,7 @@ TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(fault_of("[loop]\nstale_after_ms = 0\n"),
             "s.toml:2: loop.stale_after_ms must be a positive number of milliseconds");
   EXPECT_EQ(fault_of("[[sink]]\n"),
-            "s.toml:1: sink.uri is missing: give the destination of the spikes");
+            "s.toml:1: sink.uri is missing: set the destination of the spikes");
   EXPECT_EQ(fault_of("preset = \"papr\"\n"),
             "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", \"finger\", "
             "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");

@@ -129,7 +129,7 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
 
   const auto missing = run_program({"fit", "skin", "--trace", folder.path("p.csv")});
   EXPECT_EQ(missing.exit_code, 2);
-  EXPECT_NE(missing.err.find("give the shape of the tip"), std::string::npos);
+  EXPECT_NE(missing.err.find("set the shape of the tip"), std::string::npos);
   const auto depth_only = run_program(
       {"fit", "skin", "--plate", "--trace", folder.file("d.csv", "time_s,depth_mm\n0,0\n1,1\n")});
   EXPECT_EQ(depth_only.exit_code, 2);

@@ -140,7 +140,7 @@ TEST(Terminal, CalibrateRefusesAPointThatMoves) {
   const ProgramRun ended = program.finish();
   EXPECT_EQ(ended.exit_code, 1);
   EXPECT_NE(ended.err.find("drifted"), std::string::npos) << ended.err;
-  EXPECT_NE(ended.err.find("keep the load still"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("keep the load constant"), std::string::npos) << ended.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("c.toml")));
 }
 

@@ -203,12 +203,12 @@ void print_text(const BenchOptions& options, const BenchResult& result) {
   const DefaultCost& scene = *result.scene;
   const StageCosts& stages = scene.stages;
   const HandCost& hand = result.hand;
-  std::printf("default scene, tick of %g ms: %.2f µs (%.0f × real time)\n", scene.tick_ms,
+  std::printf("preset paper, tick of %g ms: %.2f µs (%.0f × real time)\n", scene.tick_ms,
               scene.tick, 1e3 * scene.tick_ms / scene.tick);
   std::printf(
       "stages, measured separately: contact %.2f, drive %.2f, neurons %.2f, publish %.2f µs\n",
       stages.contact, stages.drive, stages.neurons, stages.publish);
-  std::printf("default scene, tick of 50 µs: %.2f µs (%.0f × real time)\n", scene.short_tick,
+  std::printf("preset paper, tick of 50 µs: %.2f µs (%.0f × real time)\n", scene.short_tick,
               units::ms_from(kShortTick) * 1e3 / scene.short_tick);
   std::printf(
       "whole hand, per tick: %.1f µs with one fingertip pressed (%.2f × that fingertip alone), "

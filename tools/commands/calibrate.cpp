@@ -149,12 +149,13 @@ void add_calibrate_command(CommandLine& program) {
   auto options = std::make_shared<CalibrateOptions>();
   options->channel = "force";
   program
-      .subcommand("calibrate",
-                  "Measures zero, gain, sign and noise of a device at known loads or depths, and "
-                  "writes them to a file that its URI can name (calibration=FILE). With one point "
-                  "it is a tare. At a terminal, each point waits for Enter; otherwise the points "
-                  "follow each other.",
-                  "calibrate 'serial:/dev/ttyUSB0?protocol=hbf1' force.toml --points 0,0.5,1,2")
+      .subcommand(
+          "calibrate",
+          "Measures zero, gain, sign and noise of a device at known loads or depths, and "
+          "writes them to a file for the option calibration=FILE of its URI. With one point "
+          "only the zero is set (tare). In a terminal, each point waits for Enter; otherwise the points "
+          "follow one another without a pause.",
+          "calibrate 'serial:/dev/ttyUSB0?protocol=hbf1' force.toml --points 0,0.5,1,2")
       .option("uri", options->uri, "Probe URI")
       .required()
       .option("file", options->file, "Calibration file to write (TOML)")
@@ -163,7 +164,7 @@ void add_calibrate_command(CommandLine& program) {
       .list("--points", options->points, "Known values, in N or mm", {-1e4, 1e4})
       .option("--seconds", options->seconds, "Duration of each point, s", {0.05, 600})
       .option("--saturation", options->saturation,
-              "Magnitude from which readings count as saturated", {1e-9, 1e6})
+              "Readings of at least this magnitude count as saturated", {1e-9, 1e6})
       .flag("--overwrite", options->overwrite, "Replace an existing file")
       .runs([options] { return calibrate(*options); });
 }

@@ -51,7 +51,7 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
   } while (std::chrono::steady_clock::now() < end);
   return unavailable(
-      "no serial device was plugged in: give its port or address, for example merkel connect "
+      "no serial device was plugged in: pass a port or an address, for example merkel connect "
       "/dev/ttyUSB0");
 }
 
@@ -63,7 +63,7 @@ std::optional<std::size_t> choose(const Recognition& found, const ConnectOptions
     std::printf("  %zu: %s\n", i + 1, found.readings[i].meaning.c_str());
   }
   if (options.yes) {
-    std::printf("taking the first, which is likelier; the URI of the other: %s?%s\n",
+    std::printf("using the first, which is more likely; URI of the other: %s?%s\n",
                 found.address.c_str(), found.readings[1].options.c_str());
     return 0;
   }
@@ -85,7 +85,7 @@ Expected<std::string, SetupError> recognised(const std::string& address,
   const auto chosen = choose(*found, options);
   if (!chosen) {
     return bad_input(
-        "merkel cannot decide between the two: run the command in a terminal, add --yes to take "
+        "both interpretations are possible: run the command in a terminal, add --yes to use "
         "the first, or use the URI " +
         address + "?" + found->readings[1].options + " for the second");
   }
@@ -133,7 +133,7 @@ void print(const Measurement& measured) {
   if (last.has(ProbeSample::kDepth)) std::printf(" depth %.4g mm", last.depth_mm);
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
-  std::printf("\nrate: %.4g samples/s with %.3g ms of jitter; runs will have a delay of %.3g ms\n",
+  std::printf("\nrate: %.4g samples/s with %.3g ms of jitter; loop delay in a run: %.3g ms\n",
               1e3 / units::ms_from(measured.timing->period),
               units::ms_from(measured.timing->jitter), units::ms_from(measured.timing->delay));
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
@@ -151,10 +151,12 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
     list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
   }
   if ((measured.info.channels & (ProbeSample::kX | ProbeSample::kY)) == 0U) {
-    list.emplace_back("the position of the press: it is at the patch's centre; set x_mm and y_mm");
+    list.emplace_back(
+        "the position of the press: the patch's centre is assumed; set x_mm and y_mm");
   }
   if (!measured.counts || !measured.counts->device_clock) {
-    list.emplace_back("a device clock: samples are timed by their arrival");
+    list.emplace_back(
+        "a device clock: samples are timed by their arrival, or by the midpoint of request and reply");
   }
   return list;
 }
@@ -170,7 +172,7 @@ std::string quoted(const std::string& text) {
 
 std::string scene_text(const std::string& uri, const std::vector<std::string>& lacking) {
   std::string text = "# Written by merkel connect.\n[probe]\nuri = " + quoted(uri) +
-                     "\ntip = \"sphere\"\nradius_mm = 2.0  # of your probe's tip\n";
+                     "\ntip = \"sphere\"\nradius_mm = 2.0  # set the radius of your probe's tip\n";
   for (const std::string& line : lacking) text += "# missing: " + line + "\n";
   return text;
 }

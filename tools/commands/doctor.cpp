@@ -59,7 +59,7 @@ void print(const DoctorRun& run, std::size_t number) {
     std::printf("  %-46s %s\n", what, latency_text(latency).c_str());
   };
   line("wake-up: tick due to tick started", host.wake_up);
-  if (run.cyclictest) line("cyclictest, directly afterwards", *run.cyclictest);
+  if (run.cyclictest) line("cyclictest, run directly afterwards", *run.cyclictest);
   line("queue: sample arrived to tick started", host.queue);
   line("tick: tick started to spikes computed", host.tick);
   line("publish: to the consumers' queues", host.publish);
@@ -186,14 +186,14 @@ void add_doctor_command(CommandLine& program) {
           "rt-tests is installed. Each verdict comes with its remedy.",
           "doctor --seconds 60")
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
-      .option("--runs", options->runs, "Number of runs; verdicts are on their medians",
+      .option("--runs", options->runs, "Number of runs; the verdicts use their medians",
               {1.0, 1000.0})
       .option("--tick-us", options->tick_us, "The tick, in µs: a multiple of 25", {50.0, 1e5})
-      .flag("--sleep", options->sleep, "Sleep until each tick instead of sleeping, then spinning")
+      .flag("--sleep", options->sleep, "Only sleep until each tick, without spinning")
       .flag("--normal", options->normal, "Use SCHED_OTHER even if SCHED_FIFO is permitted")
       .flag("--stress", options->stress, "Run stress-ng --cpu 2 during the measurement")
       .flag("--zeromq", options->zeromq, "Use a ZeroMQ subscriber instead of the UDP consumer")
-      .flag("--page", options->page, "Also serve the live page to eight browsers that read nothing")
+      .flag("--page", options->page, "Also serve the live page to eight clients that read nothing")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return doctor(*options); });
 }

@@ -53,7 +53,7 @@ std::string report_of(const FitResult& result) {
   text +=
       fmt::format("\n{} measurements, {} parameters; condition of the cost's curvature: {:.3g}\n",
                   result.measurements, result.parameters.size(), result.condition);
-  if (result.determined()) return text + "the data determine all of these parameters\n";
+  if (result.determined()) return text + "the data determine all fitted parameters\n";
   std::string open;
   for (const FittedParameter& parameter : result.parameters) {
     if (parameter.relative_error < FitResult::kLargestError) continue;

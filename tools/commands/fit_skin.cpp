@@ -42,11 +42,10 @@ std::string report_of(const SkinFit& fit) {
     text += fmt::format("                     d1 = {:.4g} mm {}; correlation with E0 {:.2f}\n",
                         fit.stiffening_mm, judged(fit.stiffening_error), fit.correlation);
   } else {
-    text +=
-        "                     no stiffening: the force follows from the contact's shape alone\n";
+    text += "                     no stiffening: the contact law alone explains the force\n";
   }
   text += fmt::format(
-      "residuals: {:.3g} % rms as weighted (relative, absolute near the noise); {:.3g} mN rms, {:.3g} mN "
+      "residuals: weighted {:.3g} % rms (relative; absolute near the noise); unweighted {:.3g} mN rms, {:.3g} mN "
       "maximum; R² = {:.4f}\n",
       100.0 * fit.rms_weighted, fit.rms_mN, fit.largest_mN, fit.r2);
   text += fit.unloaded
@@ -85,7 +84,7 @@ std::string scene_of(const FitSkinCommand& command, const Scene& scene, const In
 int fit_skin_command(const FitSkinCommand& command) {
   if (command.radius_mm.has_value() + command.diameter_mm.has_value() + command.plate != 1) {
     return refuse(
-        "give the shape of the tip: --radius-mm for a sphere, --diameter-mm for a flat pin, or "
+        "set the shape of the tip: --radius-mm for a sphere, --diameter-mm for a flat pin, or "
         "--plate");
   }
   const auto scene = preset_scene(command.scene);
@@ -131,9 +130,10 @@ void add_fit_skin_command(CommandLine& fit) {
       .option("--diameter-mm", command->diameter_mm, "Diameter of the flat pin that pressed, mm",
               {1e-3, 1e3})
       .flag("--plate", command->plate, "The tip was a flat plate")
-      .option("--scene", command->scene,
-              "Preset that gives the contact's curvature, layer and law, and that the scene "
-              "extends")
+      .option(
+          "--scene", command->scene,
+          "Preset that defines the curvature, the layer and the contact law, and that the scene "
+          "extends")
       .option("--out", command->out, "Scene to write (TOML)")
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_skin_command(*command); });

@@ -78,9 +78,9 @@ Expected<Scene, SetupError> scene_of(const InspectOptions& options) {
 
 void add_inspect_command(CommandLine& program) {
   auto options = std::make_shared<InspectOptions>();
-  CommandLine command = program.subcommand(
-      "inspect", "Prints single parts of the model or of a recorded session as CSV.",
-      "inspect contact --radius-mm 2 --depth-mm 1.5");
+  CommandLine command =
+      program.subcommand("inspect", "Prints parts of the model or of a recorded session as CSV.",
+                         "inspect contact --radius-mm 2 --depth-mm 1.5");
   command.require_subcommand();
 
   CommandLine contact =
@@ -93,7 +93,7 @@ void add_inspect_command(CommandLine& program) {
     press->option("--radius-mm", options->radius_mm, "Radius of the sphere, mm", {-1e9, 1e300})
         .option("--depth-mm", options->depth_mm, "Indentation depth, mm", {0.0, 1e3})
         .option("--force-N", options->force_N, "Force, N", {0.0, 1e4})
-        .option("--scene", options->scene, "Scene that gives the skin and the tip");
+        .option("--scene", options->scene, "Scene whose skin and tip are used");
   }
   contact.runs([options] { return inspect_contact(*options); });
   field
@@ -118,12 +118,13 @@ void add_inspect_command(CommandLine& program) {
       .option("--duration-ms", options->duration_ms, "Duration, ms", {1e-3, 1e9})
       .option("--method", options->method, "Integration method")
       .option("--step-us", options->step_us, "Membrane step, µs", {1e-3, 1e6})
-      .list("--set", options->settings, "NAME=NUMBER, for example gCaL=0; repeatable")
-      .option("--scene", options->scene, "Scene that gives the neuron")
+      .list("--set", options->settings, "NAME=NUMBER, for example g_CaL=0; repeatable")
+      .option("--scene", options->scene, "Scene whose neuron parameters are used")
       .runs([options] { return inspect_neuron(*options); });
 
   command
-      .subcommand("receptors", "The receptors of a scene, in the order in which they are drawn.",
+      .subcommand("receptors",
+                  "The receptors of a scene, in the order in which their positions are generated.",
                   "inspect receptors scene.toml")
       .option("scene", options->scene, "Scene file or preset")
       .runs([options] { return inspect_receptors(*options); });
@@ -138,7 +139,7 @@ void add_inspect_command(CommandLine& program) {
   command
       .subcommand("encoding",
                   "The stimulation commands that a scene's electrodes get for its recorded or "
-                  "simulated probes. Research software: no claim of safety or percept.",
+                  "simulated probes. Research software; makes no claim about safety or percepts.",
                   "inspect encoding scene.toml --probe replay:tests/traces/taps.csv")
       .option("scene", options->scene, "Scene file with [[electrode]] and [stimulation]")
       .list("--probe", options->probes, "Probe URI instead of the scene's: replay:, sim:")

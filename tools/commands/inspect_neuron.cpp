@@ -30,8 +30,8 @@ Expected<void, SetupError> apply_setting(const std::string& setting, HodgkinHuxl
     *std::get<double*>(key.value) = *value;
     return {};
   }
-  return bad_input("--set " + setting + " is not valid: write NAME=NUMBER, as in gCaL=0, with " +
-                   known);
+  return bad_input("--set " + setting +
+                   " is not valid: write NAME=NUMBER, as in g_CaL=0, with NAME one of " + known);
 }
 
 /// The injected current at a time: constant, or a ramp up from t0 to t1 and down from t2 to t3.

@@ -33,8 +33,8 @@ void add_plan_command(CommandLine& program) {
       .subcommand(
           "plan",
           "Prints what a scene will compute, what it skips and why, the predicted cost of a "
-          "tick and the error of the spike times. With a limit for that error, selects the "
-          "cheapest method that meets it, as `run` does.",
+          "tick and the spike-time error. With a limit for that error, selects the "
+          "cheapest method that meets the limit, as merkel run does.",
           "plan --spike-time-us 50")
       .option("scene", command->scene, "Scene file (TOML) or preset")
       .list("--probe", command->probes, "Probe URI, once for each of the scene's probes")

@@ -40,7 +40,7 @@ using Count = unsigned long long;
 std::string reservations(const SessionReader& session, const SessionReplay::Verdict& verdict) {
   std::string text;
   if (!session.ended_well()) {
-    text += "the recording breaks off: compared up to its last whole tick\n";
+    text += "the recording is incomplete: compared up to its last complete tick\n";
   }
   if (verdict.losses.spikes + verdict.losses.ticks > 0) {
     text += "the recorder lost " + std::to_string(verdict.losses.spikes) + " spikes and " +
@@ -120,7 +120,7 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
     if (auto started = sink->begin(origin); !started) return fail(started.error().sentence);
   }
   std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
-               page ? "; the page's slider seeks, Ctrl-C ends" : "");
+               page ? "; seek with the slider on the page, end with Ctrl-C" : "");
   std::atomic<bool> stopped{false};
   const StopSignal stop(stopped);
   SessionPlayback playback(options.session, *extent, numbering, *position, sinks);
@@ -204,7 +204,7 @@ int replay(const ReplayOptions& options) {
 
   if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
-                  " holds no tick inputs: it was recorded without a simulation, or broke off "
+                  " contains no tick inputs: it was recorded without a simulation, or ended "
                   "early");
   }
   std::fputs((options.json ? json_of(*session, verdict) : text_of(*session, verdict)).c_str(),
@@ -220,7 +220,7 @@ void add_replay_command(CommandLine& program) {
       .subcommand("replay",
                   "Simulates a recorded session again from the inputs of its loop, and reports "
                   "whether the spikes are bit-identical: exit code 0 if they are, 1 if not. Reads "
-                  "sessions that broke off (FILE.xdf.part) up to their last whole tick.",
+                  "incomplete sessions (FILE.xdf.part) up to their last complete tick.",
                   "replay session.xdf")
       .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
       .required()

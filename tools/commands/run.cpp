@@ -151,11 +151,12 @@ int run(const RunOptions& options) {
 void add_run_command(CommandLine& program) {
   auto options = std::make_shared<RunOptions>();
   program
-      .subcommand("run",
-                  "Runs a scene: reads its probes, simulates the afferents, sends their spikes to "
-                  "the sinks and prints a summary. Without a scene: the paper's fingertip (a "
-                  "sphere of 2 mm radius at its centre). Without a probe: a 1.5 mm ramp-and-hold.",
-                  "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
+      .subcommand(
+          "run",
+          "Runs a scene: reads its probes, simulates the afferents, sends their spikes to "
+          "the sinks and prints a summary. Default scene: the preset paper (Yao & Wang 2019: a "
+          "sphere of 2 mm radius on a fingertip). Default probe: a 1.5 mm ramp-and-hold.",
+          "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
       .option(
           "scene", options->scene,
           "Scene file (TOML), or a preset: paper, paper-wide, goodwin, finger, goodwin-cs, hand")
@@ -169,16 +170,17 @@ void add_run_command(CommandLine& program) {
           "Trace (.csv) or session (.xdf) to write the probe's samples to. Its replay gives the "
           "same spikes. Same as --sink trace:FILE or xdf:FILE")
       .flag("--fast", options->fast,
-            "Run as fast as possible, with the same spikes (recordings only)")
+            "Run as fast as possible, with the same spikes (recordings and simulated presses only)")
       .option("--duration-s", options->duration_s, "Stop after this probe time, s", {1e-6, 1e9})
       .option("--seed", options->seed,
               "Seed of the receptors, the network's weights and the neurons' noise")
       .flag("--json", options->json, "Print the summary as JSON")
       .flag("--all", options->all,
-            "Print every afferent in the summary, not only the ten with the highest rates")
-      .flag("--strict", options->strict,
-            "Exit 1 also if samples or single ticks were lost, more than 1 % of ticks held, or "
-            "ticks ended late")
+            "Print all afferents in the summary, not only the ten with the highest rates")
+      .flag(
+          "--strict", options->strict,
+          "Also exit with 1 if samples or single ticks were lost, if more than 1 % of the ticks held the last sample, or if "
+          "ticks ended late")
       .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
             "Allow sinks to send to other machines and to be reached from them")

@@ -32,8 +32,8 @@ void add_scene_command(CommandLine& program) {
   program
       .subcommand(
           "scene",
-          "Prints a preset, or a scene file, as a complete, commented scene file: every key "
-          "with its value, unit, range and meaning. Edit it and run it.",
+          "Prints a preset or a scene file as a complete, commented scene file: every key "
+          "with its value, unit, range and meaning. Presets: paper, paper-wide, goodwin, finger, goodwin-cs, hand.",
           "scene goodwin > my.toml; merkel run my.toml")
       .option("scene", command->scene, "Preset or scene file (TOML)")
       .flag("--keys", command->keys,

@@ -51,7 +51,7 @@ std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
          text + "\n";
   if (skipped > 0) {
     text += fmt::format(
-        "Skipped: {} conditions with a flat plate, which touches the whole of a flat skin: "
+        "Skipped: {} conditions with a flat plate, which would touch all of the flat skin: "
         "set skin.radius_mm to score them.\n\n",
         skipped);
   }
@@ -85,9 +85,9 @@ class Scorecard {
       return body.empty() ? body : heading + body + "\n";
     };
     std::string text =
-        "r² is the square of the correlation. R² = 1 − SSE/SST also counts a wrong gain or "
+        "r² is the squared correlation. R² = 1 − SSE/SST also penalises a wrong gain or "
         "offset.\n\n" +
-        part("## Fitted: the presets' g, k1 and k3 come from these\n\n", true) +
+        part("## Fitted (g, k1 and k3 of the presets are fitted to these data)\n\n", true) +
         part("## Not fitted: an independent check\n\n", false);
     if (!recordings_.trials.empty()) {
       const auto trials = score_trials(scene_, recordings_, trials_, folder_);

@@ -88,7 +88,7 @@ int simulate(const SimulateOptions& options) {
                  .seed = options.seed.value_or(1)}};
   if (options.unplug_s && options.link.empty() && options.network.empty()) {
     return refuse(
-        "--unplug-s needs --link, because the terminal has another name when it comes back");
+        "--unplug-s needs --link, because the pseudo-terminal returns under another name");
   }
   auto simulator = DeviceSimulator::create(std::move(settings));
   if (!simulator) return refuse(simulator.error());
@@ -111,7 +111,7 @@ int simulate(const SimulateOptions& options) {
   const DeviceSimulator::Counts& counts = (*simulator)->counts();
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   std::fprintf(stderr,
-               "%llu samples measured, %llu of them not sent, %llu frames dropped; %llu bytes "
+               "%llu samples generated, %llu of them not sent, %llu frames dropped; %llu bytes "
                "sent, %llu dropped, %llu flipped, %llu not read in time\n",
                number(counts.measured), number(counts.unsent), number(counts.frames_dropped),
                number(counts.bytes_sent), number(counts.bytes_dropped),
@@ -129,10 +129,11 @@ void add_simulate_probe_command(CommandLine& program) {
   }
   names += ", " + std::string(ati_rdt_entry().name);
   program
-      .subcommand("simulate-probe",
-                  "Plays a trace as a device would, on a pseudo-terminal, and prints the probe URI "
-                  "to read it from. The press starts when a host listens.",
-                  "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
+      .subcommand(
+          "simulate-probe",
+          "Simulates a device that sends a trace, on a pseudo-terminal, and prints the probe URI "
+          "to read from. The trace starts when a host opens the port.",
+          "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
       .option("protocol", options->protocol, "Protocol of the device: " + names)
       .required()
       .option("--trace", options->trace, "Trace file to play (CSV)")
@@ -140,7 +141,7 @@ void add_simulate_probe_command(CommandLine& program) {
       .option("--link", options->link, "Symbolic link to create to the terminal")
       .option("--network", options->network,
               "Use the network instead of a terminal: udp:HOST:PORT or tcp:HOST:PORT")
-      .option("--baud", options->baud, "Baud rate; a host with another one reads garbage",
+      .option("--baud", options->baud, "Baud rate; a host that uses another rate reads garbage",
               {50, 12e6})
       .option("--rate-hz", options->rate_hz,
               "Measurements per second, and rate_hz of the URI; default: those of the trace",
@@ -153,10 +154,9 @@ void add_simulate_probe_command(CommandLine& program) {
       .flag("--split", options->split, "Split and merge frames")
       .option("--batch-ms", options->batch_ms, "Collect bytes and send them at this interval, ms",
               {0, 1000})
-      .option("--stall-s", options->stall_s, "Send nothing from this time of the press on, s",
-              {0, 1e9})
+      .option("--stall-s", options->stall_s, "Stop sending at this time of the trace, s", {0, 1e9})
       .option("--stall-for-s", options->stall_for_s,
-              "Duration of the stall, s; then everything is sent at once", {0, 1e9})
+              "Duration of the stall, s; the delayed data is then sent at once", {0, 1e9})
       .option("--unplug-s", options->unplug_s, "Unplug at this time, s", {0, 1e9})
       .option("--unplug-for-s", options->unplug_for_s, "Plug in again after this time, s", {0, 1e9})
       .option("--reboot-s", options->reboot_s, "Restart the device at this time, s", {0, 1e9})

@@ -53,7 +53,7 @@ Verdict group_verdict(const DeviceSetUp& set_up) {
   // The rules open devices to users at the machine's own seat, but not to remote logins.
   verdict.grade = set_up.udev_rules.empty() ? Grade::kPoor : Grade::kFair;
   verdict.finding =
-      set_up.joined ? "you become a member at the next login" : "you are not a member";
+      set_up.joined ? "you will be a member after the next login" : "you are not a member";
   verdict.remedy = set_up.joined ? "log in again"
                                  : "sudo usermod -aG " + set_up.serial_group +
                                        " $USER, then log in again: serial ports belong to this "
@@ -88,8 +88,8 @@ std::vector<Verdict> device_verdicts(const DeviceSetUp& set_up) {
        rules
            ? ""
            : "sudo cmake --install build/release && sudo udevadm control --reload && sudo udevadm "
-             "trigger: without the rules, only root can open HID and USB probes, ModemManager "
-             "probes new serial ports, and FTDI adapters hold bytes back for 16 ms"});
+             "trigger (without the rules, only root can open HID and USB probes, ModemManager "
+             "probes new serial ports, and FTDI adapters delay bytes by 16 ms)"});
   const bool unit = !set_up.systemd_unit.empty();
   verdicts.push_back({unit ? Grade::kGood : Grade::kFair, "systemd unit",
                       unit ? set_up.systemd_unit : "not installed",

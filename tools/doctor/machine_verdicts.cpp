@@ -79,7 +79,7 @@ void add_ports(const MachineFacts& facts, std::vector<Verdict>& verdicts) {
                         std::to_string(*port.latency_timer_ms) + " ms",
                         quick ? ""
                               : "echo 1 | sudo tee /sys/bus/usb-serial/devices/" + port.name +
-                                    "/latency_timer: the adapter holds bytes back for this time"});
+                                    "/latency_timer: the adapter delays bytes by up to this time"});
   }
 }
 
@@ -111,7 +111,7 @@ std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority) {
                       facts.realtime_kernel ? "PREEMPT_RT" : "no PREEMPT_RT",
                       facts.realtime_kernel
                           ? ""
-                          : "for wake-ups within 50 µs under any load: apt install "
+                          : "for wake-ups within 50 µs under load: apt install "
                             "linux-image-rt-amd64 (Debian), or Ubuntu Pro's real-time kernel"});
   if (facts.hypervisor) {
     verdicts.push_back({Grade::kFair, "hypervisor", "this is a virtual machine",
@@ -123,7 +123,7 @@ std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority) {
                        facts.clock_source == "kvm-clock";
     verdicts.push_back({quick ? Grade::kGood : Grade::kPoor, "clock source", facts.clock_source,
                         quick ? ""
-                              : "every read of the clock is a slow device access: boot with "
+                              : "reading this clock is slow: boot with "
                                 "tsc=reliable if the processor's tsc is invariant"});
   }
   if (!facts.governor.empty()) {

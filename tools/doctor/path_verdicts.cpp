@@ -31,7 +31,7 @@ Verdict of_wake_up(const LatencySummary& wake_up) {
             "PREEMPT_RT kernel with an isolated core ([loop] cpu)"};
   }
   return {Grade::kPoor, "wake-up latency", within("0.1 % beyond 500 µs"),
-          "grant real-time priority, reduce the load of this machine, and trace the kernel: "
+          "grant real-time priority, reduce the load of this machine, or trace the kernel: "
           "sudo hwlatdetect, sudo trace-cmd record -p wakeup_rt"};
 }
 
@@ -61,14 +61,16 @@ Verdict of_software(const char* consumer, const LatencySummary& software) {
   const std::string what = std::string("software latency, ") + consumer;
   if (software.count == 0) return {Grade::kUnknown, what, "no spike arrived", ""};
   const bool good = software.p50 <= microseconds{60};
-  return {good ? Grade::kGood : Grade::kFair, what, latency_text(software),
-          good
-              ? ""
-              : "half of all spikes take more than 60 µs on top of the jitter buffer and the tick"};
+  return {
+      good ? Grade::kGood : Grade::kFair, what, latency_text(software),
+      good
+          ? ""
+          : "reduce the load of this machine: half of all spikes take more than 60 µs on top of the jitter buffer and the tick"};
 }
 
 Verdict of_sample_to_spike(const LatencySummary& latency) {
-  if (latency.count == 0) return {Grade::kUnknown, "sample to spike", "no tick made spikes", ""};
+  if (latency.count == 0)
+    return {Grade::kUnknown, "sample to spike", "no tick contained spikes", ""};
   const bool good = latency.p50 <= microseconds{1700};
   return {good ? Grade::kGood : Grade::kFair, "sample to spike", latency_text(latency),
           good
@@ -117,8 +119,7 @@ std::vector<Verdict> path_verdicts(const std::vector<DoctorRun>& runs) {
     verdicts.push_back(of_software(runs.front().path.consumers[i].name, median_of(software)));
   }
   verdicts.push_back(
-      {missing == 0 ? Grade::kGood : Grade::kPoor, "spikes that did not arrive",
-       std::to_string(missing),
+      {missing == 0 ? Grade::kGood : Grade::kPoor, "lost spikes", std::to_string(missing),
        missing == 0 ? "" : "a consumer was too slow: reduce the load of this machine"});
   if (cyclictests.empty()) {
     verdicts.push_back({Grade::kUnknown, "cyclictest", "not measured", "apt install rt-tests"});

@@ -47,7 +47,7 @@ Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std
   }
   if (extent.ticks == 0 || extent.end <= extent.start) {
     return bad_input(path +
-                     " holds no tick inputs: it was recorded without a simulation, or broke off "
+                     " contains no tick inputs: it was recorded without a simulation, or ended "
                      "early");
   }
   return extent;

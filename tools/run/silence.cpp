@@ -143,7 +143,7 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     advice = force ? "press harder than about " + decimal(units::N_from_mN(*threshold)) + " N"
                    : "press deeper than about " + decimal(*threshold) + " mm";
     if (seen.rise < kLongest) {
-      advice += ", as fast as now (" + decimal(units::ms_from(seen.rise)) + " ms)";
+      advice += ", with the same rise time (" + decimal(units::ms_from(seen.rise)) + " ms)";
     }
   }
   if (!model.parameters().energy_driven() && goodwin_fires(model, *probe, seen, level)) {

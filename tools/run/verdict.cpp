@@ -67,7 +67,7 @@ class Judge {
       add(Severity::kNote, 1.0,
           fmt::format("{} pressed at ({:.4g}, {:.4g}) mm, outside the patch of {:.4g} x {:.4g} mm",
                       probe.uri, press.x_mm, press.y_mm, patch.length_mm, patch.width_mm),
-          "the origin of the patch is at the fingertip: set the stage's zero, or [probe] x_mm, "
+          "set the stage's zero to the fingertip, the origin of the patch, or set [probe] x_mm, "
           "y_mm");
     }
     const auto both = force_and_depth(probe, model_, i);
@@ -99,7 +99,7 @@ class Judge {
       add(Severity::kFailure, weight,
           fmt::format("touch was lost for {:.3g} s of {:.3g}: no sample of {} arrived in time",
                       lost_s, run_s, probe.uri),
-          "keep the device streaming, and check the lines on its clock and delay for a cause");
+          "keep the device streaming, and look for the cause in the clock and delay lines of the summary");
     }
   }
 
@@ -117,7 +117,7 @@ class Judge {
                     "set [probe] delay_ms = {:.0f}, or remove the key: the delay is then measured",
                     std::ceil(units::ms_from(needed)))
               : std::string("its samples arrive irregularly: increase [probe] delay_ms, or check "
-                            "what else keeps this machine busy"));
+                            "what else loads this machine"));
     }
     const double late = share(probe.counts.late, probe.samples_in);
     if (late > kMuch) {
@@ -176,22 +176,22 @@ class Judge {
           fmt::format("{} ticks ended late, the longest by {:.3g} ms", report_.overruns,
                       1e-6 * static_cast<double>(report_.longest_overrun_ns)),
           report_.overruns_by_late_wake_up > report_.overruns_by_long_compute
-              ? "the machine woke the loop up late: find the cause with merkel doctor"
-              : "the model takes longer than a tick: see merkel plan");
+              ? "find out with merkel doctor why this machine wakes the loop up late"
+              : "simplify the scene (merkel plan): the model takes longer than a tick");
     }
   }
 
   void judge_sink(const RunReport::OfSink& sink) {
     if (!sink.error_message.empty()) {
       add(Severity::kFailure, 1.0, fmt::format("{} failed: {}", sink.uri, sink.error_message),
-          "fix the cause and run again; earlier spikes were delivered");
+          "fix the cause and run again; the spikes before the failure were delivered");
       return;
     }
     const std::uint64_t missing = sink.dropped + sink.lost();
     if (missing > 0) {
       add(Severity::kFailure, share(missing, sink.spikes_in),
           fmt::format("{} of {} spikes did not reach {}", missing, sink.spikes_in, sink.uri),
-          "read them faster, or also record a session (xdf:FILE)");
+          "make the receiver faster, or also record a session (xdf:FILE)");
     }
   }
 
@@ -200,7 +200,7 @@ class Judge {
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
         fmt::format("{} of {} stimulation commands were lost, so stimulation was stopped",
                     report_.commands_dropped, report_.commands),
-        "a sink of commands was too slow: make its receiver faster");
+        "make the receiver of the command sink faster");
   }
 
   const RunReport& report_;
@@ -230,7 +230,7 @@ std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& mod
 std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
   if (findings.empty()) {
     return fmt::format(
-        "verdict: all went well: every sample was used and all {} spikes were delivered\n",
+        "verdict: no losses: all samples were used and all {} spikes were delivered\n",
         report.spikes);
   }
   std::string text = "verdict:\n";

@@ -47,7 +47,7 @@ Expected<SampleStream, SetupError> SampleStream::create(
   if (channels.size() != scene.probes.size()) {
     return bad_input("the scene has " + std::to_string(scene.probes.size()) +
                      " probes, but samples of " + std::to_string(channels.size()) +
-                     " were announced: announce those of every probe");
+                     " were passed: pass the channels of every probe");
   }
   std::vector<ProbeInfo> probes;
   for (const std::uint32_t of_probe : channels) {
@@ -65,12 +65,13 @@ std::string SampleStream::fault_of(std::size_t probe, const ProbeSample& sample)
     return "the stream is finished: make a new one for further samples";
   }
   if (line.last && sample.time <= *line.last) {
-    return line.name + " was given a sample of " + shortest_decimal(units::s_from(sample.time)) +
+    return line.name + " received a sample of " + shortest_decimal(units::s_from(sample.time)) +
            " s after one of " + shortest_decimal(units::s_from(*line.last)) +
            " s: push samples in order of time";
   }
   if (!plausible(sample)) {
-    return line.name + " was given a value that is not finite or beyond any finger: check its unit";
+    return line.name +
+           " received a value that is not finite or too large for a finger: check its unit";
   }
   return press_excess(sample, scene_.probes[probe].limits, line.name);
 }

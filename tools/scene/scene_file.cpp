@@ -52,7 +52,7 @@ void for_each_table(SceneTable& root, std::string_view key, Findings& findings, 
   } else {
     findings.fail(node->source(), std::string(key) + " must be a table: write [" +
                                       std::string(key) + "], or [[" + std::string(key) +
-                                      "]] for each of several");
+                                      "]] once for each of them");
   }
 }
 
@@ -173,7 +173,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();
     if (uri.empty())
-      findings.fail(table.source(), "sink.uri is missing: give the destination of the spikes");
+      findings.fail(table.source(), "sink.uri is missing: set the destination of the spikes");
     scene.sinks.push_back(std::move(uri));
   });
   top.finish();

@@ -50,8 +50,9 @@ FieldTable Scene::OfProbe::fields() {
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.force_N; }},
       {"max_depth_mm", "mm", positive(1e6), "a larger measured depth ends the run",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.depth_mm; }},
-      {"delay_ms", "ms", not_negative(1e6), "time that a live run waits for samples", at<&P::delay>,
-       "one sample period and the measured jitter"}};
+      {"delay_ms", "ms", not_negative(1e6),
+       "jitter buffer: how far a live run lags behind the samples", at<&P::delay>,
+       "one sample period plus the measured jitter"}};
   return {"probe", kFields};
 }
 
@@ -108,7 +109,8 @@ std::vector<SceneSection> sections_of(Scene& scene) {
   sections.push_back({"[loop]", "ticks and the thread that computes them", loop_keys(scene)});
   sections.push_back({"[accuracy]", "what may be skipped", accuracy_keys(scene)});
   for (std::size_t i = 0; i < scene.encoding.electrodes.size(); ++i) {
-    sections.push_back({"[[electrode]]", "an electrode, the skin it stands for and its encoder",
+    sections.push_back({"[[electrode]]",
+                        "an electrode, the area of skin that it represents, and its encoder",
                         electrode_keys(scene, i)});
   }
   if (!scene.encoding.electrodes.empty()) {

@@ -18,12 +18,12 @@ namespace merkel {
 /// Adds the facts of a probe and of its calibration. Call once per probe, in order.
 void add_probe_facts(const ProbeInfo& probe, RunDescription& run);
 
-/// What the probes of a session were, with the channels that their samples carry. Reads on to the
+/// The probes of a session, with the channels that their samples carry. Reads ahead to the
 /// first sample of each.
 [[nodiscard]] Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(
     const std::string& path);
 
-/// The description of a recorded run for sinks that get a copy of it: the facts are those of the
+/// The description of a recorded run for sinks that store a copy: the facts are those of the
 /// machine and the time of the recording. \param model  null of samples recorded without a
 /// simulation
 [[nodiscard]] Expected<RunDescription, SetupError> describe_session(const std::string& path,
@@ -31,7 +31,7 @@ void add_probe_facts(const ProbeInfo& probe, RunDescription& run);
                                                                     const Scene* scene,
                                                                     const TactileModel* model);
 
-/// Gives the spikes of a session the neuron numbers that they have in the model. Early sessions
+/// Converts the neuron numbers of a session's spikes to those of the model. Early sessions
 /// number the neurons of each patch from 1.
 class SessionNumbering {
  public:

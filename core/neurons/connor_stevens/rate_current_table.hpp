@@ -17,8 +17,8 @@ class RateCurrentTable {
   /// \param step  of the neurons
   RateCurrentTable(const ConnorStevens& neuron, std::chrono::nanoseconds step);
 
-  /// \param rate_Hz  ≥ 0. 0 gives the resting current, slightly below the onset. Rates above the
-  /// table's fastest give its largest current. Real-time: yes.
+  /// \param rate_Hz  ≥ 0. Returns the resting current, slightly below the onset, for 0. Rates above
+  /// the table's fastest give its largest current. Real-time: yes.
   [[nodiscard]] double current_uA_per_cm2(double rate_Hz) const noexcept MERKEL_REALTIME;
   /// The rate at a current within the table, Hz.
   [[nodiscard]] double rate_Hz(double current_uA_per_cm2) const noexcept;

@@ -36,7 +36,7 @@ void ViewDesk::tare(std::uint32_t probe) {
   RunControl* const control = control_.load();
   const std::string name = "probe " + std::to_string(probe + 1);
   if (control == nullptr || !control->tare(probe)) {
-    return notice(name + " cannot be tared: it is a recording, or there is no such probe");
+    return notice(name + " cannot be tared: it is a recording or does not exist");
   }
   mark("tare " + name);
 }

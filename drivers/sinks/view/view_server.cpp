@@ -143,7 +143,7 @@ Expected<std::unique_ptr<ViewServer>, SetupError> ViewServer::start(Parameters p
   if (error == boost::system::errc::address_in_use) {
     return unavailable(
         "the port " + port +
-        " of the live page is in use, perhaps by another merkel process: choose another one, as in "
+        " of the live page is in use, perhaps by another merkel process: choose another port, as in "
         "view:" +
         std::to_string(parameters.port == 65535 ? 8081 : parameters.port + 1));
   }

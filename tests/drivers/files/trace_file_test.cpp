@@ -86,9 +86,9 @@ TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,deep\n"),
             "t.csv:2: depth_mm is \"deep\", not a number: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n0.5,0\n"),
-            "t.csv:3: time_s is \"0.5\", earlier than in the row before: sort the rows by time");
+            "t.csv:3: time_s is \"0.5\", earlier than in the previous row: sort the rows by time");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n1.0,0\n"),
-            "t.csv:3: time_s is \"1.0\", the same time as in the row before, to the nanosecond: "
+            "t.csv:3: time_s is \"1.0\", the same time as in the previous row (resolution: 1 ns): "
             "remove one");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1\n"),
             "t.csv:2: this row has 1 fields, but the header has 2: complete or remove it");

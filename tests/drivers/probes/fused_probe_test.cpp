@@ -133,7 +133,7 @@ TEST(FusedProbe, WhatCannotBeFusedIsNamed) {
     same.push_back(
         std::make_unique<ScriptedProbe>(ProbeSample::kForce, std::vector<ProbeSample>{}));
   }
-  EXPECT_NE(FusedProbe::fuse("fused:x", std::move(same)).error().sentence.find("leave it out"),
+  EXPECT_NE(FusedProbe::fuse("fused:x", std::move(same)).error().sentence.find("remove it"),
             std::string::npos);
 }
 

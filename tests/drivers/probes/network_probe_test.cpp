@@ -78,7 +78,7 @@ TEST(NetworkProbe, DatagramsOfOthersAreIgnoredAndCounted) {
   const auto samples = read(**probe, 100);
   ASSERT_GE(samples.size(), 100U);
   for (const ProbeSample& sample : samples) EXPECT_LT(sample.force_mN, 2000.0);
-  EXPECT_NE((*probe)->device_counts()->port.find("50 of other senders"), std::string::npos)
+  EXPECT_NE((*probe)->device_counts()->port.find("50 from other senders"), std::string::npos)
       << (*probe)->device_counts()->port;
 }
 
@@ -173,7 +173,7 @@ TEST(NetworkProbe, ANetFtIsAskedAgainAfterItsRebootAndStrangersAreIgnored) {
   const DeviceCounts counts = *(*probe)->device_counts();
   EXPECT_EQ(counts.damaged, 0U);
   EXPECT_EQ(counts.reboots, 1U);
-  EXPECT_NE(counts.port.find("of other senders"), std::string::npos) << counts.port;
+  EXPECT_NE(counts.port.find("from other senders"), std::string::npos) << counts.port;
 }
 
 TEST(NetworkProbe, OldRecordsThatWaitedAreDroppedForTheNewest) {
@@ -189,7 +189,7 @@ TEST(NetworkProbe, OldRecordsThatWaitedAreDroppedForTheNewest) {
   });
   auto probe = open_probe("udp:127.0.0.1:" + std::to_string(device.port()) + "?protocol=ati_rdt");
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  // What came while nobody read is old: the first sample is one of those that come now.
+  // Datagrams that arrived before reading began are stale: the first sample is a current one.
   std::this_thread::sleep_for(milliseconds{300});
   const auto samples = read(**probe, 20);
   ASSERT_GE(samples.size(), 20U);
@@ -263,7 +263,7 @@ TEST(NetworkProbe, AFloodOfStrangersDoesNotDrownTheDevice) {
   for (const ProbeSample& sample : samples) EXPECT_EQ(sample.force_mN, 250.0);
   const DeviceCounts counts = *(*probe)->device_counts();
   EXPECT_NE(counts.port.find("then shut off"), std::string::npos) << counts.port;
-  // What was lost, was so before the others were shut off.
+  // All losses happened before the other senders were shut off.
   EXPECT_LT(counts.lost, 0.3 * (sent.load() - before)) << counts.port;
 }
 

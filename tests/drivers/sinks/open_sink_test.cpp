@@ -113,7 +113,7 @@ TEST(OpenSink, AFullDiskEndsASinkWithASentence) {
     EXPECT_TRUE(has(flushed.error().sentence, "No space left")) << flushed.error().sentence;
     EXPECT_EQ((*sink)->delivered(), 0U);
   }
-  EXPECT_TRUE(has(refusal("sonata:/dev/full"), "regular files only"));
+  EXPECT_TRUE(has(refusal("sonata:/dev/full"), "only be written to a regular file"));
 }
 
 TEST(HostAndPort, KnowsThisMachine) {

@@ -2,15 +2,15 @@
 
 >>> import numpy as np, merkel
 >>> scene = merkel.Scene("paper")
->>> depth = np.clip(np.linspace(0, 6, 400), 0, 1.5)      # mm, a sample a millisecond
+>>> depth = np.clip(np.linspace(0, 6, 400), 0, 1.5)      # mm, one sample per millisecond
 >>> run = scene.run(depth_mm=depth, rate_hz=1000)
 >>> run.spikes.dtype.names
 ('time_s', 'neuron', 'patch', 'flags')
 >>> len(run.spikes) > 0
 True
 
-Times are in s, lengths in mm, forces in N. Neurons count from 1, probes and patches from 0. What is wrong
-is a merkel.Error with the sentence that the program would print.
+Times are in s, lengths in mm, forces in N. Neurons are numbered from 1, probes and patches from 0. Errors
+raise merkel.Error with the message that the program would print.
 """
 from ._merkel import Bridge, Error, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect

@@ -10,7 +10,7 @@ __version__: str
 __all__: list[str]
 
 class Error(RuntimeError):
-    """What the program would print: what happened, where, and what to do."""
+    """The message that the program would print: what happened, where, and what to do."""
 
 @final
 class Table:
@@ -79,7 +79,7 @@ class Run:
 
 @final
 class Stream:
-    """The model itself, a sample at a time."""
+    """The model, one sample at a time."""
     def push(
         self,
         time_s: float,

@@ -74,8 +74,8 @@ class Channel {
 std::vector<nanoseconds> times_of(const Channel& time_s, std::optional<double> rate_hz,
                                   std::size_t count) {
   if (time_s.given() == rate_hz.has_value()) {
-    throw Error(rate_hz ? "time_s and rate_hz were both given: leave one out"
-                        : "the times are missing: give rate_hz, or time_s for each sample");
+    throw Error(rate_hz ? "pass either time_s or rate_hz, not both"
+                        : "the times are missing: pass rate_hz, or time_s for each sample");
   }
   if (rate_hz && !(*rate_hz > 0.0 && *rate_hz <= kFastest_Hz)) {
     throw Error("rate_hz must be positive and at most 1e9, but is " + shortest_decimal(*rate_hz));
@@ -87,7 +87,7 @@ std::vector<nanoseconds> times_of(const Channel& time_s, std::optional<double> r
     if (i > 0 && times[i] <= times[i - 1]) {
       throw Error(
           "time_s[" + std::to_string(i) + "] is " + shortest_decimal(units::s_from(times[i])) +
-          ", not later than the sample before, to the nanosecond: sort the samples by time");
+          ", not later than the previous sample (resolution: 1 ns): sort the samples by time");
     }
   }
   return times;
@@ -112,7 +112,7 @@ std::vector<std::vector<ProbeSample>> PressArrays::samples(std::size_t probes) c
   const Channel time("time_s", time_s);
   const auto count = depth.samples() ? depth.samples() : force.samples();
   if (!count || *count == 0)
-    throw Error("there are no samples: give depth_mm or force_N as arrays");
+    throw Error("there are no samples: pass depth_mm or force_N as arrays");
   for (const Channel* channel : {&depth, &force}) channel->check(*count, probes);
   for (const Channel* channel : {&x, &y}) {
     if (channel->samples() || probes == 1) channel->check(*count, probes);

@@ -72,7 +72,7 @@ BridgeObject::BridgeObject(Scene scene, const Options& options) {
   if (!run_->notice.empty()) notice(run_->notice);
   run_->parameters.on_notice = run_->parameters.on_missing_right = notice;
   run_->parameters.on_sink_failure = [notice](const std::string& uri, const std::string& error) {
-    notice("the sink " + uri + " is closed, the run goes on: " + error);
+    notice("the sink " + uri + " was closed and the run continues: " + error);
   };
   if (options.duration_s)
     run_->parameters.duration = units::nanoseconds_from_s(*options.duration_s);
@@ -180,7 +180,7 @@ py::array_t<SpikeRow> read(BridgeObject& bridge, std::optional<nanoseconds> pati
 }  // namespace
 
 void add_bridge(py::module_& module) {
-  py::class_<BridgeObject>(module, "Bridge", R"(The real-time pipeline, in threads of its own.
+  py::class_<BridgeObject>(module, "Bridge", R"(The real-time pipeline, running in its own threads.
 
 Iterate to get arrays of spikes as they come, until the run ends. Leaving the with block ends it.)")
       .def(
@@ -206,19 +206,19 @@ Iterate to get arrays of spikes as they come, until the run ends. Leaving the wi
             return read(bridge, units::nanoseconds_from_s(std::clamp(timeout_s, 0.0, 1e6)));
           },
           py::arg("timeout_s") = 0.0,
-          "The spikes that wait, or none after timeout_s seconds: (spikes,). Error where the run failed.")
+          "Returns the unread spikes, (spikes,); empty after timeout_s seconds without any. Raises Error if the run failed.")
       .def_property_readonly("ended", &BridgeObject::ended,
-                             "Whether the run is over and all its spikes were read.")
+                             "True when the run is over and all its spikes have been read.")
       .def("stop", &BridgeObject::stop, py::call_guard<py::gil_scoped_release>(),
-           "Ends the run and finishes its files. Spikes that wait can still be read.")
+           "Ends the run and finishes its files. Unread spikes can still be read.")
       .def("mark", &BridgeObject::mark, py::arg("label"), py::call_guard<py::gil_scoped_release>(),
-           "Marks the present moment in every session that is recorded. One line of text.")
+           "Adds a mark with a one-line label at the current time to every session being recorded.")
       .def("tare", &BridgeObject::tare, py::arg("probe") = 0,
-           "Takes a probe's present reading as zero. False where it is a recording.")
+           "Sets a probe's zero to its current reading. Returns False for a recording.")
       .def_property_readonly("counters", &BridgeObject::counters,
-                             "What the run has counted so far, by name.")
+                             "The run's counters so far, by name.")
       .def_property_readonly("notices", &BridgeObject::notices,
-                             "Sentences about the run so far: missing rights, outages, failures.");
+                             "Messages of the run so far: missing rights, outages, failures.");
 
   module.def(
       "connect",

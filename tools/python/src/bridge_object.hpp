@@ -21,8 +21,9 @@
 
 namespace merkel::python {
 
-/// What Python calls Bridge: the real-time pipeline, running in threads of its own. Spikes wait for
-/// Python in a bounded list; a program that does not fetch them loses its own copy only, counted.
+/// The Python class Bridge: the real-time pipeline, running in separate threads. Spikes are queued
+/// for Python in a bounded list; a program that does not fetch them loses its own copy only,
+/// counted.
 class BridgeObject {
  public:
   struct Options {

@@ -27,11 +27,11 @@ constexpr const char* kRunHelp =
 
 The press is depth_mm (mm, positive into the skin) or force_N (N) or both, and x_mm, y_mm (mm) where the
 probe moves: arrays of (samples,), or of (samples, probes) for a scene with several probes. Times are
-time_s (s, increasing, (samples,)) or follow from rate_hz. Instead of a press, probe names the URI of
-one, or a list of them: "replay:press.csv", "replay:session.xdf", "sim:taps?depth_mm=1". Without
+time_s (s, increasing, (samples,)) or are derived from rate_hz. Instead of arrays, probe can be the URI of
+a recording or simulation, or a list of URIs: "replay:press.csv", "replay:session.xdf", "sim:taps?depth_mm=1". Without
 either, the scene's own probe runs. sinks are URIs that also get the spikes ("nwb:run.nwb").
 
-Without the GIL; Ctrl-C ends it. Error with the program's sentence where something is wrong.)";
+Releases the GIL; Ctrl-C ends the run. Raises Error with the program's message on failure.)";
 
 std::vector<std::string> list_of(const py::object& text_or_list) {
   if (text_or_list.is_none()) return {};
@@ -60,15 +60,15 @@ RunObject run(const SceneObject& scene, py::object depth_mm, py::object force_N,
 void add_scene_class(py::module_& module) {
   py::class_<SceneObject>(module, "Scene", R"(A preset ("paper", "finger", …) or a scene file.
 
-Keys are read and set by name, scene["skin.radius_mm"], or as attributes, scene.skin.radius_mm; of a table
-that there is several times, scene["probe[1].x_mm"]. Scene.keys() lists them; `merkel scene --keys` explains
-them. A value that cannot be is an Error, and the scene stays as it was.)")
+Read and set keys by name, scene["skin.radius_mm"], or as attributes, scene.skin.radius_mm. For a repeated
+table: scene["probe[1].x_mm"]. Scene.keys() lists all keys; `merkel scene --keys` explains
+them. An invalid value raises Error and leaves the scene unchanged.)")
       .def(py::init([](const std::filesystem::path& name_or_file) {
              return SceneObject::named(name_or_file.string());
            }),
            py::arg("name_or_file") = "paper")
       .def_static("from_text", &SceneObject::of_text, py::arg("text"),
-                  "The scene of the text of a scene file (TOML). Error names the line.")
+                  "Parses the text of a scene file (TOML). Errors name the line.")
       .def_property_readonly(
           "text", [](const SceneObject& scene) { return scene_text(scene.scene()); },
           "The scene as a complete, commented scene file.")
@@ -82,7 +82,7 @@ them. A value that cannot be is an Error, and the scene stays as it was.)")
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
       .def_property_readonly(
           "probes", [](const SceneObject& scene) { return scene.scene().probes.size(); },
-          "How many probes press.")
+          "Number of probes.")
       .def("run", &run, py::kw_only(), py::arg("depth_mm") = py::none(),
            py::arg("force_N") = py::none(), py::arg("x_mm") = py::none(),
            py::arg("y_mm") = py::none(), py::arg("time_s") = py::none(),
@@ -92,7 +92,7 @@ them. A value that cannot be is an Error, and the scene stays as it was.)")
       .def(
           "stream",
           [](const SceneObject& scene) { return std::make_unique<StreamObject>(scene.scene()); },
-          "The model itself, to push samples into. Builds it.")
+          "Builds the model and returns a Stream to push samples into.")
       .def("__copy__", [](const SceneObject& scene) { return scene; })
       .def("__deepcopy__", [](const SceneObject& scene, const py::dict&) { return scene; })
       .def("__repr__", [](const SceneObject& scene) {

@@ -76,7 +76,7 @@ std::string failure_of(const Expected<RunReport, SetupError>& report) {
 
 RunObject run_scene(Scene scene, const RunOptions& options) {
   if (options.press.given() && !options.probes.empty()) {
-    throw Error("a press and a probe were both given: leave one out");
+    throw Error("pass either a press or a probe, not both");
   }
   if (!options.probes.empty()) scene.set_probes(options.probes);
   if (options.seed) scene.set_seed(*options.seed);
@@ -124,8 +124,8 @@ RunObject run_scene(Scene scene, const RunOptions& options) {
 
 py::array_t<double> RunObject::times(std::uint32_t neuron) const {
   if (neuron == 0 || neuron > afferents.size()) {
-    throw Error("there is no neuron " + std::to_string(neuron) + ": they count from 1 to " +
-                std::to_string(afferents.size()));
+    throw Error("there is no neuron " + std::to_string(neuron) +
+                ": neurons are numbered from 1 to " + std::to_string(afferents.size()));
   }
   std::vector<double> of_neuron;
   for (const SpikeRow& spike : spikes) {
@@ -136,7 +136,7 @@ py::array_t<double> RunObject::times(std::uint32_t neuron) const {
 
 std::size_t RunObject::bins(double bin_s) const {
   if (!(bin_s > 0.0) || !(duration_s / bin_s <= kMostBins)) {
-    throw Error("bin_s must be a positive number of seconds, and not tiny, but is " +
+    throw Error("bin_s must be a positive number of seconds and give at most 1e8 bins, but is " +
                 shortest_decimal(bin_s));
   }
   // A whole number of bins is not one more because of a rounding.
@@ -183,11 +183,12 @@ void add_run(py::module_& module) {
           "pulse), stop (0 none, 1 released, 2 gap, 3 neuron reset, 4 sink failure, 5 end), "
           "amplitude_uA, frequency_Hz and heartbeat.")
       .def_readonly("start_s", &RunObject::start_s, "When the first tick began, in s.")
-      .def_readonly("duration_s", &RunObject::duration_s, "How long was simulated, in s.")
-      .def_readonly("counters", &RunObject::counters, "What the run counted, by name.")
-      .def_readonly("notices", &RunObject::notices, "Sentences for the user.")
-      .def("times", &RunObject::times, py::arg("neuron"),
-           "Spike times of one neuron, counted from 1, in s: (spikes,). Error where there is none.")
+      .def_readonly("duration_s", &RunObject::duration_s, "Simulated time, in s.")
+      .def_readonly("counters", &RunObject::counters, "The run's counters, by name.")
+      .def_readonly("notices", &RunObject::notices, "Messages for the user.")
+      .def(
+          "times", &RunObject::times, py::arg("neuron"),
+          "Spike times of one neuron, counted from 1, in s: (spikes,). Raises Error if there is no such neuron.")
       .def("rate", &RunObject::rate, py::arg("bin_s"),
            "Rates in Hz in bins of bin_s seconds from start_s: (bins, afferents).")
       .def("psth", &RunObject::psth, py::arg("bin_s"),

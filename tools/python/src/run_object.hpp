@@ -16,7 +16,7 @@
 
 namespace merkel::python {
 
-/// What Python calls Run: the result of a batch run.
+/// The Python class Run: the result of a batch run.
 struct RunObject {
   std::vector<SpikeRow> spikes;
   std::vector<CommandRow> stimulation;

@@ -96,7 +96,7 @@ struct ToPython {
   }
 };
 
-/// Sets a value from Python; false where it has the wrong type.
+/// Sets a value from Python; false if it has the wrong type.
 struct FromPython {
   const BoundField& key;
   py::handle value;
@@ -175,7 +175,7 @@ struct FromPython {
   }
 };
 
-/// A sentence about a scene without "NAME:LINE: ", which nobody has written.
+/// An error message without its "NAME:LINE: " prefix, because the user wrote no file.
 std::string without_place(const std::string& sentence, const std::string& name) {
   if (!sentence.starts_with(name + ":")) return sentence;
   const auto place = sentence.find(": ");

@@ -9,7 +9,7 @@
 
 namespace merkel::python {
 
-/// What Python calls Scene: a scene whose keys can be read and set.
+/// The Python class Scene: a scene whose keys can be read and set.
 class SceneObject {
  public:
   explicit SceneObject(Scene scene) : scene_(std::move(scene)) {}

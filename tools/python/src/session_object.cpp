@@ -71,7 +71,8 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "stimulation", [](const SessionObject& session) { return array_of(session.stimulation); },
           "(commands,) for the scene's electrodes, as Run.stimulation.")
-      .def_readonly("marks", &SessionObject::marks, "[(time_s, label), …] of what a person marked.")
+      .def_readonly("marks", &SessionObject::marks,
+                    "[(time_s, label), …]: the marks set by the user.")
       .def_property_readonly(
           "facts",
           [](const SessionObject& session) {
@@ -81,32 +82,32 @@ void add_session(py::module_& module) {
             }
             return facts;
           },
-          "What the recorder noted, by name; of a repeated name the first.")
+          "Metadata of the recording, by name. If a name is repeated, the first value.")
       .def_property_readonly(
           "scene",
           [](const SessionObject& session) {
             if (!session.scene) {
               throw Error(
-                  "the session was recorded without a simulation: only those of merkel run know a "
+                  "the session was recorded without a simulation: only sessions of merkel run contain a "
                   "scene");
             }
             return SceneObject(*session.scene);
           },
-          "The scene it was recorded with, seeds included. Error for samples recorded by themselves.")
+          "The scene of the recording, seeds included. Raises Error if the session was recorded without a simulation.")
       .def_property_readonly(
           "start_unix_s",
           [](const SessionObject& session) -> std::optional<double> {
             if (session.origin.utc.count() == 0) return std::nullopt;
             return units::s_from(session.origin.utc);
           },
-          "The start of the run in s since 1970-01-01 UTC; None where it is not known.")
+          "The start of the run in s since 1970-01-01 UTC; None if unknown.")
       .def_property_readonly(
           "start_device_s",
           [](const SessionObject& session) { return units::s_from(session.origin.start); },
           "The start of the run in the time of the probe, in s.")
       .def_readonly(
           "complete", &SessionObject::complete,
-          "Whether the recording was ended properly; else it is read up to its last whole chunk.");
+          "True if the recording is complete; otherwise it is read up to its last complete chunk.");
 
   module.def(
       "load",
@@ -115,7 +116,7 @@ void add_session(py::module_& module) {
         return std::make_unique<SessionObject>(SessionObject::load(file.string()));
       },
       py::arg("file"),
-      "Reads a recorded session (.xdf, or .xdf.part of a run that broke off). Error where it cannot be read.");
+      "Reads a recorded session (.xdf, or .xdf.part of an interrupted run). Raises Error if the file cannot be read.");
 }
 
 }  // namespace merkel::python

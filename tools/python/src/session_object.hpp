@@ -15,7 +15,7 @@
 
 namespace merkel::python {
 
-/// What Python calls Session: a recorded session in memory. Times count from the start of the run.
+/// The Python class Session: a recorded session in memory. Times count from the start of the run.
 struct SessionObject {
   std::vector<SpikeRow> spikes;
   std::vector<SampleRow> samples;

@@ -23,7 +23,7 @@ class StreamObject::Use {
  public:
   explicit Use(std::atomic<bool>& used) : used_(used) {
     if (used_.exchange(true)) {
-      throw Error("the stream is in use in another thread: give each thread a stream of its own");
+      throw Error("the stream is in use in another thread: use a separate stream in each thread");
     }
   }
   Use(const Use&) = delete;
@@ -57,11 +57,11 @@ void StreamObject::announce(std::size_t probe, std::uint32_t channels) {
                 std::to_string(channels_.size()) + ", counted from 0");
   }
   if ((channels & kPresses) == 0U) {
-    throw Error("the sample presses neither by depth nor by force: give depth_mm or force_N");
+    throw Error("the sample has neither depth nor force: pass depth_mm or force_N");
   }
   if (begun_[probe]) {
     if (((channels ^ channels_[probe]) & kPresses) != 0U) {
-      throw Error("the samples of a probe must all have the same of depth_mm and force_N");
+      throw Error("all samples of a probe must have the same channels (depth_mm, force_N or both)");
     }
     return;
   }
@@ -71,7 +71,7 @@ void StreamObject::announce(std::size_t probe, std::uint32_t channels) {
   }
   if (std::find(begun_.begin(), begun_.end(), true) != begun_.end()) {
     throw Error(
-        "the probes of a stream must measure the same of depth_mm and force_N: set probe.control "
+        "all probes of a stream must measure the same channels (depth_mm, force_N or both): set probe.control "
         "in the scene");
   }
   const std::vector<std::uint32_t> before = channels_;
@@ -158,14 +158,14 @@ GIL while it simulates; one thread at a time.)")
           R"(Takes a sample and returns the new spikes: (spikes,) of time_s, neuron, patch and flags.
 
 time_s is in s and increases from sample to sample. Give depth_mm (mm), force_N (N) or both; x_mm and
-y_mm where the probe moves over the skin. Error for a sample that cannot be; it is not taken.)")
+y_mm if the probe moves over the skin. An invalid sample raises Error and is ignored.)")
       .def("finish", &StreamObject::finish,
            "Simulates up to the last sample and returns the new spikes. No sample may follow.")
       .def_property_readonly(
           "stimulation", &StreamObject::commands,
           "The commands for electrodes of the last push() or finish(), as Run.stimulation.")
       .def_property_readonly("time_s", &StreamObject::time_s,
-                             "The end of the last tick in s; None before there was one.");
+                             "The end of the last tick in s; None before the first tick.");
 }
 
 }  // namespace merkel::python

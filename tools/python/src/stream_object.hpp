@@ -16,7 +16,7 @@
 
 namespace merkel::python {
 
-/// What Python calls Stream: the model itself, a sample at a time.
+/// The Python class Stream: the model, one sample at a time.
 class StreamObject {
  public:
   /// Builds the model, for samples of depth where the scene allows. \throws Error

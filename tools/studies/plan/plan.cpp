@@ -213,8 +213,8 @@ std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
     sentences.push_back(fmt::format("neurons at rest, in blocks of 16: {:.0f} % of the steps",
                                     100.0 * (1.0 - plan.active_share)));
   }
-  sentences.push_back(fmt::format("transduction without contact: {:.0f} % of the ticks",
-                                  100.0 * plan.untouched_share));
+  sentences.push_back(
+      fmt::format("transduction in {:.0f} % of ticks (no contact)", 100.0 * plan.untouched_share));
   if (scene.sinks.empty()) sentences.emplace_back("sinks: the scene has none");
   return sentences;
 }

@@ -43,7 +43,7 @@ std::string plan_text(const Plan& plan) {
                   plan.stand_in ? " with a ramp-and-hold instead of the device" : "", plan.neurons,
                   plan.receptors, plan.spikes);
   if (plan.budget_us) {
-    text += fmt::format("spike-time error to meet: {:g} µs (rms); tried, in order of cost:\n",
+    text += fmt::format("spike-time error to meet: {:g} µs (rms); tried, in this order:\n",
                         *plan.budget_us);
     for (const PlanOption& option : plan.tried) {
       text += fmt::format("  {:<58} {:8.2f} µs per tick, error {:.3g} µs{}\n",
@@ -57,7 +57,7 @@ std::string plan_text(const Plan& plan) {
   if (units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
     text += fmt::format(
         "the tick is shorter than loop.tick_us, {:g} ms: within longer ticks, the currents deviate "
-        "too much from straight lines for this budget\n",
+        "too much from linear interpolation for this error limit\n",
         plan.scene_tick_ms);
   }
   text += fmt::format(

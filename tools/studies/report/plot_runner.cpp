@@ -63,7 +63,7 @@ Expected<void, SetupError> run_script(const std::string& script,
 Expected<void, SetupError> draw_plots(const std::string& script, const std::string& folder) {
   if (!python_has("matplotlib")) {
     return unavailable("wrote the tables to " + folder +
-                       ", but not the pictures: install python3-matplotlib and run again");
+                       ", but no pictures: install python3-matplotlib and run again");
   }
   return run_script(script, {folder});
 }

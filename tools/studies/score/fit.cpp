@@ -55,7 +55,7 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
     }
     found.push_back(parameter);
   }
-  if (found.empty()) return bad_input("give at least one parameter to fit");
+  if (found.empty()) return bad_input("name at least one parameter to fit");
   return found;
 }
 

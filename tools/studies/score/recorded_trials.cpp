@@ -39,7 +39,7 @@ Expected<Trains, SetupError> read_spikes(const std::string& path) {
                       std::isfinite(time);
     if (!read) {
       return bad_input(path + ":" + std::to_string(number) +
-                       ": must be a time in s and the number of a trial, as in 1.234,1");
+                       ": each row must be a time in s and a trial number, as in 1.234,1");
     }
     trains[trial].push_back(time);
   }

@@ -201,7 +201,7 @@ HWY_INLINE void for_each_run(const HodgkinHuxleyArguments<Real>& a, const Work& 
 /// Takes all steps. Without a network: a run of blocks through all steps, which
 /// stays in the nearest cache. With a network: all neurons through one step,
 /// then the next. \param Method  kShared: always with the shared exponential;
-/// kCoupled; Pieces<kCount>: the arithmetic of a step on so many vectors;
+/// kCoupled; Pieces<kCount>: the arithmetic of a step on kCount vectors;
 /// kObserve: reports spikes and resets
 template <class Method, class D>
 HWY_INLINE void take_steps(D d, const HodgkinHuxleyArguments<hn::TFromD<D>>& arguments) {

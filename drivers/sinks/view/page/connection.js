@@ -15,7 +15,7 @@ function takeToken() {
 }
 
 export class Connection {
-  /// \param told  {hello(scene), frame(buffer), state(name)}: 'connecting', 'live' or 'lost'
+  /// \param handlers  {hello(scene), frame(buffer), state(name)}; state is 'connecting', 'live' or 'lost'
   constructor(told) {
     this.told = told;
     this.wait_ms = kFirstWait_ms;

@@ -36,7 +36,7 @@ export class Controls {
     this.still = frame.still;
     setAttribute(byId('record'), 'aria-pressed', frame.recording);
     setText(byId('record'), frame.recording ? 'Stop recording' : 'Record');
-    setText(byId('play'), frame.still ? 'Play' : 'Hold');
+    setText(byId('play'), frame.still ? 'Play' : 'Pause replay');
     for (const item of frame.news) if (item.kind === 'notice') this.#notice(item.label);
     if (this.scene.session && !this.dragging) { byId('seek').value = frame.t; this.#showPlace(frame.t); }
   }

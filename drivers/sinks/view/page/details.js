@@ -121,7 +121,7 @@ export class Details {
     c.fillStyle = colour;
     counts.forEach((n, i) => { const tall = n / span / most * (h - kCaption); c.fillRect(x + i / bins * w, y + h - tall, w / bins + 0.5, tall); });
     c.strokeStyle = css('--line'); c.strokeRect(x + 0.5, y + 0.5, w, h);
-    this.#caption(c, `rate to ${most.toFixed(0)} /s`, x + 3, y + 1);
+    this.#caption(c, `rate, up to ${most.toFixed(0)} /s`, x + 3, y + 1);
   }
 
   #drive(c, watched, time, { x, y, w, h }) {

@@ -1,9 +1,9 @@
-// The banner: the most severe present problem, and what to do about it.
+// The banner: the most severe current problem and its remedy.
 
 const kFollowing = 0, kHeld = 1, kReleased = 2, kEnded = 3;
 const kUnplugged = 2;
 
-/// Whether a probe measures nothing: its force of 0 would look like a probe in the air.
+/// Whether a probe delivers no data. Showing its force as 0 would look like a probe in the air.
 export const isBlind = (probe) => probe.state === kReleased || probe.link === kUnplugged;
 const kSpan_s = 5;
 
@@ -68,7 +68,7 @@ function ofMachine(trend) {
     return { level: 'warn', title: 'Repeated overruns', advice: 'Spikes are late. Find the cause with merkel doctor.' };
   }
   const dropped = trend.rise('samples_dropped', kSpan_s) + trend.rise('spikes_dropped', kSpan_s);
-  if (dropped > 0) return { level: 'warn', title: `Dropped: ${dropped} samples or spikes`, advice: 'A queue was full. Close slow sinks.' };
+  if (dropped > 0) return { level: 'warn', title: `Dropped: ${dropped} samples or spikes`, advice: 'A queue was full. Remove slow sinks, or make their receivers faster.' };
   const late = trend.rise('samples_late', kSpan_s), samples = trend.rise('samples', kSpan_s);
   if (late > 0 && late > 0.005 * samples) {
     const share = samples > 0 ? `: ${(100 * late / samples).toFixed(late < 0.1 * samples ? 1 : 0)} %` : '';

@@ -60,6 +60,6 @@ export class Latency {
     ['1 µs', '10 µs', '100 µs', '1 ms', '10 ms'].forEach((text, i) => c.fillText(text, i * 8 * w, height));
     if (this.reading.place()) { this.reading.tell(); return; }
     const all = bins.some((n) => n > 0);
-    byId('latency-value').textContent = all ? `half below ${duration(quantile_us(bins, 0.5))}, 99 % below ${duration(quantile_us(bins, 0.99))}` : '';
+    byId('latency-value').textContent = all ? `median ${duration(quantile_us(bins, 0.5))}, 99th percentile ${duration(quantile_us(bins, 0.99))}` : '';
   }
 }
