@@ -115,7 +115,7 @@ Expected<void, SetupError> UriOptions::finish() const {
     const std::string nearest = nearest_name(name, names);
     std::string list;
     for (const std::string& known : names) list.append(list.empty() ? "" : ", ").append(known);
-    return bad_input("\"" + uri_.text + "\": the option " + name + " is not known" +
+    return bad_input("\"" + uri_.text + "\": the option " + name + " is unknown" +
                      (!nearest.empty() ? ": did you mean " + nearest + "?"
                       : list.empty()   ? "; there are none"
                                        : "; the known ones are: " + list));

@@ -93,7 +93,7 @@ std::size_t NeuronGroup::active_neurons() const noexcept {
 }
 
 void NeuronGroup::reset() noexcept {
-  put_to_rest();
+  set_at_rest();
   steps_taken_ = 0;
   resting_blocks_ = 0;
   resets_.clear();

@@ -63,7 +63,7 @@ class NeuronGroup {
   [[nodiscard]] std::uint64_t steps_taken() const noexcept { return steps_taken_; }
 
  private:
-  virtual void put_to_rest() noexcept = 0;
+  virtual void set_at_rest() noexcept = 0;
   /// \return the number of blocks that are at rest under this input and will be skipped
   virtual std::size_t take_input(std::span<const double> begin,
                                  std::span<const double> end) noexcept = 0;

@@ -46,7 +46,7 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
     }
     if (std::find(kKeys.begin(), kKeys.end(), word) == kKeys.end()) {
       const std::string nearest = nearest_name(word, kKeys);
-      return bad_input(at(path, node) + "the key " + full + " is not known" +
+      return bad_input(at(path, node) + "the key " + full + " is unknown" +
                        (nearest.empty() ? "" : ": did you mean " + nearest + "?"));
     }
     const auto number = node.value<double>();
@@ -92,7 +92,7 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
         std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), word);
     if (found == kSampleChannelNames.end() || !node.is_table()) {
       return bad_input(at(path, node) + "\"" + word +
-                       "\" is not known: a calibration has serial_number, date and the tables "
+                       "\" is unknown: a calibration has serial_number, date and the tables "
                        "depth, force, x and y");
     }
     auto channel = read_channel(path, word, *node.as_table());

@@ -30,7 +30,7 @@ class TraceReader {
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
   /// True if a valid_for_s comment has been read.
-  [[nodiscard]] bool says_validity() const noexcept { return valid_for_.has_value(); }
+  [[nodiscard]] bool has_validity() const noexcept { return valid_for_.has_value(); }
 
   /// Names of ProbeSample::extra, in order.
   [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {

@@ -70,7 +70,7 @@ Expected<void, SetupError> DeviceProbe::listen() {
   };
   while (!heard()) {
     if (now() - started > settings_.silence || !protocol_->error_message().empty()) {
-      return Unexpected<SetupError>(nothing_sensible());
+      return Unexpected<SetupError>(no_valid_data());
     }
     if (!exchange(std::min(started + settings_.silence, now() + milliseconds{20}))) {
       return unavailable(settings_.uri + " was unplugged while it was being opened");
@@ -93,7 +93,7 @@ Expected<void, SetupError> DeviceProbe::listen() {
   return {};
 }
 
-SetupError DeviceProbe::nothing_sensible() const {
+SetupError DeviceProbe::no_valid_data() const {
   const auto& counts = stream_.counts;
   const std::string name = transport_->info().name;
   SetupError error{.kind = SetupError::Kind::kUnavailable, .sentence = {}};
@@ -276,11 +276,11 @@ void DeviceProbe::take_readings() {
     frames_at_last_sense_ = stream_.counts.frames;
     bytes_at_last_sense_ = stream_.counts.bytes;
     last_sense_ = time;
-    nonsense_noticed_ = false;
-  } else if (time - last_sense_ > settings_.silence && !nonsense_noticed_ &&
+    invalid_data_reported_ = false;
+  } else if (time - last_sense_ > settings_.silence && !invalid_data_reported_ &&
              stream_.counts.bytes != bytes_at_last_sense_) {
     notice(info_.name + " no longer sends valid data: check " + settings_.hint);
-    nonsense_noticed_ = true;
+    invalid_data_reported_ = true;
   }
 }
 
@@ -290,7 +290,7 @@ bool DeviceProbe::same_device() {
   const std::string serial_number = protocol_->serial_number();
   const bool other = serial_number != opened_serial_number_;
   const bool lacking = (protocol_->channels() & opened_channels_) != opened_channels_;
-  if ((other || lacking) && !stranger_noticed_) {
+  if ((other || lacking) && !wrong_device_reported_) {
     notice(
         other
             ? "another device is connected at " + transport_->info().name +
@@ -299,8 +299,8 @@ bool DeviceProbe::same_device() {
             : info_.name +
                   " has fewer channels than at the start: the press is released; start a new run");
   }
-  stranger_noticed_ = other || lacking;
-  return !stranger_noticed_;
+  wrong_device_reported_ = other || lacking;
+  return !wrong_device_reported_;
 }
 
 /// Takes the mean of kTareReadings readings as the new zero of force, or of depth without force.

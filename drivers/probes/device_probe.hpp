@@ -73,7 +73,7 @@ class DeviceProbe final : public Probe {
               Settings settings);
   [[nodiscard]] Time now() const { return settings_.clock->now(); }
   Expected<void, SetupError> listen();
-  [[nodiscard]] SetupError nothing_sensible() const;
+  [[nodiscard]] SetupError no_valid_data() const;
   Expected<void, SetupError> calibrate();
 
   /// Sends and receives once; waits until `until` at most. False if disconnected.
@@ -104,7 +104,7 @@ class DeviceProbe final : public Probe {
 
   std::string opened_serial_number_;  ///< as reported by the protocol
   std::uint32_t opened_channels_ = 0;
-  bool stranger_noticed_ = false;
+  bool wrong_device_reported_ = false;
   bool started_ = false;
   std::atomic<bool> connected_{true};
   std::atomic<bool> tare_wanted_{false};
@@ -119,7 +119,7 @@ class DeviceProbe final : public Probe {
   Time last_sense_{0};  ///< time of the last complete frame
   std::uint64_t frames_at_last_sense_ = 0;
   std::uint64_t bytes_at_last_sense_ = 0;
-  bool nonsense_noticed_ = false;
+  bool invalid_data_reported_ = false;
   bool saturated_ = false;
   Time saturation_again_{0};  ///< when it may be reported again
 

@@ -51,7 +51,7 @@ class TraceSource final : public SampleSource {
   explicit TraceSource(TraceReader reader) : reader_(std::move(reader)) {}
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return reader_.channels(); }
-  [[nodiscard]] bool says_validity() const noexcept override { return reader_.says_validity(); }
+  [[nodiscard]] bool has_validity() const noexcept override { return reader_.has_validity(); }
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return reader_.extra_columns();
   }
@@ -121,7 +121,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
                  .replayed = true};
   info.extra_columns = source->extra_columns();
   info.run = source->run();
-  const bool says = source->says_validity();
+  const bool says = source->has_validity();
   std::unique_ptr<ReplayProbe> probe(
       new ReplayProbe(std::move(source), std::move(first), std::move(info), about.chunk));
   if (!says) probe->valid_for_ = validity_of(probe->first_, probe->info_.period);

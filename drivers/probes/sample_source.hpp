@@ -26,7 +26,7 @@ class SampleSource {
   [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
   /// Whether the samples read so far set ProbeSample::valid_for. If not, it is derived from their
   /// rate.
-  [[nodiscard]] virtual bool says_validity() const noexcept { return false; }
+  [[nodiscard]] virtual bool has_validity() const noexcept { return false; }
   /// The run in which they were recorded, if known.
   [[nodiscard]] virtual std::optional<RecordedRun> run() const { return std::nullopt; }
   /// Names of ProbeSample::extra, in order.

@@ -25,7 +25,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
       if (unit == known) return CsvColumn{.kind = CsvColumn::Kind::kTime, .nanoseconds = ns};
     }
     return Unexpected<std::string>("the unit of " + std::string(name) +
-                                   " is not known: time is in s, ms or us");
+                                   " is unknown: time is in s, ms or us");
   }
   for (std::size_t i = 0; i < kDeviceChannels; ++i) {
     if (stem != kDeviceChannelNames[i]) continue;
@@ -33,7 +33,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     const bool force = channel <= DeviceChannel::kForceZ;
     const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
     if (!factor) {
-      return Unexpected<std::string>("the unit of " + std::string(name) + " is not known: " +
+      return Unexpected<std::string>("the unit of " + std::string(name) + " is unknown: " +
                                      (force ? "forces are in " + std::string(kForceUnits)
                                             : "lengths are in " + std::string(kLengthUnits)));
     }
@@ -41,7 +41,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
   }
   return Unexpected<std::string>(
       "the column " + std::string(name) +
-      " is not known; the known ones are time_s, time_ms, time_us, seq, force_N, force_x_N, "
+      " is unknown; the known ones are time_s, time_ms, time_us, seq, force_N, force_x_N, "
       "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - to ignore a "
       "column");
 }

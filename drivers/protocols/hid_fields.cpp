@@ -71,7 +71,7 @@ Expected<HidField, std::string> field_of(std::string_view text) {
   const auto* const found = std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), stem);
   if (found == kDeviceChannelNames.end()) {
     return Unexpected<std::string>("the channel " + std::string(name) +
-                                   " is not known; the known ones are force_N, force_x_N, "
+                                   " is unknown; the known ones are force_N, force_x_N, "
                                    "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm, time_us, "
                                    "time_ms, seq");
   }
@@ -79,7 +79,7 @@ Expected<HidField, std::string> field_of(std::string_view text) {
   const bool force = field.channel <= DeviceChannel::kForceZ;
   const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
   if (!factor) {
-    return Unexpected<std::string>("the unit of " + std::string(name) + " is not known: " +
+    return Unexpected<std::string>("the unit of " + std::string(name) + " is unknown: " +
                                    std::string(force ? kForceUnits : kLengthUnits));
   }
   field.scale *= *factor;

@@ -245,7 +245,7 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_mark10(UriOptions& options)
   const std::string unit = options.text("unit", "");
   const auto factor = newtons_per(unit);
   if (!unit.empty() && !factor) {
-    return bad_input("unit=" + unit + " is not known: forces are in " + std::string(kForceUnits));
+    return bad_input("unit=" + unit + " is unknown: forces are in " + std::string(kForceUnits));
   }
   return std::make_unique<Mark10>(std::stoi(rate), factor.value_or(0.0));
 }

@@ -145,7 +145,7 @@ Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pug
     auto layout = layout_of(stream, info, extra_columns_);
     if (!layout) return damaged(layout.error());
     if (stream.id == SessionStream::Id::kSamples) {
-      says_validity_ = layout->places[stream.channels.size() - 1] != StreamLayout::kMissing;
+      has_validity_ = layout->places[stream.channels.size() - 1] != StreamLayout::kMissing;
     }
     if (!layouts_.emplace(id, *layout).second) return damaged("two streams have the same number");
   }

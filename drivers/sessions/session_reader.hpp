@@ -44,7 +44,7 @@ class SessionReader {
     return extra_columns_;
   }
   /// Whether the samples have ProbeSample::valid_for; those of older versions do not.
-  [[nodiscard]] bool says_validity() const noexcept { return says_validity_; }
+  [[nodiscard]] bool has_validity() const noexcept { return has_validity_; }
   /// All of that name, in order.
   [[nodiscard]] std::vector<std::string> facts(std::string_view name) const;
 
@@ -52,7 +52,7 @@ class SessionReader {
   [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);
 
   /// True if the recording was closed properly; valid after next() returned false.
-  [[nodiscard]] bool ended_well() const noexcept { return footers_ > 0 && !truncated_; }
+  [[nodiscard]] bool complete() const noexcept { return footers_ > 0 && !truncated_; }
 
  private:
   struct Close {
@@ -83,7 +83,7 @@ class SessionReader {
   bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
   bool truncated_ = false;
   std::optional<std::uint32_t> mark_stream_;
-  bool says_validity_ = false;
+  bool has_validity_ = false;
   std::vector<std::string> extra_columns_;
   int footers_ = 0;
 };

@@ -24,7 +24,7 @@ class SessionSamples final : public SampleSource {
   [[nodiscard]] static bool is_session(const std::string& path);
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
-  [[nodiscard]] bool says_validity() const noexcept override { return session_.says_validity(); }
+  [[nodiscard]] bool has_validity() const noexcept override { return session_.has_validity(); }
   [[nodiscard]] std::optional<RecordedRun> run() const override { return run_; }
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return session_.extra_columns();

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """What two scenes cost beside each other: processor time of `merkel run --fast`, in pairs that take turns.
 
-usage: paired_cost.py [MERKEL [PAIRS]]
+usage: paired_cost.py [MERKEL [PAIRS [OTHER]]]
 
 Each pair runs both scenes for a short and for a long time; the difference is the cost of the loop without the start.
-Prints the median of the ratios and their range.
+With OTHER, a program built in another way or from another commit, the same scenes run in both programs. Prints the median of the ratios and their range.
 """
 import os
 import resource
@@ -29,23 +29,29 @@ COMPARISONS = {
     "goodwin at rest / pressed": (
         f'preset = "goodwin"\n[probe]\nuri = "{REST}"\n', f'preset = "goodwin"\n[probe]\nuri = "{PRESS}"\n', 0.05),
 }
+if len(sys.argv) > 3:
+    PROGRAM = (sys.argv[1], sys.argv[3])
+    COMPARISONS = {f"{preset}, this program / the other": (scene, scene, 1.01) for preset, scene in (
+        (preset, f'preset = "{preset}"\n[probe]\nuri = "{PRESS}"\n') for preset in ("paper", "goodwin"))}
+else:
+    PROGRAM = (PROGRAM, PROGRAM)
 SHORT_S, LONG_S = 2, 42
 
 
-def processor_time(scene, seconds):
+def processor_time(program, scene, seconds):
     def used():
         usage = resource.getrusage(resource.RUSAGE_CHILDREN)
         return usage.ru_utime + usage.ru_stime
 
     before = used()
-    subprocess.run([PROGRAM, "run", scene, "--fast", "--duration-s", str(seconds)],
+    subprocess.run([program, "run", scene, "--fast", "--duration-s", str(seconds)],
                    check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return used() - before
 
 
-def loop_cost(scene):
+def loop_cost(program, scene):
     """Processor time of the loop, ms for each simulated second."""
-    return 1e3 * (processor_time(scene, LONG_S) - processor_time(scene, SHORT_S)) / (LONG_S - SHORT_S)
+    return 1e3 * (processor_time(program, scene, LONG_S) - processor_time(program, scene, SHORT_S)) / (LONG_S - SHORT_S)
 
 
 def main():
@@ -57,7 +63,7 @@ def main():
                 files.append(os.path.join(folder, f"{len(os.listdir(folder))}.toml"))
                 with open(files[-1], "w", encoding="utf-8") as file:
                     file.write(text)
-            costs = [[loop_cost(file) for file in files] for _ in range(PAIRS)]
+            costs = [[loop_cost(*of) for of in zip(PROGRAM, files)] for _ in range(PAIRS)]
             ratios = sorted(a / b for a, b in costs)
             middle = [statistics.median(column) for column in zip(*costs)]
             print(f"| {name} | {middle[0]:.2f} / {middle[1]:.2f} | {statistics.median(ratios):.3f} "

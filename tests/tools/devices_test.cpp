@@ -193,7 +193,7 @@ TEST(Devices, SimulateProbePrintsTheUriAndRecordReadsIt) {
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_NE(run.out.find("serial:" + folder.path("tty") + "?protocol=zaber&um_per_step="),
               std::string::npos);
-    EXPECT_NE(run.err.find("samples measured"), std::string::npos);
+    EXPECT_NE(run.err.find("samples generated"), std::string::npos);
   });
   for (int k = 0; k < 300 && !std::filesystem::exists(folder.path("tty")); ++k) {
     std::this_thread::sleep_for(milliseconds{10});

@@ -215,7 +215,7 @@ TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   const auto run = run_program({"plan", "paper", "--json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* const part :
-       {"\"method\": \"crank_nicolson\"", "\"left_out\"", "out of reach", "the scene has none"}) {
+       {"\"method\": \"crank_nicolson\"", "\"skipped\"", "out of reach", "the scene has none"}) {
     EXPECT_NE(run.out.find(part), std::string::npos) << part;
   }
   const auto uncoupled = run_program({"plan", "hand"});

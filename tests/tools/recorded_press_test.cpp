@@ -82,7 +82,7 @@ TEST(RecordedPress, ColumnsThatTheModelDoesNotUseReachTheSession) {
   ASSERT_TRUE(reader);
   EXPECT_EQ(reader->extra_columns(),
             (std::vector<std::string>{"skin_temperature_C", "column_sequence", "remark"}));
-  EXPECT_TRUE(reader->says_validity());
+  EXPECT_TRUE(reader->has_validity());
   std::vector<ProbeSample> samples;
   for (SessionChunk chunk; reader->next(chunk).value_or(false);) {
     for (const auto& each : chunk.samples) samples.push_back(each.sample);

@@ -97,10 +97,10 @@ TEST(Recordings, ErrorsNameTheFieldAndTheRemedy) {
   EXPECT_EQ(fault_of("[1e999]"), "d.json: holds a number that is too large");
   EXPECT_EQ(fault_of("{}"), "d.json: holds no data: add a section such as curvature_force");
   EXPECT_EQ(fault_of(R"({"curvature_forse": {}})"),
-            "d.json: the field curvature_forse is not known: did you mean curvature_force?");
+            "d.json: the field curvature_forse is unknown: did you mean curvature_force?");
   EXPECT_EQ(fault_of(spheres(R"("curvature_per_m": [1], "rate_hz": {"0.1N": [3]}, "depht": 1)"))
-                .substr(0, 58),
-            "d.json: the field curvature_force.depht is not known; the ");
+                .substr(0, 56),
+            "d.json: the field curvature_force.depht is unknown; the ");
   EXPECT_EQ(fault_of(spheres(R"("curvature_per_m": [1], "rate_hz": {"10gwt_0.098": [3]})")),
             "d.json: curvature_force.rate_hz.10gwt_0.098 must end in a number with its unit, as in "
             "\"20gwt_0.196N\"");

@@ -169,9 +169,9 @@ TEST(SceneFile, APressWithoutPositionIsAtThePatchsCentre) {
 
 TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(fault_of("[skin]\n\npoison_ratio = 0.4\n"),
-            "s.toml:3: the key skin.poison_ratio is not known: did you mean poisson_ratio?");
+            "s.toml:3: the key skin.poison_ratio is unknown: did you mean poisson_ratio?");
   EXPECT_EQ(fault_of("[sink]\nuri = 3\n"), "s.toml:2: sink.uri must be a text in quotes");
-  EXPECT_EQ(fault_of("[skinn]\n"), "s.toml:1: the table skinn is not known: did you mean skin?");
+  EXPECT_EQ(fault_of("[skinn]\n"), "s.toml:1: the table skinn is unknown: did you mean skin?");
   EXPECT_EQ(fault_of("skin = 3\n"), "s.toml:1: skin must be a table: write [skin]");
   EXPECT_EQ(fault_of("[probe]\nradius_mm = \"two\"\n"),
             "s.toml:2: probe.radius_mm must be a number");
@@ -300,7 +300,7 @@ TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
   EXPECT_EQ(fault_of("[skin]\napex_mm = [15, 10]\n"),
             "s.toml:2: skin.apex_mm requires a curved finger: set skin.radius_mm");
   EXPECT_EQ(fault_of("preset = \"goodwin\"\n[neuron]\ng_Na = 120\n").substr(0, 41),
-            "s.toml:3: the key neuron.g_Na is not know");
+            "s.toml:3: the key neuron.g_Na is unknown;");
 }
 
 TEST(SceneFile, SurvivesRandomText) {

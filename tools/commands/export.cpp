@@ -120,7 +120,7 @@ int export_session(const ExportOptions& options) {
     }
   }
   std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
-               session->ended_well() ? "" : "; the recording is incomplete and ends there");
+               session->complete() ? "" : "; the recording is incomplete and ends there");
   return kDone;
 }
 

@@ -196,7 +196,7 @@ int print_overview(SessionReader& session) {
                   .c_str());
   }
   std::puts(fmt::format("stream marks,{}", marks).c_str());
-  std::printf("ended,%s\n", session.ended_well() ? "yes" : "no: the file is incomplete");
+  std::printf("ended,%s\n", session.complete() ? "yes" : "no: the file is incomplete");
   return kDone;
 }
 

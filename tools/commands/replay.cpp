@@ -39,7 +39,7 @@ using Count = unsigned long long;
 /// The reservations of a verdict, if it does not cover the whole recording.
 std::string reservations(const SessionReader& session, const SessionReplay::Verdict& verdict) {
   std::string text;
-  if (!session.ended_well()) {
+  if (!session.complete()) {
     text += "the recording is incomplete: compared up to its last complete tick\n";
   }
   if (verdict.losses.spikes + verdict.losses.ticks > 0) {
@@ -72,7 +72,7 @@ std::string text_of(const SessionReader& session, const SessionReplay::Verdict& 
 std::string json_of(const SessionReader& session, const SessionReplay::Verdict& verdict) {
   const nlohmann::ordered_json json = {{"bit_identical", verdict.identical()},
                                        {"difference", verdict.difference},
-                                       {"ended_well", session.ended_well()},
+                                       {"complete", session.complete()},
                                        {"ticks", verdict.ticks},
                                        {"spikes", verdict.spikes},
                                        {"commands", verdict.commands},

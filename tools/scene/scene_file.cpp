@@ -57,7 +57,7 @@ void for_each_table(SceneTable& root, std::string_view key, Findings& findings, 
 }
 
 /// Drops the probes of a preset that press on patches which the scene does not have.
-void drop_stray_probes(Scene& scene) {
+void drop_unused_probes(Scene& scene) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     if (scene.model.indenters[i].patch >= scene.model.patches.size()) continue;
@@ -93,7 +93,7 @@ void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
   });
   if (patches.empty()) return;
   scene.model.patches = std::move(patches);
-  drop_stray_probes(scene);
+  drop_unused_probes(scene);
 }
 
 /// Probes without a position press at the centre of their patch.

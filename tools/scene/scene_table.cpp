@@ -195,7 +195,7 @@ void SceneTable::finish() {
     const std::string kind = node.is_table() || node.is_array_of_tables() ? "table" : "key";
     const std::string full =
         name_.empty() ? std::string(key.str()) : name_ + "." + std::string(key.str());
-    findings_.fail(key.source(), "the " + kind + " " + full + " is not known" +
+    findings_.fail(key.source(), "the " + kind + " " + full + " is unknown" +
                                      (nearest.empty() ? "; the known ones are: " + list
                                                       : ": did you mean " + nearest + "?"));
   }

@@ -72,7 +72,7 @@ ConnorStevensArguments ConnorStevensGroup::arguments(const StepCall& part) noexc
   return all;
 }
 
-void ConnorStevensGroup::put_to_rest() noexcept {
+void ConnorStevensGroup::set_at_rest() noexcept {
   std::fill(V_.begin(), V_.end(), resting_V_mV_);
   for (std::size_t k = 0; k < GateTable::kGates; ++k) {
     std::fill(gates_[k].begin(), gates_[k].end(), resting_gates_[k]);

@@ -34,7 +34,7 @@ class ConnorStevensGroup final : public NeuronGroup {
   [[nodiscard]] double potential(std::size_t neuron) const noexcept override { return V_[neuron]; }
 
  private:
-  void put_to_rest() noexcept override;
+  void set_at_rest() noexcept override;
   std::size_t take_input(std::span<const double> begin,
                          std::span<const double> end) noexcept override;
   void step_part(const StepCall& part) noexcept override;

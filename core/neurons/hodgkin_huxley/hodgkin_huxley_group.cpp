@@ -48,7 +48,7 @@ void HodgkinHuxleyGroup::set_state(std::size_t neuron, double V_mV, const Gates&
   wake();
 }
 
-void HodgkinHuxleyGroup::put_to_rest() noexcept {
+void HodgkinHuxleyGroup::set_at_rest() noexcept {
   const Gates rest = neuron_.steady_gates(neuron_.V_rest);
   for (std::size_t i = 0; i < size(); ++i) set_state(i, neuron_.V_rest, rest);
 }

@@ -48,7 +48,7 @@ class HodgkinHuxleyGroup final : public NeuronGroup {
   void set_state(std::size_t neuron, double V_mV, const Gates& gates) noexcept;
 
  private:
-  void put_to_rest() noexcept override;
+  void set_at_rest() noexcept override;
   std::size_t take_input(std::span<const double> begin,
                          std::span<const double> end) noexcept override;
   void step_part(const StepCall& part) noexcept override;

@@ -25,7 +25,7 @@ IntegrateAndFireGroup::IntegrateAndFireGroup(const Parameters& parameters, std::
   reset();
 }
 
-void IntegrateAndFireGroup::put_to_rest() noexcept {
+void IntegrateAndFireGroup::set_at_rest() noexcept {
   std::fill(v_.begin(), v_.end(), neuron_.reset);
   std::fill(refractory_left_.begin(), refractory_left_.end(), 0.0);
 }

@@ -61,7 +61,7 @@ double ViewFrames::since_start_s(nanoseconds time) const {
 void ViewFrames::add(std::span<const SpikeEvent> spikes) {
   for (const SpikeEvent& spike : spikes) {
     if (spikes_.size() == kMostSpikes) {
-      ++left_out_;
+      ++skipped_;
       continue;
     }
     spikes_.push_back({.time = spike.time, .neuron = spike.neuron});
@@ -87,7 +87,7 @@ void ViewFrames::add(std::span<const TickRecord> ticks) {
 void ViewFrames::add_point(nanoseconds time) {
   next_point_ = time + kPointEvery;
   if (points_.size() == kMostPoints) {
-    ++left_out_;
+    ++skipped_;
     return;
   }
   Point point{.time = time, .states = 0};
@@ -123,7 +123,7 @@ void ViewFrames::add(std::span<const NeuronSample> samples) {
     if (watched_.size() < kMostWatchedSamples) {
       watched_.push_back(sample);
     } else {
-      ++left_out_;
+      ++skipped_;
     }
   }
 }
@@ -165,7 +165,7 @@ void ViewFrames::add_notice(std::string_view sentence) {
 void ViewFrames::add_news(const nlohmann::json& event) {
   const std::string json = json_line(event);
   if (news_.size() + json.size() > kLongestNews) {
-    ++left_out_;
+    ++skipped_;
     return;
   }
   news_ += (news_.empty() ? "" : ",") + json;
@@ -207,7 +207,7 @@ void ViewFrames::append_counters(std::string& bytes) const {
   for (const auto& field : kRunCounterFields<>) {
     append(bytes, static_cast<double>(status_.counters.*field.cell));
   }
-  append(bytes, static_cast<double>(status_.losses.spikes + status_.losses.ticks + left_out_));
+  append(bytes, static_cast<double>(status_.losses.spikes + status_.losses.ticks + skipped_));
 }
 
 void ViewFrames::append_probes(std::string& bytes) const {

@@ -121,7 +121,7 @@ class ViewFrames {
   std::vector<Stimulation> electrodes_;
   std::string news_;
   std::array<std::uint32_t, kLatencyBins> latency_{};
-  std::uint64_t left_out_ = 0;  ///< spikes and points that did not fit into a frame
+  std::uint64_t skipped_ = 0;  ///< spikes and points that did not fit into a frame
   RunStatus status_;
   std::uint32_t number_ = 0;
   bool jumped_ = false;  ///< the next tick does not follow the last

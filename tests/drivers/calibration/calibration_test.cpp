@@ -99,7 +99,7 @@ TEST(ProbeCalibration, BadFilesAreOneSentence) {
            {"[force]\nsource = \"weight\"\n", "must be one of force"},
            {"[force]\nsource = \"force\"\ngain = nan\n", "must be a finite number"},
            {"[force]\nsource = \"force\"\ngain = 0.0\n", "must not be 0"},
-           {"[weight]\n", "is not known"},
+           {"[weight]\n", "is unknown"},
            {"date = 3\n", "must be a text"},
            {"[force\n", "c.toml:1"}}) {
     const auto read = read_calibration(folder.file("c.toml", text));

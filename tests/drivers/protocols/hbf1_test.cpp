@@ -139,7 +139,7 @@ TEST(Hbf1, LossIsCountedExactly) {
   Firmware firmware;
   talk.take(firmware.hello(0));
   Random random(2);
-  std::uint64_t left_out = 0;
+  std::uint64_t missing = 0;
   std::uint64_t pending = 0;
   std::uint64_t sent = 0;
   for (std::uint32_t k = 1; k < 150'000; ++k) {  // its sequence numbers wrap twice
@@ -149,12 +149,12 @@ TEST(Hbf1, LossIsCountedExactly) {
       ++pending;
       continue;
     }
-    left_out += std::exchange(pending, 0U);
+    missing += std::exchange(pending, 0U);
     talk.take(frame);
     ++sent;
   }
-  EXPECT_GT(left_out, 1000U);
-  EXPECT_EQ(talk.stream.counts.lost, left_out);
+  EXPECT_GT(missing, 1000U);
+  EXPECT_EQ(talk.stream.counts.lost, missing);
   EXPECT_EQ(talk.stream.counts.readings, sent);
   EXPECT_EQ(talk.stream.counts.damaged, 0U);
   EXPECT_EQ(talk.stream.counts.reboots, 0U);

@@ -66,7 +66,7 @@ TEST(CsvLines, OneWrongTimeIsNoReboot) {
 TEST(CsvLines, BadOptionsAreNamed) {
   EXPECT_NE(refusal("csv", "columns=force_stone").find("forces are in N"), std::string::npos);
   EXPECT_NE(refusal("csv", "columns=time_h,force_N").find("s, ms or us"), std::string::npos);
-  EXPECT_NE(refusal("csv", "columns=weight").find("not known"), std::string::npos);
+  EXPECT_NE(refusal("csv", "columns=weight").find("unknown"), std::string::npos);
   EXPECT_NE(refusal("csv", "columns=time_s").find("no column is a force"), std::string::npos);
   EXPECT_NE(refusal("csv", "columns=force_N&separator=dot").find("separator"), std::string::npos);
 }
@@ -284,8 +284,8 @@ TEST(HidFields, BadMapsAreNamed) {
            {"force_N:0:33:s:1", "1 to 32 bits"},
            {"force_N:0:16:x:1", "must be CHANNEL_UNIT"},
            {"force_N:0:16:s:nan", "must be CHANNEL_UNIT"},
-           {"force_stone:0:16:s:1", "unit of force_stone is not known"},
-           {"weight_N:0:16:s:1", "channel weight_N is not known"},
+           {"force_stone:0:16:s:1", "unit of force_stone is unknown"},
+           {"weight_N:0:16:s:1", "channel weight_N is unknown"},
            {"time_us:0:16:s", "must be unsigned"}}) {
     const auto made = hid("fields=" + fields);
     ASSERT_FALSE(made.has_value()) << fields;

@@ -27,7 +27,7 @@ struct Everything {
   std::vector<SessionChunk::Frame> frames;
   std::vector<Mark> marks;
   std::vector<StimulationCommand> commands;
-  bool ended_well = false;
+  bool complete = false;
   std::string error;
 };
 
@@ -60,7 +60,7 @@ Everything read_all(const std::string& path) {
     append(all.marks, chunk.marks);
     append(all.commands, chunk.commands);
   }
-  all.ended_well = session->ended_well();
+  all.complete = session->complete();
   return all;
 }
 
@@ -172,7 +172,7 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
 
   const Everything all = read_all(path);
   EXPECT_EQ(all.error, "");
-  EXPECT_TRUE(all.ended_well);
+  EXPECT_TRUE(all.complete);
   ASSERT_EQ(all.spikes.size(), 2U);
   EXPECT_EQ(all.spikes[0], kSpikes[0]);
   EXPECT_EQ(all.spikes[1], kSpikes[1]);
@@ -279,7 +279,7 @@ TEST(SessionReader, ASessionThatWasNotEndedSaysSo) {
   const Everything all = read_all(record(folder, false));
   EXPECT_EQ(all.error, "");
   EXPECT_EQ(all.spikes.size(), 2U);
-  EXPECT_FALSE(all.ended_well);
+  EXPECT_FALSE(all.complete);
 }
 
 TEST(SessionReader, RefusesWhatIsNoSession) {
@@ -307,7 +307,7 @@ TEST(SessionReader, LengthsThatLieCostNoMemory) {
                              std::string("\x08\xFF\xFF\xFF\xFF\xFF\xFF\xFF\x7F\x03\x00", 11);
   const Everything all = read_all(folder.file("longer.xdf", longer));
   EXPECT_EQ(all.error, "");
-  EXPECT_FALSE(all.ended_well);
+  EXPECT_FALSE(all.complete);
   EXPECT_EQ(all.spikes.size(), 2U);
 }
 

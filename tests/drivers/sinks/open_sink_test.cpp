@@ -85,7 +85,7 @@ TEST(OpenSink, ARefusedRunLeavesNoFiles) {
     EXPECT_EQ(refusal(scheme + folder.path("a")), "") << scheme;
     EXPECT_TRUE(std::filesystem::is_empty(folder.path(""))) << scheme;
   }
-  EXPECT_TRUE(has(refusal("csv:a?b=1"), "option b is not known"));
+  EXPECT_TRUE(has(refusal("csv:a?b=1"), "option b is unknown"));
 }
 
 TEST(OpenSink, APortInUseIsNamed) {

@@ -57,7 +57,7 @@ TEST(OpenSink, NamesTheSchemesItKnows) {
             std::string::npos);
   EXPECT_NE(open_sink("csv:x?mode=fast", kNeurons, false)
                 .error()
-                .sentence.find("the option mode is not known"),
+                .sentence.find("the option mode is unknown"),
             std::string::npos);
 }
 

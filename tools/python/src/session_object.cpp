@@ -45,7 +45,7 @@ SessionObject SessionObject::load(const std::string& path) {
       session.marks.emplace_back(units::s_from(mark.time - zero), mark.label);
     }
   }
-  session.complete = reader.ended_well();
+  session.complete = reader.complete();
   return session;
 }
 

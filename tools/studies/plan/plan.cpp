@@ -197,7 +197,7 @@ Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene
   return bad_input(scene.sentence({.key = "accuracy.spike_time_us", .reason = what}));
 }
 
-std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
+std::vector<std::string> skipped(const Scene& scene, const Plan& plan) {
   std::vector<std::string> sentences;
   const TactileModel::Parameters& model = scene.model;
   if (!(model.network.gain > 0.0)) {
@@ -205,7 +205,7 @@ std::vector<std::string> left_out(const Scene& scene, const Plan& plan) {
   }
   if (model.accuracy.cull_tolerance > 0.0) {
     sentences.push_back(fmt::format(
-        "receptors beyond reach: {:.0f} % of the afferents on average (current change below "
+        "receptors out of reach of the contact, for {:.0f} % of the afferents on average (current change below "
         "{:g} of a receptor's largest)",
         100.0 * (1.0 - plan.reached_share), model.accuracy.cull_tolerance));
   }
@@ -272,7 +272,7 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   const auto encoding_us = encoding_cost_us(scene, rehearsal);
   if (!encoding_us) return Unexpected<SetupError>(encoding_us.error());
   plan.encoding_us = *encoding_us;
-  plan.left_out = left_out(scene, plan);
+  plan.skipped = skipped(scene, plan);
   return plan;
 }
 

@@ -43,7 +43,7 @@ struct Plan {
   double untouched_share = 0.0;       ///< of ticks, without transduction
   double reached_share = 0.0;         ///< of afferents during contact; the others are skipped
   double active_share = 0.0;          ///< of neurons; the others are at rest
-  std::vector<std::string> left_out;  ///< sentences: what is skipped, and why
+  std::vector<std::string> skipped;   ///< sentences: what is skipped, and why
   std::vector<std::string> validity;  ///< of each probe's contact law at its deepest press
   std::size_t electrodes = 0;
   double encoding_us = 0.0;  ///< per tick, for the stimulation commands

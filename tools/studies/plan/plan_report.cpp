@@ -56,7 +56,7 @@ std::string plan_text(const Plan& plan) {
   text += "chosen: " + name_of_neurons(plan) + "\n";
   if (units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
     text += fmt::format(
-        "the tick is shorter than loop.tick_us, {:g} ms: within longer ticks, the currents deviate "
+        "the tick is shorter than loop.tick_us ({:g} ms): within longer ticks, the currents deviate "
         "too much from linear interpolation for this error limit\n",
         plan.scene_tick_ms);
   }
@@ -72,7 +72,7 @@ std::string plan_text(const Plan& plan) {
                         plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
   }
   text += "skipped:\n";
-  for (const std::string& sentence : plan.left_out) text += "  " + sentence + "\n";
+  for (const std::string& sentence : plan.skipped) text += "  " + sentence + "\n";
   for (std::size_t i = 0; i < plan.validity.size(); ++i) {
     text += fmt::format("contact law of probe {}: {}\n", i + 1, plan.validity[i]);
   }
@@ -105,7 +105,7 @@ std::string plan_json(const Plan& plan) {
                      {"untouched_share", plan.untouched_share},
                      {"electrodes", plan.electrodes},
                      {"encoding_us", plan.encoding_us},
-                     {"left_out", plan.left_out},
+                     {"skipped", plan.skipped},
                      {"contact_law", plan.validity}};
   return json_text(json);
 }

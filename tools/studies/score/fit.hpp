@@ -55,7 +55,7 @@ struct FitResult {
 /// The cost is the mean over all data sets of the mean square error, in Hz²; a decline that is
 /// wrong by 1 % counts as 1 Hz. All evaluations have the same noise. The stimuli's energy densities
 /// are computed once: the fitted parameters do not change them. Sets with fit = false are ignored.
-/// Fails where a name is not known or the scene's neurons are driven otherwise.
+/// Fails where a name is unknown or the scene's neurons are driven otherwise.
 [[nodiscard]] Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                                   const std::vector<DataSet>& sets,
                                                   const std::vector<std::string>& names,

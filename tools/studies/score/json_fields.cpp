@@ -86,8 +86,8 @@ void JsonFields::finish() {
     std::string list;
     for (const std::string& known : known_) list.append(list.empty() ? "" : ", ").append(known);
     refuse_field("the field " + full(key),
-                 "is not known" + (nearest.empty() ? "; the known ones are " + list
-                                                   : ": did you mean " + nearest + "?"));
+                 "is unknown" + (nearest.empty() ? "; the known ones are " + list
+                                                 : ": did you mean " + nearest + "?"));
   }
 }
 
