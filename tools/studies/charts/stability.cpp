@@ -46,9 +46,9 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
   std::vector<double> on_grid(20);
   for (std::size_t i = 0; i < on_grid.size(); ++i) on_grid[i] = static_cast<double>(i);
 
-  const auto expected = counts(
-      drive_neurons(currents, kSearch_ms, IntegrationMethod::kRk4, Precision::kDouble, 2.5),
-      currents.size());
+  const auto expected =
+      counts(drive_neurons(currents, kSearch_ms, IntegrationMethod::kRk4, Precision::kDouble, 2.5),
+             currents.size());
   std::vector<int> expected_on_grid;
   for (const double gain : gains) {
     const auto network = LatticeCoupling::create({.gain = gain}, 5, 4);
