@@ -3,11 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <cvode/cvode.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_nvector.h>
-#include <sunlinsol/sunlinsol_dense.h>
-#include <sunmatrix/sunmatrix_dense.h>
+#include "tools/studies/reference/sundials.hpp"
 
 namespace merkel::reference {
 namespace {
@@ -48,7 +44,7 @@ void require(int status) {
 
 std::vector<double> connor_stevens_spikes(const Current& current, double end_ms) {
   SUNContext context = nullptr;
-  require(SUNContext_Create(nullptr, &context));
+  require(SUNContext_Create(SUN_COMM_NULL, &context));
   N_Vector y = N_VNew_Serial(6, context);
   const double start[] = {-68.0, 0.0101, 0.9659, 0.1559, 0.5404, 0.2885};
   for (int i = 0; i < 6; ++i) NV_DATA_S(y)[i] = start[i];

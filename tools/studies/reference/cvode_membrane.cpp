@@ -5,11 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include <cvode/cvode.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_nvector.h>
-#include <sunlinsol/sunlinsol_dense.h>
-#include <sunmatrix/sunmatrix_dense.h>
+#include "tools/studies/reference/sundials.hpp"
 
 namespace merkel::reference {
 namespace {
@@ -88,7 +84,7 @@ std::vector<CvodeMembranes::Spike> CvodeMembranes::spikes_until(double end_ms) c
   Problem problem{this, kRest - ionic(kRest, n0, m0, h0, g_CaL, kRest) / 0.3};
 
   SUNContext context = nullptr;
-  require(SUNContext_Create(nullptr, &context), "SUNContext_Create");
+  require(SUNContext_Create(SUN_COMM_NULL, &context), "SUNContext_Create");
   const sunindextype size = 4 * neurons;
   N_Vector y = N_VNew_Serial(size, context);
   for (int i = 0; i < neurons; ++i) {
