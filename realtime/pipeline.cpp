@@ -43,6 +43,10 @@ struct Pipeline::Parts {
       : model(the_model),
         parameters(std::move(the_parameters)),
         sinks(fanout, probes, model.neurons(), parameters.encoder != nullptr) {}
+  Parts(const Parts&) = delete;
+  Parts& operator=(const Parts&) = delete;
+  /// The readers of a run that failed to start still fill the sinks' taps.
+  ~Parts() { probes.stop(); }
 
   Expected<void, SetupError> start_probes();
   template <class C>

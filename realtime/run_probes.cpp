@@ -173,10 +173,16 @@ void RunProbes::take_notices(const std::function<void(const std::string&)>& on_n
   }
 }
 
+void RunProbes::stop() {
+  for (const auto& entry : entries_) {
+    if (entry->reader) entry->reader->stop();
+  }
+}
+
 void RunProbes::finish(RunReport& report) {
+  stop();
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     Entry& entry = *entries_[i];
-    entry.reader->stop();
     if (report.error_message.empty()) {
       report.error_message = entry.reader->error_message();
       report.bad_input = entry.reader->bad_input();

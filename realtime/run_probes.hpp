@@ -60,6 +60,8 @@ class RunProbes {
   void add_to(RunCounters& counters) const;
   /// Passes on the notices of the drivers.
   void take_notices(const std::function<void(const std::string&)>& on_notice);
+  /// Stops the threads: nothing is put into the queues and taps any more.
+  void stop();
   /// Stops the threads and reports each probe.
   void finish(RunReport& report);
 

@@ -415,6 +415,57 @@ TEST(Pipeline, ASilentDeviceIsRefusedWithARemedy) {
             "streaming");
 }
 
+TEST(Pipeline, AfterARefusedStartNoProbeIsReadWhileItsSinksEnd) {
+  // The reader of the first probe fills the sink's tap until the pipeline ends.
+  static std::atomic<bool> sink_gone;
+  static std::atomic<int> reads_without_sink;
+  sink_gone = false;
+  reads_without_sink = 0;
+  class TalkingProbe final : public Probe {
+   public:
+    TalkingProbe() { info_.channels = ProbeSample::kDepth; }
+    [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+    Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+      if (sink_gone) ++reads_without_sink;
+      std::this_thread::sleep_for(milliseconds{1});
+      time_ += milliseconds{1};
+      out[0] = {.time = time_, .channels = ProbeSample::kDepth};
+      return 1;
+    }
+
+   private:
+    ProbeInfo info_;
+    nanoseconds time_{0};
+  };
+  class SampleSink final : public SpikeSink {
+   public:
+    ~SampleSink() override {
+      sink_gone = true;
+      std::this_thread::sleep_for(milliseconds{50});
+    }
+    [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+    [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSamples; }
+    Expected<void, SinkError> write(std::span<const SpikeEvent>) override { return {}; }
+    Expected<void, SinkError> close() override { return {}; }
+    [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+   private:
+    std::string uri_ = "samples:";
+  };
+  TactileModel::Parameters scene;
+  scene.indenters = {Indenter{}, Indenter{}};
+  auto model = TactileModel::create(scene);
+  {
+    Pipeline pipeline(*model, {});
+    pipeline.add_probe(std::make_unique<TalkingProbe>(), {});
+    pipeline.add_probe(std::make_unique<SilentProbe>(), {});
+    pipeline.add_sink(std::make_unique<SampleSink>());
+    EXPECT_FALSE(pipeline.run());
+  }
+  EXPECT_TRUE(sink_gone);
+  EXPECT_EQ(reads_without_sink, 0);
+}
+
 TEST(Pipeline, ADeviceCannotRunFast) {
   auto model = TactileModel::create({});
   Pipeline pipeline(*model, {.fast = true});
