@@ -50,6 +50,22 @@ Readiness wait_writable(int descriptor, std::chrono::nanoseconds patience) noexc
   return wait_for(descriptor, POLLOUT, patience);
 }
 
+Expected<std::size_t, Disconnected> read_some(int descriptor, std::span<std::uint8_t> bytes,
+                                              std::chrono::nanoseconds patience) noexcept {
+  switch (wait_readable(descriptor, patience)) {
+    case Readiness::kTimeout:
+      return std::size_t{0};
+    case Readiness::kGone:
+      return Unexpected<Disconnected>(Disconnected{});
+    case Readiness::kReady:
+      break;
+  }
+  const auto count = ::read(descriptor, bytes.data(), bytes.size());
+  if (count > 0) return static_cast<std::size_t>(count);
+  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
+  return Unexpected<Disconnected>(Disconnected{});
+}
+
 bool write_all(int descriptor, std::span<const std::uint8_t> bytes) noexcept {
   while (!bytes.empty()) {
     const auto wrote = ::write(descriptor, bytes.data(), bytes.size());

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 
 #include "core/expected.hpp"
+#include "drivers/transports/transport.hpp"
 
 namespace merkel {
 
@@ -16,6 +18,10 @@ enum class Readiness { kReady, kTimeout, kGone };
 [[nodiscard]] Readiness wait_readable(int descriptor, std::chrono::nanoseconds patience) noexcept;
 /// Waits until bytes can be written.
 [[nodiscard]] Readiness wait_writable(int descriptor, std::chrono::nanoseconds patience) noexcept;
+
+/// Waits for bytes and reads those there are; 0 if none came in time. Fails if the device hung up.
+[[nodiscard]] Expected<std::size_t, Disconnected> read_some(
+    int descriptor, std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) noexcept;
 
 /// Writes all bytes to a non-blocking descriptor. False if the device is disconnected or accepts
 /// nothing for a second.

@@ -45,18 +45,7 @@ class PtyPort final : public Transport {
 
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
-    switch (wait_readable(descriptor_, patience)) {
-      case Readiness::kTimeout:
-        return std::size_t{0};
-      case Readiness::kGone:
-        return Unexpected<Disconnected>(Disconnected{});
-      case Readiness::kReady:
-        break;
-    }
-    const auto count = ::read(descriptor_, bytes.data(), bytes.size());
-    if (count > 0) return static_cast<std::size_t>(count);
-    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
-    return Unexpected<Disconnected>(Disconnected{});
+    return read_some(descriptor_, bytes, patience);
   }
 
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {

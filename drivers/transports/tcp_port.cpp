@@ -26,24 +26,14 @@ class TcpPort final : public Transport {
 
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
-    switch (wait_readable(socket_.get(), patience)) {
-      case Readiness::kTimeout:
-        return std::size_t{0};
-      case Readiness::kGone:
-        return Unexpected<Disconnected>(Disconnected{});
-      case Readiness::kReady:
-        break;
-    }
-    const auto count = ::recv(socket_.get(), bytes.data(), bytes.size(), 0);
-    if (count > 0) {
+    const auto count = read_some(socket_.get(), bytes, patience);
+    if (count && *count > 0) {
       // A device that collects its bytes until the last are acknowledged (Nagle) would wait for 40
       // ms. The kernel forgets this with every answer.
       const int on = 1;
       ::setsockopt(socket_.get(), IPPROTO_TCP, TCP_QUICKACK, &on, sizeof on);
-      return static_cast<std::size_t>(count);
     }
-    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
-    return Unexpected<Disconnected>(Disconnected{});
+    return count;
   }
 
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {

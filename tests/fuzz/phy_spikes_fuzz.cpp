@@ -2,7 +2,8 @@
 // libFuzzer.
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -10,7 +11,7 @@
 
 #include <unistd.h>
 
-#include "drivers/spike_files/spike_file.hpp"
+#include "tests/fuzz/check_spikes.hpp"
 
 namespace {
 
@@ -42,15 +43,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::ofstream(folder.path() + name, std::ios::binary) << content;
     rest.remove_prefix(std::min(rest.size(), content.size() + 1));
   }
-  const auto file = read_spike_file(folder.path());
-  if (!file) {
-    if (file.error().sentence.empty()) std::abort();
-    return 0;
-  }
-  if (file->spikes.size() > size) std::abort();
-  if (!std::is_sorted(file->spikes.begin(), file->spikes.end())) std::abort();
-  for (const RecordedSpike& spike : file->spikes) {
-    if (spike.neuron == 0) std::abort();
-  }
+  check_spikes(folder.path(), size);
   return 0;
 }

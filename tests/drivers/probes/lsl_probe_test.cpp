@@ -113,30 +113,33 @@ TEST(LslProbe, ColumnsCanBeNamedWhereTheLabelsSayNothing) {
   EXPECT_LT(samples[0].force_mN, 1.0);
 }
 
+/// A probe that has read its outlet, which is gone then.
+Expected<std::unique_ptr<Probe>, SetupError> open_and_lose_outlet(const std::string& name) {
+  const Outlet outlet(name);
+  auto probe = open("lsl:" + name);
+  EXPECT_TRUE(probe) << probe.error().sentence;
+  if (probe) EXPECT_GE(read(**probe, 20).size(), 20U);
+  return probe;
+}
+
 TEST(LslProbe, AnOutletThatGoesIsAnOutageAndItsReturnIsNoticed) {
   const std::string name = unique_name();
-  auto outlet = std::make_unique<Outlet>(name);
-  const auto probe = open("lsl:" + name);
-  ASSERT_TRUE(probe) << probe.error().sentence;
-  ASSERT_GE(read(**probe, 20).size(), 20U);
-  outlet.reset();
+  const auto probe = open_and_lose_outlet(name);
+  ASSERT_TRUE(probe);
   std::vector<ProbeSample> samples(256);
   for (int reads = 0; reads < 1000 && (*probe)->connected(); ++reads) {
     ASSERT_TRUE((*probe)->read(samples, milliseconds{10}));
   }
   EXPECT_FALSE((*probe)->connected());
-  outlet = std::make_unique<Outlet>(name);
+  const Outlet returned(name);
   EXPECT_GE(read(**probe, 20).size(), 20U);
   EXPECT_EQ((*probe)->device_counts()->outages, 1U);
 }
 
 TEST(LslProbe, AfterAnOutageAnotherStreamOfItsNameIsNotTakenForIt) {
   const std::string name = unique_name();
-  auto outlet = std::make_unique<Outlet>(name);
-  const auto probe = open("lsl:" + name);
-  ASSERT_TRUE(probe) << probe.error().sentence;
-  ASSERT_GE(read(**probe, 20).size(), 20U);
-  outlet.reset();
+  const auto probe = open_and_lose_outlet(name);
+  ASSERT_TRUE(probe);
   const std::vector<std::pair<const char*, const char*>> same = {
       {"force", "N"}, {"temperature", "C"}, {"depth", "mm"}};
   const Outlet other_source(name, same, "gauge-8", 5.0);
