@@ -15,6 +15,12 @@ ViewDesk::ViewDesk(const SinkSetup& setup, bool steers)
   if (steers && recording_) recording_->offer();
 }
 
+void ViewDesk::attach(RunControl& control) {
+  const std::lock_guard lock(mutex_);
+  control_.store(&control);
+  if (!watched_.empty()) control.watch(watched_);
+}
+
 void ViewDesk::notice(std::string sentence) {
   const std::lock_guard lock(mutex_);
   if (notices_.size() < kMostNotices) notices_.push_back(std::move(sentence));
@@ -30,6 +36,12 @@ std::vector<std::string> ViewDesk::take_notices() {
   std::vector<std::string> recorded = recording_->take_notices();
   std::move(recorded.begin(), recorded.end(), std::back_inserter(all));
   return all;
+}
+
+void ViewDesk::watch(const std::vector<std::uint32_t>& neurons) {
+  const std::lock_guard lock(mutex_);
+  watched_ = neurons;
+  if (RunControl* const control = control_.load()) control->watch(watched_);
 }
 
 void ViewDesk::tare(std::uint32_t probe) {
@@ -57,8 +69,7 @@ void ViewDesk::carry_out(const ViewRequest& request) {
   using Kind = ViewRequest::Kind;
   switch (request.kind) {
     case Kind::kWatch:
-      if (RunControl* const control = control_.load()) control->watch(request.neurons);
-      return;
+      return watch(request.neurons);
     case Kind::kTare:
       return tare(request.probe);
     case Kind::kMark:

@@ -21,8 +21,9 @@ class ViewDesk {
   /// \param steers  whether pages may control the run
   ViewDesk(const SinkSetup& setup, bool steers);
 
+  /// Pages may already have chosen neurons to watch; they are passed on.
   /// \param control  must outlive the use of the desk
-  void attach(RunControl& control) noexcept { control_.store(&control); }
+  void attach(RunControl& control);
   /// Sets the time of the newest tick, which marks get.
   void set_time(std::chrono::nanoseconds newest) noexcept {
     newest_ns_.store(newest.count(), std::memory_order_relaxed);
@@ -36,6 +37,7 @@ class ViewDesk {
   [[nodiscard]] SessionPosition* session() const noexcept { return session_.get(); }
 
  private:
+  void watch(const std::vector<std::uint32_t>& neurons);
   void tare(std::uint32_t probe);
   void mark(std::string label);
   void record(bool on);
@@ -47,6 +49,7 @@ class ViewDesk {
   std::atomic<std::int64_t> newest_ns_{0};
   std::mutex mutex_;
   std::vector<std::string> notices_;
+  std::vector<std::uint32_t> watched_;
 };
 
 }  // namespace merkel
