@@ -37,8 +37,9 @@ struct ProbeInfo {
   std::string serial_number;   ///< of the device; empty for recordings
   std::uint32_t channels = 0;  ///< ProbeSample::Channel bits that every sample carries
   std::optional<std::chrono::nanoseconds> period;  ///< nominal sample period, if known
-  /// True for a recording: it has its own time base, and it waits until its samples are read.
-  /// False for a device: its times are host-monotonic, and samples that do not fit are dropped.
+  /// True for a recording or simulation: it has its own time base, and it waits until its samples
+  /// are read. False for a device: its times are host-monotonic, and samples that do not fit are
+  /// dropped.
   bool replayed = false;
   std::string calibration_file = {};  ///< as the user gave it; empty for none
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only

@@ -15,9 +15,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kSpikeQueue = 65536;
-constexpr std::size_t kTickQueue = 16384;
-constexpr std::size_t kEventQueue = 1024;
+constexpr std::size_t kSinkSpikes = 65536;
+constexpr std::size_t kSinkTicks = 16384;
+constexpr std::size_t kSinkEvents = 1024;
 
 }  // namespace
 
@@ -67,18 +67,18 @@ RunSinks::~RunSinks() {
 }
 
 void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
-  SpikeChannel& channel = fanout_.add_consumer(kSpikeQueue);
+  SpikeChannel& channel = fanout_.add_consumer(kSinkSpikes);
   auto entry = std::make_unique<Entry>(Entry{.control = std::make_unique<Control>(*this, channel),
                                              .sink = std::move(sink),
                                              .channel = channel});
   if (entry->wants(SpikeSink::kTicks)) {
-    channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kTickQueue);
+    channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kSinkTicks);
   }
   if (entry->wants(SpikeSink::kEvents)) {
-    channel.events = std::make_unique<CountedQueue<LoopEvent>>(kEventQueue);
+    channel.events = std::make_unique<CountedQueue<LoopEvent>>(kSinkEvents);
   }
   if (entry->wants(SpikeSink::kStimulation) && commands_) {
-    channel.commands = std::make_unique<CountedQueue<StimulationCommand>>(kSpikeQueue);
+    channel.commands = std::make_unique<CountedQueue<StimulationCommand>>(kSinkSpikes);
   }
   if (entry->wants(SpikeSink::kNeurons)) channel.watched = std::make_unique<WatchedNeurons>();
   if (entry->wants(SpikeSink::kMarks)) entry->marks = std::make_unique<MarkBox>();

@@ -21,7 +21,7 @@ namespace merkel {
 /// shortest round trips shift the line. Mapped times never go back, and their intervals differ from
 /// the device's by at most a tenth, even while the estimate settles.
 ///
-/// A wrapping counter is unwrapped. ArrivalJudge decides which readings are valid; this class
+/// A wrapping counter is unwrapped. ArrivalCheck decides which readings are valid; this class
 /// accepts all that it is given. Real-time: no. Thread: probe.
 class DeviceClock {
  public:

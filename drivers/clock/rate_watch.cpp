@@ -8,7 +8,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kWindow{100};
+constexpr milliseconds kBatchWindow{100};
 constexpr double kLargestError = 0.03;
 constexpr std::uint32_t kTrustedAfter = 50;  ///< windows
 constexpr std::chrono::seconds kOften{2};
@@ -34,7 +34,7 @@ void RateWatch::reanchored(Time arrival) noexcept {
 }
 
 void RateWatch::observe(Time device_time, Time arrival) noexcept {
-  if (frames_ > 0 && arrival - window_.front().arrival >= kWindow) {
+  if (frames_ > 0 && arrival - window_.front().arrival >= kBatchWindow) {
     const Frame early = early_frame();
     if (previous_) compare(early);
     previous_ = early;

@@ -17,7 +17,6 @@ constexpr std::int64_t kPerSecond = 1'000'000'000;
 constexpr std::int64_t kLargestSeconds =
     4'000'000'000;  ///< the difference of two times fits into 64-bit nanoseconds
 
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 bool is_number_end(char c) noexcept { return is_digit(c) || c == '.'; }
 
 /// A whole number of nanoseconds with the decimal point before its last `decimals` digits.

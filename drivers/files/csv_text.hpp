@@ -7,6 +7,8 @@
 
 namespace merkel {
 
+[[nodiscard]] constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+
 /// Removes the text up to the next comma from `rest` and returns it without surrounding blanks.
 [[nodiscard]] std::string_view take_field(std::string_view& rest) noexcept;
 

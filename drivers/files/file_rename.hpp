@@ -4,6 +4,9 @@
 
 namespace merkel {
 
+/// Whether a name is taken: by a file, a folder or a link, which may lead nowhere.
+[[nodiscard]] bool file_exists(const std::string& path);
+
 /// Renames a file; never replaces an existing one.
 /// \return 0, EEXIST if `to` exists, or another errno
 [[nodiscard]] int rename_without_replacing(const std::string& from, const std::string& to);

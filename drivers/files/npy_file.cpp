@@ -8,18 +8,18 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::size_t kHeaderBytes = 128;
+constexpr std::size_t kNpyHeaderBytes = 128;
 
 /// Version 1.0: magic, length of the text, text padded with spaces and a line feed.
 std::string header_of(std::string_view type, std::uint64_t values, std::size_t columns) {
   std::string header("\x93NUMPY\x01\x00", 8);
-  header += static_cast<char>(kHeaderBytes - 10);
+  header += static_cast<char>(kNpyHeaderBytes - 10);
   header += '\0';
   header += "{'descr': '" + std::string(type) + "', 'fortran_order': False, 'shape': (";
   header += columns == 0 ? std::to_string(values) + ","
                          : std::to_string(values / columns) + ", " + std::to_string(columns);
   header += "), }";
-  header.resize(kHeaderBytes - 1, ' ');
+  header.resize(kNpyHeaderBytes - 1, ' ');
   return header + '\n';
 }
 

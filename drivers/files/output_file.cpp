@@ -32,11 +32,6 @@ std::string cannot_write(const std::string& path, int error_number) {
   return "cannot write " + path + ": " + std::strerror(error_number);
 }
 
-bool exists(const std::string& path) {
-  struct stat status {};
-  return ::lstat(path.c_str(), &status) == 0;
-}
-
 /// True if the locked file still has this name, has no other link, and is regular.
 bool is_still(int descriptor, const std::string& name) {
   struct stat open_file {};
@@ -143,7 +138,7 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
     return bad_input("cannot write " + path + ": it is a directory; give a file in it");
   }
   if (there && !S_ISREG(status.st_mode)) return create_special(path);
-  if (!overwrite && exists(path)) {
+  if (!overwrite && file_exists(path)) {
     return bad_input(path + " already exists: add --overwrite, or give another name");
   }
   const std::string part = path + ".part";

@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
-#include "drivers/protocols/protocol_table.hpp"
+#include "drivers/probes/device_opening.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
@@ -21,7 +21,6 @@ constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kLongestBackoff{2000};
 constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
-constexpr int kTareReadings = 20;
 
 }  // namespace
 
@@ -70,7 +69,13 @@ Expected<void, SetupError> DeviceProbe::listen() {
   };
   while (!heard()) {
     if (now() - started > settings_.silence || !protocol_->error_message().empty()) {
-      return Unexpected<SetupError>(no_valid_data());
+      return Unexpected<SetupError>(no_valid_data({.name = transport_->info().name,
+                                                   .protocol = settings_.protocol,
+                                                   .hint = settings_.hint,
+                                                   .waited = settings_.silence,
+                                                   .protocol_error = protocol_->error_message(),
+                                                   .counts = stream_.counts,
+                                                   .heard = heard_}));
     }
     if (!exchange(std::min(started + settings_.silence, now() + milliseconds{20}))) {
       return unavailable(settings_.uri + " was unplugged while it was being opened");
@@ -93,64 +98,11 @@ Expected<void, SetupError> DeviceProbe::listen() {
   return {};
 }
 
-SetupError DeviceProbe::no_valid_data() const {
-  const auto& counts = stream_.counts;
-  const std::string name = transport_->info().name;
-  SetupError error{.kind = SetupError::Kind::kUnavailable, .sentence = {}};
-  const std::string seconds = std::to_string(settings_.silence.count() / 1000) + "." +
-                              std::to_string(settings_.silence.count() / 100 % 10) + " s";
-  if (!protocol_->error_message().empty()) {
-    error.sentence =
-        "the device at " + name + " cannot be read: " + printable_text(protocol_->error_message());
-    return error;
-  }
-  if (counts.bytes == 0) {
-    error.sentence = "the device at " + name + " has sent nothing for " + seconds +
-                     ": check that it is switched on, streaming, and " + settings_.hint;
-    return error;
-  }
-  const std::string_view likely = likely_protocol(heard_);
-  if (!likely.empty() && likely != settings_.protocol) {
-    error.sentence = "the device at " + name + " does not use the protocol " + settings_.protocol +
-                     ": its data looks like " + std::string(likely) +
-                     ", so use protocol=" + std::string(likely);
-    return error;
-  }
-  if (counts.readings == 0 && counts.refused > 0) {
-    error.sentence = "the device at " + name + " sends values outside the range of any probe (" +
-                     std::to_string(counts.refused) + " readings): check its units";
-    return error;
-  }
-  error.sentence = "the device at " + name + " sent " + std::to_string(counts.bytes) +
-                   " bytes in " + seconds + " that are not " + settings_.protocol +
-                   " readings: check " + settings_.hint;
-  return error;
-}
-
 Expected<void, SetupError> DeviceProbe::calibrate() {
-  if (!settings_.calibration.empty()) {
-    auto file = read_calibration(settings_.calibration);
-    if (!file) return Unexpected<SetupError>(file.error());
-    calibration_ = std::move(*file);
-    if (!calibration_.serial_number.empty() && calibration_.serial_number != info_.serial_number) {
-      return bad_input("the calibration " + settings_.calibration +
-                       " belongs to the device with serial number " + calibration_.serial_number +
-                       ", but this one has " +
-                       (info_.serial_number.empty() ? "none" : info_.serial_number) +
-                       ": calibrate this device, or plug in the other one");
-    }
-    for (std::size_t i = 0; i < calibration_.channels.size(); ++i) {
-      const auto& channel = calibration_.channels[i];
-      if (channel && (protocol_->channels() & bit_of(channel->source)) == 0U) {
-        return bad_input(
-            "the calibration " + settings_.calibration + " takes " +
-            std::string(kSampleChannelNames[i]) + " from the channel " +
-            std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]) +
-            ", which this device does not have");
-      }
-    }
-  }
-  calibration_.complete(protocol_->channels());
+  auto calibration =
+      read_calibration_of_device(settings_.calibration, info_.serial_number, protocol_->channels());
+  if (!calibration) return Unexpected<SetupError>(calibration.error());
+  calibration_ = std::move(*calibration);
   info_.channels = calibration_.sample_channels();
   info_.calibration_file = settings_.calibration;
   info_.calibration = calibration_text(calibration_, "of " + info_.name);
@@ -303,29 +255,28 @@ bool DeviceProbe::same_device() {
   return !wrong_device_reported_;
 }
 
-/// Takes the mean of kTareReadings readings as the new zero of force, or of depth without force.
+/// Takes the mean of some readings as the new zero of force, or of depth without force.
 void DeviceProbe::tare(const DeviceReading& reading) {
   const bool force = calibration_.channels[1].has_value();
   auto& channel = calibration_.channels[force ? 1 : 0];
   if (!channel) {
-    tare_wanted_.store(false, std::memory_order_relaxed);
+    tare_.cancel();
     return notice(info_.name + " measures neither force nor depth: there is nothing to tare");
   }
-  tare_sum_ += reading[channel->source];
-  if (++tare_count_ < kTareReadings) return;
-  const double zero = std::exchange(tare_sum_, 0.0) / std::exchange(tare_count_, 0);
-  const double shift = channel->gain * (zero - channel->zero);
-  tare_wanted_.store(false, std::memory_order_relaxed);
-  if (!std::isfinite(shift))
+  const auto zero = tare_.add(reading[channel->source]);
+  if (!zero) return;
+  const double shift = channel->gain * (*zero - channel->zero);
+  if (!std::isfinite(shift)) {
     return notice(info_.name + " was not tared: its readings are not finite");
-  channel->zero = zero;
+  }
+  channel->zero = *zero;
   std::array<char, 64> amount{};
   std::snprintf(amount.data(), amount.size(), "%+.4f %s", shift, force ? "N" : "mm");
   notice(info_.name + " is tared: " + amount.data() + " is the new zero offset");
 }
 
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
-  if (tare_wanted_.load(std::memory_order_relaxed)) tare(reading);
+  if (tare_.pending()) tare(reading);
   ProbeSample sample = calibration_.apply(reading);
   sequence_ += reading.lost;
   sample.sequence = sequence_++;

@@ -16,6 +16,7 @@
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
 #include "drivers/probes/reading_times.hpp"
+#include "drivers/probes/tare_request.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -54,7 +55,7 @@ class DeviceProbe final : public Probe {
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
   [[nodiscard]] bool request_tare() noexcept override {
-    tare_wanted_.store(true, std::memory_order_relaxed);
+    tare_.make();
     return true;
   }
   [[nodiscard]] bool connected() const noexcept override {
@@ -73,7 +74,6 @@ class DeviceProbe final : public Probe {
               Settings settings);
   [[nodiscard]] Time now() const { return settings_.clock->now(); }
   Expected<void, SetupError> listen();
-  [[nodiscard]] SetupError no_valid_data() const;
   Expected<void, SetupError> calibrate();
 
   /// Sends and receives once; waits until `until` at most. False if disconnected.
@@ -107,9 +107,7 @@ class DeviceProbe final : public Probe {
   bool wrong_device_reported_ = false;
   bool started_ = false;
   std::atomic<bool> connected_{true};
-  std::atomic<bool> tare_wanted_{false};
-  double tare_sum_ = 0.0;  ///< of the readings averaged so far
-  int tare_count_ = 0;
+  TareRequest tare_;
   Time lost_since_{0};
   Time try_again_{0};
   Time backoff_{0};

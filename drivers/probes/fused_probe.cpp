@@ -56,8 +56,9 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
   for (std::size_t i = 0; i < members.size(); ++i) {
     const ProbeInfo& of = members[i]->info();
     if (of.replayed) {
-      return bad_input("\"" + of.uri +
-                       "\" is a recording: only devices share the host's clock and can be fused");
+      return bad_input(
+          "\"" + of.uri +
+          "\" is a recording or simulation: only devices share the host's clock and can be fused");
     }
     parts[i].fills = of.channels & ~info.channels;
     if (parts[i].fills == 0U) {

@@ -7,11 +7,11 @@
 namespace merkel {
 namespace {
 
-using HostClock = std::chrono::steady_clock;
-
 constexpr std::size_t kAhead = 256;
 
-std::chrono::nanoseconds now() noexcept { return HostClock::now().time_since_epoch(); }
+std::chrono::nanoseconds now() noexcept {
+  return std::chrono::steady_clock::now().time_since_epoch();
+}
 
 }  // namespace
 
@@ -35,7 +35,7 @@ Expected<std::size_t, ProbeError> LiveProbe::read(std::span<ProbeSample> samples
   if (!shift_) shift_ = now() - ahead_.front().time;
   const auto first_taken = ahead_[next_].time + *shift_;
   const auto until = std::min(first_taken, now() + patience);
-  std::this_thread::sleep_until(HostClock::time_point(until));
+  std::this_thread::sleep_until(std::chrono::steady_clock::time_point(until));
 
   std::size_t count = 0;
   const auto arrival = now();

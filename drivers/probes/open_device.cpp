@@ -93,15 +93,15 @@ Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
   auto port = open_hid_port(*name, backend == "hidraw" ? HidBackend::kHidraw : HidBackend::kLibusb);
   if (!port) return Unexpected<SetupError>(port.error());
   if (map->fields.empty()) {
-    auto told =
+    auto map_read =
         map_report_descriptor((*port)->info().report_descriptor,
                               map->report_id == 0 ? std::nullopt : std::optional(map->report_id));
-    if (!told) {
-      return bad_input("\"" + uri.text + "\": " + told.error() +
+    if (!map_read) {
+      return bad_input("\"" + uri.text + "\": " + map_read.error() +
                        ": add the option fields, for example fields=force_N:0:16:s:0.001");
     }
-    told->rate_Hz = map->rate_Hz;
-    *map = std::move(*told);
+    map_read->rate_Hz = map->rate_Hz;
+    *map = std::move(*map_read);
   }
   return DeviceProbe::open(std::move(*port), make_hid_fields(std::move(*map)), std::move(settings));
 }

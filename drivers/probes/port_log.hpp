@@ -33,16 +33,16 @@ class PortLog {
 
  private:
   [[nodiscard]] bool idle() const noexcept { return idle_.load(std::memory_order_acquire); }
-  void tell(RawFrame frame, std::span<const std::uint8_t> bytes);
-  void tell(const RawFrame& frame);
+  void notify(RawFrame frame, std::span<const std::uint8_t> bytes);
+  void notify(const RawFrame& frame);
 
   std::atomic<bool> idle_{false};  ///< no listener, and nothing is kept
   ProtocolCounts
-      told_;  ///< counts when the last frame was sent to listeners; for the port's reader only
+      reported_;  ///< counts when the last frame was sent to listeners; for the port's reader only
   std::mutex mutex_;  ///< guards the rest
   std::vector<PortListener*> listeners_;
   std::vector<RawFrame> opening_;
-  std::uint64_t forgotten_ = 0;  ///< frames that were not kept
+  std::uint64_t dropped_ = 0;  ///< frames that were not kept
 };
 
 }  // namespace merkel

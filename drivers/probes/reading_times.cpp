@@ -48,7 +48,7 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
 
 void ReadingTimes::restart() noexcept {
   clock_.restart();
-  judge_.restart();
+  arrivals_.restart();
   start_.reset();
 }
 
@@ -63,10 +63,10 @@ void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::ve
     last_time_ = times.back();
     return;
   }
-  // The last reading of a batch informs the clock most: judge all, then compute the times.
-  std::vector<Judged> judged;
-  for (const DeviceReading& reading : readings) judged.push_back(judge(reading));
-  for (const Judged& reading : judged) {
+  // The last reading of a batch informs the clock most: check all, then compute the times.
+  std::vector<Checked> checked;
+  for (const DeviceReading& reading : readings) checked.push_back(check(reading));
+  for (const Checked& reading : checked) {
     const Time time = reading.good ? time_of(reading) : time_of_outlier(reading.arrival);
     if (reading.good && time > last_time_) step_ = std::min<Time>(time - last_time_, kWidestBatch);
     last_time_ = time;
@@ -75,7 +75,7 @@ void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::ve
   last_batch_ = readings.back().arrival;
 }
 
-ReadingTimes::Judged ReadingTimes::judge(const DeviceReading& reading) {
+ReadingTimes::Checked ReadingTimes::check(const DeviceReading& reading) {
   const Time device = clock_.unwrapped(*reading.device_time, reading.arrival);
   auto estimate = clock_.estimate(device);
   if (rule_ == Rule::kDevice && start_) estimate = start_->second + (device - start_->first);
@@ -84,25 +84,25 @@ ReadingTimes::Judged ReadingTimes::judge(const DeviceReading& reading) {
   const Time tolerance = report.settled && rule_ == Rule::kMapped
                              ? std::max<Time>(settled, kSettledTolerance)
                              : Time{kTolerance};
-  switch (judge_.judge(estimate.value_or(reading.arrival), reading.arrival, tolerance)) {
-    case ArrivalJudge::Verdict::kGood:
+  switch (arrivals_.check(estimate.value_or(reading.arrival), reading.arrival, tolerance)) {
+    case ArrivalCheck::Verdict::kGood:
       return {.device = clock_.observe(*reading.device_time, reading.arrival),
               .arrival = reading.arrival};
-    case ArrivalJudge::Verdict::kOutlier:
+    case ArrivalCheck::Verdict::kOutlier:
       ++outliers_;
       return {.device = device, .arrival = reading.arrival, .good = false};
-    case ArrivalJudge::Verdict::kReanchor:
+    case ArrivalCheck::Verdict::kReanchor:
       break;
   }
   ++anchors_;
   rates_.reanchored(reading.arrival);
   restart();
   const Time anchored = clock_.observe(*reading.device_time, reading.arrival);
-  static_cast<void>(judge_.judge(reading.arrival, reading.arrival, tolerance));
+  static_cast<void>(arrivals_.check(reading.arrival, reading.arrival, tolerance));
   return {.device = anchored, .arrival = reading.arrival};
 }
 
-ReadingTimes::Time ReadingTimes::time_of(const Judged& reading) {
+ReadingTimes::Time ReadingTimes::time_of(const Checked& reading) {
   const Time mapped = clock_.host_time(reading.device, reading.arrival + kLatest);
   if (rule_ != Rule::kDevice) return mapped;
   if (!start_) start_ = {reading.device, mapped};

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/clock/arrival_judge.hpp"
+#include "drivers/clock/arrival_check.hpp"
 #include "drivers/clock/device_clock.hpp"
 #include "drivers/clock/rate_watch.hpp"
 #include "drivers/probe.hpp"
@@ -20,7 +20,7 @@ namespace merkel {
 /// the midpoint between request and answer; else the arrival, with the readings of a batch spread
 /// over the time since the previous batch.
 ///
-/// Every time of a device's clock is checked against the arrival of its reading (ArrivalJudge,
+/// Every time of a device's clock is checked against the arrival of its reading (ArrivalCheck,
 /// RateWatch). A wrong time is counted and replaced by the arrival. A clock that has jumped is
 /// mapped anew. While the clock's rate is wrong, arrivals are used and the user is notified.
 /// Real-time: no. Thread: probe.
@@ -46,22 +46,22 @@ class ReadingTimes {
   using Time = std::chrono::nanoseconds;
 
   /// A reading of a batch with its checked device time.
-  struct Judged {
+  struct Checked {
     Time device{0};  ///< unwrapped
     Time arrival{0};
     bool good = true;
   };
   void restart() noexcept;
   void add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times);
-  [[nodiscard]] Judged judge(const DeviceReading& reading);
-  [[nodiscard]] Time time_of(const Judged& reading);
+  [[nodiscard]] Checked check(const DeviceReading& reading);
+  [[nodiscard]] Time time_of(const Checked& reading);
   [[nodiscard]] Time time_of_outlier(Time arrival) const noexcept;
   void note_rates();
   void add_by_arrival(std::span<const DeviceReading> readings, std::vector<Time>& times);
 
   Rule rule_;
   DeviceClock clock_;
-  ArrivalJudge judge_;
+  ArrivalCheck arrivals_;
   RateWatch rates_;
   bool by_clock_ = false;                       ///< of the last batch
   bool rates_agree_ = true;                     ///< as last reported to the user

@@ -13,9 +13,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kFirst = 256;  ///< samples from which regularity is determined
-constexpr std::size_t kFewest = 20;  ///< fewer samples: written by hand
-constexpr double kRegular = 0.9;     ///< share of steps within a factor of two of the median
+constexpr std::size_t kFirst = 256;         ///< samples from which regularity is determined
+constexpr std::size_t kFewestSamples = 20;  ///< fewer samples: written by hand
+constexpr double kRegular = 0.9;            ///< share of steps within a factor of two of the median
 constexpr nanoseconds kSparse{50'000'000};
 
 /// The median time step, which dropouts and jitter do not affect.
@@ -33,7 +33,7 @@ std::optional<nanoseconds> median_period(std::span<const ProbeSample> samples) {
 /// Validity of the samples of a trace without valid_for_s. A regular recording has an outage where
 /// it is silent for several periods; a sparse one is interpolated.
 nanoseconds validity_of(std::span<const ProbeSample> samples, std::optional<nanoseconds> period) {
-  if (!period || samples.size() < kFewest || *period > kSparse) return nanoseconds{0};
+  if (!period || samples.size() < kFewestSamples || *period > kSparse) return nanoseconds{0};
   std::size_t regular = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const nanoseconds distance = samples[i].time - samples[i - 1].time;

@@ -10,8 +10,8 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kWindow{1'000'000'000};
-constexpr std::size_t kFewest = 4;  ///< fewest steps of a window
+constexpr nanoseconds kStepWindow{1'000'000'000};
+constexpr std::size_t kFewestSteps = 4;  ///< fewest steps of a window
 constexpr std::size_t kMost = 2000;
 constexpr double kQuantile = 0.999;
 constexpr int kOutage = 4;  ///< periods without a sample
@@ -36,7 +36,7 @@ nanoseconds SampleMeter::stale_after(nanoseconds delay) noexcept {
 
 bool SampleMeter::window_is_over(const ProbeSample& sample) const noexcept {
   if (steps_.size() >= kMost) return true;
-  return steps_.size() >= kFewest && sample.arrival - window_begin_ >= kWindow;
+  return steps_.size() >= kFewestSteps && sample.arrival - window_begin_ >= kStepWindow;
 }
 
 bool SampleMeter::add(const ProbeSample& sample) {

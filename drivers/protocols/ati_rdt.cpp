@@ -14,12 +14,12 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::uint16_t kHeader = 0x1234;
+constexpr std::uint16_t kRdtHeader = 0x1234;
 constexpr std::uint16_t kStop = 0;
 constexpr std::uint16_t kStream = 2;
 constexpr std::size_t kRequestBytes = 8;
 constexpr std::uint32_t kOverRange = 0x00020000;  ///< status bit: a gauge is out of range
-constexpr milliseconds kQuiet{500};               ///< a request is one datagram, which may be lost
+constexpr milliseconds kRdtQuiet{500};            ///< a request is one datagram, which may be lost
 constexpr double kUsualCounts_per_N = 1e6;
 
 std::uint32_t read_u32_be(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
@@ -57,8 +57,8 @@ class AtiRdt final : public Protocol {
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    if (now - heard_ > kQuiet && now - asked_ > kQuiet) request(kStream, now, stream);
-    return std::max(heard_, asked_) + kQuiet + milliseconds{1};
+    if (now - heard_ > kRdtQuiet && now - asked_ > kRdtQuiet) request(kStream, now, stream);
+    return std::max(heard_, asked_) + kRdtQuiet + milliseconds{1};
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
@@ -76,7 +76,7 @@ class AtiRdt final : public Protocol {
  private:
   void request(std::uint16_t command, nanoseconds now, DeviceStream& stream) {
     asked_ = now;
-    append_be(kHeader, 2, stream.outgoing);
+    append_be(kRdtHeader, 2, stream.outgoing);
     append_be(command, 2, stream.outgoing);
     append_be(0, 4, stream.outgoing);  // until a stop request
   }
@@ -135,7 +135,7 @@ class AtiRdtDevice final : public SimulatedDevice {
       request_.push_back(byte);
       if (request_.size() < kRequestBytes) continue;
       const std::uint32_t head = read_u32_be(request_, 0);
-      if (head >> 16U == kHeader) streaming_ = (head & 0xFFFFU) == kStream;
+      if (head >> 16U == kRdtHeader) streaming_ = (head & 0xFFFFU) == kStream;
       request_.clear();
     }
   }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <utility>
 
+#include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/device_units.hpp"
 
 namespace merkel {
@@ -19,8 +20,6 @@ std::string_view trimmed(std::string_view text, std::string_view blanks = kBlank
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
-
-bool is_digit(char c) noexcept { return kDigits.find(c) != std::string_view::npos; }
 
 std::string lower(std::string_view text) {
   std::string low(text);

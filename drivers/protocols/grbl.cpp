@@ -18,7 +18,7 @@ using std::chrono::nanoseconds;
 
 using Vector = std::array<double, 3>;
 
-constexpr milliseconds kPatience{300};
+constexpr milliseconds kGrblPatience{300};
 constexpr std::uint32_t kChannels =
     bit_of(DeviceChannel::kX) | bit_of(DeviceChannel::kY) | bit_of(DeviceChannel::kZ);
 
@@ -37,7 +37,7 @@ class Grbl final : public LineProtocol {
  public:
   Grbl(double rate_Hz, std::optional<double> mm_per_unit)
       : period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
-        timer_(period_, kPatience),
+        timer_(period_, kGrblPatience),
         asks_unit_(!mm_per_unit),
         mm_per_unit_(mm_per_unit.value_or(1.0)) {}
 

@@ -18,13 +18,14 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kClockWrap = microseconds{std::int64_t{1} << 32U};
 constexpr milliseconds kAskAgain{250};
-constexpr milliseconds kQuiet{500};  ///< a started device that is silent this long is started again
+constexpr milliseconds kHbf1Quiet{
+    500};  ///< a started device that is silent this long is started again
 constexpr milliseconds kSyncEvery{1000};
 constexpr milliseconds kSyncSpacing{3};
 constexpr milliseconds kSyncPatience{150};
 constexpr int kSyncsARound = 8;
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
-constexpr nanoseconds kAhead = std::chrono::seconds{60};  ///< longest delay of a frame
+constexpr nanoseconds kLongestDelay = std::chrono::seconds{60};  ///< longest delay of a frame
 
 constexpr std::array<std::string_view, 4> kStatusWords = {
     "overload", "a saturated channel", "a missing calibration", "a buffer overflow"};
@@ -80,7 +81,8 @@ class Hbf1Protocol final : public Protocol {
       send(Hbf1Type::kSyncRequest, token, stream);
       sync_at_ = now + (++syncs_sent_ % kSyncsARound == 0 ? nanoseconds{kSyncEvery} : kSyncSpacing);
     }
-    if (wanted_ && now - heard_ > kQuiet && now - started_ > kQuiet) send_start(now, stream);
+    if (wanted_ && now - heard_ > kHbf1Quiet && now - started_ > kHbf1Quiet)
+      send_start(now, stream);
     return sync_at_;
   }
 
@@ -135,7 +137,7 @@ class Hbf1Protocol final : public Protocol {
     const nanoseconds device = microseconds{time_us - last_time_us_};
     // A sample has the time of its latch, which may precede the time of an earlier answer.
     if (kClockWrap - device < kBehind) return true;
-    if (!reopened_) return device <= host + kAhead;
+    if (!reopened_) return device <= host + kLongestDelay;
     const nanoseconds ahead = (device - host % kClockWrap + kClockWrap) % kClockWrap;
     return ahead < kBehind || kClockWrap - ahead < kBehind;
   }

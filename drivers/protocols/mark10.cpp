@@ -18,8 +18,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kQuiet{1000};  ///< a gauge that is silent this long is restarted
-constexpr milliseconds kPatience{200};
+constexpr milliseconds kMark10Quiet{1000};  ///< a gauge that is silent this long is restarted
+constexpr milliseconds kMark10Patience{200};
 constexpr int kRateOfAout1 = 50;  ///< AOUT1 streams 50 readings per second
 
 /// Reads travel and force in any order, distinguished by their units.
@@ -84,8 +84,8 @@ class Mark10 final : public LineProtocol {
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    if (now - heard_ > kQuiet && now - asked_ > kQuiet) ask(now, stream);
-    return std::max(heard_, asked_) + kQuiet + milliseconds{1};
+    if (now - heard_ > kMark10Quiet && now - asked_ > kMark10Quiet) ask(now, stream);
+    return std::max(heard_, asked_) + kMark10Quiet + milliseconds{1};
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
@@ -115,7 +115,7 @@ class Mark10 final : public LineProtocol {
 class EsmStand final : public LineProtocol {
  public:
   explicit EsmStand(double rate_Hz)
-      : period_(units::nanoseconds_from_s(1.0 / rate_Hz)), timer_(period_, kPatience) {}
+      : period_(units::nanoseconds_from_s(1.0 / rate_Hz)), timer_(period_, kMark10Patience) {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     lines_.reset(true);
@@ -165,7 +165,9 @@ class EsmStand final : public LineProtocol {
   std::string error_message_;
 };
 
-void append(std::string_view text, Bytes& out) { out.insert(out.end(), text.begin(), text.end()); }
+void append_text(std::string_view text, Bytes& out) {
+  out.insert(out.end(), text.begin(), text.end());
+}
 
 /// A number with fixed decimals, without an exponent.
 std::string displayed(double value, int decimals) {
@@ -190,15 +192,15 @@ class Mark10Device final : public SimulatedDevice {
         std::from_chars(digits.data(), digits.data() + digits.size(), rate);
         rate_Hz_ = rate == 1 ? kRateOfAout1 : rate;
       } else if (*line == "?" || *line == "?C") {
-        append(reading_, out);
+        append_text(reading_, out);
       } else if (*line != "FULL") {
-        append("*10\r\n", out);
+        append_text("*10\r\n", out);
       }
     }
   }
   void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
     reading_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N\r\n";
-    if (rate_Hz_ > 0) append(reading_, out);
+    if (rate_Hz_ > 0) append_text(reading_, out);
   }
   [[nodiscard]] bool started() const noexcept override { return rate_Hz_ > 0; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
@@ -219,7 +221,7 @@ class EsmDevice final : public SimulatedDevice {
     for (const std::uint8_t byte : bytes) {
       if (byte != 'n' && byte != 'x') continue;
       asked_ = true;
-      append(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
+      append_text(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
     }
   }
   void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {

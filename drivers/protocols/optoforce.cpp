@@ -14,10 +14,10 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::array<std::uint8_t, 4> kHeader = {0xAA, 0x07, 0x08, 0x0A};
+constexpr std::array<std::uint8_t, 4> kOptoForceHeader = {0xAA, 0x07, 0x08, 0x0A};
 constexpr std::size_t kFrameBytes = 16;
 constexpr std::size_t kConfigBytes = 9;
-constexpr milliseconds kQuiet{500};
+constexpr milliseconds kOptoForceQuiet{500};
 constexpr double kSimulatedCounts_per_N = 1024.0;
 
 std::uint16_t sum_of(std::span<const std::uint8_t> bytes) noexcept {
@@ -67,8 +67,9 @@ class OptoForce final : public Protocol {
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    if (now - heard_ > kQuiet && now - asked_ > kQuiet) configure(now, divisor_, stream);
-    return std::max(heard_, asked_) + kQuiet + milliseconds{1};
+    if (now - heard_ > kOptoForceQuiet && now - asked_ > kOptoForceQuiet)
+      configure(now, divisor_, stream);
+    return std::max(heard_, asked_) + kOptoForceQuiet + milliseconds{1};
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
@@ -96,9 +97,9 @@ class OptoForce final : public Protocol {
   /// Drops leading bytes that cannot start a frame.
   void drop_what_is_no_header(DeviceStream& stream) {
     while (length_ > 0 && !std::equal(frame_.begin(),
-                                      frame_.begin() + static_cast<std::ptrdiff_t>(
-                                                           std::min(length_, kHeader.size())),
-                                      kHeader.begin())) {
+                                      frame_.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                                           length_, kOptoForceHeader.size())),
+                                      kOptoForceHeader.begin())) {
       lose_synchronism(stream);
       drop(1);
     }
@@ -174,7 +175,7 @@ class OptoForceDevice final : public SimulatedDevice {
     if (speed_ == 0) return;
     const auto counts = std::clamp(
         std::lround(units::N_from_mN(sample.force_mN) * kSimulatedCounts_per_N), -32768L, 32767L);
-    Bytes frame(kHeader.begin(), kHeader.end());
+    Bytes frame(kOptoForceHeader.begin(), kOptoForceHeader.end());
     for (const long number : {static_cast<long>(count_++), 0L, 0L, 0L, counts}) {
       append_u16(static_cast<std::uint16_t>(number), frame);
     }

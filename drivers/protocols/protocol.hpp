@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -54,9 +55,9 @@ struct DeviceStream {
     readings.push_back(reading);
   }
   void send(std::string_view text) { outgoing.insert(outgoing.end(), text.begin(), text.end()); }
-  void notice(std::string sentence) {
+  void notice(std::string_view sentence) {
     if (notices.size() < kMostNotices) {
-      notices.push_back(std::move(sentence));
+      notices.emplace_back(sentence);
     } else {
       ++dropped_notices_;
     }

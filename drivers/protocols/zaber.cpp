@@ -19,10 +19,10 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kPatience{200};
+constexpr milliseconds kZaberPatience{200};
 constexpr double kSimulatedSteps_per_mm = 1024.0;
 
-std::string_view take_word(std::string_view& rest) noexcept {
+std::string_view take_part(std::string_view& rest) noexcept {
   const std::string_view word = rest.substr(0, rest.find(' '));
   rest.remove_prefix(std::min(word.size() + 1, rest.size()));
   return word;
@@ -54,7 +54,7 @@ class Zaber final : public LineProtocol {
         address_(address),
         axis_(axis),
         period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
-        timer_(period_, kPatience) {}
+        timer_(period_, kZaberPatience) {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     lines_.reset(true);
@@ -90,17 +90,17 @@ class Zaber final : public LineProtocol {
   bool read_message(std::string_view message, nanoseconds arrival, DeviceStream& stream) {
     if (message.front() == '#') return true;  // information for users
     std::string_view rest = message.substr(1);
-    const auto address = whole(take_word(rest), 10);
-    const auto axis = whole(take_word(rest), 10);
+    const auto address = whole(take_part(rest), 10);
+    const auto axis = whole(take_part(rest), 10);
     if (!address || !axis) return false;
     if (*address != address_) return true;
     if (message.front() == '!') {
       stream.notice("alert of the stage: " + std::string(message));
       return true;
     }
-    const std::string_view verdict = take_word(rest);
-    const std::string_view status = take_word(rest);
-    const std::string_view warning = take_word(rest);
+    const std::string_view verdict = take_part(rest);
+    const std::string_view status = take_part(rest);
+    const std::string_view warning = take_part(rest);
     if ((verdict != "OK" && verdict != "RJ") || (status != "IDLE" && status != "BUSY")) {
       return false;
     }

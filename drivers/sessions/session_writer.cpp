@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/files/raw_bytes.hpp"
 #include "drivers/sessions/session_headers.hpp"
 #include "drivers/sessions/session_items.hpp"
 #include "drivers/sinks/afferent_table.hpp"
@@ -26,11 +27,6 @@ constexpr int kFlushesPerClockOffset = 25;
 /// A fixed mark of the format, from which a reader can resume in a damaged file.
 constexpr unsigned char kBoundary[] = {0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F,
                                        0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4};
-
-template <class T>
-void append(std::string& bytes, const T& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 /// Writes a session: the input of the loop, its output and the facts of the run. SessionReader
 /// reads it; `session_items` converts the items.
@@ -79,7 +75,7 @@ class SessionWriter final : public SpikeSink {
       put<double>(Id::kSamples, sample.time,
                   SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
       for (std::size_t column = 0; column < extra_.size(); ++column) {
-        append(chunk_, extra_.value(probe, column, sample));
+        append_raw(chunk_, extra_.value(probe, column, sample));
       }
     }
     return write_items();
@@ -100,15 +96,15 @@ class SessionWriter final : public SpikeSink {
   [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
     if (auto started = begin({}); !started) return started;
     chunk_.clear();
-    append(chunk_, kMarkStreamId);
-    append(chunk_, std::uint8_t{4});
-    append(chunk_, static_cast<std::uint32_t>(marks.size()));
+    append_raw(chunk_, kMarkStreamId);
+    append_raw(chunk_, std::uint8_t{4});
+    append_raw(chunk_, static_cast<std::uint32_t>(marks.size()));
     for (const Mark& mark : marks) {
       const double stamp_s = units::s_from(mark.time);
-      append(chunk_, std::uint8_t{8});
-      append(chunk_, stamp_s);
-      append(chunk_, std::uint8_t{4});
-      append(chunk_, static_cast<std::uint32_t>(mark.label.size()));
+      append_raw(chunk_, std::uint8_t{8});
+      append_raw(chunk_, stamp_s);
+      append_raw(chunk_, std::uint8_t{4});
+      append_raw(chunk_, static_cast<std::uint32_t>(mark.label.size()));
       chunk_ += mark.label;
       if (mark_tally_.samples++ == 0) mark_tally_.first_s = stamp_s;
       mark_tally_.last_s = stamp_s;
@@ -118,7 +114,7 @@ class SessionWriter final : public SpikeSink {
 
   [[nodiscard]] Expected<void, SinkError> write_commands(
       std::span<const StimulationCommand> commands) override {
-    if (auto begun = begin_items(Id::kStimulation, commands.size()); !begun) return begun;
+    if (auto ready = begin_items(Id::kStimulation, commands.size()); !ready) return ready;
     for (const StimulationCommand& command : commands) {
       put<double>(Id::kStimulation, command.time, command);
     }
@@ -185,15 +181,15 @@ class SessionWriter final : public SpikeSink {
   /// Writes a chunk of one stream.
   bool write_chunk_of(XdfTag tag, std::uint32_t id, std::string_view content) {
     std::string chunk;
-    append(chunk, id);
+    append_raw(chunk, id);
     return write_chunk(tag, chunk.append(content));
   }
 
   bool write_chunk(XdfTag tag, std::string_view content) {
     std::string head;
-    append(head, std::uint8_t{4});
-    append(head, static_cast<std::uint32_t>(content.size() + sizeof tag));
-    append(head, tag);
+    append_raw(head, std::uint8_t{4});
+    append_raw(head, static_cast<std::uint32_t>(content.size() + sizeof tag));
+    append_raw(head, tag);
     return file_.write(head) && file_.write(content);
   }
 
@@ -207,9 +203,9 @@ class SessionWriter final : public SpikeSink {
   Expected<void, SinkError> begin_items(Id id, std::size_t count) {
     if (auto started = begin({}); !started) return started;
     chunk_.clear();
-    append(chunk_, id);
-    append(chunk_, std::uint8_t{4});
-    append(chunk_, static_cast<std::uint32_t>(count));
+    append_raw(chunk_, id);
+    append_raw(chunk_, std::uint8_t{4});
+    append_raw(chunk_, static_cast<std::uint32_t>(count));
     return {};
   }
 
@@ -222,8 +218,8 @@ class SessionWriter final : public SpikeSink {
     all.last_s = stamp_s;
     if (!start_) start_ = newest_ = time;
     newest_ = std::max(newest_, time);
-    append(chunk_, std::uint8_t{8});
-    append(chunk_, stamp_s);
+    append_raw(chunk_, std::uint8_t{8});
+    append_raw(chunk_, stamp_s);
     ItemValues<Value> values{};
     values_of(item, values);
     const std::size_t channels =
@@ -249,8 +245,8 @@ class SessionWriter final : public SpikeSink {
 
   bool write_clock_offset(std::uint32_t id) {
     std::string content;
-    append(content, units::s_from(newest()));
-    append(content, 0.0);
+    append_raw(content, units::s_from(newest()));
+    append_raw(content, 0.0);
     return write_chunk_of(XdfTag::kClockOffset, id, content);
   }
 

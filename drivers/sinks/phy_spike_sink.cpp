@@ -28,11 +28,6 @@ std::int64_t sample_of(std::chrono::nanoseconds time, double sample_rate_hz) {
          std::llround(units::s_from(time - whole) * sample_rate_hz);
 }
 
-bool exists(const std::string& path) {
-  struct stat status {};
-  return ::lstat(path.c_str(), &status) == 0;
-}
-
 Expected<void, SetupError> write_file(const std::string& path, const std::string& content,
                                       bool overwrite) {
   auto file = OutputFile::create(path, overwrite);
@@ -68,7 +63,7 @@ Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::
   }
   if (folder.made || setup.overwrite) return folder;
   const std::string times = path + "/spike_times.npy";
-  if (!exists(times + ".part") || exists(times)) {
+  if (!file_exists(times + ".part") || file_exists(times)) {
     ::close(folder.lock);
     return bad_input(path + " already exists: add --overwrite, or give another name");
   }

@@ -80,14 +80,14 @@ class SessionOnRequest final : public SpikeSink {
  private:
   /// Called between ticks, so that a recording holds only complete ticks.
   void follow_switch() {
-    if (recording_->wanted() == static_cast<bool>(session_)) return;
+    if (recording_->requested() == static_cast<bool>(session_)) return;
     if (session_) return stop();
     path_ = dated_name();
     const auto uri = Uri::parse("xdf:" + path_);
     auto opened =
         uri ? open_xdf_sink(*uri, setup_) : OpenedSink(Unexpected<SetupError>(uri.error()));
     if (!opened) {
-      recording_->want(false);
+      recording_->request(false);
       return recording_->report(false, opened.error().sentence);
     }
     session_ = std::move(*opened);
@@ -110,7 +110,7 @@ class SessionOnRequest final : public SpikeSink {
     if (const auto written = write(*session_); !written) {
       recorded_ += session_->delivered();
       session_.reset();
-      recording_->want(false);
+      recording_->request(false);
       recording_->report(false, "the recording ended: " + written.error().sentence);
     }
     return {};

@@ -18,8 +18,10 @@ class RecordingSwitch {
   void offer() noexcept { offered_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool offered() const noexcept { return offered_.load(std::memory_order_relaxed); }
 
-  void want(bool on) noexcept { wanted_.store(on, std::memory_order_relaxed); }
-  [[nodiscard]] bool wanted() const noexcept { return wanted_.load(std::memory_order_relaxed); }
+  void request(bool on) noexcept { requested_.store(on, std::memory_order_relaxed); }
+  [[nodiscard]] bool requested() const noexcept {
+    return requested_.load(std::memory_order_relaxed);
+  }
 
   /// Reports whether a recording is active, with a message for the user.
   void report(bool recording, std::string sentence) {
@@ -37,7 +39,7 @@ class RecordingSwitch {
 
  private:
   std::atomic<bool> offered_{false};
-  std::atomic<bool> wanted_{false};
+  std::atomic<bool> requested_{false};
   std::atomic<bool> recording_{false};
   std::mutex mutex_;
   std::vector<std::string> notices_;

@@ -26,7 +26,7 @@ struct FreeReply {
 using Connection = std::unique_ptr<redisContext, FreeContext>;
 using Reply = std::unique_ptr<redisReply, FreeReply>;
 
-constexpr timeval kPatience{.tv_sec = 1, .tv_usec = 0};
+constexpr timeval kReplyTimeout{.tv_sec = 1, .tv_usec = 0};
 
 /// Adds entries to Redis streams in batches.
 class StreamWriter {
@@ -176,7 +176,7 @@ Expected<Connection, SetupError> connect(const Uri& uri, const SinkSetup& setup)
   Connection connection;
   std::string start = "redis-server --unixsocket " + uri.path;
   if (uri.path.starts_with('/')) {
-    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kPatience));
+    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kReplyTimeout));
   } else {
     const auto address = HostAndPort::parse(uri.path);
     if (!address) {
@@ -186,14 +186,14 @@ Expected<Connection, SetupError> connect(const Uri& uri, const SinkSetup& setup)
     }
     if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
     start = "redis-server --port " + std::to_string(address->port);
-    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kPatience));
+    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kReplyTimeout));
   }
   if (!connection || connection->err != 0) {
     return unavailable("\"" + uri.text + "\": no Redis server answers there (" +
                        (connection ? connection->errstr : "out of memory") + "): start it with " +
                        start);
   }
-  redisSetTimeout(connection.get(), kPatience);
+  redisSetTimeout(connection.get(), kReplyTimeout);
   return connection;
 }
 

@@ -10,7 +10,7 @@ namespace merkel {
 struct SessionPosition {
   std::chrono::nanoseconds start{0};  ///< probe time of the start of the session's first tick
   double length_s = 0.0;
-  std::atomic<bool> hold{false};        ///< the player is paused
+  std::atomic<bool> paused{false};      ///< the playback stands still
   std::atomic<double> seek_s{-1.0};     ///< target of a seek, from the start; negative: none
   std::atomic<std::uint32_t> jumps{0};  ///< number of seeks of the player
 };

@@ -35,7 +35,7 @@ class StimCsvSink final : public SpikeSink {
   }
   [[nodiscard]] Expected<void, SinkError> write_commands(
       std::span<const StimulationCommand> commands) override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto ready = begin({}); !ready) return ready;
     rows_.clear();
     for (StimulationCommand command : commands) {
       command.time = time_(command.time);
@@ -45,7 +45,7 @@ class StimCsvSink final : public SpikeSink {
   }
   [[nodiscard]] Expected<void, SinkError> flush() override { return settle(file_.flush()); }
   [[nodiscard]] Expected<void, SinkError> close() override {
-    if (auto begun = begin({}); !begun) return begun;
+    if (auto ready = begin({}); !ready) return ready;
     return settle(file_.close());
   }
   void give_up() noexcept override { file_.give_up(); }

@@ -11,15 +11,15 @@ namespace {
 
 // Open Ephys' Event Broadcaster uses neither type.
 constexpr std::uint16_t kCommandMessage = 100;
-constexpr std::uint16_t kStartMessage = 0x4D02;  ///< "\x02M"
-constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5558";
+constexpr std::uint16_t kStimulationStart = 0x4D02;  ///< "\x02M"
+constexpr std::string_view kStimulationEndpoint = "tcp://127.0.0.1:5558";
 
 /// One message per stimulation command, in the format of the spike sink: a type, then JSON.
 class StimZmqSink final : public SpikeSink {
  public:
   StimZmqSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
               const EncodingParameters& encoding)
-      : publisher_(uri, options, kStartMessage),
+      : publisher_(uri, options, kStimulationStart),
         text_(encoding),
         encoding_(encoding_members(encoding)),
         head_(publisher_.head(kCommandMessage)),
@@ -89,7 +89,7 @@ OpenedSink open_stim_zmq_sink(const Uri& uri, const SinkSetup& setup) {
     return Unexpected<SetupError>(some.error());
   }
   auto sink = std::make_unique<StimZmqSink>(uri, publisher, stream, setup.run.encoding);
-  if (auto opened = sink->publisher().open(setup, kDefaultEndpoint); !opened) {
+  if (auto opened = sink->publisher().open(setup, kStimulationEndpoint); !opened) {
     return Unexpected<SetupError>(opened.error());
   }
   return sink;

@@ -16,16 +16,16 @@ namespace merkel {
 namespace {
 
 constexpr std::uint16_t kSpikeMessage = 1;
-constexpr std::uint16_t kStartMessage = 0x4D01;  ///< "\x01M": not a type of Open Ephys
+constexpr std::uint16_t kSpikeStart = 0x4D01;  ///< "\x01M": not a type of Open Ephys
 constexpr std::int64_t kSampleRate_hz = 1'000'000;
-constexpr std::string_view kDefaultEndpoint = "tcp://127.0.0.1:5557";
+constexpr std::string_view kSpikeEndpoint = "tcp://127.0.0.1:5557";
 
 /// One message per spike in the format of Open Ephys' Event Broadcaster: a type, then JSON.
 class ZmqSpikeSink final : public SpikeSink {
  public:
   ZmqSpikeSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
                std::vector<AfferentRow> afferents)
-      : publisher_(uri, options, kStartMessage),
+      : publisher_(uri, options, kSpikeStart),
         afferents_(std::move(afferents)),
         head_(publisher_.head(kSpikeMessage)),
         stream_(json_string(stream)) {}
@@ -121,7 +121,7 @@ OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
       options.text("stream", setup.run.scene.empty() ? "merkel" : setup.run.scene);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto sink = std::make_unique<ZmqSpikeSink>(uri, publisher, stream, afferents_of(setup));
-  if (auto opened = sink->publisher().open(setup, kDefaultEndpoint); !opened) {
+  if (auto opened = sink->publisher().open(setup, kSpikeEndpoint); !opened) {
     return Unexpected<SetupError>(opened.error());
   }
   return sink;

@@ -24,7 +24,7 @@ using std::chrono::nanoseconds;
 constexpr std::uint64_t kMostCompression = 2000;
 constexpr double kMostTime_ns = 4e18;
 
-bool exists(hid_t file, const std::string& path) {
+bool has_object(hid_t file, const std::string& path) {
   for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
     if (H5Lexists(file, path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
     if (end == std::string::npos) return true;
@@ -33,7 +33,7 @@ bool exists(hid_t file, const std::string& path) {
 
 template <class Value>
 std::optional<std::vector<Value>> numbers(hid_t file, const std::string& path, hid_t type) {
-  if (!exists(file, path)) return std::nullopt;
+  if (!has_object(file, path)) return std::nullopt;
   const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   if (!dataset.valid()) return std::nullopt;
   const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
@@ -78,7 +78,7 @@ std::optional<std::string> attribute(hid_t file, const std::string& path, const 
 }
 
 std::optional<std::string> dataset_text(hid_t file, const std::string& path) {
-  if (!exists(file, path)) return std::nullopt;
+  if (!has_object(file, path)) return std::nullopt;
   const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   const Hdf5Handle type(H5Dget_type(dataset.id()), H5Tclose);
   const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
@@ -148,8 +148,8 @@ Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
   if (!hdf5.valid()) return bad_input("cannot read " + path + ": HDF5 refused");
   SpikeFile file;
   RecordedZero zero;
-  const bool read = exists(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)
-                                                : read_sonata(hdf5.id(), file, zero);
+  const bool read = has_object(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)
+                                                    : read_sonata(hdf5.id(), file, zero);
   if (!read) {
     return bad_input(path + " has no spikes of SONATA (/spikes) or NWB (/units), or is damaged");
   }

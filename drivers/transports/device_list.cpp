@@ -17,7 +17,7 @@
 namespace merkel {
 namespace {
 
-void judge(DeviceEntry& entry, const std::string& device) {
+void check_access(DeviceEntry& entry, const std::string& device) {
   entry.usable = ::access(device.c_str(), R_OK | W_OK) == 0;
   if (entry.usable) return;
   entry.remedy = errno == ENOENT ? device +
@@ -77,7 +77,7 @@ void list_hid(std::vector<DeviceEntry>& entries) {
     const std::string name = vid_pid(id);
     if (name.empty()) continue;
     entry.uri = "hid:" + name;
-    judge(entry, "/dev/" + node.filename().string());
+    check_access(entry, "/dev/" + node.filename().string());
     entries.push_back(std::move(entry));
   }
 }
@@ -91,8 +91,8 @@ void list_usb(std::vector<DeviceEntry>& entries) {
                       .name = line_of(device / "product"),
                       .serial_number = line_of(device / "serial"),
                       .latency = {}};
-    judge(entry, usb_node(std::strtol(line_of(device / "busnum").c_str(), nullptr, 10),
-                          std::strtol(line_of(device / "devnum").c_str(), nullptr, 10)));
+    check_access(entry, usb_node(std::strtol(line_of(device / "busnum").c_str(), nullptr, 10),
+                                 std::strtol(line_of(device / "devnum").c_str(), nullptr, 10)));
     entries.push_back(std::move(entry));
   }
 }
@@ -106,7 +106,7 @@ std::vector<DeviceEntry> list_devices() {
                       .name = port.description,
                       .serial_number = port.serial_number,
                       .latency = latency_of(port.device)};
-    judge(entry, port.device);
+    check_access(entry, port.device);
     entries.push_back(std::move(entry));
   }
   list_hid(entries);

@@ -111,7 +111,7 @@ class Control(Page):
             client.send("seek 4")
             jump = next(frame for frame in frames if frame.flags & 2)
             self.assertAlmostEqual(jump.time_s, 4.0, delta=0.3)
-            client.send("hold")
+            client.send("pause")
             next(frame for frame in frames if frame.flags & 8)
             client.send("seek 0.5")
             back = next(frame for frame in frames if frame.flags & 2)

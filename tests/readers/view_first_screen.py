@@ -59,13 +59,13 @@ class FirstScreen(BrowserPage):
             self.page.press(key)
             self.assertEqual(self.page.ask("document.getElementById('window').value"), value)
         self.page.press(" ")
-        self.assertEqual(self.page.text("pause"), "Resume")
+        self.assertEqual(self.page.text("pause"), "Resume view")
         self.wait("!merkel.dirty")
         frozen = self.page.text("depth-of")
         self.wait("merkel.frame.t > merkel.paused.t + 0.5")
         self.assertEqual(self.page.text("depth-of"), frozen)
         self.page.press(" ")
-        self.assertEqual(self.page.text("pause"), "Pause")
+        self.assertEqual(self.page.text("pause"), "Pause view")
         # Receptors are drawn only when zoomed in.
         circles = ("(() => { let n = 0; const of = CanvasRenderingContext2D.prototype, arc = of.arc, finger = merkel.finger; "
                    "finger.skin.key = finger.names.key = null; of.arc = function (...a) { ++n; return arc.apply(this, a); }; "

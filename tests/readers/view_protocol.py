@@ -152,7 +152,7 @@ class Peers(Page):
         with WebSocket(self.port) as client:
             for text in ("", " ", "watch 1 2 3 4 5 6", "watch -1", "watch 99999999999", "watch 4000000000",
                          "tare", "tare 0", "tare 99", "mark " + "x" * 900, "seek nan", "seek -1", "record",
-                         "hold", "play", "record start"):
+                         "pause", "play", "record start"):
                 client.send(text)
             frames = list(client.frames())
         self.assertTrue(frames[-1].over)

@@ -36,7 +36,7 @@ TEST(Compare, MatchesWithinATolerance) {
   const ProgramRun near = run_program({"compare", a, b});
   EXPECT_EQ(near.exit_code, 1);
   EXPECT_EQ(near.out,
-            "1 spikes in both within 1 us, rms 0.500 us, largest 0.500 us\nonly in " + a +
+            "1 spikes in both within 1 µs, rms 0.500 µs, largest 0.500 µs\nonly in " + a +
                 ": 2\n  neuron 1 at 0.200000000 s\n  neuron 2 at 0.300000000 s\nonly in " + b +
                 ": 2\n  neuron 1 at 0.200002000 s\n  neuron 3 at 0.300000000 s\ndifferent\n");
   EXPECT_EQ(run_program({"compare", a, a, "--within-us", "0"}).exit_code, 0);
@@ -72,17 +72,17 @@ TEST(CompareStimulation, ReportsDifferencesInAmplitudeFrequencyAndStop) {
   const ProgramRun run = run_program({"compare", a, b});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(run.out,
-            "4 stimulation commands in both, rms 0.250 us, largest 0.500 us; amplitudes differ by "
-            "at most 0.5 uA, frequencies by 3 Hz\n"
+            "4 stimulation commands in both, rms 0.250 µs, largest 0.500 µs; amplitudes differ by "
+            "at most 0.5 µA, frequencies by 3 Hz\n"
             "different: 3\n"
-            "  E1 at 0.010000000 s: 20 uA, 80 Hz against 20.5 uA, 80 Hz\n"
-            "  E2 at 0.010000000 s: 30 uA, 90 Hz against 30 uA, 93 Hz\n"
-            "  E1 at 0.020000000 s: 0 uA, 0 Hz (stop: released) against 0 uA, 0 Hz (stop: gap)\n"
+            "  E1 at 0.010000000 s: 20 µA, 80 Hz against 20.5 µA, 80 Hz\n"
+            "  E2 at 0.010000000 s: 30 µA, 90 Hz against 30 µA, 93 Hz\n"
+            "  E1 at 0.020000000 s: 0 µA, 0 Hz (stop: released) against 0 µA, 0 Hz (stop: gap)\n"
             "only in " +
                 a +
-                ": 1\n  E2 at 0.015000000 s: pulse, 50 uA, 0 Hz\n"
+                ": 1\n  E2 at 0.015000000 s: pulse, 50 µA, 0 Hz\n"
                 "only in " +
-                b + ": 1\n  E2 at 0.015002100 s: pulse, 50 uA, 0 Hz\ndifferent\n");
+                b + ": 1\n  E2 at 0.015002100 s: pulse, 50 µA, 0 Hz\ndifferent\n");
   EXPECT_EQ(run_program({"compare", a, a, "--within-us", "0"}).exit_code, 0);
   const ProgramRun within = run_program(
       {"compare", a, b, "--within-us", "3", "--within-uA", "0.5", "--within-Hz", "3", "--json"});
@@ -129,7 +129,7 @@ TEST(CompareStimulation, FindsTheCommandsOfARunItsSessionAndItsReplayEqual) {
   EXPECT_EQ(sessions.exit_code, 1);
   EXPECT_NE(sessions.out.find(" spikes in both"), std::string::npos) << sessions.out;
   EXPECT_EQ(sessions.out.find("only in"), std::string::npos) << sessions.out;
-  EXPECT_NE(sessions.out.find("60 uA, 0 Hz against 50 uA, 0 Hz"), std::string::npos)
+  EXPECT_NE(sessions.out.find("60 µA, 0 Hz against 50 µA, 0 Hz"), std::string::npos)
       << sessions.out;
   EXPECT_EQ(compare("a.xdf", "a.xdf").exit_code, 0);
   EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 1);

@@ -157,7 +157,7 @@ TEST(Misbehaviour, IdleConnectionsDoNotKeepADeviceFromComingBack) {
   {
     const LowerLimit few(RLIMIT_NOFILE, 300);
     program.emplace(std::vector<std::string>{
-        "run", "--probe", device.uri(), "--duration-s", "4.5", "--json", "--sink",
+        "run", "--probe", device.uri(), "--duration-s", "8", "--json", "--sink",
         "view:" + std::to_string(page), "--sink", "zmq:tcp://127.0.0.1:" + std::to_string(zmq)});
   }
   // 290 that say nothing, at the page and at the publisher.
@@ -171,11 +171,12 @@ TEST(Misbehaviour, IdleConnectionsDoNotKeepADeviceFromComingBack) {
   for (int k = 1; k < 290; ++k) idle.push_back(connected_to(k % 2 == 0 ? page : zmq));
   const ProgramRun run = program->finish();
   for (const int socket : idle) ::close(socket);
-  EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("is back"), std::string::npos) << run.err;
   const auto summary = Json::parse(run.out);
-  EXPECT_EQ(summary["probes"][0]["device"]["outages"], 1);
-  EXPECT_GT(count_of(summary["probes"][0], "used"), 3500U);
+  const auto& counts = summary["probes"][0]["device"];
+  EXPECT_EQ(counts["outages"], 1) << run.out;
+  // At most 3000 before it was unplugged.
+  EXPECT_GT(count_of(counts, "readings"), 3500U) << run.out;
 }
 
 /// All at once: each takes the two seconds after which it gives up.

@@ -1,6 +1,5 @@
 # cmake -DOUT=file.cpp -DSCRIPTS="a.py;b.py" -P embed_plots.cmake: the scripts as C++ text.
-set(code "#include <cstddef>\nnamespace merkel {\nstruct PlotScript {\n  const char* name;\n  const char* text;\n};\n")
-string(APPEND code "extern const PlotScript kPlotScripts[];\nextern const std::size_t kPlotScriptCount;\n")
+set(code "#include \"tools/studies/report/plot_scripts.hpp\"\nnamespace merkel {\n")
 string(APPEND code "const PlotScript kPlotScripts[] = {\n")
 set(count 0)
 foreach(script IN LISTS SCRIPTS)

@@ -64,12 +64,15 @@ function(merkel_precompile target)
 endfunction()
 
 # merkel_join_sources(merkel_tools): compiles eight sources as one in the release build, in less than
-# half the time. Names in their anonymous namespaces must differ; every other build compiles each
-# source alone.
+# half the time. Names in the anonymous namespaces of a library must differ; the preset `lint` checks
+# that. Every other build compiles each source alone. Generated sources change by themselves.
 function(merkel_join_sources target)
   if(CMAKE_BUILD_TYPE STREQUAL Release)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
   endif()
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources INCLUDE REGEX "^${PROJECT_BINARY_DIR}/")
+  set_source_files_properties(${sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # merkel_library(merkel_scene tools/scene): settings of the library of a folder, which programs

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "core/simd/simd_target.hpp"
 #include "core/units.hpp"
 #include "realtime/threads/spinning_team.hpp"
@@ -141,7 +139,6 @@ std::vector<Row> measured_rows(const BenchOptions& options, IntegrationMethod me
 }
 
 void print_json(const BenchOptions& options, const BenchResult& result) {
-  using Json = nlohmann::ordered_json;
   Json populations = Json::array();
   for (const Row& row : result.rows) {
     Json entry = {{"neurons", row.which.neurons},

@@ -4,7 +4,6 @@
 #include <string>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
 #include "drivers/sessions/session_samples.hpp"
@@ -97,9 +96,12 @@ std::string text_of(const CompareOptions& options, const Comparison& result) {
   std::string text;
   if (result.spikes) {
     const TimeDifference apart = time_difference(*result.spikes);
-    text +=
-        fmt::format("{} spikes in both within {} us, rms {:.3f} us, largest {:.3f} us\n",
-                    result.spikes->pairs.size(), options.within_us, apart.rms_us, apart.largest_us);
+    text += fmt::format("{} spikes in both within {} µs", result.spikes->pairs.size(),
+                        options.within_us);
+    if (!result.spikes->pairs.empty()) {
+      text += fmt::format(", rms {:.3f} µs, largest {:.3f} µs", apart.rms_us, apart.largest_us);
+    }
+    text += '\n';
     const auto spike = [](const RecordedSpike& each) {
       return fmt::format("neuron {} at {:.9f} s", each.neuron, units::s_from(each.time));
     };
@@ -111,7 +113,7 @@ std::string text_of(const CompareOptions& options, const Comparison& result) {
 }
 
 std::string json_of(const CompareOptions& options, const Comparison& result) {
-  nlohmann::ordered_json json = {{"equal", result.equal()}, {"within_us", options.within_us}};
+  Json json = {{"equal", result.equal()}, {"within_us", options.within_us}};
   if (result.spikes) {
     const TimeDifference apart = time_difference(*result.spikes);
     json["matched"] = result.spikes->pairs.size();

@@ -5,10 +5,10 @@
 #include <tuple>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
 #include "tools/commands/compare_list.hpp"
+#include "tools/json_text.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -19,7 +19,7 @@ std::string place_of(const RecordedCommand& command) {
 }
 
 std::string value_of(const RecordedCommand& command) {
-  std::string text = fmt::format("{} uA, {} Hz", command.amplitude_uA, command.frequency_Hz);
+  std::string text = fmt::format("{} µA, {} Hz", command.amplitude_uA, command.frequency_Hz);
   if (command.stop != StimulationCommand::Stop::kNone) {
     text += fmt::format(" (stop: {})", name_of(command.stop));
   }
@@ -77,8 +77,8 @@ std::string text_of(const StimulationComparison& result, const std::string& name
                     const std::string& name_b) {
   const TimeDifference apart = time_difference(result.matching);
   std::string text = fmt::format(
-      "{} stimulation commands in both, rms {:.3f} us, largest {:.3f} us; amplitudes differ by at "
-      "most {} uA, frequencies by {} Hz\n",
+      "{} stimulation commands in both, rms {:.3f} µs, largest {:.3f} µs; amplitudes differ by at "
+      "most {} µA, frequencies by {} Hz\n",
       result.matching.pairs.size(), apart.rms_us, apart.largest_us, result.largest_uA,
       result.largest_Hz);
   text += list_of("different", result.different, [](const auto& pair) {
@@ -91,7 +91,7 @@ std::string text_of(const StimulationComparison& result, const std::string& name
   return text + list_of("only in " + name_b, result.matching.only_b, command);
 }
 
-nlohmann::ordered_json json_of(const StimulationComparison& result) {
+Json json_of(const StimulationComparison& result) {
   const TimeDifference apart = time_difference(result.matching);
   return {{"matched", result.matching.pairs.size()},
           {"only_in_a", result.matching.only_a.size()},

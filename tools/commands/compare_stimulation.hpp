@@ -4,11 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "core/expected.hpp"
 #include "drivers/spike_files/stimulation_file.hpp"
 #include "tools/commands/compare_match.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -42,6 +41,6 @@ struct StimulationComparison {
 [[nodiscard]] std::string text_of(const StimulationComparison& result, const std::string& name_a,
                                   const std::string& name_b);
 /// The result as a JSON object.
-[[nodiscard]] nlohmann::ordered_json json_of(const StimulationComparison& result);
+[[nodiscard]] Json json_of(const StimulationComparison& result);
 
 }  // namespace merkel

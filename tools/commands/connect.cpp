@@ -34,7 +34,7 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
   if (options.target.find(':') != std::string::npos) return options.target;
   if (!options.target.empty()) return "serial:" + options.target;
   const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(options.wait_s);
-  bool told = false;
+  bool announced = false;
   do {
     std::vector<DeviceEntry> serial;
     for (DeviceEntry& entry : list_devices()) {
@@ -46,8 +46,8 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
       return entry.uri;
     }
     if (!serial.empty()) return unavailable(serial.front().uri + ": " + serial.front().remedy);
-    if (!told) std::fprintf(stderr, "no serial device found: plug one in; waiting …\n");
-    told = true;
+    if (!announced) std::fprintf(stderr, "no serial device found: plug one in; waiting …\n");
+    announced = true;
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
   } while (std::chrono::steady_clock::now() < end);
   return unavailable(
@@ -107,7 +107,8 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
   auto probe = open_probe(uri);
   if (!probe) return Unexpected<SetupError>(probe.error());
   if ((*probe)->info().replayed) {
-    return bad_input("\"" + uri + "\" is a recording: there is nothing to connect to");
+    return bad_input("\"" + uri +
+                     "\" is a recording or simulation: there is nothing to connect to");
   }
   Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}, .last = {}};
   std::vector<ProbeSample> samples(1024);
@@ -156,7 +157,7 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
   }
   if (!measured.counts || !measured.counts->device_clock) {
     list.emplace_back(
-        "a device clock: samples are timed by their arrival, or by the midpoint of request and reply");
+        "a device clock: samples are timed by their arrival, or by the midpoint of request and reply, or by the midpoint of request and reply");
   }
   return list;
 }

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "core/units.hpp"
@@ -24,8 +23,6 @@
 
 namespace merkel {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct DoctorOptions {
   double seconds = 10.0;

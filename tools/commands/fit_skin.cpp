@@ -28,7 +28,7 @@ struct FitSkinCommand {
 /// From this relative standard error on, a parameter counts as undetermined.
 constexpr double kPoor = 0.3;
 
-std::string judged(double relative_error) {
+std::string with_error(double relative_error) {
   return fmt::format("± {:.1f} %{}", 100.0 * relative_error,
                      relative_error < kPoor ? "" : ", which the recording does not determine");
 }
@@ -37,10 +37,10 @@ std::string report_of(const SkinFit& fit) {
   std::string text = fmt::format("{} samples up to {:.3g} mm and {:.4g} N\n", fit.samples,
                                  fit.deepest_mm, 1e-3 * fit.loading.back().force_mN);
   text += fmt::format("E*(d) = E0·e^(d/d1): E0 = {:.4g} kPa {}\n", fit.modulus_kPa,
-                      judged(fit.modulus_error));
+                      with_error(fit.modulus_error));
   if (std::isfinite(fit.stiffening_mm)) {
     text += fmt::format("                     d1 = {:.4g} mm {}; correlation with E0 {:.2f}\n",
-                        fit.stiffening_mm, judged(fit.stiffening_error), fit.correlation);
+                        fit.stiffening_mm, with_error(fit.stiffening_error), fit.correlation);
   } else {
     text += "                     no stiffening: the contact law alone explains the force\n";
   }

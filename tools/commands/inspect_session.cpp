@@ -173,7 +173,7 @@ int print_fact(const SessionReader& session, const std::string& name) {
 
 /// Prints the facts of the session and the number of items of each stream.
 int print_overview(SessionReader& session) {
-  std::puts("what,value");
+  std::puts("name,value");
   for (const auto& [name, value] : session.facts()) {
     const auto lines = std::count(value.begin(), value.end(), '\n');
     std::printf("%s,%s\n", shown(name).c_str(),
@@ -196,7 +196,7 @@ int print_overview(SessionReader& session) {
                   .c_str());
   }
   std::puts(fmt::format("stream marks,{}", marks).c_str());
-  std::printf("ended,%s\n", session.complete() ? "yes" : "no: the file is incomplete");
+  std::printf("ended,%s\n", session.complete() ? "yes" : "no (the file is incomplete)");
   return kDone;
 }
 

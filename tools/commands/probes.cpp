@@ -2,8 +2,6 @@
 #include <memory>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "tools/commands/command.hpp"
@@ -15,7 +13,7 @@ namespace {
 int list_probes(bool json) {
   const auto devices = list_devices();
   if (json) {
-    auto list = nlohmann::ordered_json::array();
+    auto list = Json::array();
     for (const DeviceEntry& device : devices) {
       list.push_back({{"uri", device.uri},
                       {"name", device.name},
@@ -24,11 +22,11 @@ int list_probes(bool json) {
                       {"usable", device.usable},
                       {"remedy", device.remedy}});
     }
-    auto protocols = nlohmann::ordered_json::array();
+    auto protocols = Json::array();
     for (const ProtocolEntry& entry : protocol_table()) {
       protocols.push_back({{"name", entry.name}, {"what", entry.what}, {"baud", entry.baud}});
     }
-    const nlohmann::ordered_json all = {{"devices", list}, {"protocols", protocols}};
+    const Json all = {{"devices", list}, {"protocols", protocols}};
     std::fputs(json_text(all).c_str(), stdout);
     return kDone;
   }

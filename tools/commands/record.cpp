@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
@@ -180,7 +178,7 @@ int record(const RecordOptions& options) {
   }
   const auto counts = (*probe)->device_counts();
   if (options.json) {
-    const nlohmann::ordered_json summary = {
+    const Json summary = {
         {"file", options.file}, {"samples", written}, {"device", device_json(counts)}};
     std::fputs(json_text(summary).c_str(), stdout);
   } else {

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/sessions/session_reader.hpp"
@@ -70,24 +68,24 @@ std::string text_of(const SessionReader& session, const SessionReplay::Verdict& 
 }
 
 std::string json_of(const SessionReader& session, const SessionReplay::Verdict& verdict) {
-  const nlohmann::ordered_json json = {{"bit_identical", verdict.identical()},
-                                       {"difference", verdict.difference},
-                                       {"complete", session.complete()},
-                                       {"ticks", verdict.ticks},
-                                       {"spikes", verdict.spikes},
-                                       {"commands", verdict.commands},
-                                       {"held_ticks", verdict.held_ticks},
-                                       {"late_samples", verdict.late_samples},
-                                       {"gaps", verdict.gaps},
-                                       {"releases", verdict.releases},
-                                       {"spikes_uncompared", verdict.uncompared},
-                                       {"spikes_lost", verdict.losses.spikes},
-                                       {"ticks_lost", verdict.losses.ticks},
-                                       {"scene", session.fact("scene")},
-                                       {"version", session.fact("version")},
-                                       {"git_hash", session.fact("git_hash")},
-                                       {"simd_target", session.fact("simd_target")},
-                                       {"kernel", session.fact("kernel")}};
+  const Json json = {{"bit_identical", verdict.identical()},
+                     {"difference", verdict.difference},
+                     {"complete", session.complete()},
+                     {"ticks", verdict.ticks},
+                     {"spikes", verdict.spikes},
+                     {"commands", verdict.commands},
+                     {"held_ticks", verdict.held_ticks},
+                     {"late_samples", verdict.late_samples},
+                     {"gaps", verdict.gaps},
+                     {"releases", verdict.releases},
+                     {"spikes_uncompared", verdict.uncompared},
+                     {"spikes_lost", verdict.losses.spikes},
+                     {"ticks_lost", verdict.losses.ticks},
+                     {"scene", session.fact("scene")},
+                     {"version", session.fact("version")},
+                     {"git_hash", session.fact("git_hash")},
+                     {"simd_target", session.fact("simd_target")},
+                     {"kernel", session.fact("kernel")}};
   return json_text(json);
 }
 

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 namespace {
@@ -81,8 +81,7 @@ std::string afferent_text(std::vector<AfferentActivity> rows, bool all) {
   return text;
 }
 
-nlohmann::ordered_json afferent_json(const std::vector<AfferentActivity>& rows) {
-  using Json = nlohmann::ordered_json;
+Json afferent_json(const std::vector<AfferentActivity>& rows) {
   Json neurons = Json::array();
   for (const AfferentActivity& row : rows) {
     neurons.push_back(

@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -30,6 +29,6 @@ struct AfferentActivity {
 /// false: the ten most active
 [[nodiscard]] std::string afferent_text(std::vector<AfferentActivity> rows, bool all);
 /// The rows as JSON, in order of number; a missing contact rate is null.
-[[nodiscard]] nlohmann::ordered_json afferent_json(const std::vector<AfferentActivity>& rows);
+[[nodiscard]] Json afferent_json(const std::vector<AfferentActivity>& rows);
 
 }  // namespace merkel

@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
+
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -30,7 +31,7 @@ std::string fault_text(const RunCounters& counters) {
   return text;
 }
 
-void add_counters(nlohmann::ordered_json& json, const RunCounters& counters) {
+void add_counters(Json& json, const RunCounters& counters) {
   for (const auto& field : kRunCounterFields<>)
     json[std::string(field.name)] = counters.*field.cell;
 }

@@ -2,9 +2,8 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "core/records/run_counters.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -15,6 +14,6 @@ namespace merkel {
 [[nodiscard]] std::string fault_text(const RunCounters& counters);
 
 /// Adds every counter to a JSON object, under its name.
-void add_counters(nlohmann::ordered_json& json, const RunCounters& counters);
+void add_counters(Json& json, const RunCounters& counters);
 
 }  // namespace merkel

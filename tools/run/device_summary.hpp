@@ -3,9 +3,8 @@
 #include <optional>
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "drivers/probe.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 

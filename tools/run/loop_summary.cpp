@@ -1,14 +1,12 @@
 #include "tools/run/loop_summary.hpp"
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string_view name_of(LoopWait wait) { return wait == LoopWait::kHybrid ? "hybrid" : "sleep"; }
 

@@ -2,18 +2,17 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "realtime/pipeline.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
 /// The real-time performance of a run as text; empty for a run on the virtual clock.
 [[nodiscard]] std::string loop_text(const RunReport& report);
 /// The same as JSON; null for a run on the virtual clock.
-[[nodiscard]] nlohmann::ordered_json loop_json(const RunReport& report);
+[[nodiscard]] Json loop_json(const RunReport& report);
 /// {count, p50_us, p99_us, p99.9_us, max_us}; null if nothing was measured.
-[[nodiscard]] nlohmann::ordered_json latency_json(const LatencySummary& latency);
+[[nodiscard]] Json latency_json(const LatencySummary& latency);
 /// "p50 1.2, p99 3.4, p99.9 5.6, max 7.8 µs".
 [[nodiscard]] std::string latency_text(const LatencySummary& latency);
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
@@ -65,14 +64,12 @@ std::string handover_text(const Handover& counts) {
   return text;
 }
 
-void add_handover(nlohmann::ordered_json& json, const Handover& counts) {
+void add_handover(Json& json, const Handover& counts) {
   for (const auto& [name, count] : counts) json[std::string(name)] = count;
 }
 
 /// Quantities that the contact does not have, such as the radius of a flat tip, are null.
-nlohmann::ordered_json press_json(const Press& press, const TactileModel& model,
-                                  std::size_t indenter) {
-  using Json = nlohmann::ordered_json;
+Json press_json(const Press& press, const TactileModel& model, std::size_t indenter) {
   const ContactValidity validity = validity_of(press.contact, model.parameters().skin,
                                                model.parameters().indenters[indenter].radius_mm);
   const bool round = press.contact.touching();
@@ -91,7 +88,7 @@ nlohmann::ordered_json press_json(const Press& press, const TactileModel& model,
           {"validity", press.touching() ? Json(contact_sentence(press, model, indenter)) : Json()}};
 }
 
-nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
+Json plan_part(const Plan& plan, const RunReport& report) {
   return {{"method", name_of(plan.chosen.method)},
           {"precision", name_of(plan.chosen.precision)},
           {"step_us", units::us_from(plan.chosen.step)},
@@ -101,7 +98,7 @@ nlohmann::ordered_json plan_part(const Plan& plan, const RunReport& report) {
           {"measured_tick_us", measured_tick_us(report)}};
 }
 
-nlohmann::ordered_json both_json(const std::optional<ForceAndDepth>& both) {
+Json both_json(const std::optional<ForceAndDepth>& both) {
   if (!both) return {};
   return {{"force_N", both->force_N},
           {"depth_mm", both->depth_mm},
@@ -109,7 +106,7 @@ nlohmann::ordered_json both_json(const std::optional<ForceAndDepth>& both) {
           {"ratio", both->ratio()}};
 }
 
-nlohmann::ordered_json timing_json(const RunReport::OfProbe& probe) {
+Json timing_json(const RunReport::OfProbe& probe) {
   if (!probe.timing) return {};
   return {{"period_ms", units::ms_from(probe.timing->period)},
           {"jitter_ms", units::ms_from(probe.timing->jitter)},
@@ -187,7 +184,6 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
 }
 
 std::string summary_json(const RunReport& report, const TactileModel& model, const Plan* plan) {
-  using Json = nlohmann::ordered_json;
   Json probes = Json::array();
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];

@@ -204,18 +204,18 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       send_until(place + kStep);
       continue;
     }
-    if (position_.hold) switch_off(StimulationCommand::Stop::kGap);
-    if (!position_.hold && place < extent_.end) place += now - last;
+    if (position_.paused) switch_off(StimulationCommand::Stop::kGap);
+    if (!position_.paused && place < extent_.end) place += now - last;
     last = now;
     if (place >= extent_.end) {
       if (!wait_at_end) break;
       // Resuming at the end starts again from the beginning.
-      if (std::exchange(at_end, true) && !position_.hold) {
+      if (std::exchange(at_end, true) && !position_.paused) {
         position_.seek_s.store(0.0);
         at_end = false;
         continue;
       }
-      position_.hold.store(true);
+      position_.paused.store(true);
     }
     while (!ended_ && (ticks_.empty() || ticks_.back().time <= place)) {
       if (auto read = read_until(place); !read) return read;

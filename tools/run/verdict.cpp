@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "tools/json_text.hpp"
 #include "tools/run/force_and_depth.hpp"
 
 namespace merkel {
@@ -24,19 +24,19 @@ double share(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
 }
 
-class Judge {
+class RunChecks {
  public:
-  Judge(const RunReport& report, const TactileModel& model)
+  RunChecks(const RunReport& report, const TactileModel& model)
       : report_(report), model_(model), tick_s_(units::s_from(model.parameters().tick)) {}
 
   std::vector<Finding> findings() {
     for (std::size_t i = 0; i < report_.probes.size(); ++i) {
-      judge_probe(report_.probes[i]);
-      judge_press(i);
+      check_probe(report_.probes[i]);
+      check_press(i);
     }
-    judge_loop();
-    for (const RunReport::OfSink& sink : report_.sinks) judge_sink(sink);
-    judge_stimulation();
+    check_loop();
+    for (const RunReport::OfSink& sink : report_.sinks) check_sink(sink);
+    check_stimulation();
     std::stable_sort(findings_.begin(), findings_.end(), [](const Finding& a, const Finding& b) {
       return a.severity != b.severity ? a.severity > b.severity : a.weight > b.weight;
     });
@@ -49,14 +49,14 @@ class Judge {
     findings_.push_back({severity, weight, std::move(what), std::move(remedy)});
   }
 
-  void judge_probe(const RunReport::OfProbe& probe) {
+  void check_probe(const RunReport::OfProbe& probe) {
     if (!probe.device && !probe.timing) return;  // recordings lose nothing
-    judge_touch(probe);
-    judge_samples(probe);
-    if (probe.device) judge_device(probe, *probe.device);
+    check_touch(probe);
+    check_samples(probe);
+    if (probe.device) check_device(probe, *probe.device);
   }
 
-  void judge_press(std::size_t i) {
+  void check_press(std::size_t i) {
     const RunReport::OfProbe& probe = report_.probes[i];
     const Press& press = model_.deepest()[i];
     if (!press.touching()) return;
@@ -83,7 +83,7 @@ class Judge {
     }
   }
 
-  void judge_touch(const RunReport::OfProbe& probe) {
+  void check_touch(const RunReport::OfProbe& probe) {
     const double released_s = static_cast<double>(probe.counts.released_ticks) * tick_s_;
     const double outage_s = probe.device ? units::s_from(probe.device->outage) : 0.0;
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
@@ -103,7 +103,7 @@ class Judge {
     }
   }
 
-  void judge_samples(const RunReport::OfProbe& probe) {
+  void check_samples(const RunReport::OfProbe& probe) {
     const double held = share(probe.counts.held_ticks, report_.ticks);
     if (held > kMuch) {
       const auto needed = probe.timing ? probe.timing->delay : nanoseconds{0};
@@ -134,7 +134,7 @@ class Judge {
     }
   }
 
-  void judge_device(const RunReport::OfProbe& probe, const DeviceCounts& device) {
+  void check_device(const RunReport::OfProbe& probe, const DeviceCounts& device) {
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
@@ -157,7 +157,7 @@ class Judge {
     }
   }
 
-  void judge_loop() {
+  void check_loop() {
     const std::uint64_t all = report_.ticks + report_.skipped_ticks;
     if (report_.skipped_ticks > 0) {
       const double skipped = share(report_.skipped_ticks, all);
@@ -181,7 +181,7 @@ class Judge {
     }
   }
 
-  void judge_sink(const RunReport::OfSink& sink) {
+  void check_sink(const RunReport::OfSink& sink) {
     if (!sink.error_message.empty()) {
       add(Severity::kFailure, 1.0, fmt::format("{} failed: {}", sink.uri, sink.error_message),
           "fix the cause and run again; the spikes before the failure were delivered");
@@ -195,7 +195,7 @@ class Judge {
     }
   }
 
-  void judge_stimulation() {
+  void check_stimulation() {
     if (report_.commands_dropped == 0) return;
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
         fmt::format("{} of {} stimulation commands were lost, so stimulation was stopped",
@@ -224,7 +224,7 @@ std::string_view name_of(Severity severity) {
 }  // namespace
 
 std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& model) {
-  return Judge(report, model).findings();
+  return RunChecks(report, model).findings();
 }
 
 std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
@@ -240,8 +240,8 @@ std::string verdict_text(const std::vector<Finding>& findings, const RunReport& 
   return text;
 }
 
-nlohmann::ordered_json verdict_json(const std::vector<Finding>& findings) {
-  auto list = nlohmann::ordered_json::array();
+Json verdict_json(const std::vector<Finding>& findings) {
+  auto list = Json::array();
   for (const Finding& finding : findings) {
     list.push_back({{"severity", name_of(finding.severity)},
                     {"finding", finding.sentence},

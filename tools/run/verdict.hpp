@@ -3,10 +3,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -32,7 +31,7 @@ struct Finding {
 /// The findings as text, one per line; without findings, a line that all went well.
 [[nodiscard]] std::string verdict_text(const std::vector<Finding>& findings,
                                        const RunReport& report);
-[[nodiscard]] nlohmann::ordered_json verdict_json(const std::vector<Finding>& findings);
+[[nodiscard]] Json verdict_json(const std::vector<Finding>& findings);
 
 /// True if a run with these findings has failed. \param strict  any loss is a failure
 [[nodiscard]] bool failed(const std::vector<Finding>& findings, bool strict);

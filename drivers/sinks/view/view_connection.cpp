@@ -21,7 +21,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 
-constexpr std::chrono::seconds kPatience{5};  ///< limit for a request and for its response
+constexpr std::chrono::seconds kRequestTimeout{5};  ///< limit for a request and for its response
 
 std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -80,7 +80,7 @@ ViewConnection::~ViewConnection() {
 }
 
 void ViewConnection::serve() {
-  stream_.expires_after(kPatience);
+  stream_.expires_after(kRequestTimeout);
   http::async_read(stream_, input_, parser_,
                    [self = shared_from_this()](beast::error_code error, std::size_t) {
                      if (!error) self->answer();
@@ -111,7 +111,7 @@ void ViewConnection::answer() {
     response_.body() = "too many pages are open: close some of them\n";
     response_.prepare_payload();
   }
-  stream_.expires_after(kPatience);
+  stream_.expires_after(kRequestTimeout);
   http::async_write(stream_, response_,
                     [self = shared_from_this()](beast::error_code, std::size_t) {
                       beast::error_code ignored;

@@ -48,7 +48,7 @@ void ViewDesk::tare(std::uint32_t probe) {
   RunControl* const control = control_.load();
   const std::string name = "probe " + std::to_string(probe + 1);
   if (control == nullptr || !control->tare(probe)) {
-    return notice(name + " cannot be tared: it is a recording or does not exist");
+    return notice(name + " cannot be tared: it is a recording or simulation, or does not exist");
   }
   mark("tare " + name);
 }
@@ -62,7 +62,7 @@ void ViewDesk::mark(std::string label) {
 
 void ViewDesk::record(bool on) {
   if (!recording_) return notice("cannot record: this is not a live run");
-  recording_->want(on);
+  recording_->request(on);
 }
 
 void ViewDesk::carry_out(const ViewRequest& request) {
@@ -80,9 +80,9 @@ void ViewDesk::carry_out(const ViewRequest& request) {
     case Kind::kSeek:
       if (session_) session_->seek_s.store(request.time_s);
       return;
-    case Kind::kHold:
+    case Kind::kPause:
     case Kind::kPlay:
-      if (session_) session_->hold.store(request.kind == Kind::kHold);
+      if (session_) session_->paused.store(request.kind == Kind::kPause);
       return;
   }
 }

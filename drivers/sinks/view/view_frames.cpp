@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "drivers/files/raw_bytes.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/session_position.hpp"
 
@@ -26,15 +27,12 @@ constexpr std::size_t kLongestNews = 16'384;
 constexpr std::size_t kMostStates = 16;  ///< probes that fit into the states of a point
 constexpr double kBinsPerDecade = 8.0;
 
-template <class T>
-void append(std::string& bytes, T value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+void append_float(std::string& bytes, double value) {
+  append_raw(bytes, static_cast<float>(value));
 }
 
-void append_float(std::string& bytes, double value) { append(bytes, static_cast<float>(value)); }
-
 void append_count(std::string& bytes, std::size_t count) {
-  append(bytes, static_cast<std::uint32_t>(count));
+  append_raw(bytes, static_cast<std::uint32_t>(count));
 }
 
 std::size_t latency_bin(nanoseconds latency) {
@@ -174,17 +172,17 @@ void ViewFrames::add_news(const nlohmann::json& event) {
 std::string ViewFrames::take(std::uint32_t flags) {
   std::string bytes;
   bytes.reserve(512 + 8 * spikes_.size() + 4 * point_values_.size() + 8 * points_.size());
-  append(bytes, ++number_);
-  append(bytes, flags);
-  append(bytes, origin_ ? units::s_from(*origin_) : 0.0);
-  append(bytes, since_start_s(sent_));
-  append(bytes, since_start_s(newest_));
+  append_raw(bytes, ++number_);
+  append_raw(bytes, flags);
+  append_raw(bytes, origin_ ? units::s_from(*origin_) : 0.0);
+  append_raw(bytes, since_start_s(sent_));
+  append_raw(bytes, since_start_s(newest_));
   append_counters(bytes);
   append_probes(bytes);
   append_points(bytes);
   append_spikes(bytes);
   append_count(bytes, latency_.size());
-  for (const std::uint32_t ticks : latency_) append(bytes, ticks);
+  for (const std::uint32_t ticks : latency_) append_raw(bytes, ticks);
   append_watched(bytes);
   append_electrodes(bytes);
   const std::string news = news_.empty() ? "" : "[" + news_ + "]";
@@ -205,9 +203,9 @@ std::string ViewFrames::take(std::uint32_t flags) {
 void ViewFrames::append_counters(std::string& bytes) const {
   append_count(bytes, kRunCounterFields<>.size() + 1);
   for (const auto& field : kRunCounterFields<>) {
-    append(bytes, static_cast<double>(status_.counters.*field.cell));
+    append_raw(bytes, static_cast<double>(status_.counters.*field.cell));
   }
-  append(bytes, static_cast<double>(status_.losses.spikes + status_.losses.ticks + skipped_));
+  append_raw(bytes, static_cast<double>(status_.losses.spikes + status_.losses.ticks + skipped_));
 }
 
 void ViewFrames::append_probes(std::string& bytes) const {
@@ -218,8 +216,8 @@ void ViewFrames::append_probes(std::string& bytes) const {
     append_float(bytes, probe.press.x_mm);
     append_float(bytes, probe.press.y_mm);
     append_float(bytes, probe.press.contact.contact_radius_mm);
-    append(bytes, static_cast<std::uint32_t>(probe.state) | static_cast<std::uint32_t>(probe.link)
-                                                                << 8U);
+    append_raw(bytes, static_cast<std::uint32_t>(probe.state) |
+                          static_cast<std::uint32_t>(probe.link) << 8U);
   }
 }
 
@@ -228,8 +226,8 @@ void ViewFrames::append_points(std::string& bytes) const {
   const std::size_t values = 2 * probes_.size();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     append_float(bytes, units::s_from(newest_ - points_[i].time));
-    append(bytes, points_[i].states);
-    for (std::size_t k = 0; k < values; ++k) append(bytes, point_values_[i * values + k]);
+    append_raw(bytes, points_[i].states);
+    for (std::size_t k = 0; k < values; ++k) append_raw(bytes, point_values_[i * values + k]);
   }
 }
 
@@ -238,7 +236,7 @@ void ViewFrames::append_spikes(std::string& bytes) const {
   append_count(bytes, spikes_.size());
   for (const Spike& spike : spikes_) {
     append_float(bytes, units::s_from(newest_ - spike.time));
-    append(bytes, spike.neuron);
+    append_raw(bytes, spike.neuron);
   }
 }
 
@@ -254,14 +252,14 @@ void ViewFrames::append_watched(std::string& bytes) const {
   append_count(bytes, numbers.size());
   for (const std::uint32_t number : numbers) {
     const auto of_neuron = [number](const NeuronSample& sample) { return sample.neuron == number; };
-    append(bytes, number);
+    append_raw(bytes, number);
     append_count(bytes, static_cast<std::size_t>(
                             std::count_if(watched_.begin(), watched_.end(), of_neuron)));
     for (const NeuronSample& sample : watched_) {
       if (!of_neuron(sample)) continue;
       append_float(bytes, units::s_from(newest_ - sample.time));
-      append(bytes, sample.drive);
-      append(bytes, sample.potential);
+      append_raw(bytes, sample.drive);
+      append_raw(bytes, sample.potential);
     }
   }
 }
@@ -271,8 +269,8 @@ void ViewFrames::append_electrodes(std::string& bytes) const {
   for (const Stimulation& electrode : electrodes_) {
     append_float(bytes, electrode.amplitude_uA);
     append_float(bytes, electrode.frequency_Hz);
-    append(bytes, static_cast<std::uint32_t>(electrode.stop));
-    append(bytes, electrode.pulses);
+    append_raw(bytes, static_cast<std::uint32_t>(electrode.stop));
+    append_raw(bytes, electrode.pulses);
   }
 }
 

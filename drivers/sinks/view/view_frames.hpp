@@ -45,7 +45,7 @@ class ViewFrames {
   static constexpr std::size_t kLatencyBins = 40;
   enum Flag : std::uint32_t {
     kOver = 1U << 0U,       ///< the run has ended
-    kForget = 1U << 1U,     ///< time has jumped: discard earlier data
+    kDiscard = 1U << 1U,    ///< time has jumped: discard earlier data
     kRecording = 1U << 2U,  ///< a session is being recorded on request
     kStill = 1U << 3U,      ///< a paused replay
   };

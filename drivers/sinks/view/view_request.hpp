@@ -16,9 +16,9 @@ namespace merkel {
 ///   mark LABEL              mark this instant with a label of at most kLongestLabel bytes
 ///   record start | stop     record a session
 ///   seek SECONDS            replay only: go to a time
-///   hold | play             replay only: pause; continue
+///   pause | play            replay only: pause; continue
 struct ViewRequest {
-  enum class Kind { kWatch, kTare, kMark, kRecordStart, kRecordStop, kSeek, kHold, kPlay };
+  enum class Kind { kWatch, kTare, kMark, kRecordStart, kRecordStop, kSeek, kPause, kPlay };
   static constexpr std::size_t kMostWatched = 4;
   static constexpr std::size_t kLongestLabel = 200;
 

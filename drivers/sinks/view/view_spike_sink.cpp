@@ -105,9 +105,9 @@ class ViewSpikeSink final : public SpikeSink {
   void send(std::uint32_t flags) {
     for (const std::string& sentence : desk_->take_notices()) frames_.add_notice(sentence);
     if (desk_->recording()) flags |= ViewFrames::kRecording;
-    if (desk_->session() != nullptr && desk_->session()->hold) flags |= ViewFrames::kStill;
+    if (desk_->session() != nullptr && desk_->session()->paused) flags |= ViewFrames::kStill;
     const bool first = std::exchange(forget_, false);
-    if (first) flags |= ViewFrames::kForget;
+    if (first) flags |= ViewFrames::kDiscard;
     if (const RunControl* const control = desk_->control()) frames_.set_links(*control);
     server_->publish(frames_.take(flags), first);
   }

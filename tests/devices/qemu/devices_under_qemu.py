@@ -237,7 +237,7 @@ def json_of(out):
     return json.loads("\n".join(line for line in out.splitlines() if not line.startswith("@@")))
 
 
-def judge(parts):
+def check_parts(parts):
     def device(name):
         code, out, err = parts.get(name, (-1, "", "it did not run"))
         print(f"{name}:")
@@ -347,7 +347,7 @@ def main():
                 probe.terminate()
     if arguments.console or not machine.parts():
         print("\n".join(machine.lines))
-    judge(machine.parts())
+    check_parts(machine.parts())
     print(f"kernel {os.path.basename(kernel)}: prepared in {prepared - started:.1f} s, examined in "
           f"{time.monotonic() - prepared:.1f} s")
     print(f"{len(FAILURES)} checks FAILED" if FAILURES else "all passed")

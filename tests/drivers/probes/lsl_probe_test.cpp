@@ -118,7 +118,9 @@ Expected<std::unique_ptr<Probe>, SetupError> open_and_lose_outlet(const std::str
   const Outlet outlet(name);
   auto probe = open("lsl:" + name);
   EXPECT_TRUE(probe) << probe.error().sentence;
-  if (probe) EXPECT_GE(read(**probe, 20).size(), 20U);
+  if (probe) {
+    EXPECT_GE(read(**probe, 20).size(), 20U);
+  }
   return probe;
 }
 

@@ -238,7 +238,7 @@ TEST(SessionOnRequest, RecordsStimulationCommands) {
                   .allow_remote = false,
                   .run = {.scene = "paper", .facts = {{"scene_text", ""}}, .model = {}}});
   EXPECT_NE(sink->subscriptions() & SpikeSink::kStimulation, 0U);
-  recording->want(true);
+  recording->request(true);
   EXPECT_TRUE(sink->flush());
   EXPECT_TRUE(recording->recording());
   EXPECT_TRUE(sink->write_commands(kCommands));

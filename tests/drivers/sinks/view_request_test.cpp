@@ -20,7 +20,7 @@ TEST(ViewRequest, ReadsEveryRequest) {
   EXPECT_EQ(ViewRequest::parse("record start")->kind, Kind::kRecordStart);
   EXPECT_EQ(ViewRequest::parse("record stop")->kind, Kind::kRecordStop);
   EXPECT_EQ(ViewRequest::parse("seek 12.5")->time_s, 12.5);
-  EXPECT_EQ(ViewRequest::parse("hold")->kind, Kind::kHold);
+  EXPECT_EQ(ViewRequest::parse("pause")->kind, Kind::kPause);
   EXPECT_EQ(ViewRequest::parse("play")->kind, Kind::kPlay);
 }
 
@@ -28,7 +28,7 @@ TEST(ViewRequest, OnlyWhatChangesARunOrItsRecordingSteers) {
   for (const char* const text : {"tare 0", "mark x", "record start", "record stop"}) {
     EXPECT_TRUE(ViewRequest::parse(text)->steers()) << text;
   }
-  for (const char* const text : {"watch 1", "seek 1", "hold", "play"}) {
+  for (const char* const text : {"watch 1", "seek 1", "pause", "play"}) {
     EXPECT_FALSE(ViewRequest::parse(text)->steers()) << text;
   }
 }
@@ -55,7 +55,7 @@ TEST(ViewRequest, RefusesEverythingElse) {
                                  "seek -1",
                                  "seek 1e300",
                                  "seek 1s",
-                                 "hold 1",
+                                 "pause 1",
                                  "HOLD"}) {
     EXPECT_FALSE(ViewRequest::parse(text)) << text;
   }
@@ -75,7 +75,9 @@ TEST(ViewRequest, TakesAnyBytes) {
       text += alphabet[random.next() % alphabet.size()];
     }
     const auto request = ViewRequest::parse(text);
-    if (request) EXPECT_LE(request->neurons.size(), ViewRequest::kMostWatched);
+    if (request) {
+      EXPECT_LE(request->neurons.size(), ViewRequest::kMostWatched);
+    }
   }
 }
 

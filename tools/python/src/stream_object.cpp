@@ -35,7 +35,7 @@ class StreamObject::Use {
 };
 
 StreamObject::StreamObject(Scene scene)
-    : scene_(std::move(scene)), begun_(scene_.probes.size(), false) {
+    : scene_(std::move(scene)), started_(scene_.probes.size(), false) {
   for (const Scene::OfProbe& probe : scene_.probes) {
     channels_.push_back(probe.control == Indenter::Control::kForce
                             ? std::uint32_t{ProbeSample::kForce}
@@ -59,17 +59,17 @@ void StreamObject::announce(std::size_t probe, std::uint32_t channels) {
   if ((channels & kPresses) == 0U) {
     throw Error("the sample has neither depth nor force: pass depth_mm or force_N");
   }
-  if (begun_[probe]) {
+  if (started_[probe]) {
     if (((channels ^ channels_[probe]) & kPresses) != 0U) {
       throw Error("all samples of a probe must have the same channels (depth_mm, force_N or both)");
     }
     return;
   }
   if (((channels ^ channels_[probe]) & kPresses) == 0U) {
-    begun_[probe] = true;
+    started_[probe] = true;
     return;
   }
-  if (std::find(begun_.begin(), begun_.end(), true) != begun_.end()) {
+  if (std::find(started_.begin(), started_.end(), true) != started_.end()) {
     throw Error(
         "all probes of a stream must measure the same channels (depth_mm, force_N or both): set probe.control "
         "in the scene");
@@ -82,7 +82,7 @@ void StreamObject::announce(std::size_t probe, std::uint32_t channels) {
     channels_ = before;
     throw;
   }
-  begun_[probe] = true;
+  started_[probe] = true;
 }
 
 py::array_t<SpikeRow> StreamObject::array(std::span<const SpikeEvent> spikes) {

@@ -44,7 +44,7 @@ class StreamObject {
 
   Scene scene_;
   std::vector<std::uint32_t> channels_;  ///< of each probe's first sample, or expected of it
-  std::vector<bool> begun_;              ///< a sample of the probe was taken
+  std::vector<bool> started_;            ///< a sample of the probe was taken
   std::optional<SampleStream> stream_;
   std::vector<SpikeRow> rows_;
   pybind11::array_t<SpikeRow> none_{0};  ///< what a push without spikes returns

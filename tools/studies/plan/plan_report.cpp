@@ -3,7 +3,6 @@
 #include <utility>
 
 #include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
@@ -80,7 +79,6 @@ std::string plan_text(const Plan& plan) {
 }
 
 std::string plan_json(const Plan& plan) {
-  using Json = nlohmann::ordered_json;
   const auto option_json = [](const PlanOption& option) {
     return Json{{"method", name_of(option.method)},
                 {"precision", name_of(option.precision)},

@@ -8,17 +8,9 @@
 #include <unistd.h>
 
 #include "tools/child_process.hpp"
+#include "tools/studies/report/plot_scripts.hpp"
 
 namespace merkel {
-
-/// Name and text of a plot script; the table is generated from tools/plots/*.py.
-struct PlotScript {
-  const char* name;
-  const char* text;
-};
-extern const PlotScript kPlotScripts[];
-extern const std::size_t kPlotScriptCount;
-
 namespace {
 
 /// Prefers Debian's interpreter, because other ones do not see Debian's packages.

@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kWindow_ms = 5.0;
 
-using Trains = std::map<std::pair<std::uint16_t, std::uint32_t>, std::vector<double>>;
+using NumberedTrains = std::map<std::pair<std::uint16_t, std::uint32_t>, std::vector<double>>;
 
-Trains trains_of(std::span<const SpikeEvent> spikes) {
-  Trains trains;
+NumberedTrains trains_of(std::span<const SpikeEvent> spikes) {
+  NumberedTrains trains;
   for (const SpikeEvent& spike : spikes) {
     trains[{spike.patch, spike.neuron}].push_back(units::ms_from(spike.time));
   }
@@ -27,8 +27,8 @@ Trains trains_of(std::span<const SpikeEvent> spikes) {
 
 SpikeTrainError spike_train_error(std::span<const SpikeEvent> spikes,
                                   std::span<const SpikeEvent> reference) {
-  Trains ours = trains_of(spikes);
-  Trains theirs = trains_of(reference);
+  NumberedTrains ours = trains_of(spikes);
+  NumberedTrains theirs = trains_of(reference);
   for (const auto& [neuron, train] : ours) theirs[neuron];
   SpikeTrainError error;
   std::vector<double> distances;

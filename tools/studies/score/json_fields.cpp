@@ -19,13 +19,13 @@ JsonFields::JsonFields(const Json& object, std::string name)
   if (!object.is_object()) refuse_field(name_, "must be an object with named fields");
 }
 
-const JsonFields::Json* JsonFields::find(const std::string& key) {
+const Json* JsonFields::find(const std::string& key) {
   known_.push_back(key);
   const auto found = object_.find(key);
   return found == object_.end() ? nullptr : &*found;
 }
 
-const JsonFields::Json& JsonFields::need(const std::string& key) {
+const Json& JsonFields::need(const std::string& key) {
   const Json* const found = find(key);
   if (found == nullptr) refuse_field(full(key), "is missing");
   return *found;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -18,8 +18,6 @@ struct JsonFault {
 /// All throw JsonFault.
 class JsonFields {
  public:
-  using Json = nlohmann::ordered_json;
-
   JsonFields(const Json& object, std::string name);
 
   [[nodiscard]] std::string full(const std::string& key) const {

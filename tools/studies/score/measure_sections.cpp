@@ -9,8 +9,6 @@
 namespace merkel {
 namespace {
 
-using Json = JsonFields::Json;
-
 void read_tip(JsonFields& fields, Indenter& indenter) {
   const std::string tip = fields.text("tip");
   if (tip.empty() || tip == "sphere") {

@@ -9,8 +9,6 @@
 namespace merkel {
 namespace {
 
-using Json = JsonFields::Json;
-
 /// Calls `read` for the section's object, or for each of a list of objects.
 template <class Read>
 void for_each_object(JsonFields& root, const std::string& section, Read read) {

@@ -9,8 +9,6 @@
 namespace merkel {
 namespace {
 
-using Json = JsonFields::Json;
-
 /// Reads the timing of the press, common to all sections.
 void read_timing(JsonFields& fields, Stimulus& stimulus) {
   stimulus.ramp_s = 1e-3 * fields.number("ramp_ms", 1e3 * stimulus.ramp_s);

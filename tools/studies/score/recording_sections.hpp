@@ -28,7 +28,7 @@ void read_trials(JsonFields fields, const std::string& cite, Recordings& recordi
 double read_bars(JsonFields& fields, Indenter& indenter);
 
 /// Reads one number per x. \param field  for messages.  \param x_name  the list of x values
-[[nodiscard]] std::vector<double> series(const JsonFields::Json& values, const std::string& field,
+[[nodiscard]] std::vector<double> series(const Json& values, const std::string& field,
                                          std::size_t count, const std::string& x_name);
 
 }  // namespace merkel

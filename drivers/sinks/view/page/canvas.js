@@ -74,8 +74,8 @@ const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arro
 /// \param describe  (x, y) → text.  \param choose  (x, y, event): a click or Enter
 export function follow(canvas, output, { describe, choose = () => {} }) {
   let place = null;
-  const tell = () => { if (place) output.textContent = describe(place.x, place.y); };
-  canvas.addEventListener('pointermove', (event) => { place = { x: event.offsetX, y: event.offsetY }; tell(); });
+  const update = () => { if (place) output.textContent = describe(place.x, place.y); };
+  canvas.addEventListener('pointermove', (event) => { place = { x: event.offsetX, y: event.offsetY }; update(); });
   canvas.addEventListener('click', (event) => choose(event.offsetX, event.offsetY, event));
   for (const gone of ['pointerleave', 'blur']) {
     canvas.addEventListener(gone, () => { place = null; output.textContent = ''; });
@@ -87,8 +87,8 @@ export function follow(canvas, output, { describe, choose = () => {} }) {
     const width = canvas.clientWidth, height = canvas.clientHeight, by = event.shiftKey ? 40 : 8;
     const from = place ?? { x: width / 2, y: height / 2 };
     place = { x: Math.min(width - 1, Math.max(0, from.x + step[0] * by)), y: Math.min(height - 1, Math.max(0, from.y + step[1] * by)) };
-    tell();
+    update();
     event.preventDefault();
   });
-  return { tell, place: () => place };
+  return { update, place: () => place };
 }

@@ -16,8 +16,8 @@ function takeToken() {
 
 export class Connection {
   /// \param handlers  {hello(scene), frame(buffer), state(name)}; state is 'connecting', 'live' or 'lost'
-  constructor(told) {
-    this.told = told;
+  constructor(handlers) {
+    this.handlers = handlers;
     this.wait_ms = kFirstWait_ms;
     this.token = takeToken();
     this.#connect();
@@ -33,13 +33,13 @@ export class Connection {
     this.socket = new WebSocket(`ws://${location.host}/socket${query}`);
     this.socket.binaryType = 'arraybuffer';
     this.socket.onmessage = ({ data }) => {
-      if (typeof data !== 'string') { this.told.frame(data); return; }
+      if (typeof data !== 'string') { this.handlers.frame(data); return; }
       this.wait_ms = kFirstWait_ms;
-      this.told.hello(JSON.parse(data));
-      this.told.state('live');
+      this.handlers.hello(JSON.parse(data));
+      this.handlers.state('live');
     };
     this.socket.onclose = () => {
-      this.told.state('lost');
+      this.handlers.state('lost');
       setTimeout(() => this.#connect(), this.wait_ms);
       this.wait_ms = Math.min(this.wait_ms * 1.5, kLongestWait_ms);
     };

@@ -16,7 +16,7 @@ export class Controls {
       byId('mark-label').value = '';
     });
     byId('record').addEventListener('click', () => send('record', this.recording ? 'stop' : 'start'));
-    byId('play').addEventListener('click', () => send(this.still ? 'play' : 'hold'));
+    byId('play').addEventListener('click', () => send(this.still ? 'play' : 'pause'));
     const slider = byId('seek');
     slider.addEventListener('input', () => { this.dragging = true; this.#showPlace(Number(slider.value)); });
     slider.addEventListener('change', () => { this.dragging = false; send('seek', slider.value); });

@@ -26,7 +26,7 @@ export class Electrodes {
   take(frame) {
     frame.electrodes.forEach((electrode, i) => {
       const { amplitude, pulses, stop } = electrode, recent = this.recent[i];
-      if (stop || frame.forget || (recent.length && frame.t < recent.at(-1).t)) recent.length = 0;
+      if (stop || frame.discard || (recent.length && frame.t < recent.at(-1).t)) recent.length = 0;
       if (pulses && !stop) recent.push({ t: frame.t, pulses, amplitude });
       while (recent.length && recent[0].t <= frame.t - kPulses_s) recent.shift();
       electrode.counted = recent.reduce((sum, each) => sum + each.pulses, 0);

@@ -88,7 +88,7 @@ export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
   if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Press Play to continue; drag the slider to seek.' };
   const touching = scene.probes.filter((probe, i) => frame.probes[i].depth > 0);
   const what = scene.session ? 'Replay' : 'Connected';
-  if (frame.probes.every((p) => p.state === kEnded)) return { level: 'over', title: 'Recording ended', advice: 'The last sample is held.' };
+  if (frame.probes.every((p) => p.state === kEnded)) return { level: 'over', title: 'Press ended', advice: 'The last sample is held.' };
   return touching.length
     ? { level: 'good', title: `${what}, pressing`, advice: scene.probes.length > 1 ? quoted(touching.map((p) => p.name)) : '' }
     : { level: 'good', title: `${what}, not touching`, advice: '' };

@@ -37,7 +37,7 @@ export class Columns {
     }
     return low;
   }
-  forgetBefore(t) { this.begin = this.firstAfter(t); }
+  discardBefore(t) { this.begin = this.firstAfter(t); }
   #makeRoom(count) {
     if (this.length + count > kMostRows) this.begin += kMostRows >> 2;
     const grow = this.begin < this.t.length / 2 && this.t.length < kMostRows;
@@ -78,7 +78,7 @@ export class History {
 
   /// Takes a frame. \param keepFrom  start of the data to keep while the page is paused
   add(frame, keepFrom = frame.t) {
-    if (frame.forget || (this.started && frame.t < this.t)) this.clear();
+    if (frame.discard || (this.started && frame.t < this.t)) this.clear();
     if (this.started && frame.from > this.t + 1e-9) {
       const lost = frame.number - this.number - 1;
       this.spans.push({ from: this.t, to: frame.from, kind: 'missed', label: `${lost} frame${lost > 1 ? 's' : ''} missed by this page` });
@@ -94,9 +94,9 @@ export class History {
     }
     for (const item of frame.news) this.#addNews(item);
     const old = Math.min(keepFrom, frame.t) - kKept_s;
-    this.points.forgetBefore(old);
-    this.spikes.forgetBefore(old);
-    for (const columns of this.watched.values()) columns.forgetBefore(old);
+    this.points.discardBefore(old);
+    this.spikes.discardBefore(old);
+    for (const columns of this.watched.values()) columns.discardBefore(old);
     this.spans = this.spans.filter((span) => span.to >= old);
   }
 

@@ -90,7 +90,7 @@ class Page {
   take(frame) {
     this.frame = frame;
     this.received_ms = performance.now();
-    if (frame.forget && this.paused) this.togglePause();
+    if (frame.discard && this.paused) this.togglePause();
     this.history.add(frame, this.paused ? this.paused.t : frame.t);
     this.trend.add(frame);
     this.electrodes.take(frame);
@@ -142,7 +142,7 @@ class Page {
       this.electrodes.show(frame);
     }
     this.#drawPictures(frame, time);
-    this.readings.forEach((reading) => reading.tell());
+    this.readings.forEach((reading) => reading.update());
     if (due(this.counted_ms, kCounters_ms)) {
       this.counted_ms = started;
       this.#showCounters();
@@ -217,7 +217,7 @@ class Page {
   }
   showPause() {
     byId('pause').setAttribute('aria-pressed', this.paused !== null);
-    byId('pause').textContent = this.paused ? 'Resume' : 'Pause';
+    byId('pause').textContent = this.paused ? 'Resume view' : 'Pause view';
     this.dirty = true;
   }
 }

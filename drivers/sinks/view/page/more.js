@@ -58,7 +58,7 @@ export class Latency {
     bins.forEach((n, i) => { if (n > 0) { const tall = Math.max(2, Math.log10(n + 1) / most * (h - 4)); c.fillRect(i * w + 1, h - tall, w - 2, tall); } });
     c.fillStyle = css('--soft'); c.textBaseline = 'bottom'; c.textAlign = 'left';
     ['1 µs', '10 µs', '100 µs', '1 ms', '10 ms'].forEach((text, i) => c.fillText(text, i * 8 * w, height));
-    if (this.reading.place()) { this.reading.tell(); return; }
+    if (this.reading.place()) { this.reading.update(); return; }
     const all = bins.some((n) => n > 0);
     byId('latency-value').textContent = all ? `median ${duration(quantile_us(bins, 0.5))}, 99th percentile ${duration(quantile_us(bins, 0.99))}` : '';
   }

@@ -13,7 +13,7 @@ namespace merkel {
 /// an outlier. If outliers persist for 60 ms, or if frames stay late by more than 25 ms for 60 ms
 /// without catching up, the clock has jumped and must be anchored anew. A burst of delayed frames
 /// is late but valid. Real-time: no. Thread: probe.
-class ArrivalJudge {
+class ArrivalCheck {
  public:
   enum class Verdict : std::uint8_t {
     kGood,
@@ -23,7 +23,7 @@ class ArrivalJudge {
 
   /// \param estimate  estimated host time of the measurement
   /// \param tolerance  largest time that a valid estimate may lie after the arrival
-  Verdict judge(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
+  Verdict check(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
                 std::chrono::nanoseconds tolerance) noexcept;
   /// Resets the state: the clock is mapped anew.
   void restart() noexcept;

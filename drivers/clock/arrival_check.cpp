@@ -1,4 +1,4 @@
-#include "drivers/clock/arrival_judge.hpp"
+#include "drivers/clock/arrival_check.hpp"
 
 #include <algorithm>
 
@@ -11,26 +11,26 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kBack{2};   ///< largest step back between frames
 constexpr milliseconds kLate{25};  ///< longest latency of a transport
 constexpr milliseconds kPersistence{60};
-constexpr std::uint32_t kFewest = 3;  ///< shortest run, in frames
+constexpr std::uint32_t kFewestFrames = 3;  ///< shortest run, in frames
 constexpr int kCatchUp = 5;           ///< a backlog must shrink by at least 1/5 of the time
 constexpr milliseconds kFirstBatch{200};
 
 }  // namespace
 
-void ArrivalJudge::restart() noexcept {
+void ArrivalCheck::restart() noexcept {
   last_good_.reset();
   wrong_.reset();
   late_.reset();
   batch_span_ = kFirstBatch;
 }
 
-bool ArrivalJudge::goes_on(std::optional<Run>& run, Time lateness, Time arrival) noexcept {
+bool ArrivalCheck::goes_on(std::optional<Run>& run, Time lateness, Time arrival) noexcept {
   if (!run) run = Run{.since = arrival, .lateness = lateness};
   ++run->frames;
-  return run->frames >= kFewest && arrival - run->since >= kPersistence;
+  return run->frames >= kFewestFrames && arrival - run->since >= kPersistence;
 }
 
-ArrivalJudge::Verdict ArrivalJudge::judge(Time estimate, Time arrival, Time tolerance) noexcept {
+ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tolerance) noexcept {
   if (arrival != last_arrival_) {
     if (last_good_) batch_span_ = arrival - last_arrival_;
     last_arrival_ = arrival;

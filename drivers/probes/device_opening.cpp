@@ -1,0 +1,72 @@
+#include "drivers/probes/device_opening.hpp"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "drivers/printable_text.hpp"
+#include "drivers/protocols/protocol_table.hpp"
+
+namespace merkel {
+
+SetupError no_valid_data(const FailedOpening& opening) {
+  const auto& counts = opening.counts;
+  const std::string device = "the device at " + opening.name;
+  const auto error = [](std::string sentence) {
+    return SetupError{.kind = SetupError::Kind::kUnavailable, .sentence = std::move(sentence)};
+  };
+  const auto tenths = opening.waited.count() / 100;
+  const std::string seconds =
+      std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
+  if (!opening.protocol_error.empty()) {
+    return error(device + " cannot be read: " + printable_text(opening.protocol_error));
+  }
+  if (counts.bytes == 0) {
+    return error(device + " has sent nothing for " + seconds +
+                 ": check that it is switched on, streaming, and " + opening.hint);
+  }
+  const std::string_view likely = likely_protocol(opening.heard);
+  if (!likely.empty() && likely != opening.protocol) {
+    return error(device + " does not use the protocol " + opening.protocol +
+                 ": its data looks like " + std::string(likely) +
+                 ", so use protocol=" + std::string(likely));
+  }
+  if (counts.readings == 0 && counts.refused > 0) {
+    return error(device + " sends values outside the range of any probe (" +
+                 std::to_string(counts.refused) + " readings): check its units");
+  }
+  return error(device + " sent " + std::to_string(counts.bytes) + " bytes in " + seconds +
+               " that are not " + opening.protocol + " readings: check " + opening.hint);
+}
+
+Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::string& file,
+                                                                  const std::string& serial_number,
+                                                                  std::uint32_t channels) {
+  ProbeCalibration calibration;
+  if (!file.empty()) {
+    auto read = read_calibration(file);
+    if (!read) return Unexpected<SetupError>(read.error());
+    calibration = std::move(*read);
+    if (!calibration.serial_number.empty() && calibration.serial_number != serial_number) {
+      return bad_input("the calibration " + file + " belongs to the device with serial number " +
+                       calibration.serial_number + ", but this one has " +
+                       (serial_number.empty() ? "none" : serial_number) +
+                       ": calibrate this device, or plug in the other one");
+    }
+    for (std::size_t i = 0; i < calibration.channels.size(); ++i) {
+      const auto& channel = calibration.channels[i];
+      if (channel && (channels & bit_of(channel->source)) == 0U) {
+        return bad_input(
+            "the calibration " + file + " takes " + std::string(kSampleChannelNames[i]) +
+            " from the channel " +
+            std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]) +
+            ", which this device does not have");
+      }
+    }
+  }
+  calibration.complete(channels);
+  return calibration;
+}
+
+}  // namespace merkel

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/expected.hpp"
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/protocols/protocol.hpp"
+
+namespace merkel {
+
+/// A device that sent no valid data while it was being opened.
+struct FailedOpening {
+  std::string name;      ///< of the port
+  std::string protocol;  ///< its name
+  std::string hint;      ///< what to check
+  std::chrono::milliseconds waited{0};
+  std::string protocol_error;  ///< what the protocol reported; empty for nothing
+  ProtocolCounts counts;
+  std::span<const std::uint8_t> heard;  ///< the first bytes
+};
+
+/// The error that says what the device sent and what to do.
+[[nodiscard]] SetupError no_valid_data(const FailedOpening& opening);
+
+/// Reads the calibration of a device and checks that it is for this one.
+/// \param file  empty: every channel as the device sends it
+/// \param channels  DeviceChannel bits that the device has
+[[nodiscard]] Expected<ProbeCalibration, SetupError> read_calibration_of_device(
+    const std::string& file, const std::string& serial_number, std::uint32_t channels);
+
+}  // namespace merkel
