@@ -12,7 +12,7 @@ constexpr milliseconds kBack{2};   ///< largest step back between frames
 constexpr milliseconds kLate{25};  ///< longest latency of a transport
 constexpr milliseconds kPersistence{60};
 constexpr std::uint32_t kFewestFrames = 3;  ///< shortest run, in frames
-constexpr int kCatchUp = 5;           ///< a backlog must shrink by at least 1/5 of the time
+constexpr int kCatchUp = 5;                 ///< a backlog must shrink by at least 1/5 of the time
 constexpr milliseconds kFirstBatch{200};
 
 }  // namespace
