@@ -1,5 +1,6 @@
 // Attacks on the program from outside: hostile files, text, peers and signals. tests/README.md
 // lists them all.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>

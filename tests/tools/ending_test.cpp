@@ -78,7 +78,7 @@ TEST(Ending, AKilledRunLeavesWholeRowsInThePartFile) {
   run.program.send(SIGKILL);
   EXPECT_EQ(run.program.finish().ended_by, SIGKILL);
   EXPECT_FALSE(std::filesystem::exists(run.spikes));
-  EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 3);
+  EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 0);
 }
 
 #ifndef MERKEL_SANITIZED  // a sanitizer reports crashes itself
@@ -93,7 +93,7 @@ TEST(Ending, ACrashReportsTheBuildAndTheProgressOfTheRun) {
   ASSERT_NE(id, std::string::npos) << ended.err;
   EXPECT_EQ(ended.err.find_first_not_of("0123456789abcdef", id + 9), id + 9 + 40) << ended.err;
   EXPECT_NE(ended.err.find("had reached tick "), std::string::npos) << ended.err;
-  EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 3);
+  EXPECT_GT(whole_rows(read_file(run.spikes + ".part")), 0);
 }
 #endif
 

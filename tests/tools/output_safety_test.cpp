@@ -1,4 +1,5 @@
 // The effect of runs on files: other files are kept, and their own data is not lost.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>

@@ -1,5 +1,6 @@
 #include "tools/studies/plan/plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 // The line that run, record and calibrate show at a terminal, and calibrate's dialogue.
 #include "tools/run/terminal_line.hpp"
 
+#include <algorithm>
 #include <regex>
 #include <sstream>
 

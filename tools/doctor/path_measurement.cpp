@@ -4,6 +4,8 @@
 #include <array>
 #include <atomic>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -68,6 +70,49 @@ struct Arrivals {
   }
 };
 
+/// A sink whose output this program receives itself: over ZeroMQ or UDP.
+class Loopback {
+ public:
+  static Expected<Loopback, SetupError> open(
+      bool zeromq, std::size_t neurons, const std::function<void(std::chrono::nanoseconds)>& note) {
+    Loopback loopback;
+    if (zeromq) {
+      auto opened = ZmqLoopback::open(static_cast<std::uint32_t>(neurons), note);
+      if (!opened) return Unexpected<SetupError>(opened.error());
+      loopback.zmq_ = std::move(*opened);
+    } else {
+      auto opened = UdpLoopback::open(note);
+      if (!opened) return Unexpected<SetupError>(opened.error());
+      loopback.udp_ = std::move(*opened);
+    }
+    return loopback;
+  }
+  [[nodiscard]] std::unique_ptr<SpikeSink> sink() { return zmq_ ? zmq_->sink() : udp_->sink(); }
+  /// Waits for what is still on its way.
+  void settle(std::uint64_t spikes) {
+    if (zmq_) zmq_->settle(spikes);
+    if (udp_) udp_->settle();
+  }
+
+ private:
+  std::unique_ptr<UdpLoopback> udp_;
+  std::unique_ptr<ZmqLoopback> zmq_;
+};
+
+/// A thread that takes spikes within this program, until they end or it is told to stop.
+std::jthread start_polling(SpikeConsumer& consumer, Arrivals& arrivals) {
+  return std::jthread([&consumer, &arrivals](const std::stop_token& stop) {
+    set_up_helper_thread("merkel-poll");
+    SpikeEvent spike;
+    while (!stop.stop_requested()) {
+      const bool ended = consumer.ended();
+      while (consumer.try_pop(spike)) arrivals.note(spike.time, PeriodicClock::now());
+      if (ended) return;
+      consumer.wait();
+    }
+  });
+}
+
 /// One sample period of the simulated probe plus a margin for its thread. The delay is fixed,
 /// because measuring it would take the first second of the measurement.
 constexpr std::chrono::microseconds kDelay{1500};
@@ -100,20 +145,10 @@ Expected<PathMeasurement, SetupError> measure_path(
   Arrivals by_udp("UDP consumer", "udp", settings.tick);
   Arrivals by_zmq("ZeroMQ subscriber", "zmq", settings.tick);
   Arrivals& outside = settings.zeromq ? by_zmq : by_udp;
-  const auto note = [&outside](std::chrono::nanoseconds spike) {
-    outside.note(spike, PeriodicClock::now());
-  };
-  std::unique_ptr<UdpLoopback> udp;
-  std::unique_ptr<ZmqLoopback> zmq;
-  if (settings.zeromq) {
-    auto opened = ZmqLoopback::open(static_cast<std::uint32_t>(model->neurons()), note);
-    if (!opened) return Unexpected<SetupError>(opened.error());
-    zmq = std::move(*opened);
-  } else {
-    auto opened = UdpLoopback::open(note);
-    if (!opened) return Unexpected<SetupError>(opened.error());
-    udp = std::move(*opened);
-  }
+  auto loopback = Loopback::open(
+      settings.zeromq, model->neurons(),
+      [&outside](std::chrono::nanoseconds spike) { outside.note(spike, PeriodicClock::now()); });
+  if (!loopback) return Unexpected<SetupError>(loopback.error());
   const std::array<Arrivals*, 2> all = {&in_process, &outside};
 
   BoundedQueue<TickTiming> timings(kQueue);
@@ -134,7 +169,7 @@ Expected<PathMeasurement, SetupError> measure_path(
                                if (on_progress) on_progress(progress);
                              }});
   pipeline.add_probe(std::move(*probe), {});
-  pipeline.add_sink(zmq ? zmq->sink() : udp->sink());
+  pipeline.add_sink(loopback->sink());
   std::optional<HungPage> page;
   if (settings.page) {
     auto opened = HungPage::open(*model);
@@ -143,16 +178,7 @@ Expected<PathMeasurement, SetupError> measure_path(
     pipeline.add_sink(page->sink());
   }
   SpikeConsumer consumer = pipeline.add_consumer(kQueue);
-  std::jthread poller([&in_process, &consumer](const std::stop_token& stop) {
-    set_up_helper_thread("merkel-poll");
-    SpikeEvent spike;
-    while (!stop.stop_requested()) {
-      const bool ended = consumer.ended();
-      while (consumer.try_pop(spike)) in_process.note(spike.time, PeriodicClock::now());
-      if (ended) return;
-      consumer.wait();
-    }
-  });
+  std::jthread poller = start_polling(consumer, in_process);
 
   const auto stolen_before = stolen();
   if (started) started(&pipeline);
@@ -163,8 +189,7 @@ Expected<PathMeasurement, SetupError> measure_path(
     return Unexpected<SetupError>(report.error());
   }
   poller.join();
-  if (zmq) zmq->settle(report->spikes);
-  if (udp) udp->settle();
+  loopback->settle(report->spikes);
   match();
   PathMeasurement measured{
       .report = std::move(*report), .consumers = {}, .steal = stolen() - stolen_before};

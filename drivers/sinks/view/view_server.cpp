@@ -136,7 +136,7 @@ class ViewServer::Thread {
   std::thread thread_;
 };
 
-Expected<std::unique_ptr<ViewServer>, SetupError> ViewServer::start(Parameters parameters) {
+Expected<std::unique_ptr<ViewServer>, SetupError> ViewServer::start(const Parameters& parameters) {
   auto thread = std::make_unique<Thread>(parameters);
   const auto error = thread->listen(parameters.host, parameters.port);
   const std::string port = std::to_string(parameters.port);

@@ -30,7 +30,7 @@ class ViewServer {
 
   /// Listens and starts the thread. Fails if the port is in use.
   [[nodiscard]] static Expected<std::unique_ptr<ViewServer>, SetupError> start(
-      Parameters parameters);
+      const Parameters& parameters);
   ViewServer(const ViewServer&) = delete;
   ViewServer& operator=(const ViewServer&) = delete;
   /// Stops without waiting for clients.

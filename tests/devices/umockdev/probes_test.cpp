@@ -19,6 +19,9 @@ const Bytes kDescriptor = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x09, 0x02,
                            0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0xc0};
 
 TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
+  if (const std::string obstacle = MockSerialAdapter::obstacle(); !obstacle.empty()) {
+    GTEST_SKIP() << obstacle;
+  }
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kDescriptor);
@@ -45,6 +48,9 @@ TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
 }
 
 TEST(MockedProbes, WhatMayNotBeOpenedSaysWhyAndWhatToDo) {
+  if (const std::string obstacle = MockSerialAdapter::obstacle(); !obstacle.empty()) {
+    GTEST_SKIP() << obstacle;
+  }
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kDescriptor);

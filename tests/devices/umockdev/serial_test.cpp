@@ -11,7 +11,16 @@ using std::chrono::milliseconds;
 
 constexpr const char* kUri = "serial:/dev/ttyUSB0?protocol=csv&columns=force_N";
 
-TEST(MockedSerial, LibserialportFindsVendorProductAndSerialNumber) {
+class MockedSerial : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string obstacle = MockSerialAdapter::obstacle(); !obstacle.empty()) {
+      GTEST_SKIP() << obstacle;
+    }
+  }
+};
+
+TEST_F(MockedSerial, LibserialportFindsVendorProductAndSerialNumber) {
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const auto ports = list_serial_ports();
@@ -22,7 +31,7 @@ TEST(MockedSerial, LibserialportFindsVendorProductAndSerialNumber) {
   EXPECT_EQ(ports[0].serial_number, "A1B2C3");
 }
 
-TEST(MockedSerial, TheLowLatencyFlagIsSetReadBackAndReported) {
+TEST_F(MockedSerial, TheLowLatencyFlagIsSetReadBackAndReported) {
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const auto port = open_serial_port({.device = "/dev/ttyUSB0", .baud = 115200});
@@ -31,7 +40,7 @@ TEST(MockedSerial, TheLowLatencyFlagIsSetReadBackAndReported) {
   EXPECT_EQ((*port)->info().serial_number, "A1B2C3");
 }
 
-TEST(MockedSerial, APortThatIsInUseIsRefused) {
+TEST_F(MockedSerial, APortThatIsInUseIsRefused) {
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const auto first = open_serial_port({.device = "/dev/ttyUSB0"});
@@ -41,7 +50,7 @@ TEST(MockedSerial, APortThatIsInUseIsRefused) {
   EXPECT_NE(second.error().sentence.find("in use by another program"), std::string::npos);
 }
 
-TEST(MockedSerial, WithoutPermissionTheGroupIsNamed) {
+TEST_F(MockedSerial, WithoutPermissionTheGroupIsNamed) {
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   machine.set_rights("/dev/ttyUSB0", 0);
@@ -51,7 +60,7 @@ TEST(MockedSerial, WithoutPermissionTheGroupIsNamed) {
   EXPECT_NE(sentence.find("usermod -aG"), std::string::npos) << sentence;
 }
 
-TEST(MockedSerial, ItIsFoundAgainByItsSerialNumberUnderAnotherName) {
+TEST_F(MockedSerial, ItIsFoundAgainByItsSerialNumberUnderAnotherName) {
   MockMachine machine;
   auto adapter = std::make_unique<MockSerialAdapter>(machine, "ttyUSB0", "1-1", "A1B2C3");
   const auto probe = open_while(kUri, [&] { adapter->send("0.5\n"); });

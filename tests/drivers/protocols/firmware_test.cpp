@@ -5,6 +5,7 @@
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #pragma GCC diagnostic ignored "-Wconversion"
 #endif
+#include <algorithm>
 #include <string>
 #include <vector>
 

@@ -42,8 +42,10 @@ std::string plan_text(const Plan& plan) {
                   plan.stand_in ? " with a ramp-and-hold instead of the device" : "", plan.neurons,
                   plan.receptors, plan.spikes);
   if (plan.budget_us) {
-    text += fmt::format("spike-time error to meet: {:g} µs (rms); tried, in this order:\n",
-                        *plan.budget_us);
+    text += fmt::format(
+        "spike-time error to meet: {:g} µs (rms), which takes a predicted error of at most {:g} µs\n"
+        "tried, for each tick first RK4 with the finest step, then by estimated cost:\n",
+        *plan.budget_us, PlanOption::kMargin * *plan.budget_us);
     for (const PlanOption& option : plan.tried) {
       text += fmt::format("  {:<58} {:8.2f} µs per tick, error {:.3g} µs{}\n",
                           name_of_option(option), option.tick_us, option.error_us(),

@@ -12,7 +12,7 @@ using Current = std::function<double(double)>;
 
 double over(double x) { return std::fabs(x) < 1e-7 ? 10.0 : x / (1.0 - std::exp(-0.1 * x)); }
 
-int derivative(double t, N_Vector y, N_Vector dy, void* data) {
+int connor_stevens_derivative(double t, N_Vector y, N_Vector dy, void* data) {
   const double* const s = NV_DATA_S(y);
   double* const d = NV_DATA_S(dy);
   const double V = s[0];
@@ -31,7 +31,7 @@ int derivative(double t, N_Vector y, N_Vector dy, void* data) {
   return 0;
 }
 
-int threshold_distance(double /*t*/, N_Vector y, double* g, void* /*data*/) {
+int connor_stevens_threshold(double /*t*/, N_Vector y, double* g, void* /*data*/) {
   g[0] = NV_DATA_S(y)[0] + 20.0;
   return 0;
 }
@@ -50,7 +50,7 @@ std::vector<double> connor_stevens_spikes(const Current& current, double end_ms)
   for (int i = 0; i < 6; ++i) NV_DATA_S(y)[i] = start[i];
   void* solver = CVodeCreate(CV_BDF, context);
   Current none = [](double) { return 0.0; };
-  require(CVodeInit(solver, derivative, 0.0, y));
+  require(CVodeInit(solver, connor_stevens_derivative, 0.0, y));
   require(CVodeSStolerances(solver, 1e-10, 1e-12));
   SUNMatrix matrix = SUNDenseMatrix(6, 6, context);
   SUNLinearSolver linear = SUNLinSol_Dense(y, matrix, context);
@@ -63,7 +63,7 @@ std::vector<double> connor_stevens_spikes(const Current& current, double end_ms)
   Current own = current;
   require(CVodeSetUserData(solver, &own));
   require(CVodeReInit(solver, 0.0, y));
-  require(CVodeRootInit(solver, 1, threshold_distance));
+  require(CVodeRootInit(solver, 1, connor_stevens_threshold));
   int upward = 1;
   require(CVodeSetRootDirection(solver, &upward));
   require(CVodeSetStopTime(solver, end_ms));

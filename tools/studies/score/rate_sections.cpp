@@ -36,7 +36,7 @@ double radius_of_curvature_mm(double curvature_per_m) {
   return curvature_per_m > 0.0 ? 1e3 / curvature_per_m : std::numeric_limits<double>::infinity();
 }
 
-const Json& series_of(JsonFields& fields, const std::string& key) {
+const Json& series_of(JsonFields& fields, const char* key) {
   const Json& rates = fields.need(key);
   if (!rates.is_object() || rates.empty()) {
     refuse_field(fields.full(key), "must be an object with a list of numbers for each series");

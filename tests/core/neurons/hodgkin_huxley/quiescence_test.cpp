@@ -1,5 +1,6 @@
 #include "core/neurons/hodgkin_huxley/quiescence.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
