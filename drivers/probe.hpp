@@ -67,7 +67,7 @@ struct DeviceCounts {
   double latency_us = 0.0;               ///< mean of arrival after the mapped time
   std::optional<double> uncertainty_us;  ///< of the sample times, if known
   std::uint64_t clock_outliers = 0;      ///< impossible device times, replaced by arrivals
-  std::uint64_t clock_anchors = 0;       ///< times the clock jumped and was mapped anew
+  std::uint64_t clock_anchors = 0;       ///< times the clock jumped and was mapped again
   double clock_rate = 1.0;               ///< device seconds per host second
   bool clock_mistrusted = false;         ///< its rate is wrong: arrival times are used
 };

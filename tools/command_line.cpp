@@ -1,11 +1,13 @@
 #include "tools/command_line.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/core.h>
 
 #include "core/parameters/nearest_name.hpp"
 #include "tools/commands/command.hpp"
@@ -60,9 +62,28 @@ std::string sentence_of(const CLI::App& program, const CLI::ParseError& error) {
     app = app->get_subcommands().front();
     command += " " + app->get_name();
   }
-  const std::string message = error.what();
-  return (message == "A subcommand is required" ? "a command is missing" : message) + ": " +
-         command + " --help explains the command line";
+  std::string message = error.what();
+  if (message == "A subcommand is required") message = "a command is missing";
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    message = "unexpected argument" + message.substr(std::min(message.find(':'), message.size()));
+  }
+  return message + ": " + command + " --help explains the command line";
+}
+
+/// Limits of 1e9 and more only keep out what no user means: they are not shown.
+CLI::Validator in_range(CommandLine::Range range) {
+  std::string limits;
+  if (range.low > -1e9) limits = fmt::format("from {:g}", range.low);
+  if (range.high < 1e9)
+    limits += fmt::format("{}to {:g}", limits.empty() ? "up " : " ", range.high);
+  return {[range, limits](const std::string& text) -> std::string {
+            char* end = nullptr;
+            const double value = std::strtod(text.c_str(), &end);
+            if (text.empty() || *end != '\0') return "must be a number, but is " + text;
+            if (value >= range.low && value <= range.high) return {};
+            return "must be " + (limits.empty() ? "in range" : limits) + ", but is " + text;
+          },
+          limits};
 }
 
 }  // namespace
@@ -99,21 +120,21 @@ CommandLine& CommandLine::option(const std::string& name, std::string& value,
 
 CommandLine& CommandLine::option(const std::string& name, double& value, const std::string& help,
                                  Range range) {
-  last_ = app_->add_option(name, value, help)
-              ->capture_default_str()
-              ->check(CLI::Range(range.low, range.high));
+  last_ = app_->add_option(name, value, help)->capture_default_str()->check(in_range(range));
   return *this;
 }
 
 CommandLine& CommandLine::option(const std::string& name, std::optional<double>& value,
                                  const std::string& help, Range range) {
-  last_ = app_->add_option(name, value, help)->check(CLI::Range(range.low, range.high));
+  last_ = app_->add_option(name, value, help)->check(in_range(range));
   return *this;
 }
 
 CommandLine& CommandLine::option(const std::string& name, std::optional<std::uint64_t>& value,
                                  const std::string& help) {
-  last_ = app_->add_option(name, value, help);
+  last_ = app_->add_option(name, value, help)->check([](const std::string& text) {
+    return text.starts_with('-') ? "must be a whole number from 0 on, but is " + text : "";
+  });
   return *this;
 }
 
@@ -121,15 +142,14 @@ CommandLine& CommandLine::list(const std::string& name, std::vector<std::string>
                                const std::string& help) {
   last_ = app_->add_option(name, values, help)
               ->expected(1)
+              ->allow_extra_args(false)  // else it takes the scene that follows, too
               ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   return *this;
 }
 
 CommandLine& CommandLine::list(const std::string& name, std::vector<double>& values,
                                const std::string& help, Range range, int count) {
-  last_ = app_->add_option(name, values, help)
-              ->delimiter(',')
-              ->check(CLI::Range(range.low, range.high));
+  last_ = app_->add_option(name, values, help)->delimiter(',')->check(in_range(range));
   if (count > 0) last_->expected(count);
   return *this;
 }

@@ -70,8 +70,6 @@ class StimulationEncoder {
   [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
     return activity_.afferents(electrode);
   }
-  /// Largest number of commands that a call can return.
-  [[nodiscard]] std::size_t most_commands() const noexcept { return commands_.size(); }
 
  private:
   /// Usually 0 to 1; may be larger or not finite.

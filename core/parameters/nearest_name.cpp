@@ -30,6 +30,8 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
   std::string best;
   std::size_t fewest = std::max<std::size_t>(2, name.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
+    // Of a short name, two edits leave little.
+    if (name.size() <= 3 && !candidate.starts_with(name.substr(0, 1))) continue;
     // A prefix, such as "delay" of "delay_ms", is near however much is missing.
     const bool begins = name.size() >= 3 && candidate.starts_with(name);
     const std::size_t distance = begins ? 1 : edits(name, candidate);

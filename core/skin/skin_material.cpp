@@ -17,7 +17,7 @@ FieldTable SkinParameters::fields() {
        "radius of curvature of the finger; inf: flat skin", at<&P::radius_mm>},
       {"radius_along_mm", "mm", not_negative(1e6),
        "radius along the finger (radius_mm is across it); only affects how far a contact moves "
-       "with its tip; 0: same as radius_mm",
+       "with its tip, if apex_mm is set; 0: same as radius_mm",
        at<&P::radius_along_mm>},
       {"stiffening_mm", "mm", positive_or_infinite(1e6),
        "d1: all moduli grow by e^(depth/d1); inf: no stiffening", at<&P::stiffening_mm>},

@@ -25,7 +25,7 @@ class ArrivalCheck {
   /// \param tolerance  largest time that a valid estimate may lie after the arrival
   Verdict check(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
                 std::chrono::nanoseconds tolerance) noexcept;
-  /// Resets the state: the clock is mapped anew.
+  /// Resets the state: the clock is mapped again.
   void restart() noexcept;
 
  private:

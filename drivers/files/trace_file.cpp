@@ -69,7 +69,7 @@ Expected<void, SetupError> TraceReader::read_header() {
     notices_.push_back(lines_.path() + ": " + unused + ", which sessions keep");
   }
   if (!ignored_columns_.empty()) {
-    std::string sentence = lines_.path() + ": beside the columns of the model, at most " +
+    std::string sentence = lines_.path() + ": besides the columns of the model, at most " +
                            std::to_string(ProbeSample::kMostExtra) +
                            " are kept; these are ignored:";
     for (const std::string& name : ignored_columns_) sentence += " " + name;

@@ -27,14 +27,18 @@ SetupError no_valid_data(const FailedOpening& opening) {
                  ": check that it is switched on, streaming, and " + opening.hint);
   }
   const std::string_view likely = likely_protocol(opening.heard);
-  if (!likely.empty() && likely != opening.protocol) {
+  const bool offered = opening.serial || likely == "csv" || likely == "hbf1";
+  if (!likely.empty() && likely != opening.protocol && offered) {
     return error(device + " does not use the protocol " + opening.protocol +
                  ": its data looks like " + std::string(likely) +
                  ", so use protocol=" + std::string(likely));
   }
   if (counts.readings == 0 && counts.refused > 0) {
     return error(device + " sends values outside the range of any probe (" +
-                 std::to_string(counts.refused) + " readings): check its units");
+                 std::to_string(counts.refused) + " readings): check its units" +
+                 (opening.protocol == "csv"
+                      ? "; for raw counts, use columns=force_mN and then merkel calibrate"
+                      : ""));
   }
   return error(device + " sent " + std::to_string(counts.bytes) + " bytes in " + seconds +
                " that are not " + opening.protocol + " readings: check " + opening.hint);

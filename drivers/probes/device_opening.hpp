@@ -14,6 +14,7 @@ namespace merkel {
 /// A device that sent no valid data while it was being opened.
 struct FailedOpening {
   std::string name;      ///< of the port
+  bool serial = true;    ///< a port that carries every protocol; others carry csv and hbf1 only
   std::string protocol;  ///< its name
   std::string hint;      ///< what to check
   std::chrono::milliseconds waited{0};
@@ -22,7 +23,7 @@ struct FailedOpening {
   std::span<const std::uint8_t> heard;  ///< the first bytes
 };
 
-/// The error that says what the device sent and what to do.
+/// Describes what the device sent and what to do.
 [[nodiscard]] SetupError no_valid_data(const FailedOpening& opening);
 
 /// Reads the calibration of a device and checks that it is for this one.

@@ -138,11 +138,11 @@ void ReadingTimes::add_by_arrival(std::span<const DeviceReading> readings,
   const auto count = static_cast<std::int64_t>(readings.size());
   for (std::int64_t part = 1; part <= count; ++part) {
     const DeviceReading& reading = readings[static_cast<std::size_t>(part - 1)];
-    if (reading.asked) {
-      const Time trip = reading.arrival - *reading.asked;
+    if (reading.requested) {
+      const Time trip = reading.arrival - *reading.requested;
       round_trip_us_ += (round_trip_us_ == 0.0 ? 1.0 : 0.05) *
                         (static_cast<double>(trip.count()) * 1e-3 - round_trip_us_);
-      times.push_back(*reading.asked + trip / 2);
+      times.push_back(*reading.requested + trip / 2);
       continue;
     }
     // They were measured one after the other since the previous batch.

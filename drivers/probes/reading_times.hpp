@@ -22,7 +22,7 @@ namespace merkel {
 ///
 /// Every time of a device's clock is checked against the arrival of its reading (ArrivalCheck,
 /// RateWatch). A wrong time is counted and replaced by the arrival. A clock that has jumped is
-/// mapped anew. While the clock's rate is wrong, arrivals are used and the user is notified.
+/// mapped again. While the clock's rate is wrong, arrivals are used and the user is notified.
 /// Real-time: no. Thread: probe.
 class ReadingTimes {
  public:
@@ -71,7 +71,7 @@ class ReadingTimes {
   Time step_{1'000'000};  ///< between the last two good times
   double round_trip_us_ = 0.0;
   std::uint64_t outliers_ = 0;
-  std::uint64_t anchors_ = 0;  ///< times that the clock was mapped anew
+  std::uint64_t anchors_ = 0;  ///< times that the clock was mapped again
   std::vector<std::string> notices_;
 };
 

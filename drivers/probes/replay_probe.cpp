@@ -70,7 +70,7 @@ Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::strin
     return SessionSamples::open(path, static_cast<std::uint32_t>(probe));
   }
   if (probe > 0) {
-    return bad_input(path + " is a trace, which contains only one probe: remove the option probe" +
+    return bad_input(path + " is a trace, which contains only one probe: remove the option probe=" +
                      std::to_string(probe));
   }
   auto reader = TraceReader::open(path);
@@ -96,7 +96,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}
                                                   : 0U;
   if (((*source)->channels() & ~excluded & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
-    return bad_input(uri.path + " has no " + use + ": remove the option use" + use);
+    return bad_input(uri.path + " has no " + use + ": remove the option use=" + use);
   }
   return play(std::move(*source), {.uri = uri.text,
                                    .name = "recorded trace " + uri.path,
@@ -121,10 +121,10 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
                  .replayed = true};
   info.extra_columns = source->extra_columns();
   info.run = source->run();
-  const bool says = source->has_validity();
+  const bool has_validity = source->has_validity();
   std::unique_ptr<ReplayProbe> probe(
       new ReplayProbe(std::move(source), std::move(first), std::move(info), about.chunk));
-  if (!says) probe->valid_for_ = validity_of(probe->first_, probe->info_.period);
+  if (!has_validity) probe->valid_for_ = validity_of(probe->first_, probe->info_.period);
   probe->take_over(probe->first_);
   return probe;
 }

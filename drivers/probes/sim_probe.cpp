@@ -32,20 +32,79 @@ SimProbe::SimProbe(ProbeInfo info, std::function<Press(double)> press, double am
       random_(faults.seed),
       count_(static_cast<std::uint32_t>(std::floor(duration_s * rate_hz + 1e-9)) + 1) {}
 
+SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place) {
+  const double tap_s = options.number("tap_s", 0.1, 1e-3, kLongest_s);
+  const double interval_s = options.number("interval_s", 0.4, 1e-3, kLongest_s);
+  const auto count = static_cast<double>(options.whole("count", 6, 1, 1'000'000));
+  return {.press =
+              [=](double t) {
+                const double since = t - wait_s;
+                const double tap = std::clamp(std::floor(since / interval_s), 0.0, count - 1.0);
+                const double phase = (since - tap * interval_s) / tap_s;
+                const bool touching = phase > 0.0 && phase < 1.0;
+                const double level = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * phase);
+                return Press{
+                    .level = touching ? level : 0.0, .x_mm = place.x_mm, .y_mm = place.y_mm};
+              },
+          .length_s = (count - 1.0) * interval_s + tap_s};
+}
+
+SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& shape, double wait_s,
+                                     Press place, double amplitude, bool force) {
+  const double ramp_s = options.number("ramp_s", shape == "ramp" ? 0.02 : 0.15, 1e-6, kLongest_s);
+  double hold_s = 0.0;
+  double to_x = place.x_mm;
+  double to_y = place.y_mm;
+  double relative = 0.0;
+  double angular = 0.0;
+  if (shape == "slide") {
+    to_x = options.number("to_x_mm", 27.0, -kPosition, kPosition);
+    to_y = options.number("to_y_mm", place.y_mm, -kPosition, kPosition);
+    const double speed = options.number("speed_mm_per_s", 12.0, 1e-3, 1e4);
+    hold_s = std::hypot(to_x - place.x_mm, to_y - place.y_mm) / speed;
+  } else {
+    hold_s = options.number("hold_s", 2.0, 0.0, kLongest_s);
+  }
+  if (shape == "sine") {
+    const char* const key = force ? "amplitude_N" : "amplitude_mm";
+    const double swing = options.number(key, force ? 0.03 : 0.3, 0.0, 1e3);
+    angular = 2.0 * std::numbers::pi * options.number("frequency_hz", 5.0, 1e-3, 1e4);
+    relative = amplitude > 0.0 ? (force ? units::mN_from_N(swing) : swing) / amplitude : 0.0;
+  }
+  return {.press =
+              [=](double t) {
+                const double held = t - wait_s - ramp_s;
+                const double level =
+                    ramp(t, wait_s, ramp_s) - ramp(t, wait_s + ramp_s + hold_s, ramp_s);
+                const bool holding = held > 0.0 && held < hold_s;
+                const double moved = hold_s > 0.0 ? ramp(held, 0.0, hold_s) : 0.0;
+                return Press{.level = level + (holding ? relative * std::sin(angular * held) : 0.0),
+                             .x_mm = place.x_mm + moved * (to_x - place.x_mm),
+                             .y_mm = place.y_mm + moved * (to_y - place.y_mm)};
+              },
+          .length_s = ramp_s + hold_s + ramp_s};
+}
+
+SimProbe::Faults SimProbe::read_faults(UriOptions& options, bool force, double rate_hz) {
+  return {.jitter_s = options.number("jitter_us", 0.0, 0.0, 0.45e6 / rate_hz) * 1e-6,
+          .noise = force ? options.number("noise_mN", 0.0, 0.0, 1e6)
+                         : units::mm_from_um(options.number("noise_um", 0.0, 0.0, 1e4)),
+          .dropouts_per_s = options.number("dropouts_per_s", 0.0, 0.0, 1e3),
+          .dropout_s = options.number("dropout_ms", 100.0, 0.0, 1e6) * 1e-3,
+          .seed = static_cast<std::uint64_t>(options.whole("seed", 1, 0, INT64_MAX))};
+}
+
 Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   if (uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" && uri.path != "slide") {
     return bad_input("\"" + uri.text + "\": there is no simulated press \"" + uri.path +
                      "\"; write sim:ramp, sim:taps, sim:sine or sim:slide");
   }
   UriOptions options(uri);
-  const auto seconds = [&](const char* key, double fallback, double least = 0.0) {
-    return options.number(key, fallback, least, kLongest_s);
-  };
   const bool both = options.given("force_N") && options.given("depth_mm");
   const bool force = options.given("force_N") && !both;
   const double rate_hz = options.number("rate_hz", 1000.0, 1.0, 1e5);
-  const double wait_s = seconds("wait_s", 0.2);
-  const double tail_s = seconds("tail_s", 0.5);
+  const double wait_s = options.number("wait_s", 0.2, 0.0, kLongest_s);
+  const double tail_s = options.number("tail_s", 0.5, 0.0, kLongest_s);
   const double force_mN = both
                               ? units::mN_from_N(options.number(
                                     "force_N", 0.0, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))
@@ -59,62 +118,12 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   const double x = options.number("x_mm", slide ? 3.0 : 15.0, -kPosition, kPosition);
   const double y = options.number("y_mm", 10.0, -kPosition, kPosition);
 
-  std::function<Press(double)> press;
-  double press_s = 0.0;
-  if (uri.path == "taps") {
-    const double tap_s = seconds("tap_s", 0.1, 1e-3);
-    const double interval_s = seconds("interval_s", 0.4, 1e-3);
-    const auto count = static_cast<double>(options.whole("count", 6, 1, 1'000'000));
-    press_s = (count - 1.0) * interval_s + tap_s;
-    press = [=](double t) {
-      const double since = t - wait_s;
-      const double tap = std::clamp(std::floor(since / interval_s), 0.0, count - 1.0);
-      const double phase = (since - tap * interval_s) / tap_s;
-      const bool touching = phase > 0.0 && phase < 1.0;
-      const double level = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * phase);
-      return Press{.level = touching ? level : 0.0, .x_mm = x, .y_mm = y};
-    };
-  } else {
-    const double ramp_s = seconds("ramp_s", uri.path == "ramp" ? 0.02 : 0.15, 1e-6);
-    double hold_s = 0.0;
-    double to_x = x;
-    double to_y = y;
-    double relative = 0.0;
-    double angular = 0.0;
-    if (slide) {
-      to_x = options.number("to_x_mm", 27.0, -kPosition, kPosition);
-      to_y = options.number("to_y_mm", y, -kPosition, kPosition);
-      const double speed = options.number("speed_mm_per_s", 12.0, 1e-3, 1e4);
-      hold_s = std::hypot(to_x - x, to_y - y) / speed;
-    } else {
-      hold_s = seconds("hold_s", 2.0);
-    }
-    if (uri.path == "sine") {
-      const char* const key = force ? "amplitude_N" : "amplitude_mm";
-      const double swing = options.number(key, force ? 0.03 : 0.3, 0.0, 1e3);
-      angular = 2.0 * std::numbers::pi * options.number("frequency_hz", 5.0, 1e-3, 1e4);
-      relative = amplitude > 0.0 ? (force ? units::mN_from_N(swing) : swing) / amplitude : 0.0;
-    }
-    press_s = ramp_s + hold_s + ramp_s;
-    press = [=](double t) {
-      const double held = t - wait_s - ramp_s;
-      const double level = ramp(t, wait_s, ramp_s) - ramp(t, wait_s + ramp_s + hold_s, ramp_s);
-      const bool holding = held > 0.0 && held < hold_s;
-      const double moved = hold_s > 0.0 ? ramp(held, 0.0, hold_s) : 0.0;
-      return Press{.level = level + (holding ? relative * std::sin(angular * held) : 0.0),
-                   .x_mm = x + moved * (to_x - x),
-                   .y_mm = y + moved * (to_y - y)};
-    };
-  }
-
-  const Faults faults{.jitter_s = options.number("jitter_us", 0.0, 0.0, 0.45e6 / rate_hz) * 1e-6,
-                      .noise = force ? options.number("noise_mN", 0.0, 0.0, 1e6)
-                                     : units::mm_from_um(options.number("noise_um", 0.0, 0.0, 1e4)),
-                      .dropouts_per_s = options.number("dropouts_per_s", 0.0, 0.0, 1e3),
-                      .dropout_s = options.number("dropout_ms", 100.0, 0.0, 1e6) * 1e-3,
-                      .seed = static_cast<std::uint64_t>(options.whole("seed", 1, 0, INT64_MAX))};
+  const Press place{.x_mm = x, .y_mm = y};
+  Shape shape = uri.path == "taps" ? taps(options, wait_s, place)
+                                   : held_press(options, uri.path, wait_s, place, amplitude, force);
+  const Faults faults = read_faults(options, force, rate_hz);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  const double duration_s = wait_s + press_s + tail_s;
+  const double duration_s = wait_s + shape.length_s + tail_s;
   if (duration_s * rate_hz > 4e9) {
     return bad_input("\"" + uri.text +
                      "\" makes more than 4e9 samples: reduce its duration or rate");
@@ -127,8 +136,8 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
                              (both ? std::uint32_t{ProbeSample::kForce} : 0U) | positions,
                  .period = units::nanoseconds_from_s(1.0 / rate_hz),
                  .replayed = true};
-  std::unique_ptr<SimProbe> probe(
-      new SimProbe(std::move(info), std::move(press), amplitude, duration_s, rate_hz, faults));
+  std::unique_ptr<SimProbe> probe(new SimProbe(std::move(info), std::move(shape.press), amplitude,
+                                               duration_s, rate_hz, faults));
   if (both) probe->force_mN_ = force_mN;
   return probe;
 }

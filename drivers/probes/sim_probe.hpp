@@ -22,11 +22,11 @@ inline constexpr const char* kSimProbeHelp =
     "         amplitude_mm (0.3) or, with force_N, amplitude_N (0.03)\n"
     "  slide  moves during the hold: ramp_s (0.15), to_x_mm (27), to_y_mm (y_mm),\n"
     "         speed_mm_per_s (12)\n"
-    "  all    depth_mm (1.5), force_N (0.1) or both (force as depth^1.5), x_mm (15; of slide 3), "
+    "  all    depth_mm (1.5), or force_N, or both (force as depth^1.5); x_mm (15; of slide 3), "
     "y_mm (10),\n"
-    "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); faults: jitter_us (0),\n"
-    "         noise_um (0) or, with force_N, noise_mN (0), dropouts_per_s (0),\n"
-    "         dropout_ms (100), seed (1)";
+    "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); live (0; 1: in real time,\n"
+    "         like a device); faults: jitter_us (0), noise_um (0) or, with force_N alone,\n"
+    "         noise_mN (0), dropouts_per_s (0), dropout_ms (100), seed (1)";
 
 /// A simulated press: `sim:SHAPE?option=value&…`, as kSimProbeHelp describes. Sample k is taken at
 /// k/rate_hz; the same URI always gives the same samples. Jitter is uniform, noise has the given
@@ -54,6 +54,16 @@ class SimProbe final : public Probe {
     double dropout_s = 0.0;
     std::uint64_t seed = 1;
   };
+  /// A shape of the press over time.
+  struct Shape {
+    std::function<Press(double)> press;
+    double length_s = 0.0;
+  };
+  static Shape taps(UriOptions& options, double wait_s, Press place);
+  /// A ramp, a sine or a slide. \param amplitude  in mm, or in mN if `force`
+  static Shape held_press(UriOptions& options, const std::string& shape, double wait_s, Press place,
+                          double amplitude, bool force);
+  static Faults read_faults(UriOptions& options, bool force, double rate_hz);
   SimProbe(ProbeInfo info, std::function<Press(double)> press, double amplitude, double duration_s,
            double rate_hz, const Faults& faults);
   double normal() noexcept;

@@ -43,7 +43,7 @@ class AtiRdt final : public Protocol {
     sequence_.forget();
     request(kStream, now, stream);
   }
-  void end(DeviceStream& stream) override { request(kStop, asked_, stream); }
+  void end(DeviceStream& stream) override { request(kStop, requested_, stream); }
 
   void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
             DeviceStream& stream) override {
@@ -57,8 +57,8 @@ class AtiRdt final : public Protocol {
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    if (now - heard_ > kRdtQuiet && now - asked_ > kRdtQuiet) request(kStream, now, stream);
-    return std::max(heard_, asked_) + kRdtQuiet + milliseconds{1};
+    if (now - heard_ > kRdtQuiet && now - requested_ > kRdtQuiet) request(kStream, now, stream);
+    return std::max(heard_, requested_) + kRdtQuiet + milliseconds{1};
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
@@ -75,7 +75,7 @@ class AtiRdt final : public Protocol {
 
  private:
   void request(std::uint16_t command, nanoseconds now, DeviceStream& stream) {
-    asked_ = now;
+    requested_ = now;
     append_be(kRdtHeader, 2, stream.outgoing);
     append_be(command, 2, stream.outgoing);
     append_be(0, 4, stream.outgoing);  // until a stop request
@@ -120,7 +120,7 @@ class AtiRdt final : public Protocol {
   std::size_t length_ = 0;
   std::uint32_t status_ = 0;
   nanoseconds heard_{0};
-  nanoseconds asked_{0};
+  nanoseconds requested_{0};
 };
 
 class AtiRdtDevice final : public SimulatedDevice {

@@ -157,15 +157,24 @@ class CsvLines final : public LineProtocol {
 
   static std::string unnamed(const std::string& line) {
     const std::vector<CsvStyle> styles = csv_styles({line});
-    const char separator = styles.empty() ? ',' : styles.front().separator;
-    std::string names;
+    const CsvStyle style = styles.empty() ? CsvStyle{',', false} : styles.front();
+    // The first number with decimals is the likeliest force; whole numbers count or tell time.
+    std::vector<bool> decimals;
     for (std::string_view rest = line; !rest.empty();) {
-      static_cast<void>(take_csv_part(rest, separator));
-      names += names.empty() ? "force_N" : ",-";
+      const std::string_view part = take_csv_part(rest, style.separator);
+      decimals.push_back(part.find(style.decimal_comma ? ',' : '.') != std::string_view::npos);
+    }
+    const auto first = std::find(decimals.begin(), decimals.end(), true);
+    const auto force =
+        static_cast<std::size_t>(first == decimals.end() ? 0 : first - decimals.begin());
+    std::string names;
+    for (std::size_t i = 0; i < decimals.size(); ++i) {
+      names += (i == 0 ? "" : ",") + std::string(i == force ? "force_N" : "-");
     }
     return "its lines, such as \"" + line +
-           "\", have no labels: add columns and units, for example columns=" + names +
-           ", or run merkel connect";
+           "\", have no labels: run merkel connect, which recognises them, or name the columns and "
+           "units, for example columns=" +
+           names + " (time_us, seq, depth_mm; - ignores a column)";
   }
 
   bool read_fields(std::string_view line, const CsvStyle& style, DeviceReading& reading,

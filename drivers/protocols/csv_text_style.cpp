@@ -46,6 +46,13 @@ std::size_t number_begins(std::string_view text) noexcept {
   return std::string_view::npos;
 }
 
+/// True for a label such as "F=0.1N D": the field holds several numbers.
+bool holds_a_number(std::string_view label) noexcept {
+  const auto mark = label.find_first_of(":=");
+  return mark != std::string_view::npos &&
+         label.find_first_of(kDigits, mark) != std::string_view::npos;
+}
+
 bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) noexcept {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -118,14 +125,16 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
       std::size_t fields = 0;
       bool good = true;
       std::string_view rest = line;
-      // Labels and units may contain blanks; only bare numbers are separated by blanks.
+      // Labels and units may contain blanks; blanks separate only bare numbers and "F=0.1N".
       while (!rest.empty()) {
-        const CsvField field =
-            parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
-        const bool bare = style.separator == ' ';
+        const std::string_view part = take_csv_part(rest, style.separator);
+        const CsvField field = parse_csv_field(part, style.decimal_comma);
+        const bool bare = field.label.empty() && field.unit.empty();
+        const bool labelled =
+            !field.label.empty() && part.find_first_of(":=") != std::string_view::npos;
         good = good && field.number &&
                field.unit.find_first_of("0123456789,;") == std::string_view::npos &&
-               (!bare || (field.label.empty() && field.unit.empty()));
+               !holds_a_number(field.label) && (style.separator != ' ' || bare || labelled);
         units = units && !field.unit.empty();
         ++fields;
       }

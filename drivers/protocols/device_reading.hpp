@@ -43,7 +43,7 @@ struct DeviceReading {
   /// Time of reading its last byte, host-monotonic.
   std::chrono::nanoseconds arrival{0};
   /// Time of its request, host-monotonic; not set for a device that streams.
-  std::optional<std::chrono::nanoseconds> asked;
+  std::optional<std::chrono::nanoseconds> requested;
 
   void set(DeviceChannel channel, double value) noexcept {
     values[static_cast<std::size_t>(channel)] = value;

@@ -52,7 +52,7 @@ class Grbl final : public LineProtocol {
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
     const auto turn = timer_.turn(now);
     if (turn != RequestTimer::Turn::kWait) stream.send("?");
-    if (turn == RequestTimer::Turn::kAskAgain) ++stream.counts.lost;
+    if (turn == RequestTimer::Turn::kRequestAgain) ++stream.counts.lost;
     return timer_.next();
   }
 
@@ -103,8 +103,8 @@ class Grbl final : public LineProtocol {
       return;
     }
     ++stream.counts.frames;
-    const auto asked = timer_.answered();
-    if (!asked) {
+    const auto requested = timer_.answered();
+    if (!requested) {
       ++stream.counts.duplicates;
       return;
     }
@@ -115,7 +115,7 @@ class Grbl final : public LineProtocol {
     }
     DeviceReading reading;
     reading.arrival = arrival;
-    reading.asked = asked;
+    reading.requested = requested;
     reading.rebooted = std::exchange(rebooted_, false);
     reading.set(DeviceChannel::kX, (*work)[0] * mm_per_unit_);
     reading.set(DeviceChannel::kY, (*work)[1] * mm_per_unit_);
@@ -143,7 +143,7 @@ class GrblDevice final : public SimulatedDevice {
   void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
     for (const std::uint8_t byte : bytes) {
       if (byte == '?') {
-        asked_ = true;
+        requested_ = true;
         report(out);
         continue;
       }
@@ -159,7 +159,7 @@ class GrblDevice final : public SimulatedDevice {
     position_[2] = -sample.depth_mm;
   }
 
-  [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] bool started() const noexcept override { return requested_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return milliseconds{1};  // its position is available at any time
   }
@@ -183,7 +183,7 @@ class GrblDevice final : public SimulatedDevice {
 
   Vector position_{15.0, 10.0, 0.0};
   int reports_ = 0;
-  bool asked_ = false;
+  bool requested_ = false;
   LineSplitter lines_;
 };
 
@@ -191,9 +191,9 @@ class GrblDevice final : public SimulatedDevice {
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_grbl(UriOptions& options) {
   const double rate_Hz = options.number("rate_hz", 25.0, 1.0, 100.0);
-  const std::string unit = options.word("unit", "ask", "mm|in|ask");
+  const std::string unit = options.word("unit", "auto", "auto|mm|in");
   std::optional<double> mm_per_unit;
-  if (unit != "ask") mm_per_unit = unit == "in" ? units::kMm_per_inch : 1.0;
+  if (unit != "auto") mm_per_unit = unit == "in" ? units::kMm_per_inch : 1.0;
   return std::make_unique<Grbl>(rate_Hz, mm_per_unit);
 }
 

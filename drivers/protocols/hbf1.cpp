@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kClockWrap = microseconds{std::int64_t{1} << 32U};
-constexpr milliseconds kAskAgain{250};
+constexpr milliseconds kRequestAgain{250};
 constexpr milliseconds kHbf1Quiet{
     500};  ///< a started device that is silent this long is started again
 constexpr milliseconds kSyncEvery{1000};
@@ -33,7 +33,7 @@ constexpr unsigned kOverloadOrSaturated = 3;  ///< bits of the status
 
 class Hbf1Protocol final : public Protocol {
  public:
-  explicit Hbf1Protocol(std::uint16_t rate_Hz) : asked_rate_Hz_(rate_Hz) {}
+  explicit Hbf1Protocol(std::uint16_t rate_Hz) : requested_rate_Hz_(rate_Hz) {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     decoder_.reset(true);
@@ -69,7 +69,7 @@ class Hbf1Protocol final : public Protocol {
     if (!said_hello_) {
       if (now >= ask_at_) {
         command(Hbf1Command::kHello, {}, stream);
-        ask_at_ = now + kAskAgain;
+        ask_at_ = now + kRequestAgain;
       }
       return ask_at_;
     }
@@ -99,7 +99,7 @@ class Hbf1Protocol final : public Protocol {
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     if (!layout_) return std::nullopt;
-    return period_of(asked_rate_Hz_ != 0 ? asked_rate_Hz_ : layout_->rate_Hz());
+    return period_of(requested_rate_Hz_ != 0 ? requested_rate_Hz_ : layout_->rate_Hz());
   }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override {
     return kClockWrap;
@@ -122,9 +122,9 @@ class Hbf1Protocol final : public Protocol {
 
   void send_start(nanoseconds now, DeviceStream& stream) {
     started_ = now;
-    if (asked_rate_Hz_ != 0) {
+    if (requested_rate_Hz_ != 0) {
       Bytes rate;
-      append_u16(asked_rate_Hz_, rate);
+      append_u16(requested_rate_Hz_, rate);
       command(Hbf1Command::kRate, rate, stream);
     }
     command(Hbf1Command::kStart, {}, stream);
@@ -266,7 +266,7 @@ class Hbf1Protocol final : public Protocol {
     nanoseconds time{0};
   };
 
-  std::uint16_t asked_rate_Hz_;
+  std::uint16_t requested_rate_Hz_;
   Hbf1Decoder decoder_;
   SequenceCounter sequence_{16};
   std::optional<Hbf1Hello> layout_;  ///< of the last HELLO

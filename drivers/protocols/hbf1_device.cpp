@@ -43,7 +43,7 @@ class Hbf1Device final : public SimulatedDevice {
       const auto command = static_cast<Hbf1Command>(frame->body[0]);
       if (command == Hbf1Command::kHello) hello(now, out);
       if (command == Hbf1Command::kRate && frame->body.size() == 3) {
-        asked_rate_Hz_ = read_u16(frame->body.subspan<1, 2>());
+        requested_rate_Hz_ = read_u16(frame->body.subspan<1, 2>());
       }
       if (command == Hbf1Command::kStart) started_ = true;
       if (command == Hbf1Command::kStop) started_ = false;
@@ -65,7 +65,7 @@ class Hbf1Device final : public SimulatedDevice {
 
   [[nodiscard]] bool started() const noexcept override { return started_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return period_of(static_cast<double>(asked_rate_Hz_));
+    return period_of(static_cast<double>(requested_rate_Hz_));
   }
   void set_rate(double rate_Hz) override { rate_Hz_ = std::lround(rate_Hz); }
 
@@ -111,7 +111,7 @@ class Hbf1Device final : public SimulatedDevice {
   std::uint16_t sequence_ = 0;
   bool started_ = false;
   long rate_Hz_ = 1000;
-  std::uint16_t asked_rate_Hz_ = 0;  ///< requested by the host; 0: the trace's
+  std::uint16_t requested_rate_Hz_ = 0;  ///< requested by the host; 0: the trace's
 };
 
 }  // namespace

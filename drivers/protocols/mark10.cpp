@@ -60,7 +60,7 @@ class Mark10 final : public LineProtocol {
   void begin(nanoseconds now, DeviceStream& stream) override {
     lines_.reset(false);
     stream.send("\r");  // ends a partial command on the gauge's side
-    ask(now, stream);
+    request_stream(now, stream);
   }
   void end(DeviceStream& stream) override { stream.send("AOUT0\r"); }
 
@@ -84,8 +84,8 @@ class Mark10 final : public LineProtocol {
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    if (now - heard_ > kMark10Quiet && now - asked_ > kMark10Quiet) ask(now, stream);
-    return std::max(heard_, asked_) + kMark10Quiet + milliseconds{1};
+    if (now - heard_ > kMark10Quiet && now - requested_ > kMark10Quiet) request_stream(now, stream);
+    return std::max(heard_, requested_) + kMark10Quiet + milliseconds{1};
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
@@ -99,8 +99,8 @@ class Mark10 final : public LineProtocol {
   }
 
  private:
-  void ask(nanoseconds now, DeviceStream& stream) {
-    asked_ = now;
+  void request_stream(nanoseconds now, DeviceStream& stream) {
+    requested_ = now;
     if (plain_factor_ == 0.0) stream.send("FULL\r");
     stream.send("AOUT" + std::to_string(rate_Hz_) + "\r");
   }
@@ -109,7 +109,7 @@ class Mark10 final : public LineProtocol {
   double plain_factor_;  ///< N of a number without unit; 0: not allowed
   std::string error_message_;
   nanoseconds heard_{0};
-  nanoseconds asked_{0};
+  nanoseconds requested_{0};
 };
 
 class EsmStand final : public LineProtocol {
@@ -132,8 +132,8 @@ class EsmStand final : public LineProtocol {
     }
     error_message_.clear();
     ++stream.counts.frames;
-    reading.asked = timer_.answered();
-    if (!reading.asked) {
+    reading.requested = timer_.answered();
+    if (!reading.requested) {
       ++stream.counts.duplicates;
       return;
     }
@@ -148,7 +148,7 @@ class EsmStand final : public LineProtocol {
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
     const auto turn = timer_.turn(now);
     if (turn != RequestTimer::Turn::kWait) stream.send("n");
-    if (turn == RequestTimer::Turn::kAskAgain) ++stream.counts.lost;
+    if (turn == RequestTimer::Turn::kRequestAgain) ++stream.counts.lost;
     return timer_.next();
   }
 
@@ -220,7 +220,7 @@ class EsmDevice final : public SimulatedDevice {
   void take(std::span<const std::uint8_t> bytes, nanoseconds /*now*/, Bytes& out) override {
     for (const std::uint8_t byte : bytes) {
       if (byte != 'n' && byte != 'x') continue;
-      asked_ = true;
+      requested_ = true;
       append_text(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
     }
   }
@@ -228,7 +228,7 @@ class EsmDevice final : public SimulatedDevice {
     travel_ = displayed(sample.depth_mm, 3) + " mm";
     load_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N";
   }
-  [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] bool started() const noexcept override { return requested_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return milliseconds{1};  // its position is available at any time
   }
@@ -237,7 +237,7 @@ class EsmDevice final : public SimulatedDevice {
   bool force_;
   std::string travel_ = "0.000 mm";
   std::string load_ = "0.000 N";
-  bool asked_ = false;
+  bool requested_ = false;
 };
 
 }  // namespace

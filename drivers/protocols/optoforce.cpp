@@ -44,7 +44,7 @@ class OptoForce final : public Protocol {
     synchronised_ = false;
     configure(now, divisor_, stream);
   }
-  void end(DeviceStream& stream) override { configure(asked_, 0, stream); }
+  void end(DeviceStream& stream) override { configure(requested_, 0, stream); }
 
   void take(std::span<const std::uint8_t> bytes, nanoseconds arrival,
             DeviceStream& stream) override {
@@ -67,9 +67,9 @@ class OptoForce final : public Protocol {
   }
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    if (now - heard_ > kOptoForceQuiet && now - asked_ > kOptoForceQuiet)
+    if (now - heard_ > kOptoForceQuiet && now - requested_ > kOptoForceQuiet)
       configure(now, divisor_, stream);
-    return std::max(heard_, asked_) + kOptoForceQuiet + milliseconds{1};
+    return std::max(heard_, requested_) + kOptoForceQuiet + milliseconds{1};
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
@@ -82,7 +82,7 @@ class OptoForce final : public Protocol {
 
  private:
   void configure(nanoseconds now, std::uint8_t speed, DeviceStream& stream) {
-    asked_ = now;
+    requested_ = now;
     constexpr std::uint8_t kKeepZero = 0;
     Bytes config = {0xAA, 0x00, 0x32, 0x03, speed, filter_, kKeepZero};
     append_u16(sum_of(config), config);
@@ -147,7 +147,7 @@ class OptoForce final : public Protocol {
   bool synchronised_ = false;
   std::uint16_t status_ = 0;
   nanoseconds heard_{0};
-  nanoseconds asked_{0};
+  nanoseconds requested_{0};
 };
 
 class OptoForceDevice final : public SimulatedDevice {

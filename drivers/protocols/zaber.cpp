@@ -79,7 +79,7 @@ class Zaber final : public LineProtocol {
     if (turn != RequestTimer::Turn::kWait) {
       stream.send("/" + std::to_string(address_) + " " + std::to_string(axis_) + " get pos\n");
     }
-    if (turn == RequestTimer::Turn::kAskAgain) ++stream.counts.lost;
+    if (turn == RequestTimer::Turn::kRequestAgain) ++stream.counts.lost;
     return timer_.next();
   }
 
@@ -120,8 +120,8 @@ class Zaber final : public LineProtocol {
     if (!steps) return false;
     DeviceReading reading;
     reading.arrival = arrival;
-    reading.asked = timer_.answered();
-    if (!reading.asked) {
+    reading.requested = timer_.answered();
+    if (!reading.requested) {
       ++stream.counts.duplicates;
       return true;
     }
@@ -147,7 +147,7 @@ class ZaberDevice final : public SimulatedDevice {
     for (const std::uint8_t byte : bytes) {
       const auto line = lines_.take(byte);
       if (!line || *line != "/1 1 get pos") continue;
-      asked_ = true;
+      requested_ = true;
       std::string reply = "@01 1 OK IDLE -- " + std::to_string(steps_);
       unsigned sum = 0;
       for (const char c : reply.substr(1)) sum += static_cast<unsigned char>(c);
@@ -160,7 +160,7 @@ class ZaberDevice final : public SimulatedDevice {
   void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
     steps_ = std::lround(sample.depth_mm * kSimulatedSteps_per_mm);
   }
-  [[nodiscard]] bool started() const noexcept override { return asked_; }
+  [[nodiscard]] bool started() const noexcept override { return requested_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return milliseconds{1};  // its position is available at any time
   }
@@ -168,7 +168,7 @@ class ZaberDevice final : public SimulatedDevice {
 
  private:
   long steps_ = 0;
-  bool asked_ = false;
+  bool requested_ = false;
   LineSplitter lines_;
 };
 

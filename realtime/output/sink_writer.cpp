@@ -167,6 +167,7 @@ void SinkWriter::write_all() {
   spikes_.reserve(kBatch);
   write_until_ended();
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
+  if (started_) write_marks();  // those set after the last item
   const bool complete = ending_.load(std::memory_order_acquire) == Ending::kClose;
   if (healthy()) keep(complete ? sink_.close() : sink_.flush());
   outcome_.delivered = sink_.delivered();

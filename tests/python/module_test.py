@@ -266,6 +266,12 @@ class Scenes(Case):
             scene.nonsense
         with self.assertRaisesRegex(merkel.Error, "did you mean finger"):
             merkel.Scene("fingr")
+
+    def test_advice_is_that_of_python(self):
+        file = self.path("taken.csv")
+        pathlib.Path(file).touch()
+        with self.assertRaisesRegex(merkel.Error, "already exists: add overwrite=True"):
+            merkel.connect("sim:ramp", sinks=["csv:" + file])
         with self.assertWarnsRegex(UserWarning, "now called goodwin-cs"):
             merkel.Scene("goodwin-hh")
 

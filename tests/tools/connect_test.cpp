@@ -9,6 +9,7 @@
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tools/free_ports.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/connect/recognition.hpp"
 
@@ -37,9 +38,11 @@ INSTANTIATE_TEST_SUITE_P(Devices, ConnectTo, testing::Values("hbf1", "mark10", "
                          [](const auto& entry) { return std::string(entry.param); });
 
 TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
-  for (const auto& [line, columns, baud] : {std::tuple("Force: 0.300 N", "columns=force_N", 115200),
-                                            std::tuple("12;0,300;1", "decimal=comma", 9600),
-                                            std::tuple("0.300", "columns=force_N", 57600)}) {
+  for (const auto& [line, columns, baud] :
+       {std::tuple("Force: 0.300 N", "columns=force_N", 115200),
+        std::tuple("12;0,300;1", "decimal=comma", 9600),
+        std::tuple("F=0.119N D=0.143mm", "columns=force_N,depth_mm", 115200),
+        std::tuple("0.300", "columns=force_N", 57600)}) {
     const TemporaryFolder folder;
     const LinePrinter gauge(line, baud);
     const auto connected =
@@ -54,17 +57,40 @@ TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
   }
 }
 
+// Its address is the sensor's, at which this program cannot listen.
+TEST(Connect, AsksASensorOnTheNetwork) {
+  const TemporaryFolder folder;
+  const std::string address = "udp:127.0.0.1:" + std::to_string(free_ports(1)[0]);
+  RunningDevice sensor(DeviceSimulator::Settings{
+      .protocol = &ati_rdt_entry(), .trace = dyadic_press(4000), .network = address});
+  const auto connected = run_program({"connect", address, "--yes", "--out", folder.path("s.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err;
+  EXPECT_NE(read_file(folder.path("s.toml")).find("protocol=ati_rdt"), std::string::npos);
+}
+
+TEST(Connect, RefusesWhatItCannotRecogniseOrWouldReplace) {
+  const TemporaryFolder folder;
+  const auto simulated = run_program({"connect", "sim:ramp"});
+  EXPECT_EQ(simulated.exit_code, 2);
+  EXPECT_NE(simulated.err.find("can be recognised"), std::string::npos) << simulated.err;
+  const std::string scene = folder.file("s.toml", "");
+  const auto taken = run_program({"connect", "udp:127.0.0.1:9", "--out", scene});
+  EXPECT_EQ(taken.exit_code, 2);
+  EXPECT_NE(taken.err.find("already exists: add --overwrite"), std::string::npos) << taken.err;
+}
+
 TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   const TemporaryFolder folder;
   const LinePrinter gauge("0.300");
-  const auto asked = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
-  EXPECT_EQ(asked.exit_code, 2);
-  EXPECT_NE(asked.out.find("1: force_N = 0.3"), std::string::npos) << asked.out;
-  EXPECT_NE(asked.out.find("2: depth_mm = 0.3"), std::string::npos) << asked.out;
+  const auto requested = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
+  EXPECT_EQ(requested.exit_code, 2);
+  EXPECT_NE(requested.out.find("1: force_N = 0.3"), std::string::npos) << requested.out;
+  EXPECT_NE(requested.out.find("2: depth_mm = 0.3"), std::string::npos) << requested.out;
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.toml")));
   // Follows the advice: the URI of the second interpretation.
   std::smatch uri;
-  ASSERT_TRUE(std::regex_search(asked.err, uri, std::regex("serial:[^ ]+[?][^ ]+"))) << asked.err;
+  ASSERT_TRUE(std::regex_search(requested.err, uri, std::regex("serial:[^ ]+[?][^ ]+")))
+      << requested.err;
   const auto again = run_program({"connect", uri.str(), "--out", folder.path("s.toml")});
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE(again.out.find("depth 0.3 mm"), std::string::npos) << again.out;
@@ -91,7 +117,8 @@ std::string follow_advice(std::string uri, int most) {
 }
 
 TEST(Advice, WorksWhenItIsFollowed) {
-  for (const char* line : {"Force: 0.300 N", "0.300", "17,0.300,4", "0,300", "12;0,300"}) {
+  for (const char* line :
+       {"Force: 0.300 N", "0.300", "17,0.300,4", "0,300", "12;0,300", "3594641,28,0.2,0.5"}) {
     const LinePrinter gauge(line);
     const std::string uri = follow_advice("serial:" + gauge.name() + "?protocol=mark10", 4);
     EXPECT_TRUE(uri.starts_with("serial:")) << line << ": " << uri;

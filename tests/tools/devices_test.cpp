@@ -324,8 +324,9 @@ TEST(Devices, ARecordingIsNotReleasedForBeingSparse) {
   const auto json = nlohmann::json::parse(run.out);
   EXPECT_EQ(json["probes"][0]["released_ticks"], 0);
   const std::string scene = folder.file("s.toml", "[loop]\nstale_after_ms = 50\n");
-  const auto asked = run_program({"run", scene, "--fast", "--probe", "replay:" + trace, "--json"});
-  EXPECT_GT(nlohmann::json::parse(asked.out)["probes"][0]["released_ticks"], 900);
+  const auto requested =
+      run_program({"run", scene, "--fast", "--probe", "replay:" + trace, "--json"});
+  EXPECT_GT(nlohmann::json::parse(requested.out)["probes"][0]["released_ticks"], 900);
 }
 
 TEST(Devices, ProbesListsTheProtocols) {

@@ -59,7 +59,7 @@ TEST(Scenes, AHandWithItsOwnPatchesKeepsTheProbesThatPressOnThem) {
   EXPECT_EQ(two->model.indenters[1].patch, 1U);
 }
 
-TEST(Scenes, WhatWouldTakeTooMuchMemoryIsRefused) {
+TEST(Scenes, ScenesThatNeedTooMuchMemoryAreRefused) {
   for (const char* const text :
        {"[receptors]\nlength_mm = 1e308\n", "[receptors]\nwidth_mm = 1e308\n",
         "[probe]\ntip = \"pin\"\ndiameter_mm = 1000\n",

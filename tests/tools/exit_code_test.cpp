@@ -55,6 +55,14 @@ TEST(ExitCode, HelpListsTheCodes) {
   EXPECT_NE(help.out.find("3 a device or the host"), std::string::npos) << help.out;
 }
 
+TEST(CommandLineOptions, TakeOneValueAndNameTheirLimits) {
+  expect({{{"run", "--fast", "--sink", "csv:/dev/null", "goodwim"}, 2, "did you mean goodwin?"},
+          {{"run", "--fast", "--seed", "-1"}, 2, "must be a whole number from 0 on, but is -1"},
+          {{"run", "paper", "extra"}, 2, "unexpected argument: extra"},
+          {{"bench", "--step-us", "0"}, 2, "--step-us: must be from 0.1 to 1000, but is 0"},
+          {{"bench", "--step-us", "x"}, 2, "--step-us: must be a number, but is x"}});
+}
+
 TEST(MistypedWords, AreAnsweredWithTheNearestOne) {
   expect({{{"rnu"}, 2, "there is no command rnu: did you mean run?"},
           {{"inspekt", "neuron"}, 2, "did you mean inspect?"},

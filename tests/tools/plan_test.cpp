@@ -100,7 +100,7 @@ TEST(Plan, PredictsTheErrorThatCvodeMeasuresAndMeetsTheBudget) {
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 50\n[receptors]\nseed = 5\n[probe]\nuri = "
       "\"sim:sine?depth_mm=2.5\"\n",
       "[network]\ngain = 0\n[accuracy]\nspike_time_us = 5\n[probe]\nradius_mm = 4\n",
-      "[accuracy]\nspike_time_us = 50\n"};
+      "[accuracy]\nspike_time_us = 50\n[probe]\nuri = \"sim:ramp?hold_s=0.65&tail_s=0.08\"\n"};
   for (const std::string& text : scenes) {
     Scene scene = scene_of(text);
     const auto plan = make_plan(scene);
@@ -196,6 +196,20 @@ TEST(Plan, KeepsTheBudgetInScenesDrawnAtRandom) {
                                1e3 * found.rms_ms, *plan->budget_us));
   }
   EXPECT_GE(near, 18);
+}
+
+// The coupled pair of afferents amplifies errors for as long as it fires.
+TEST(Plan, KeepsTheBudgetOverALongPressOfTheNetwork) {
+#ifdef MERKEL_SANITIZED
+  GTEST_SKIP() << "takes minutes under a sanitizer";
+#endif
+  Scene scene = scene_of("[accuracy]\nspike_time_us = 50\n[probe]\nuri = \"sim:ramp\"\n");
+  const auto plan = make_plan(scene);
+  ASSERT_TRUE(plan) << plan.error().sentence;
+  const SpikeTrainError found = true_error(scene);
+  EXPECT_GT(found.matched, 200U);
+  EXPECT_EQ(found.unmatched, 0U);
+  EXPECT_LE(1e3 * found.rms_ms, 50.0);
 }
 
 // With ticks of 5 ms, 10 spikes became 4 when the plan did not test the tick.

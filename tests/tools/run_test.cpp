@@ -189,6 +189,9 @@ TEST(Run, APressThatNoAfferentFeelsIsExplainedAndTheAdviceWorks) {
     EXPECT_NE(out.find("try merkel run goodwin --probe '" + uri + "'"), std::string::npos) << out;
     EXPECT_GT(spikes_in({"goodwin", "--probe", uri}), 0);
   }
+  const auto json = run_program({"run", "--fast", "--json", "--probe", "sim:ramp?depth_mm=0.6"});
+  EXPECT_NE(json.out.find("\"silence\": \"no afferent fired: the press reached"), std::string::npos)
+      << json.out;
   const auto apart = run_program({"run", "--fast", "--probe", "sim:ramp?depth_mm=0"});
   EXPECT_NE(apart.out.find("no afferent fired: no probe touched the skin"), std::string::npos);
   EXPECT_EQ(run_program({"run", "--fast"}).out.find("no afferent fired"), std::string::npos);
@@ -231,7 +234,7 @@ TEST(Run, RatesDuringContactAreOfTheTimeOfContact) {
   EXPECT_TRUE(nlohmann::json::parse(apart.out)["neurons"][0]["contact_rate_hz"].is_null());
 }
 
-TEST(Run, WhatAContactDoesNotHaveIsNull) {
+TEST(Run, MissingQuantitiesAreNull) {
   const TemporaryFolder folder;
   const auto press_of = [&](const std::string& scene) {
     const auto run = run_program({"run", folder.file("s.toml", scene), "--fast", "--json"});

@@ -215,10 +215,11 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
   for (const char* part :
        {"### one: 3 recorded trials, 3 of the model", "| hold | 0.200 | 0.900 | 24.29",
         "Victor–Purpura", "van Rossum", "phase locking at 25 Hz (vector strength): recorded 0.967",
-        "| one | 1 |", "### two: 2 recorded trials", "## Not fitted"}) {
+        "| one | 1 |", "### two: 2 recorded trials", "## Data of "}) {
     EXPECT_NE(run.out.find(part), std::string::npos) << part << "\n" << run.out;
   }
-  EXPECT_EQ(run.out.find("## Fitted"), std::string::npos);
+  EXPECT_EQ(run.out.find("goodwin was fitted"), std::string::npos);
+  EXPECT_EQ(run.out.find("## Not fitted"), std::string::npos);
   EXPECT_EQ(read_file(folder.path("s/trials_2.png")).substr(1, 3), "PNG");
   EXPECT_GT(read_file(folder.path("s/psth.csv")).size(), 100U);
   const auto fitted =

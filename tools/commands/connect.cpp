@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "core/units.hpp"
+#include "drivers/files/file_rename.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/protocols/protocol_table.hpp"
@@ -38,7 +39,9 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
   do {
     std::vector<DeviceEntry> serial;
     for (DeviceEntry& entry : list_devices()) {
-      if (entry.uri.starts_with("serial:")) serial.push_back(std::move(entry));
+      // A built-in port exists whether or not something is connected to it: it must be named.
+      const bool built_in = entry.uri.starts_with("serial:/dev/ttyS");
+      if (entry.uri.starts_with("serial:") && !built_in) serial.push_back(std::move(entry));
     }
     for (const DeviceEntry& entry : serial) {
       if (!entry.usable) continue;
@@ -46,7 +49,7 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
       return entry.uri;
     }
     if (!serial.empty()) return unavailable(serial.front().uri + ": " + serial.front().remedy);
-    if (!announced) std::fprintf(stderr, "no serial device found: plug one in; waiting …\n");
+    if (!announced) std::fprintf(stderr, "no USB serial device found: plug one in; waiting …\n");
     announced = true;
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
   } while (std::chrono::steady_clock::now() < end);
@@ -157,7 +160,7 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
   }
   if (!measured.counts || !measured.counts->device_clock) {
     list.emplace_back(
-        "a device clock: samples are timed by their arrival, or by the midpoint of request and reply, or by the midpoint of request and reply");
+        "a device clock: samples are timed by their arrival, or by the midpoint of request and reply");
   }
   return list;
 }
@@ -179,6 +182,10 @@ std::string scene_text(const std::string& uri, const std::vector<std::string>& l
 }
 
 int connect(const ConnectOptions& options) {
+  if (!options.overwrite && file_exists(options.out)) {
+    return refuse(options.out +
+                  " already exists: add --overwrite, or give another name with --out");
+  }
   const auto address = address_of(options);
   if (!address) return refuse(address.error());
   Expected<std::string, SetupError> uri = *address;

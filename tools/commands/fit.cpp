@@ -46,8 +46,9 @@ std::string report_of(const FitResult& result) {
     text += parameter.relative_error < 1.0
                 ? fmt::format("{:.1f} % |", 100.0 * parameter.relative_error)
                 : "none: over 100 % |";
-    for (const double correlation : result.correlation[k])
-      text += fmt::format(" {:.2f} |", correlation);
+    for (const double correlation : result.correlation[k]) {
+      text += std::isfinite(correlation) ? fmt::format(" {:.2f} |", correlation) : " – |";
+    }
     text += "\n";
   }
   text +=
@@ -109,8 +110,9 @@ int fit_command(const FitCommand& command) {
   if (!out->write(scene_of(command, scene->model, *result)) || !out->close()) {
     return fail(out->error());
   }
-  std::printf("\nwrote %s; evaluate it with merkel score %s\n", command.out.c_str(),
-              command.out.c_str());
+  const std::string data = command.data.empty() ? "" : " --data " + command.data;
+  std::printf("\nwrote %s; evaluate it with merkel score %s%s\n", command.out.c_str(),
+              command.out.c_str(), data.c_str());
   return kDone;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/commands/inspect.hpp"
 
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -90,7 +91,9 @@ void add_inspect_command(CommandLine& program) {
       command.subcommand("field", "Stress and strain energy density under a press.",
                          "inspect field --radius-mm 2 --depth-mm 1.5 --r-mm 0,1,2 --z-mm 0.65");
   for (CommandLine* const press : {&contact, &field}) {
-    press->option("--radius-mm", options->radius_mm, "Radius of the sphere, mm", {-1e9, 1e300})
+    press
+        ->option("--radius-mm", options->radius_mm, "Radius of the sphere, mm (inf: a plate)",
+                 {-1e9, std::numeric_limits<double>::infinity()})
         .option("--depth-mm", options->depth_mm, "Indentation depth, mm", {0.0, 1e3})
         .option("--force-N", options->force_N, "Force, N", {0.0, 1e4})
         .option("--scene", options->scene, "Scene whose skin and tip are used");
@@ -140,7 +143,7 @@ void add_inspect_command(CommandLine& program) {
       .subcommand("encoding",
                   "The stimulation commands that a scene's electrodes get for its recorded or "
                   "simulated probes. Research software; makes no claim about safety or percepts.",
-                  "inspect encoding scene.toml --probe replay:tests/traces/taps.csv")
+                  "inspect encoding scene.toml --probe sim:taps")
       .option("scene", options->scene, "Scene file with [[electrode]] and [stimulation]")
       .list("--probe", options->probes, "Probe URI instead of the scene's: replay:, sim:")
       .option("--duration-s", options->duration_s, "Stop after this probe time in seconds",

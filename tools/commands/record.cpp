@@ -140,7 +140,7 @@ int record(const RecordOptions& options) {
   while (!stop.load()) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
     for (const std::string& sentence : (*probe)->take_notices()) {
-      terminal.say("merkel: " + sentence);
+      terminal.print_line("merkel: " + sentence);
     }
     if (!count) {
       if (count.error() != ProbeError::kEndOfStream) broken = count.error();

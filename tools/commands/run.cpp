@@ -20,6 +20,7 @@
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
@@ -55,11 +56,14 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
 /// Prints what happens while the pipeline runs, and reports progress to the service manager.
 void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Parameters& parameters) {
   parameters.on_sink_failure = [&](const std::string& uri, const std::string& error_message) {
-    terminal.say("merkel: the sink " + uri + " was closed and the run continues: " + error_message);
+    terminal.print_line("merkel: the sink " + uri +
+                        " was closed and the run continues: " + error_message);
   };
-  parameters.on_notice = [&](const std::string& sentence) { terminal.say("merkel: " + sentence); };
+  parameters.on_notice = [&](const std::string& sentence) {
+    terminal.print_line("merkel: " + sentence);
+  };
   parameters.on_missing_right = [&](const std::string& sentence) {
-    terminal.say("merkel: note: " + sentence);
+    terminal.print_line("merkel: note: " + sentence);
   };
   parameters.on_progress = [&, line = StatusLine()](const RunProgress& progress) mutable {
     service.progress(progress.counters);
@@ -156,10 +160,8 @@ void add_run_command(CommandLine& program) {
           "Runs a scene: reads its probes, simulates the afferents, sends their spikes to "
           "the sinks and prints a summary. Default scene: the preset paper (Yao & Wang 2019: a "
           "sphere of 2 mm radius on a fingertip). Default probe: a 1.5 mm ramp-and-hold.",
-          "run --fast --probe replay:tests/traces/taps.csv --sink csv:spikes.csv")
-      .option(
-          "scene", options->scene,
-          "Scene file (TOML), or a preset: paper, paper-wide, goodwin, finger, goodwin-cs, hand")
+          "run --fast --probe 'sim:taps?count=6' --sink csv:spikes.csv")
+      .option("scene", options->scene, "Scene file (TOML), or a preset: " + joined(preset_names()))
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
             "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "
@@ -179,12 +181,14 @@ void add_run_command(CommandLine& program) {
             "Print all afferents in the summary, not only the ten with the highest rates")
       .flag(
           "--strict", options->strict,
-          "Also exit with 1 if samples or single ticks were lost, if more than 1 % of the ticks held the last sample, or if "
+          "Also exit with 1 if samples or single ticks were lost, if more than 1 % of the ticks held the last sample of a device, or if "
           "ticks ended late")
       .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
             "Allow sinks to send to other machines and to be reached from them")
-      .notes(kSimProbeHelp)
+      .notes(
+          std::string(kSimProbeHelp) +
+          "\nRecordings, replay:FILE?option=value&...: use (all; depth or force), probe (0), live (0)")
       .runs([options] { return run(*options); });
 }
 

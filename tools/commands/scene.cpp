@@ -30,11 +30,11 @@ int print_scene(const SceneCommand& command) {
 void add_scene_command(CommandLine& program) {
   auto command = std::make_shared<SceneCommand>();
   program
-      .subcommand(
-          "scene",
-          "Prints a preset or a scene file as a complete, commented scene file: every key "
-          "with its value, unit, range and meaning. Presets: paper, paper-wide, goodwin, finger, goodwin-cs, hand.",
-          "scene goodwin > my.toml; merkel run my.toml")
+      .subcommand("scene",
+                  "Prints a preset or a scene file as a complete, commented scene file: every key "
+                  "with its value, unit, range and meaning. Presets: " +
+                      joined(preset_names()) + ".",
+                  "scene goodwin > my.toml; merkel run my.toml")
       .option("scene", command->scene, "Preset or scene file (TOML)")
       .flag("--keys", command->keys,
             "Print all keys of scene files instead, with unit, range, default and meaning "

@@ -33,13 +33,20 @@ std::string in_unit(const DataSet& set, double value) {
   return set.y_name == "decline" ? cell(100.0 * value, 1) + " %" : cell(value) + " Hz";
 }
 
-/// The rows of the data sets that the presets were fitted to, or of the others.
-std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
+/// Which data sets to show: those that goodwin was fitted to, the others, or a user's own.
+enum class Sets { kFitted, kNotFitted, kOwn };
+
+bool belongs(const DataSet& set, Sets sets) {
+  return sets == Sets::kOwn || fitted_to(set) == (sets == Sets::kFitted);
+}
+
+/// Published errors of other models are those on the bundled recordings.
+std::string table_of_sets(const std::vector<SetScore>& scores, Sets sets) {
   std::string text;
   std::size_t skipped = 0;
   for (const SetScore& score : scores) {
-    if (fitted_to(*score.set) != fitted) continue;
-    const PeerScores peers = peers_of(score.set->name);
+    if (!belongs(*score.set, sets)) continue;
+    const PeerScores peers = peers_of(sets == Sets::kOwn ? "" : score.set->name);
     text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", score.set->name,
                         score.set->points.size() - score.skipped, in_unit(*score.set, score.rmse),
                         cell(score.r2, 3), cell(score.R2, 3), cell(peers.touchsim, 1),
@@ -58,10 +65,10 @@ std::string table_of_sets(const std::vector<SetScore>& scores, bool fitted) {
   return text;
 }
 
-std::string declines(const std::vector<SetScore>& scores, bool fitted) {
+std::string declines(const std::vector<SetScore>& scores, Sets sets) {
   std::string text;
   for (const SetScore& score : scores) {
-    if (score.set->y_name != "decline" || fitted_to(*score.set) != fitted) continue;
+    if (score.set->y_name != "decline" || !belongs(*score.set, sets)) continue;
     for (std::size_t i = 0; i < score.predicted.size(); ++i) {
       text += fmt::format("- {}, {:g} mm: {:.1f} % (recorded {:.0f} %)\n", score.set->name,
                           score.set->points[i].x, 100.0 * score.predicted[i],
@@ -74,21 +81,28 @@ std::string declines(const std::vector<SetScore>& scores, bool fitted) {
 class Scorecard {
  public:
   Scorecard(const ReportFolder& folder, std::size_t trials, const TactileModel::Parameters& scene,
-            const Recordings& recordings)
-      : folder_(folder), trials_(trials), scene_(scene), recordings_(recordings) {}
+            const Recordings& recordings, std::string data)
+      : folder_(folder),
+        trials_(trials),
+        scene_(scene),
+        recordings_(recordings),
+        data_(std::move(data)) {}
 
   Expected<std::string, SetupError> make(const Scene& named) {
     const auto scores = score_sets(scene_, recordings_.sets, trials_, folder_.progress);
     if (!scores) return bad_input(named.sentence(scores.error()));
-    const auto part = [&](const char* heading, bool fitted) {
-      const std::string body = table_of_sets(*scores, fitted) + declines(*scores, fitted);
-      return body.empty() ? body : heading + body + "\n";
+    const auto part = [&](const std::string& heading, Sets sets) {
+      const std::string body = table_of_sets(*scores, sets) + declines(*scores, sets);
+      return body.empty() ? body : "## " + heading + "\n\n" + body + "\n";
     };
     std::string text =
         "r² is the squared correlation. R² = 1 − SSE/SST also penalises a wrong gain or "
         "offset.\n\n" +
-        part("## Fitted (g, k1 and k3 of the presets are fitted to these data)\n\n", true) +
-        part("## Not fitted: an independent check\n\n", false);
+        (data_.empty()
+             ? part("Data to which goodwin was fitted (g, k1 and k3)", Sets::kFitted) +
+                   part("Not fitted: an independent check", Sets::kNotFitted)
+             : part("Data of " + data_ + " (independent if the scene was not fitted to them)",
+                    Sets::kOwn));
     if (!recordings_.trials.empty()) {
       const auto trials = score_trials(scene_, recordings_, trials_, folder_);
       if (!trials) return trials;
@@ -235,6 +249,7 @@ class Scorecard {
   std::size_t trials_;
   const TactileModel::Parameters& scene_;
   const Recordings& recordings_;
+  std::string data_;  ///< file of the recordings; empty: the bundled ones
 };
 
 int score(const ScoreCommand& command) {
@@ -244,7 +259,7 @@ int score(const ScoreCommand& command) {
   if (!recordings) return refuse(recordings.error());
   const ReportPart parts[] = {{"scorecard", [&](const ReportFolder& folder) {
                                  return Scorecard(folder, static_cast<std::size_t>(command.trials),
-                                                  scene->model, *recordings)
+                                                  scene->model, *recordings, command.data)
                                      .make(*scene);
                                }}};
   return make_report({.folder = command.folder,

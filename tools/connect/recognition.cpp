@@ -114,7 +114,8 @@ std::string meaning_of(const DeviceReading& reading) {
 }
 
 /// Sends a protocol's requests to a port. \return what the protocol decodes, or nothing
-std::optional<Reading> ask(Transport& port, const ProtocolEntry& entry, std::string& received) {
+std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& entry,
+                                       std::string& received) {
   const auto uri = Uri::parse("serial:?" + std::string(entry.options));
   UriOptions options(*uri);
   const auto protocol = entry.make(options);
@@ -151,10 +152,11 @@ std::optional<Reading> ask(Transport& port, const ProtocolEntry& entry, std::str
 }
 
 /// The possible interpretations of bytes that arrived without a request.
-std::vector<Reading> readings_of(const Heard& heard) {
+/// \param serial  other ports carry lines and hbf1 only
+std::vector<Reading> readings_of(const Heard& heard, bool serial) {
   const std::string_view likely = likely_protocol(heard.bytes);
   std::vector<Reading> readings;
-  if (!likely.empty() && likely != "csv") {
+  if (!likely.empty() && likely != "csv" && (serial || likely == "hbf1")) {
     const auto entry = find_protocol(likely);
     const auto uri = Uri::parse("serial:?" + std::string((*entry)->options));
     UriOptions options(*uri);
@@ -190,16 +192,28 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
   const auto uri = Uri::parse(address);
   if (!uri) return Unexpected<SetupError>(uri.error());
   const bool serial = uri->scheme == "serial";
+  if (!serial && uri->scheme != "tcp" && uri->scheme != "udp") {
+    return bad_input(
+        "\"" + address +
+        "\": only devices at serial:, tcp: and udp: can be recognised; add the protocol "
+        "and its options (merkel probes lists them)");
+  }
   std::string received;
+  std::optional<SetupError> unopened;
   Recognition found{.address = address, .baud = 0, .received = {}, .readings = {}};
   // Listen first: many devices send without a request.
   for (const int baud :
        serial ? std::span<const int>(kBauds) : std::span<const int>(kBauds).first(1)) {
     auto port = open_port(*uri, baud, false);
-    if (!port) return Unexpected<SetupError>(port.error());
+    if (!port) {
+      // A sensor of another machine cannot be listened at: it is asked below.
+      unopened = port.error();
+      if (uri->scheme == "udp") break;
+      return Unexpected<SetupError>(*unopened);
+    }
     const Heard heard = listen(**port, kListening);
     if (heard.bytes.empty()) break;  // silent at every rate
-    found.readings = readings_of(heard);
+    found.readings = readings_of(heard, serial);
     if (received.empty() || is_text(heard.bytes)) received = shown(heard.bytes);
     if (found.readings.empty()) continue;
     found.baud = serial ? baud : 0;
@@ -209,7 +223,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
   const auto try_to_ask = [&](const ProtocolEntry& entry) {
     auto port = open_port(*uri, entry.baud, entry.datagrams);
     if (!port) return false;
-    auto reading = ask(**port, entry, found.received);
+    auto reading = request_reading(**port, entry, found.received);
     if (!reading) return false;
     found.baud = serial ? entry.baud : 0;
     found.readings = {std::move(*reading)};
@@ -217,7 +231,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
   };
   if (uri->scheme == "udp") {
     if (try_to_ask(ati_rdt_entry())) return found;
-    return Unexpected<SetupError>(nothing_made(address, received));
+    return Unexpected<SetupError>(unopened ? *unopened : nothing_made(address, received));
   }
   for (const ProtocolEntry& entry : protocol_table()) {
     if (entry.name != "csv" && (serial || entry.name == "hbf1") && try_to_ask(entry)) return found;

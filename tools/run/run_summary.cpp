@@ -178,9 +178,10 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     text += "sink " + sink.uri + ":" + handover_text(counts) + "\n";
     if (!sink.error_message.empty()) text += fmt::format("  failed: {}\n", sink.error_message);
   }
-  text += silence_text(report, model);
-  text += afferent_text(afferent_rows(report, model), all_afferents);
-  return text + verdict_text(verdict_of(report, model), report);
+  text += verdict_text(verdict_of(report, model), report);
+  const std::string silence = silence_text(report, model);
+  if (!silence.empty()) text += silence + "\n";
+  return text + afferent_text(afferent_rows(report, model), all_afferents);
 }
 
 std::string summary_json(const RunReport& report, const TactileModel& model, const Plan* plan) {
@@ -210,6 +211,8 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
                   {"verdict", verdict_json(verdict_of(report, model))},
                   {"delay_ms", units::ms_from(report.delay)}};
   add_counters(summary, report);
+  const std::string silence = silence_text(report, model);
+  summary["silence"] = silence.empty() ? Json() : Json(silence);
   summary["plan"] = plan != nullptr ? plan_part(*plan, report) : Json();
   summary["loop"] = loop_json(report);
   summary["closest_rims"] =

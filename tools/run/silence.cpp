@@ -120,14 +120,14 @@ bool goodwin_fires(const TactileModel& model, std::size_t probe, const DeepestPr
 std::string silence_text(const RunReport& report, const TactileModel& model) {
   if (report.spikes > 0) return {};
   const auto probe = hardest(model);
-  if (!probe) return "no afferent fired: no probe touched the skin\n";
+  if (!probe) return "no afferent fired: no probe touched the skin";
   const Press& deepest = model.deepest()[*probe];
   std::string text = "no afferent fired: the press reached " +
                      decimal(units::N_from_mN(deepest.contact.force_mN)) + " N (" +
                      decimal(deepest.contact.depth_mm) + " mm)";
   const DeepestPress& seen = report.probes[*probe].deepest_press;
   auto press = SamePress::create(model.parameters(), *probe, deepest, seen);
-  if (!press) return text + "\n";
+  if (!press) return text;
   const bool force = press->force();
   const double level = force ? deepest.contact.force_mN : deepest.contact.depth_mm;
   const auto threshold = press->threshold(
@@ -150,10 +150,11 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     advice += std::string(advice.empty() ? "" : " or ") + "try merkel run goodwin --probe '" +
               report.probes[*probe].uri + "'";
   }
-  if (advice.empty())
-    return text + ": no press of this tip can make an afferent of this scene fire\n";
+  if (advice.empty()) {
+    return text + ": no press of this tip can make an afferent of this scene fire";
+  }
   advice.front() = static_cast<char>(advice.front() - 'a' + 'A');
-  return text + ". " + advice + "\n";
+  return text + ". " + advice;
 }
 
 }  // namespace merkel

@@ -63,7 +63,7 @@ void TerminalLine::show(const std::vector<std::string>& fields) {
   std::fflush(stderr);
 }
 
-void TerminalLine::say(const std::string& sentence) {
+void TerminalLine::print_line(const std::string& sentence) {
   const bool line = on_terminal_ && !shown_.empty();
   std::fprintf(stderr, "%s%s\n", line ? "\r\033[K" : "", sentence.c_str());
   if (line) std::fputs(cut(shown_, columns_now()).c_str(), stderr);

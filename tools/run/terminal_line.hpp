@@ -23,7 +23,7 @@ class TerminalLine {
   /// Shows as many of the fields as fit, the first ones first.
   void show(const std::vector<std::string>& fields);
   /// Prints a line above it.
-  void say(const std::string& sentence);
+  void print_line(const std::string& sentence);
   void clear();
 
  private:

@@ -100,6 +100,10 @@ class RunChecks {
           fmt::format("touch was lost for {:.3g} s of {:.3g}: no sample of {} arrived in time",
                       lost_s, run_s, probe.uri),
           "keep the device streaming, and look for the cause in the clock and delay lines of the summary");
+    } else if (lost_s > 0.01) {
+      add(Severity::kLoss, weight,
+          fmt::format("{} was released for {:.3g} s: no sample arrived in time", probe.uri, lost_s),
+          "keep the device streaming, or increase [loop] stale_after_ms");
     }
   }
 
@@ -228,10 +232,18 @@ std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& mod
 }
 
 std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
+  if (!report.error_message.empty()) return "verdict: the run stopped: see the error\n";
   if (findings.empty()) {
-    return fmt::format(
-        "verdict: no losses: all samples were used and all {} spikes were delivered\n",
-        report.spikes);
+    std::uint64_t late = 0;
+    for (const RunReport::OfProbe& probe : report.probes) late += probe.counts.late;
+    std::string text = "verdict: no losses";
+    text += late == 0 ? ": no sample was late" : fmt::format(": only {} samples were late", late);
+    if (!report.sinks.empty()) {
+      text += fmt::format(", all {} spikes were delivered", report.spikes);
+    } else if (report.spikes > 0) {
+      text += ". The spikes were not stored: add --sink csv:spikes.csv";
+    }
+    return text + "\n";
   }
   std::string text = "verdict:\n";
   for (const Finding& finding : findings) {

@@ -18,7 +18,7 @@
 
 namespace merkel {
 
-/// What simulates a scene.
+/// The model and loop settings of a scene.
 struct Simulation {
   std::unique_ptr<TactileModel> model;
   std::unique_ptr<StimulationEncoder> encoder;  ///< null: the scene has no electrodes

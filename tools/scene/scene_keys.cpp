@@ -8,7 +8,8 @@ namespace {
 
 constexpr Field kSpikeTime[] = {
     {"spike_time_us", "µs", positive(1e6),
-     "largest rms error of spike times; the plan then sets method, precision and step",
+     "largest rms error of spike times in a rehearsal (1 s, with a network 4 s): the plan then sets "
+     "method, precision and step",
      at<&Scene::spike_time_us>, "method, precision and step_us of [neuron] apply"}};
 
 /// A patch of the scene, by name.

@@ -96,7 +96,8 @@ constexpr Preset kPresets[] = {
     {"paper", paper, "20 coupled afferents under a sphere: the fingertip of Yao & Wang 2019"},
     {"paper-wide", paper_wide, "the same with the wide transduction of the paper's Figs 6 and 7"},
     {"goodwin", goodwin, "450 afferents of a curved fingertip, fitted to recordings"},
-    {"finger", finger, "goodwin on skin as soft as the mean human fingerpad"},
+    {"finger", finger,
+     "goodwin on skin as soft as the mean of four human fingerpads, which differ by a factor of 2"},
     {"goodwin-cs", goodwin_cs, "goodwin with Connor-Stevens neurons"},
     {"hand", hand, "five fingertips and a palm: 4250 afferents, six probes"}};
 

@@ -111,6 +111,13 @@ TEST(EnergyDriven, AContactBesideTheApexOfTheFingerIsShifted) {
     const double kept = k / (k + 1.0 / 7.0);
     EXPECT_NEAR(made.x_mm, 15.0 + 2.0 * kept, 1e-12);
     EXPECT_NEAR(made.y_mm, 10.0 - kept, 1e-12);
+
+    // Along the finger, its own radius decides.
+    TactileModel::Parameters long_finger = parameters;
+    long_finger.skin.radius_along_mm = 14.0;
+    const Press along = model_of(long_finger).press(0, beside);
+    EXPECT_NEAR(along.x_mm, 15.0 + 2.0 * k / (k + 1.0 / 14.0), 1e-12);
+    EXPECT_EQ(along.y_mm, made.y_mm);
   }
 }
 

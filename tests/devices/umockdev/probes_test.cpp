@@ -47,7 +47,7 @@ TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
   EXPECT_EQ(find("usb:1209:0001")["remedy"], "");
 }
 
-TEST(MockedProbes, WhatMayNotBeOpenedSaysWhyAndWhatToDo) {
+TEST(MockedProbes, ADeviceWithoutPermissionGetsReasonAndRemedy) {
   if (const std::string obstacle = MockSerialAdapter::obstacle(); !obstacle.empty()) {
     GTEST_SKIP() << obstacle;
   }

@@ -123,7 +123,7 @@ TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
   EXPECT_GT((*probe)->device_counts()->readings, 200U);
 }
 
-TEST(FusedProbe, WhatCannotBeFusedIsNamed) {
+TEST(FusedProbe, MembersThatCannotBeFusedAreNamed) {
   const auto sentence = [](const std::string& uri) { return open_probe(uri).error().sentence; };
   EXPECT_NE(sentence("fused:").find("fewer than two members"), std::string::npos);
   EXPECT_NE(sentence("fused:sim:ramp|sim:ramp").find("is a recording"), std::string::npos);

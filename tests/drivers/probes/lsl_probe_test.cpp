@@ -156,7 +156,7 @@ TEST(LslProbe, AfterAnOutageAnotherStreamOfItsNameIsNotTakenForIt) {
   EXPECT_FALSE((*probe)->connected());
 }
 
-TEST(LslProbe, WhatCannotBeReadIsNamed) {
+TEST(LslProbe, UnreadableStreamsAreNamed) {
   EXPECT_NE(open("lsl:").error().sentence.find("name the stream"), std::string::npos);
   const auto missing = open("lsl:" + unique_name());
   ASSERT_FALSE(missing);

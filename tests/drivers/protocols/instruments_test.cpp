@@ -114,7 +114,7 @@ TEST(Esm, ReadsTravelAndForceByTheirUnits) {
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kDepth), 12.345);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 4.285);
-  EXPECT_EQ(talk.now - *talk.stream.readings[0].asked, milliseconds{7});
+  EXPECT_EQ(talk.now - *talk.stream.readings[0].requested, milliseconds{7});
   talk.now += milliseconds{50};
   EXPECT_EQ(talk.poll(), "n");
   talk.take("1 lbF, 0.5 in\r\n");
@@ -226,7 +226,7 @@ TEST(Zaber, AsksForItsPosition) {
   talk.take("@01 1 OK IDLE -- 10000\r\n");
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kZ), 5.0);
-  EXPECT_EQ(talk.now - *talk.stream.readings[0].asked, milliseconds{3});
+  EXPECT_EQ(talk.now - *talk.stream.readings[0].requested, milliseconds{3});
 }
 
 TEST(Zaber, ChecksumsAlertsAndRejections) {

@@ -1,6 +1,8 @@
 #include "tools/python/src/records.hpp"
 
 #include <limits>
+#include <string_view>
+#include <utility>
 
 #include "core/units.hpp"
 
@@ -77,6 +79,16 @@ std::vector<AfferentRow> afferent_rows(const ModelParameters& model) {
   auto rows = merkel::afferents_of(model);
   if (!rows) throw Error(rows.error().key + " " + rows.error().reason);
   return std::move(*rows);
+}
+
+std::string in_python(std::string sentence) {
+  static constexpr std::pair<std::string_view, std::string_view> kNames[] = {
+      {"--overwrite", "overwrite=True"}, {"--allow-remote", "allow_remote=True"}};
+  for (const auto& [option, argument] : kNames) {
+    const auto place = sentence.find(option);
+    if (place != std::string::npos) sentence.replace(place, option.size(), argument);
+  }
+  return sentence;
 }
 
 }  // namespace merkel::python

@@ -92,14 +92,17 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A sentence of the program with its options as arguments of Python.
+[[nodiscard]] std::string in_python(std::string sentence);
+
 /// The value, or its error thrown as Error.
 template <class T>
 [[nodiscard]] T or_throw(Expected<T, SetupError>&& value) {
-  if (!value) throw Error(value.error().sentence);
+  if (!value) throw Error(in_python(value.error().sentence));
   return std::move(*value);
 }
 inline void or_throw(Expected<void, SetupError>&& value) {
-  if (!value) throw Error(value.error().sentence);
+  if (!value) throw Error(in_python(value.error().sentence));
 }
 
 }  // namespace merkel::python

@@ -95,8 +95,10 @@ class Rehearser {
   Expected<void, SetupError> make_reference(const std::vector<std::chrono::nanoseconds>& ticks) {
     Scene exact = scene_;
     auto tick = scene_.model.tick;
-    // Another step changes the noise: for noisy neurons, only the effect of skipping is measured.
-    if (!scene_.model.energy_driven()) {
+    // Another step changes the noise, so noisy neurons keep theirs, with a tick for each step.
+    if (scene_.model.energy_driven()) {
+      exact.model.tick = tick = scene_.model.step;
+    } else {
       tick = part_of(ticks.back(), std::min(ticks.back() / 4, ticks.front() / kReferenceTicks));
       set_option(exact.model, {.method = IntegrationMethod::kRk4,
                                .precision = Precision::kDouble,
@@ -228,14 +230,17 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
          .reason =
              "applies only to Hodgkin-Huxley neurons, because the others have noise: remove it"}));
   }
-  // Large scenes have a shorter rehearsal, because the reference is slow.
+  // Large scenes have a shorter rehearsal, because the reference is slow. A network amplifies
+  // errors for as long as its neurons fire nearly together, so an error limit takes a longer one.
   std::size_t neurons = 0;
   for (const PatchParameters& patch : scene.model.patches) {
     const auto layout = layout_of(patch);
     if (!layout) return bad_input(scene.sentence(layout.error()));
     neurons += layout->afferents.size();
   }
-  const std::chrono::milliseconds most{neurons > 500 ? 250 : 1000};
+  const bool coupled =
+      scene.spike_time_us && !scene.model.energy_driven() && scene.model.network.gain > 0.0;
+  const std::chrono::milliseconds most{neurons > 500 ? 250 : coupled ? 4000 : 1000};
   const auto recording = ProbeRecording::read(scene, most);
   if (!recording) return Unexpected<SetupError>(recording.error());
   if (const auto checked = TactileModel::create(scene.model); !checked) {

@@ -79,7 +79,6 @@ BarBoundaryElements::BarBoundaryElements(const Parameters& p) : poisson_ratio_(p
       Element& element = elements_[static_cast<std::size_t>(active[k])];
       element.pressure_kPa = pressure(static_cast<Eigen::Index>(k));
       force_mN_ += 16.0 * element.pressure_kPa * element.half_width * element.half_length;
-      contact_length_mm_ = std::max(contact_length_mm_, 2.0 * (element.y + element.half_length));
     }
     break;
   }

@@ -24,8 +24,6 @@ class BarBoundaryElements {
   explicit BarBoundaryElements(const Parameters& parameters);
 
   [[nodiscard]] double force_mN() const noexcept { return force_mN_; }
-  /// Total length of the contact along the bar.
-  [[nodiscard]] double contact_length_mm() const noexcept { return contact_length_mm_; }
   /// Superposes point loads; z must be at least about one element.
   [[nodiscard]] CartesianStress stress(double x_mm, double y_mm, double z_mm) const;
 
@@ -36,7 +34,6 @@ class BarBoundaryElements {
   std::vector<Element> elements_;  ///< of the quarter x > 0, y > 0
   double poisson_ratio_;
   double force_mN_ = 0.0;
-  double contact_length_mm_ = 0.0;
 };
 
 }  // namespace merkel::reference

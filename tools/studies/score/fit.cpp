@@ -104,7 +104,9 @@ void estimate_errors(FitResult& result, const Eigen::MatrixXd& slopes,
       smallest > 0.0 ? Eigen::MatrixXd(curvature.inverse() * result.cost_after / freedom)
                      : Eigen::MatrixXd::Constant(count, count, kInfinite);
   for (Eigen::Index k = 0; k < count; ++k) {
-    result.parameters[static_cast<std::size_t>(k)].relative_error = std::sqrt(covariance(k, k));
+    // Without a spare measurement, the residual says nothing about the errors.
+    result.parameters[static_cast<std::size_t>(k)].relative_error =
+        slopes.rows() > count ? std::sqrt(covariance(k, k)) : kInfinite;
     std::vector<double> row;
     for (Eigen::Index j = 0; j < count; ++j) {
       row.push_back(covariance(k, j) / std::sqrt(covariance(k, k) * covariance(j, j)));

@@ -133,7 +133,7 @@ std::string locking(const RecordedTrials& set, const Trains& model) {
                      number(strength(model), 3));
 }
 
-/// Correlation of the two PSTHs, and their table.
+/// R² of the simulated PSTH against the recorded one. Writes both as a table.
 double write_psth(const RecordedTrials& set, const Trains& model, CsvTable& table) {
   std::vector<double> recorded;
   std::vector<double> simulated;
