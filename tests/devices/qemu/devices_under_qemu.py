@@ -253,7 +253,7 @@ def check_parts(parts):
     def refused(name, *words):
         code, _, err = parts.get(name, (-1, "", "it did not run"))
         print(f"{name}:\n  {err.strip()}")
-        check(code == 2 and err.count("\n") == 1, "one sentence, exit 2")
+        check(code == 3 and err.count("\n") == 1, "one sentence, exit 3")
         for word in words:
             check(word in err, f"it says \"{word}\"")
 
