@@ -401,7 +401,7 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
     EXPECT_LE(timing.computed, timing.published);
   }
   // Only ticks that start on time have a timing: a loaded machine may have none with spikes.
-  EXPECT_TRUE(before > nanoseconds{0} || report->overruns > 0);
+  EXPECT_TRUE(before > nanoseconds{0} || report->overruns + report->skipped_ticks > 0);
 }
 
 TEST(Pipeline, ASilentDeviceIsRefusedWithARemedy) {
