@@ -7,6 +7,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "drivers/files/csv_text.hpp"
+
 namespace merkel {
 namespace {
 
@@ -16,8 +18,7 @@ constexpr std::string_view kPart = ".part";
 bool is_stamp(std::string_view text) {
   constexpr std::size_t kLength = 15;
   if (text.size() != kLength || text[8] != 'T') return false;
-  return std::all_of(text.begin(), text.end(),
-                     [](char c) { return (c >= '0' && c <= '9') || c == 'T'; });
+  return std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || c == 'T'; });
 }
 
 }  // namespace

@@ -1,12 +1,11 @@
 #include "drivers/files/npy_file.hpp"
 
-#include <bit>
 #include <utility>
+
+#include "drivers/files/raw_bytes.hpp"
 
 namespace merkel {
 namespace {
-
-static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t kNpyHeaderBytes = 128;
 
@@ -46,9 +45,7 @@ void NpyFile::append(std::int64_t value) {
   buffer_.append(reinterpret_cast<const char*>(&value), value_bytes_);
 }
 
-void NpyFile::append(double value) {
-  buffer_.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
+void NpyFile::append(double value) { append_raw(buffer_, value); }
 
 bool NpyFile::flush() {
   const std::uint64_t values = values_ + buffer_.size() / value_bytes_;

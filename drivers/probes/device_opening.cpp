@@ -27,8 +27,8 @@ SetupError no_valid_data(const FailedOpening& opening) {
                  ": check that it is switched on, streaming, and " + opening.hint);
   }
   const std::string_view likely = likely_protocol(opening.heard);
-  const bool offered = opening.serial || likely == "csv" || likely == "hbf1";
-  if (!likely.empty() && likely != opening.protocol && offered) {
+  const auto entry = find_protocol(likely);
+  if (entry && likely != opening.protocol && is_carried(**entry, opening.scheme)) {
     return error(device + " does not use the protocol " + opening.protocol +
                  ": its data looks like " + std::string(likely) +
                  ", so use protocol=" + std::string(likely));

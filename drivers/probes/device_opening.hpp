@@ -14,7 +14,7 @@ namespace merkel {
 /// A device that sent no valid data while it was being opened.
 struct FailedOpening {
   std::string name;      ///< of the port
-  bool serial = true;    ///< a port that carries every protocol; others carry csv and hbf1 only
+  std::string scheme;    ///< of the port: "serial", "tcp", …
   std::string protocol;  ///< its name
   std::string hint;      ///< what to check
   std::chrono::milliseconds waited{0};

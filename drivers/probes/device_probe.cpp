@@ -69,15 +69,15 @@ Expected<void, SetupError> DeviceProbe::listen() {
   };
   while (!heard()) {
     if (now() - started > settings_.silence || !protocol_->error_message().empty()) {
-      return Unexpected<SetupError>(no_valid_data(
-          {.name = transport_->info().name,
-           .serial = !settings_.uri.starts_with("tcp:") && !settings_.uri.starts_with("udp:"),
-           .protocol = settings_.protocol,
-           .hint = settings_.hint,
-           .waited = settings_.silence,
-           .protocol_error = protocol_->error_message(),
-           .counts = stream_.counts,
-           .heard = heard_}));
+      return Unexpected<SetupError>(
+          no_valid_data({.name = transport_->info().name,
+                         .scheme = settings_.uri.substr(0, settings_.uri.find(':')),
+                         .protocol = settings_.protocol,
+                         .hint = settings_.hint,
+                         .waited = settings_.silence,
+                         .protocol_error = protocol_->error_message(),
+                         .counts = stream_.counts,
+                         .heard = heard_}));
     }
     if (!exchange(std::min(started + settings_.silence, now() + milliseconds{20}))) {
       return unavailable(settings_.uri + " was unplugged while it was being opened");

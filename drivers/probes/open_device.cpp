@@ -37,7 +37,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) 
     return bad_input("\"" + uri.text +
                      "\" names no device: write for example serial:/dev/ttyUSB0?protocol=hbf1");
   }
-  if ((*entry)->datagrams) {
+  if (!is_carried(**entry, uri.scheme)) {
     return bad_input("\"" + uri.text + "\": " + std::string((*entry)->name) +
                      " is only available over udp:HOST:PORT");
   }
@@ -55,7 +55,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri)
   if (!entry) return about(uri, entry.error());
   const bool udp = uri.scheme == "udp";
   const std::string_view name = (*entry)->name;
-  if (name != "csv" && name != (udp ? "ati_rdt" : "hbf1")) {
+  if (!is_carried(**entry, uri.scheme)) {
     return bad_input("\"" + uri.text + "\": " + std::string(name) + " is not available over " +
                      uri.scheme + ": write udp:HOST:PORT?protocol=ati_rdt, " +
                      "udp:HOST:PORT?protocol=csv or tcp:HOST:PORT?protocol=csv|hbf1");

@@ -14,6 +14,10 @@
 
 namespace merkel {
 
+/// The options of replay: URIs, for --help.
+inline constexpr const char* kReplayProbeHelp =
+    "Recordings, replay:FILE?option=value&...: use (all; depth or force), probe (0), live (0)";
+
 /// Plays a recording: `replay:FILE?chunk=N&use=all|depth|force&probe=N`, a trace or a session.
 /// `use` selects depth or force if the recording has both; `probe` is the number of a probe in a
 /// session, from 0. A session plays on the ticks of the run that recorded it. `chunk` is the

@@ -45,6 +45,12 @@ const ProtocolEntry& ati_rdt_entry() noexcept { return kAtiRdt; }
 
 std::span<const ProtocolEntry> protocol_table() noexcept { return kTable; }
 
+bool is_carried(const ProtocolEntry& entry, std::string_view scheme) noexcept {
+  if (scheme == "udp") return entry.datagrams || entry.name == "csv";
+  if (scheme == "tcp") return entry.name == "csv" || entry.name == "hbf1";
+  return !entry.datagrams;
+}
+
 Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name) {
   if (name == kAtiRdt.name) return &kAtiRdt;
   std::vector<std::string> names;

@@ -34,6 +34,9 @@ struct ProtocolEntry {
 
 [[nodiscard]] std::span<const ProtocolEntry> protocol_table() noexcept;
 
+/// Whether ports of a scheme (serial, usb, tcp, udp) carry a protocol.
+[[nodiscard]] bool is_carried(const ProtocolEntry& entry, std::string_view scheme) noexcept;
+
 /// An entry by its name, or an error with the nearest name.
 [[nodiscard]] Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name);
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
 #include <optional>
 #include <utility>
@@ -16,8 +15,6 @@
 
 namespace merkel {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "XDF is little-endian");
 
 using Id = SessionStream::Id;
 using std::chrono::nanoseconds;

@@ -52,18 +52,13 @@ Readiness wait_writable(int descriptor, std::chrono::nanoseconds patience) noexc
 
 Expected<std::size_t, Disconnected> read_some(int descriptor, std::span<std::uint8_t> bytes,
                                               std::chrono::nanoseconds patience) noexcept {
-  switch (wait_readable(descriptor, patience)) {
-    case Readiness::kTimeout:
-      return std::size_t{0};
-    case Readiness::kGone:
-      return Unexpected<Disconnected>(Disconnected{});
-    case Readiness::kReady:
-      break;
-  }
-  const auto count = ::read(descriptor, bytes.data(), bytes.size());
-  if (count > 0) return static_cast<std::size_t>(count);
-  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
-  return Unexpected<Disconnected>(Disconnected{});
+  using Result = Expected<std::size_t, Disconnected>;
+  return read_when_ready(descriptor, patience, [&]() noexcept -> Result {
+    const auto count = ::read(descriptor, bytes.data(), bytes.size());
+    if (count > 0) return static_cast<std::size_t>(count);
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
+    return Unexpected<Disconnected>(Disconnected{});
+  });
 }
 
 bool write_all(int descriptor, std::span<const std::uint8_t> bytes) noexcept {

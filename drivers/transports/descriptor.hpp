@@ -19,6 +19,23 @@ enum class Readiness { kReady, kTimeout, kGone };
 /// Waits until bytes can be written.
 [[nodiscard]] Readiness wait_writable(int descriptor, std::chrono::nanoseconds patience) noexcept;
 
+/// Waits for bytes, then calls read() for them; 0 if none came in time. Fails if the device hung
+/// up.
+template <class Read>
+[[nodiscard]] Expected<std::size_t, Disconnected> read_when_ready(int descriptor,
+                                                                  std::chrono::nanoseconds patience,
+                                                                  Read read) {
+  switch (wait_readable(descriptor, patience)) {
+    case Readiness::kTimeout:
+      return std::size_t{0};
+    case Readiness::kGone:
+      return Unexpected<Disconnected>(Disconnected{});
+    case Readiness::kReady:
+      break;
+  }
+  return read();
+}
+
 /// Waits for bytes and reads those there are; 0 if none came in time. Fails if the device hung up.
 [[nodiscard]] Expected<std::size_t, Disconnected> read_some(
     int descriptor, std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) noexcept;

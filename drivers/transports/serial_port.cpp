@@ -66,18 +66,13 @@ class SerialPort final : public Transport {
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
     // Wait here, because libserialport's own waits never end after an unplug.
-    switch (wait_readable(descriptor_, patience)) {
-      case Readiness::kTimeout:
-        return std::size_t{0};
-      case Readiness::kGone:
-        return Unexpected<Disconnected>(Disconnected{});
-      case Readiness::kReady:
-        break;
-    }
-    const int count = sp_nonblocking_read(port_.get(), bytes.data(), bytes.size());
-    // Readable but without data: unplugged.
-    if (count <= 0) return Unexpected<Disconnected>(Disconnected{});
-    return static_cast<std::size_t>(count);
+    using Result = Expected<std::size_t, Disconnected>;
+    return read_when_ready(descriptor_, patience, [&]() -> Result {
+      const int count = sp_nonblocking_read(port_.get(), bytes.data(), bytes.size());
+      // Readable but without data: unplugged.
+      if (count <= 0) return Unexpected<Disconnected>(Disconnected{});
+      return static_cast<std::size_t>(count);
+    });
   }
 
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {

@@ -8,6 +8,7 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/recording_switch.hpp"
@@ -186,9 +187,7 @@ void add_run_command(CommandLine& program) {
       .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
             "Allow sinks to send to other machines and to be reached from them")
-      .notes(
-          std::string(kSimProbeHelp) +
-          "\nRecordings, replay:FILE?option=value&...: use (all; depth or force), probe (0), live (0)")
+      .notes(std::string(kSimProbeHelp) + "\n" + kReplayProbeHelp)
       .runs([options] { return run(*options); });
 }
 

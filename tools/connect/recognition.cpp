@@ -152,12 +152,11 @@ std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& ent
 }
 
 /// The possible interpretations of bytes that arrived without a request.
-/// \param serial  other ports carry lines and hbf1 only
-std::vector<Reading> readings_of(const Heard& heard, bool serial) {
+std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
   const std::string_view likely = likely_protocol(heard.bytes);
   std::vector<Reading> readings;
-  if (!likely.empty() && likely != "csv" && (serial || likely == "hbf1")) {
-    const auto entry = find_protocol(likely);
+  const auto entry = find_protocol(likely);
+  if (entry && likely != "csv" && is_carried(**entry, scheme)) {
     const auto uri = Uri::parse("serial:?" + std::string((*entry)->options));
     UriOptions options(*uri);
     const auto protocol = (*entry)->make(options);
@@ -213,7 +212,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
     }
     const Heard heard = listen(**port, kListening);
     if (heard.bytes.empty()) break;  // silent at every rate
-    found.readings = readings_of(heard, serial);
+    found.readings = readings_of(heard, uri->scheme);
     if (received.empty() || is_text(heard.bytes)) received = shown(heard.bytes);
     if (found.readings.empty()) continue;
     found.baud = serial ? baud : 0;
@@ -234,7 +233,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
     return Unexpected<SetupError>(unopened ? *unopened : nothing_made(address, received));
   }
   for (const ProtocolEntry& entry : protocol_table()) {
-    if (entry.name != "csv" && (serial || entry.name == "hbf1") && try_to_ask(entry)) return found;
+    if (entry.name != "csv" && is_carried(entry, uri->scheme) && try_to_ask(entry)) return found;
   }
   return Unexpected<SetupError>(nothing_made(address, received));
 }

@@ -1,7 +1,6 @@
 #include "drivers/sinks/view/view_frames.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -14,8 +13,6 @@
 
 namespace merkel {
 namespace {
-
-static_assert(std::endian::native == std::endian::little);
 
 using std::chrono::nanoseconds;
 
