@@ -10,7 +10,7 @@
 #include <fmt/core.h>
 
 #include "core/parameters/nearest_name.hpp"
-#include "tools/commands/command.hpp"
+#include "tools/exit_code.hpp"
 #include "tools/scene/machine_facts.hpp"
 
 namespace merkel {

@@ -148,7 +148,7 @@ class Streams(Case):
                       for i, t in enumerate(time_s)] + [stream.finish()]
             run = scene.run(time_s=time_s, **press)
             self.assertGreater(len(run.spikes), 10)
-            self.assertTrue(np.array_equal(np.concatenate(spikes), run.spikes))
+            self.assertTrue(np.array_equal(np.concatenate([each.spikes for each in spikes]), run.spikes))
 
     def test_force_drives_a_stream(self):
         scene = merkel.Scene("finger")
@@ -156,7 +156,7 @@ class Streams(Case):
         stream = scene.stream()
         spikes = [stream.push(i / 1000, force_N=f) for i, f in enumerate(force_N)] + [stream.finish()]
         run = scene.run(force_N=force_N, rate_hz=1000)
-        self.assertTrue(np.array_equal(np.concatenate(spikes), run.spikes))
+        self.assertTrue(np.array_equal(np.concatenate([each.spikes for each in spikes]), run.spikes))
 
     def test_a_sample_that_cannot_be_is_not_taken(self):
         stream = merkel.Scene("paper").stream()
@@ -180,7 +180,8 @@ class Streams(Case):
     def test_a_stream_outlives_its_scene(self):
         stream = merkel.Scene("paper").stream()
         gc.collect()
-        self.assertEqual(len(stream.push(0.0, depth_mm=0.0)), 0)
+        spikes, stimulation = stream.push(0.0, depth_mm=0.0)
+        self.assertEqual((len(spikes), len(stimulation)), (0, 0))
 
 
 ELECTRODES = """
@@ -212,13 +213,10 @@ class Stimulation(Case):
         self.assertEqual(set(run.stimulation["electrode"]), {0})
         self.assertTrue(np.array_equal(merkel.load(file).stimulation, run.stimulation))
         stream = scene.stream()
-        commands = []
-        for i, time_s in enumerate(press["time_s"]):
-            stream.push(time_s, depth_mm=press["depth_mm"][i], force_N=press["force_N"][i])
-            commands.append(stream.stimulation)
-        stream.finish()
-        commands.append(stream.stimulation)
-        self.assertTrue(np.array_equal(np.concatenate(commands), run.stimulation))
+        pushed = [stream.push(time_s, depth_mm=press["depth_mm"][i], force_N=press["force_N"][i])
+                  for i, time_s in enumerate(press["time_s"])] + [stream.finish()]
+        self.assertTrue(np.array_equal(np.concatenate([each.stimulation for each in pushed]), run.stimulation))
+        self.assertTrue(np.array_equal(np.concatenate([each.spikes for each in pushed]), run.spikes))
         self.assertEqual(len(merkel.Scene("finger").run(**press).stimulation), 0)
 
 
@@ -325,9 +323,9 @@ class Bridges(Case):
         # It goes on until it is stopped, however busy the machine is.
         with merkel.connect("sim:taps?count=1000&live=1", "finger", sinks=["xdf:" + file]) as bridge:
             bridge.mark("begin")
-            spikes = next(bridge)
+            first = next(bridge)
             bridge.stop()
-            spikes = np.concatenate([spikes, *bridge])
+            spikes = np.concatenate([each.spikes for each in (first, *bridge)])
         self.assertTrue(bridge.ended)
         self.assertEqual(bridge.counters["spikes"], len(spikes))
         with self.assertRaisesRegex(merkel.Error, "the run is over"):
@@ -340,6 +338,25 @@ class Bridges(Case):
         if all(bridge.counters[name] == 0 for name in ("samples_late", "held_ticks", "skipped_ticks")):
             # Samples came after the last tick before the stop.
             self.assertEqual(again.spikes["neuron"][:len(spikes)].tolist(), spikes["neuron"].tolist())
+
+    def test_a_live_run_gives_the_commands_that_it_records(self):
+        file = self.path("live.xdf")
+        scene = merkel.Scene.from_text(ELECTRODES)
+        with merkel.connect("sim:taps?count=1000&live=1", scene, sinks=["xdf:" + file]) as bridge:
+            outputs = [next(bridge)]
+            while sum((each.stimulation["amplitude_uA"] > 0).sum() for each in outputs) < 3:
+                outputs.append(next(bridge))
+            bridge.stop()
+            outputs += bridge
+        commands = np.concatenate([each.stimulation for each in outputs])
+        recorded = merkel.load(file)
+        # A session counts from the start of the run.
+        commands["time_s"] -= recorded.start_device_s
+        self.assertTrue(np.allclose(commands["time_s"], recorded.stimulation["time_s"], atol=2e-9))
+        for name in ("electrode", "kind", "stop", "amplitude_uA", "frequency_Hz", "heartbeat"):
+            self.assertEqual(commands[name].tolist(), recorded.stimulation[name].tolist(), name)
+        self.assertEqual(commands["amplitude_uA"][-1], 0)
+        self.assertEqual(len(np.concatenate([each.spikes for each in outputs])), bridge.counters["spikes"])
 
     def test_stop_ends_a_run_and_read_does_not_wait_longer_than_told(self):
         bridge = merkel.connect("sim:taps?count=1000&live=1", "paper")
@@ -368,6 +385,7 @@ class Package(Case):
                 names = {item.name for item in node.body if isinstance(item, ast.FunctionDef)}
                 own = {name for name in vars(getattr(merkel, node.name)) if not name.startswith("_")}
                 public = {name for name in names if not name.startswith("_")}
+                public |= {item.target.id for item in node.body if isinstance(item, ast.AnnAssign)}
                 if node.name != "Error":
                     self.assertEqual(public, own, node.name)
                     for name in public:

@@ -8,6 +8,7 @@
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/score/fit.hpp"
 #include "tools/studies/score/trials.hpp"
@@ -155,7 +156,7 @@ TEST(Fit, RefusesWhatItCannotFit) {
             "no parameter \"fast_wieght\" can be fitted; did you mean fast_weight?");
   TactileModel::Parameters paper = preset_scene("paper")->model;
   EXPECT_EQ(fit(paper, sets, {"gain_Hz_per_kPa"}, 1, 10, {}).error().sentence,
-            "only neurons driven by energy density can be fitted: start from goodwin or "
+            "only neurons driven by energy density can be fitted: start from goodwin, finger or "
             "goodwin-cs");
 }
 
@@ -222,10 +223,27 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
   EXPECT_EQ(run.out.find("## Not fitted"), std::string::npos);
   EXPECT_EQ(read_file(folder.path("s/trials_2.png")).substr(1, 3), "PNG");
   EXPECT_GT(read_file(folder.path("s/psth.csv")).size(), 100U);
-  const auto fitted =
-      run_program({"fit", "--data", data, "--trials", "2", "--evaluations", "12", "--parameter",
-                   "gain_Hz_per_kPa", "--out", folder.path("f.toml")});
+  const auto fitted = run_program({"fit", "--data", data, "--trials", "2", "--evaluations", "12",
+                                   "--parameter", "gain_Hz_per_kPa", "--out", folder.path("f.toml"),
+                                   "--report", folder.path("r")});
   EXPECT_EQ(fitted.exit_code, 0) << fitted.err;
+  for (const char* part : {"Hz² before", "### one: 3 recorded trials, 2 of the model",
+                           "| hold | 0.200 | 0.900 | 24.29", "Victor–Purpura", "van Rossum",
+                           "phase locking at 25 Hz", "PSTH in bins of 20 ms"}) {
+    EXPECT_NE(fitted.out.find(part), std::string::npos) << part << "\n" << fitted.out;
+  }
+  EXPECT_EQ(read_file(folder.path("r/fit.md")), fitted.out);
+  EXPECT_EQ(read_file(folder.path("r/trials_2.png")).substr(1, 3), "PNG");
+  EXPECT_NE(read_file(folder.path("r/trials.csv")).find("\"one\",model,"), std::string::npos);
+  // The spikes compared are those of the scene that was written.
+  const auto scored = run_program(
+      {"score", folder.path("f.toml"), "--data", data, "--trials", "2", "--out", folder.path("t")});
+  EXPECT_EQ(scored.exit_code, 0) << scored.err;
+  EXPECT_EQ(read_file(folder.path("t/trials.csv")), read_file(folder.path("r/trials.csv")));
+  const auto again = run_program(
+      {"fit", "--data", data, "--out", folder.path("g.toml"), "--report", folder.path("r")});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("--overwrite"), std::string::npos) << again.err;
   const auto missing = run_program(
       {"score", "--data",
        folder.file("m.json",
@@ -259,6 +277,31 @@ TEST(FitCommand, WritesASceneThatRuns) {
   EXPECT_EQ(scene->model.kind(), NeuronKind::kIntegrateAndFire);
   const auto used = run_program({"run", folder.path("f.toml"), "--fast", "--duration-s", "0.1"});
   EXPECT_EQ(used.exit_code, 0) << used.err;
+}
+
+TEST(FitCommand, StartsFromASceneFileAndKeepsItsOtherKeys) {
+  const TemporaryFolder folder;
+  const std::string start =
+      folder.file("mine.toml",
+                  "preset = \"finger\"\n[skin]\nradius_mm = 9\n[afferent]\ngain_Hz_per_kPa = 12.5\n"
+                  "fast_weight = 40\n[[sink]]\nuri = \"csv:spikes.csv\"\n");
+  const auto run = run_program({"fit", start, "--trials", "2", "--evaluations", "12", "--parameter",
+                                "gain_Hz_per_kPa", "--out", folder.path("f.toml")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("| gain_Hz_per_kPa | 12.5 |"), std::string::npos) << run.out;
+  auto before = read_scene(start);
+  const auto after = read_scene(folder.path("f.toml"));
+  ASSERT_TRUE(before && after);
+  EXPECT_NE(after->model.adaptation.gain_Hz_per_kPa, 12.5);
+  EXPECT_EQ(after->sinks, before->sinks);
+  // But for the fitted key it is the same scene.
+  before->model.adaptation.gain_Hz_per_kPa = after->model.adaptation.gain_Hz_per_kPa;
+  EXPECT_EQ(scene_text(*after), scene_text(*before));
+
+  const auto paper = run_program({"fit", "paper", "--out", folder.path("p.toml")});
+  EXPECT_EQ(paper.exit_code, 2);
+  EXPECT_NE(paper.err.find("start from goodwin, finger or goodwin-cs"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("p.toml")));
 }
 
 TEST(GoodwinScene, RunsByNameAndReplaysToTheByte) {

@@ -10,6 +10,7 @@
 #include "core/math/normal_random.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 namespace {
@@ -126,6 +127,21 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
       run_program({"inspect", "contact", "--scene", folder.path("skin.toml"), "--depth-mm", "2"});
   EXPECT_EQ(contact.exit_code, 0) << contact.err;
   EXPECT_NE(contact.out.find(",0.8047"), std::string::npos) << contact.out;
+
+  // Another scene keeps its other keys, also those of the same tables.
+  const auto other = run_program(
+      {"fit", "skin", "--trace", folder.path("p.csv"), "--diameter-mm", "6.35", "--out",
+       folder.path("other.toml"), "--scene",
+       folder.file("mine.toml",
+                   "[skin]\nradius_mm = 9\npoisson_ratio = 0.45\n[probe]\nx_mm = 14\n")});
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  const auto scene = read_scene(folder.path("other.toml"));
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_EQ(scene->model.skin.radius_mm, 9.0);
+  EXPECT_EQ(scene->model.skin.poisson_ratio, 0.45);
+  EXPECT_EQ(scene->model.skin.epidermis_kPa, scene->model.skin.dermis_kPa);
+  EXPECT_EQ(scene->model.indenters.front().tip, Indenter::Tip::kPin);
+  EXPECT_EQ(scene->model.indenters.front().pin.diameter_mm, 6.35);
 
   const auto missing = run_program({"fit", "skin", "--trace", folder.path("p.csv")});
   EXPECT_EQ(missing.exit_code, 2);

@@ -5,15 +5,10 @@
 
 #include "core/expected.hpp"
 #include "tools/command_line.hpp"
+#include "tools/exit_code.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
-
-/// Exit codes of the program.
-inline constexpr int kDone = 0;
-inline constexpr int kFailed = 1;      ///< while running
-inline constexpr int kWrongInput = 2;  ///< or wrong usage
-inline constexpr int kRefused = 3;     ///< by a device or the host
 
 // Each function adds one subcommand to the program.
 void add_run_command(CommandLine& program);
@@ -42,12 +37,5 @@ void add_plan_command(CommandLine& program);
 
 /// The words, separated by ", ".
 [[nodiscard]] std::string joined(const std::vector<std::string>& words);
-
-/// Prints "merkel: sentence" to stderr. Returns the exit code of wrong input: 2.
-int refuse(const std::string& sentence);
-/// The same for a set-up error. \return 2 or 3, depending on the kind of error
-int refuse(const SetupError& error);
-/// The same for a failure at run time. \return 1
-int fail(const std::string& sentence);
 
 }  // namespace merkel

@@ -3,25 +3,26 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include "drivers/files/output_file.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/scene/scene_presets.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/studies/report/report.hpp"
+#include "tools/studies/score/recorded_trials.hpp"
 
 namespace merkel {
 namespace {
 
 struct FitCommand {
-  std::string preset = "goodwin";
+  std::string scene = "goodwin";
   std::string data;
   std::string out = "fitted.toml";
+  std::string report = "fit";
   std::vector<std::string> parameters;
   double trials = 16;
   double evaluations = 200;
@@ -65,55 +66,72 @@ std::string report_of(const FitResult& result) {
          ": fit fewer parameters, or add data\n";
 }
 
-std::string scene_of(const FitCommand& command, const TactileModel::Parameters& model,
-                     const FitResult& result) {
-  std::string text = "# Made by merkel fit " + command.preset +
-                     (command.data.empty() ? "" : " --data " + command.data) +
-                     fmt::format("; cost {:.3f} Hz², before {:.3f} Hz².\n", result.cost_after,
-                                 result.cost_before) +
-                     "preset = \"" + command.preset + "\"\n";
-  for (const char* const table : {"afferent", "neuron"}) {
-    std::string keys;
-    for (const FittedParameter& parameter : result.parameters) {
-      if (parameter.table != table) continue;
-      keys += parameter.name + " = " + fmt::format("{:.6g}", parameter.after) + "\n";
-      if (parameter.name != "noise") continue;
-      keys += "seed = " + std::to_string(model.noise()->seed) + "\n";
-    }
-    if (!keys.empty()) text += "\n[" + std::string(table) + "]\n" + keys;
+/// Sets the fitted parameters, rounded to the digits that the report shows.
+void set_fitted(TactileModel::Parameters& model, const FitResult& result) {
+  for (const FittedParameter& parameter : result.parameters) {
+    *FitParameter{parameter.name, parameter.table}.in(model) =
+        std::stod(fmt::format("{:.6g}", parameter.after));
   }
-  return text;
+}
+
+/// The complete scene, with what was fitted at its top.
+std::string scene_of(const FitCommand& command, const Scene& scene, const FitResult& result) {
+  std::string text =
+      "# Made by merkel fit " + command.scene +
+      (command.data.empty() ? "" : " --data " + command.data) +
+      fmt::format("; cost {:.3f} Hz², before {:.3f} Hz².\n", result.cost_after, result.cost_before);
+  for (const FittedParameter& parameter : result.parameters) {
+    text += fmt::format("# fitted: {}.{} = {:.6g}, before {:.6g}\n", parameter.table,
+                        parameter.name, parameter.after, parameter.before);
+  }
+  return text + scene_text(scene);
+}
+
+/// Fits, changes the scene, writes it, and returns the report.
+Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene& scene,
+                                                const Recordings& recordings, OutputFile& out,
+                                                const ReportFolder& folder) {
+  std::vector<std::string> names = command.parameters;
+  if (names.empty()) names = {"gain_Hz_per_kPa", "fast_weight", "slow_weight"};
+  const auto result =
+      fit(scene.model, recordings.sets, names, static_cast<std::size_t>(command.trials),
+          static_cast<int>(command.evaluations), folder.progress);
+  if (!result) return Unexpected<SetupError>(result.error());
+  set_fitted(scene.model, *result);
+  if (!out.write(scene_of(command, scene, *result)) || !out.close()) {
+    return unavailable(out.error());
+  }
+  const std::string data = command.data.empty() ? "" : " --data " + command.data;
+  return report_of(*result) + "\nwrote " + command.out + "; evaluate it with merkel score " +
+         command.out + data + "\n";
 }
 
 int fit_command(const FitCommand& command) {
-  auto scene = preset_scene(command.preset);
-  if (!scene) {
-    return refuse("there is no preset \"" + command.preset +
-                  "\" to start from: a fit starts from goodwin or goodwin-cs");
-  }
+  auto scene = given_scene(command.scene);
+  if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());
   auto out = OutputFile::create(command.out, command.overwrite);
   if (!out) return refuse(out.error());
-  std::vector<std::string> names = command.parameters;
-  if (names.empty()) names = {"gain_Hz_per_kPa", "fast_weight", "slow_weight"};
-  std::function<void(double)> progress;
-  if (::isatty(STDERR_FILENO) == 1) {
-    progress = [](double fraction) { std::fprintf(stderr, "\r%3.0f %% ", 100.0 * fraction); };
-  }
-  const auto result =
-      fit(scene->model, recordings->sets, names, static_cast<std::size_t>(command.trials),
-          static_cast<int>(command.evaluations), progress);
-  if (progress) std::fprintf(stderr, "\r      \r");
-  if (!result) return refuse(result.error());
-  std::fputs(report_of(*result).c_str(), stdout);
-  if (!out->write(scene_of(command, scene->model, *result)) || !out->close()) {
-    return fail(out->error());
-  }
-  const std::string data = command.data.empty() ? "" : " --data " + command.data;
-  std::printf("\nwrote %s; evaluate it with merkel score %s%s\n", command.out.c_str(),
-              command.out.c_str(), data.c_str());
-  return kDone;
+  const ReportPart parts[] = {
+      {"fit",
+       [&](const ReportFolder& folder) {
+         return fit_and_write(command, *scene, *recordings, *out, folder);
+       }},
+      {"recorded presses", [&](const ReportFolder& folder) -> Expected<std::string, SetupError> {
+         auto text = score_trials(scene->model, *recordings,
+                                  static_cast<std::size_t>(command.trials), folder);
+         if (!text) return text;
+         return "\n## Recorded presses and the spikes of the fitted scene\n\n" + *text;
+       }}};
+  const std::string heading = "# Fit of " + command.scene + " to " +
+                              (command.data.empty() ? "published recordings" : command.data) +
+                              "\n\n";
+  const std::span<const ReportPart> all(parts);
+  if (recordings->trials.empty()) return print_report(heading, all.first(1));
+  return make_report(
+      {.folder = command.report, .file = "fit.md", .overwrite = command.overwrite, .progress = {}},
+      heading, all, "score");
 }
 
 }  // namespace
@@ -124,12 +142,17 @@ void add_fit_command(CommandLine& program) {
       "fit",
       "Fits the gain and the two adaptation weights (or other parameters) to recordings, "
       "reports the cost before and after and how well the data determine each parameter, "
-      "and writes a scene.",
+      "and writes a complete scene. Recorded presses are also compared spike by spike.",
       "fit goodwin --out fitted.toml");
-  fit.option("preset", command->preset, "Preset to start from: goodwin (default) or goodwin-cs")
+  fit.option("scene", command->scene,
+             "Scene file (TOML) or preset to start from; default goodwin. Its afferents are driven "
+             "by energy density, as those of goodwin, finger and goodwin-cs")
       .option("--data", command->data,
               "Recordings (JSON; format in tools/README.md) instead of the published ones")
       .option("--out", command->out, "Scene to write (TOML)")
+      .option("--report", command->report,
+              "Folder for the comparison with recorded presses (section trials of the data): rates "
+              "by phase, PSTH, spike distances, phase locking, tables and pictures")
       .list("--parameter", command->parameters,
             "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
             "these three), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise")

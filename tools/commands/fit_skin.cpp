@@ -8,7 +8,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/output_file.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/scene/scene_presets.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/studies/report/report.hpp"
 #include "tools/studies/score/skin_fit.hpp"
 
@@ -63,22 +63,16 @@ std::string report_of(const SkinFit& fit) {
   return text;
 }
 
-std::string scene_of(const FitSkinCommand& command, const Scene& scene, const Indenter& tip,
-                     const SkinFit& fit) {
-  const double nu = scene.model.skin.poisson_ratio;
-  const std::string modulus = fmt::format("{:.6g}", fit.modulus_kPa * (1.0 - nu * nu));
-  std::string text = "# Made by merkel fit skin --trace " + command.trace +
-                     fmt::format(": E* = {:.4g} kPa·e^(d/{:.4g} mm), R² = {:.4f}.\n",
-                                 fit.modulus_kPa, fit.stiffening_mm, fit.r2);
-  text += scene.file.empty() ? "preset = \"" + scene.preset + "\"\n" : scene.text + "\n";
-  text +=
-      "\n[skin]\nepidermis_kPa = " + modulus + "\ndermis_kPa = " + modulus +
-      "\nstiffening_mm = " + shortest_decimal(std::stod(fmt::format("{:.6g}", fit.stiffening_mm))) +
-      "\n\n[probe]\n";
-  text += tip.tip == Indenter::Tip::kPin
-              ? "tip = \"pin\"\ndiameter_mm = " + shortest_decimal(tip.pin.diameter_mm)
-              : "radius_mm = " + shortest_decimal(tip.radius_mm);
-  return text + "\n";
+/// Sets the fitted skin, rounded to the digits that the report shows, and the tip that pressed.
+void set_fitted(TactileModel::Parameters& model, const Indenter& tip, const SkinFit& fit) {
+  const auto rounded = [](double value) { return std::stod(fmt::format("{:.6g}", value)); };
+  const double nu = model.skin.poisson_ratio;
+  model.skin.epidermis_kPa = model.skin.dermis_kPa = rounded(fit.modulus_kPa * (1.0 - nu * nu));
+  model.skin.stiffening_mm = rounded(fit.stiffening_mm);
+  Indenter& first = model.indenters.front();
+  first.tip = tip.tip;
+  first.pin = tip.pin;
+  first.radius_mm = tip.radius_mm;
 }
 
 int fit_skin_command(const FitSkinCommand& command) {
@@ -87,10 +81,8 @@ int fit_skin_command(const FitSkinCommand& command) {
         "set the shape of the tip: --radius-mm for a sphere, --diameter-mm for a flat pin, or "
         "--plate");
   }
-  const auto scene = preset_scene(command.scene);
-  if (!scene) {
-    return refuse("there is no preset \"" + command.scene + "\" to write the skin into");
-  }
+  auto scene = given_scene(command.scene);
+  if (!scene) return refuse(scene.error());
   Indenter tip;
   if (command.diameter_mm) {
     tip.tip = Indenter::Tip::kPin;
@@ -108,7 +100,12 @@ int fit_skin_command(const FitSkinCommand& command) {
   auto out = OutputFile::create(command.out, command.overwrite);
   if (!out) return refuse(out.error());
   std::fputs(report_of(*fit).c_str(), stdout);
-  if (!out->write(scene_of(command, *scene, tip, *fit)) || !out->close()) return fail(out->error());
+  set_fitted(scene->model, tip, *fit);
+  const std::string heading = "# Made by merkel fit skin --scene " + command.scene + " --trace " +
+                              command.trace +
+                              fmt::format(": E* = {:.4g} kPa·e^(d/{:.4g} mm), R² = {:.4f}.\n",
+                                          fit->modulus_kPa, fit->stiffening_mm, fit->r2);
+  if (!out->write(heading + scene_text(*scene)) || !out->close()) return fail(out->error());
   std::printf("\nwrote %s; use it with merkel run %s\n", command.out.c_str(), command.out.c_str());
   return kDone;
 }
@@ -132,8 +129,8 @@ void add_fit_skin_command(CommandLine& fit) {
       .flag("--plate", command->plate, "The tip was a flat plate")
       .option(
           "--scene", command->scene,
-          "Preset that defines the curvature, the layer and the contact law, and that the scene "
-          "extends")
+          "Scene file (TOML) or preset that gives everything else: curvature, layer, contact law, "
+          "afferents")
       .option("--out", command->out, "Scene to write (TOML)")
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_skin_command(*command); });

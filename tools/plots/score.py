@@ -15,6 +15,11 @@ LABELS = {
 }
 
 
+def table_if_any(name):
+    """A table of the folder; empty without the file."""
+    return read_table(FOLDER / name) if (FOLDER / name).exists() else {}
+
+
 def section(table, name, title):
     rows = select(table, section=name)
     if len(rows["x"]) < 2:
@@ -45,7 +50,7 @@ def section(table, name, title):
 
 
 def holds():
-    table = read_table(FOLDER / "holds.csv")
+    table = table_if_any("holds.csv")
     if not table:
         return
     figure, axes = plt.subplots(figsize=(7.5, 4.8))
@@ -61,10 +66,9 @@ def holds():
 
 
 def rate_by_drive():
-    path = FOLDER / "rate_by_drive.csv"
-    if not path.exists():
+    table = table_if_any("rate_by_drive.csv")
+    if not table:
         return
-    table = read_table(path)
     figure, axes = plt.subplots(figsize=(7.5, 4.8))
     axes.plot(table["drive_hz"], table["drive_hz"], "--", color="0.6", label="rate = drive")
     axes.plot(table["drive_hz"], table["rate_hz"], ".-", label="model")
@@ -77,10 +81,9 @@ def rate_by_drive():
 
 
 def intervals():
-    path = FOLDER / "intervals.csv"
-    if not path.exists():
+    table = table_if_any("intervals.csv")
+    if not table:
         return
-    table = read_table(path)
     figure, axes = plt.subplots(figsize=(7.5, 4.8))
     for rate in dict.fromkeys(table["rate_hz"]):
         values = select(table, rate_hz=rate)["interval_ms"]
@@ -95,10 +98,9 @@ def intervals():
 
 def presses():
     """Every recorded press over time, with the recorded and the model's spikes and rates."""
-    path = FOLDER / "trials.csv"
-    if not path.exists():
+    trials, psth, press = (table_if_any(name) for name in ("trials.csv", "psth.csv", "press.csv"))
+    if not press:
         return
-    trials, psth, press = read_table(path), read_table(FOLDER / "psth.csv"), read_table(FOLDER / "press.csv")
     for index, name in enumerate(dict.fromkeys(press["set"])):
         course, rates, spikes = (select(table, set=name) for table in (press, psth, trials))
         figure, (top, middle, bottom) = plt.subplots(
@@ -121,7 +123,7 @@ def presses():
         figure.savefig(FOLDER / f"trials_{index + 1}.png")
 
 
-conditions = read_table(FOLDER / "conditions.csv")
+conditions = table_if_any("conditions.csv")
 if conditions:
     section(conditions, "curvature_force", "Spheres pressed on the centre of the receptive field")
     section(conditions, "lateral_offset", "Spheres pressed beside the centre of the receptive field")

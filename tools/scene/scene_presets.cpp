@@ -49,6 +49,8 @@ Scene finger() {
       kReducedModulus_kPa * (1.0 - skin.poisson_ratio * skin.poisson_ratio);
   skin.stiffening_mm = 1.65;
   AdaptationParameters& adaptation = scene.model.adaptation;
+  // Fitted on this skin; `merkel fit finger` moves neither by more than its standard error
+  // (9 and 17 %).
   adaptation.gain_Hz_per_kPa = 22.0;
   adaptation.fast_weight = 342.0;
   return scene;

@@ -121,6 +121,7 @@ struct Receptors {
                                     const StressArrays<Real>& sums, std::size_t i) {
     const HuberTerms<X> h = huber(f, x, y);
     const V p0 = set(f.p0);
+    const V minus_p0 = set(-f.p0);
     const X sigma_r = Math::mul(Math::sub(Math::add(h.A, h.X_), Math::add(h.sc1k, h.sc2g)), p0);
     const X sigma_theta = Math::mul(Math::sub(Math::sub(h.sc1k, h.sc2g), h.A), p0);
     // On the axis, the direction is arbitrary: cos² = 1.
@@ -130,12 +131,12 @@ struct Receptors {
     const X xx = Math::select(off_axis, Math::mul(Math::mul(h.dx, h.dx), inverse_r2), one);
     const X yy = Math::sub(one, xx);
     const X xy = Math::select(off_axis, Math::mul(Math::mul(h.dx, h.dy), inverse_r2), set(Real(0)));
-    const X shear = Math::mul(h.T, hn::Neg(p0));
+    const X shear = Math::mul(h.T, minus_p0);
     const auto add = [&](Real* sum, const X& value)
                          HWY_ATTR { Math::store(Math::add(Math::load(sum + i), value), sum + i); };
     add(sums.sigma_x, Math::fused(sigma_r, xx, Math::mul(sigma_theta, yy)));
     add(sums.sigma_y, Math::fused(sigma_r, yy, Math::mul(sigma_theta, xx)));
-    add(sums.sigma_z, Math::mul(h.X_, hn::Neg(p0)));
+    add(sums.sigma_z, Math::mul(h.X_, minus_p0));
     add(sums.tau_xy, Math::mul(Math::sub(sigma_r, sigma_theta), xy));
     add(sums.tau_yz, Math::mul(shear, h.dy));
     add(sums.tau_zx, Math::mul(shear, h.dx));
@@ -186,31 +187,34 @@ HWY_INLINE void sphere_energy_all(const SphereField<Real>& field,
 template <class Real>
 HWY_INLINE void profile_energy_all(const EnergyProfile<Real>& profile,
                                    const ReceptorArguments<Real>& a) {
-  const hn::ScalableTag<Real> d;
-  const hn::RebindToSigned<decltype(d)> di;
+  using D = hn::ScalableTag<Real>;
+  using Math = SideBySide<D, 1>;
+  using X = VectorPack<D, 1>;
   const EnergyProfile<Real> p = profile;
-  const auto set = [&](Real value) HWY_ATTR { return hn::Set(d, value); };
-  const auto one = set(Real(1));
-  const auto two = set(Real(2));
-  for (std::size_t i = a.first; i < a.last; i += hn::Lanes(d)) {
-    const auto dx = hn::Sub(hn::LoadU(d, a.x + i), set(p.x));
-    const auto dy = hn::Sub(hn::LoadU(d, a.y + i), set(p.y));
-    const auto r = hn::Sqrt(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)));
-    const auto place = hn::Mul(r, set(p.points_per_mm));
-    const auto inside = hn::Lt(place, set(p.end));
-    const auto whole = hn::Floor(hn::IfThenElseZero(inside, place));
-    const auto t = hn::IfThenElseZero(inside, hn::Sub(place, whole));
-    const auto index = hn::ConvertTo(di, whole);
+  const auto set = [](double value) HWY_ATTR { return Math::constant(value); };
+  const auto zero = set(0.0);
+  const auto one = set(1.0);
+  const auto two = set(2.0);
+  for (std::size_t i = a.first; i < a.last; i += hn::Lanes(D())) {
+    const X dx = Math::sub(Math::load(a.x + i), hn::Set(D(), p.x));
+    const X dy = Math::sub(Math::load(a.y + i), hn::Set(D(), p.y));
+    const X r = Math::sqrt(Math::add(Math::mul(dx, dx), Math::mul(dy, dy)));
+    const X place = Math::mul(r, hn::Set(D(), p.points_per_mm));
+    const auto inside = Math::less(place, hn::Set(D(), p.end));
+    const X whole = Math::floor(Math::select(inside, place, zero));
+    const X t = Math::select(inside, Math::sub(place, whole), zero);
+    const auto index = hn::ConvertTo(hn::RebindToSigned<D>(), whole.v[0]);
+    const auto point = [&](int k)
+                           HWY_ATTR { return X{{hn::GatherIndex(D(), p.energy + k, index)}}; };
     // The cubic through the points −1, 0, 1, 2 (cubic_weights).
-    const auto below = hn::Mul(t, hn::Sub(t, one));                // t(t−1)
-    const auto above = hn::Mul(hn::Add(t, one), hn::Sub(t, two));  // (t+1)(t−2)
-    const auto outer = hn::Sub(hn::Mul(hn::Add(t, one), hn::GatherIndex(d, p.energy + 3, index)),
-                               hn::Mul(hn::Sub(t, two), hn::GatherIndex(d, p.energy, index)));
-    const auto inner = hn::Sub(hn::Mul(hn::Sub(t, one), hn::GatherIndex(d, p.energy + 1, index)),
-                               hn::Mul(t, hn::GatherIndex(d, p.energy + 2, index)));
-    const auto value = hn::Add(hn::Mul(hn::Mul(below, outer), set(Real(1.0 / 6.0))),
-                               hn::Mul(hn::Mul(above, inner), set(Real(0.5))));
-    hn::StoreU(hn::IfThenElseZero(inside, value), d, a.energy + i);
+    const X before = Math::sub(t, one);
+    const X after = Math::add(t, one);
+    const X beyond = Math::sub(t, two);
+    const X outer = Math::sub(Math::mul(after, point(3)), Math::mul(beyond, point(0)));
+    const X inner = Math::sub(Math::mul(before, point(1)), Math::mul(t, point(2)));
+    const X value = Math::add(Math::mul(Math::mul(Math::mul(t, before), outer), set(1.0 / 6.0)),
+                              Math::mul(Math::mul(Math::mul(after, beyond), inner), set(0.5)));
+    Math::store(Math::select(inside, value, zero), a.energy + i);
   }
 }
 

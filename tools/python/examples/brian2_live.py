@@ -13,7 +13,7 @@ synapses.connect()
 monitor = b2.SpikeMonitor(cuneate)
 network = b2.Network(afferents, cuneate, synapses, monitor)
 for tick in range(200):
-    new = stream.push(tick / 1000, depth_mm=1.5 * min(1.0, tick / 100))
+    new, _ = stream.push(tick / 1000, depth_mm=1.5 * min(1.0, tick / 100))
     # The spikes of the tick before now: they arrive a tick later.
     times = np.maximum(new["time_s"] + 0.001, network.t / b2.second)
     steps = np.unique(np.stack([new["neuron"] - 1.0, np.round(times * 1e4)]), axis=1)

@@ -12,7 +12,7 @@ for tick in range(500):
     time_s = tick / 1000
     depth_mm = 1.5 * min(1.0, time_s / 0.1)
     new = stream.push(time_s, depth_mm=depth_mm)
-    np.add.at(counts, new["neuron"] - 1, 1)
+    np.add.at(counts, new.spikes["neuron"] - 1, 1)
     if tick % 100 == 99:
         print(f"{time_s:.1f} s: {10 * counts.max()} Hz, afferent {counts.argmax() + 1}")
         counts[:] = 0

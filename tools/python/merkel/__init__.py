@@ -12,20 +12,20 @@ True
 Times are in s, lengths in mm, forces in N. Neurons are numbered from 1, probes and patches from 0. Errors
 raise merkel.Error with the message that the program would print.
 """
-from ._merkel import Bridge, Error, Run, Scene, Session, Stream, Table, __version__, load, presets
+from ._merkel import Bridge, Error, Output, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect
 
-__all__ = ["Bridge", "Error", "Run", "Scene", "Session", "Stream", "Table", "__version__", "connect", "load", "presets"]
+__all__ = ["Bridge", "Error", "Output", "Run", "Scene", "Session", "Stream", "Table", "__version__", "connect", "load", "presets"]
 
 
 def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False):
-    """Starts the real-time pipeline: probe -> model -> sinks, and spikes to Python.
+    """Starts the real-time pipeline: probe -> model -> sinks, and spikes and stimulation to Python.
 
     probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"), scene a Scene, a preset or a scene
     file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run.
 
     >>> with connect("sim:ramp?depth_mm=1.5&hold_s=0.3&live=1") as bridge:
-    ...     spikes = [new for new in bridge]
+    ...     spikes = [new.spikes for new in bridge]
     >>> bridge.ended
     True
     """

@@ -20,28 +20,29 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostWaiting = 1'000'000;
 constexpr milliseconds kSignalsEvery{50};
+constexpr std::chrono::seconds kFirstTickWithin{10};
 
 }  // namespace
 
-/// The sink that Python reads from. While the list is full it waits, so that its queue fills and
+/// The sink that Python reads from. While a list is full it waits, so that its queue fills and
 /// drops are counted.
 class BridgeObject::Outlet final : public SpikeSink {
  public:
   explicit Outlet(BridgeObject& bridge) : bridge_(bridge) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kTicks; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kTicks | kStimulation;
+  }
   void attach(RunControl& control) override { bridge_.control_ = &control; }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    std::unique_lock lock(bridge_.mutex_);
-    bridge_.changed_.wait(
-        lock, [&] { return bridge_.waiting_.size() < kMostWaiting || bridge_.stopped_; });
-    for (const SpikeEvent& spike : spikes) {
-      bridge_.waiting_.push_back(row_of(spike, nanoseconds{0}));
-    }
+    keep(spikes, bridge_.unread_.spikes);
     delivered_ += spikes.size();
-    lock.unlock();
-    bridge_.changed_.notify_all();
+    return {};
+  }
+  [[nodiscard]] Expected<void, SinkError> write_commands(
+      std::span<const StimulationCommand> commands) override {
+    keep(commands, bridge_.unread_.commands);
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
@@ -56,6 +57,15 @@ class BridgeObject::Outlet final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
+  template <class Event, class Row>
+  void keep(std::span<const Event> events, std::vector<Row>& unread) {
+    std::unique_lock lock(bridge_.mutex_);
+    bridge_.changed_.wait(lock, [&] { return unread.size() < kMostWaiting || bridge_.stopped_; });
+    for (const Event& each : events) unread.push_back(row_of(each, nanoseconds{0}));
+    lock.unlock();
+    bridge_.changed_.notify_all();
+  }
+
   BridgeObject& bridge_;
   std::string uri_ = "python";
   std::uint64_t delivered_ = 0;
@@ -104,20 +114,20 @@ void BridgeObject::run() {
   changed_.notify_all();
 }
 
-std::vector<SpikeRow> BridgeObject::read(nanoseconds patience) {
+BridgeObject::Unread BridgeObject::read(nanoseconds patience) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, patience, [this] { return !waiting_.empty() || over_; });
-  std::vector<SpikeRow> spikes = std::exchange(waiting_, {});
-  const std::string error = spikes.empty() && over_ ? std::exchange(error_, {}) : std::string();
+  changed_.wait_for(lock, patience, [this] { return !unread_.empty() || over_; });
+  Unread unread = std::exchange(unread_, {});
+  const std::string error = unread.empty() && over_ ? std::exchange(error_, {}) : std::string();
   lock.unlock();
   changed_.notify_all();
   if (!error.empty()) throw Error(error);
-  return spikes;
+  return unread;
 }
 
 bool BridgeObject::ended() {
   const std::lock_guard lock(mutex_);
-  return over_ && waiting_.empty() && error_.empty();
+  return over_ && unread_.empty() && error_.empty();
 }
 
 void BridgeObject::stop() noexcept {
@@ -134,7 +144,13 @@ void BridgeObject::mark(const std::string& label) {
   nanoseconds time{0};
   {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return newest_ || over_; });
+    const bool waited =
+        changed_.wait_for(lock, kFirstTickWithin, [this] { return newest_ || over_; });
+    if (!waited) {
+      throw Error(
+          "the run has not simulated its first tick within 10 s: mark it once spikes are read, "
+          "and see Bridge.notices for a probe that sends nothing");
+    }
     if (over_ || !newest_) throw Error("the run is over: there is nothing to mark");
     time = *newest_;
   }
@@ -157,24 +173,27 @@ std::vector<std::string> BridgeObject::notices() {
 
 namespace {
 
-/// Waits for spikes without the GIL, so that Ctrl-C still works. Nothing at the end of the
-/// patience.
-py::array_t<SpikeRow> read(BridgeObject& bridge, std::optional<nanoseconds> patience) {
+/// Waits for spikes or commands without the GIL, so that Ctrl-C still works. Nothing at the end of
+/// the patience.
+BridgeObject::Unread read(BridgeObject& bridge, std::optional<nanoseconds> patience) {
   const auto deadline = std::chrono::steady_clock::now() + patience.value_or(nanoseconds{0});
   for (;;) {
-    std::vector<SpikeRow> spikes;
+    BridgeObject::Unread unread;
     nanoseconds left = kSignalsEvery;
     if (patience) {
       left = std::clamp(deadline - std::chrono::steady_clock::now(), nanoseconds{0}, left);
     }
     {
       const py::gil_scoped_release no_gil;
-      spikes = bridge.read(left);
+      unread = bridge.read(left);
     }
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!spikes.empty() || bridge.ended() || (patience && left.count() == 0))
-      return array_of(spikes);
+    if (!unread.empty() || bridge.ended() || (patience && left.count() == 0)) return unread;
   }
+}
+
+py::tuple output_of(const BridgeObject::Unread& unread) {
+  return output_of(array_of(unread.spikes), array_of(unread.commands));
 }
 
 }  // namespace
@@ -182,7 +201,8 @@ py::array_t<SpikeRow> read(BridgeObject& bridge, std::optional<nanoseconds> pati
 void add_bridge(py::module_& module) {
   py::class_<BridgeObject>(module, "Bridge", R"(The real-time pipeline, running in its own threads.
 
-Iterate to get arrays of spikes as they come, until the run ends. Leaving the with block ends it.)")
+Iterate to get an Output of spikes and stimulation commands as they come, until the run ends. Leaving the
+with block ends it.)")
       .def(
           "__enter__", [](BridgeObject& bridge) -> BridgeObject& { return bridge; },
           py::return_value_policy::reference_internal)
@@ -196,23 +216,26 @@ Iterate to get arrays of spikes as they come, until the run ends. Leaving the wi
           py::return_value_policy::reference_internal)
       .def("__next__",
            [](BridgeObject& bridge) {
-             auto spikes = read(bridge, std::nullopt);
-             if (spikes.size() == 0) throw py::stop_iteration();
-             return spikes;
+             const BridgeObject::Unread unread = read(bridge, std::nullopt);
+             if (unread.empty()) throw py::stop_iteration();
+             return output_of(unread);
            })
       .def(
           "read",
           [](BridgeObject& bridge, double timeout_s) {
-            return read(bridge, units::nanoseconds_from_s(std::clamp(timeout_s, 0.0, 1e6)));
+            return output_of(
+                read(bridge, units::nanoseconds_from_s(std::clamp(timeout_s, 0.0, 1e6))));
           },
           py::arg("timeout_s") = 0.0,
-          "Returns the unread spikes, (spikes,); empty after timeout_s seconds without any. Raises Error if the run failed.")
+          "Returns the unread Output; both arrays are empty after timeout_s seconds without any. "
+          "Raises Error if the run failed.")
       .def_property_readonly("ended", &BridgeObject::ended,
-                             "True when the run is over and all its spikes have been read.")
+                             "True when the run is over and all its output has been read.")
       .def("stop", &BridgeObject::stop, py::call_guard<py::gil_scoped_release>(),
-           "Ends the run and finishes its files. Unread spikes can still be read.")
+           "Ends the run and finishes its files. Unread output can still be read.")
       .def("mark", &BridgeObject::mark, py::arg("label"), py::call_guard<py::gil_scoped_release>(),
-           "Adds a mark with a one-line label at the current time to every session being recorded.")
+           "Adds a mark with a one-line label at the current time to every session being recorded. "
+           "Raises Error if the run is over or has not begun within 10 s.")
       .def("tare", &BridgeObject::tare, py::arg("probe") = 0,
            "Sets a probe's zero to its current reading. Returns False for a recording.")
       .def_property_readonly("counters", &BridgeObject::counters,

@@ -21,9 +21,9 @@
 
 namespace merkel::python {
 
-/// The Python class Bridge: the real-time pipeline, running in separate threads. Spikes are queued
-/// for Python in a bounded list; a program that does not fetch them loses its own copy only,
-/// counted.
+/// The Python class Bridge: the real-time pipeline, running in separate threads. Spikes and
+/// stimulation commands are queued for Python in bounded lists; a program that does not fetch them
+/// loses its own copy only, counted.
 class BridgeObject {
  public:
   struct Options {
@@ -38,15 +38,23 @@ class BridgeObject {
   BridgeObject& operator=(const BridgeObject&) = delete;
   ~BridgeObject();
 
-  /// Waits for spikes, for so long at most; none after the end. \throws Error where the run failed
-  [[nodiscard]] std::vector<SpikeRow> read(std::chrono::nanoseconds patience);
-  /// Whether the run is over and all its spikes were fetched.
+  /// What Python has not fetched yet.
+  struct Unread {
+    std::vector<SpikeRow> spikes;
+    std::vector<CommandRow> commands;
+
+    [[nodiscard]] bool empty() const noexcept { return spikes.empty() && commands.empty(); }
+  };
+  /// Waits for spikes or commands, for so long at most; none after the end.
+  /// \throws Error where the run failed
+  [[nodiscard]] Unread read(std::chrono::nanoseconds patience);
+  /// Whether the run is over and everything was fetched.
   [[nodiscard]] bool ended();
   /// Ends the run and waits for its sinks.
   void stop() noexcept;
 
-  /// Gives a mark to every sink that records marks, at the newest simulated time. Waits for the run
-  /// to start.
+  /// Gives a mark to every sink that records marks, at the newest simulated time. Waits 10 s at
+  /// most for the first tick. \throws Error
   void mark(const std::string& label);
   [[nodiscard]] bool tare(std::size_t probe);
   [[nodiscard]] std::map<std::string, std::uint64_t> counters();
@@ -61,7 +69,7 @@ class BridgeObject {
   RunControl* control_ = nullptr;
   std::mutex mutex_;  ///< guards the rest
   std::condition_variable changed_;
-  std::vector<SpikeRow> waiting_;
+  Unread unread_;
   std::vector<std::string> notices_;
   std::optional<std::chrono::nanoseconds> newest_;  ///< end of the newest tick
   std::string error_;

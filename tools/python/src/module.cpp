@@ -111,6 +111,7 @@ PYBIND11_MODULE(_merkel, module) {
   add_tables(module);
   add_scene_class(module);
   add_run(module);
+  add_output(module);
   add_stream(module);
   add_bridge(module);
   add_session(module);

@@ -81,6 +81,27 @@ std::vector<AfferentRow> afferent_rows(const ModelParameters& model) {
   return std::move(*rows);
 }
 
+void add_output(pybind11::module_& module) {
+  pybind11::object type =
+      pybind11::module_::import("collections")
+          .attr("namedtuple")("Output", pybind11::make_tuple("spikes", "stimulation"),
+                              pybind11::arg("module") = "merkel");
+  type.attr("__doc__") =
+      R"(What the model put out since the last call: spikes, stimulation = stream.push(...).
+
+spikes is (spikes,) of time_s, neuron, patch and flags; stimulation is (commands,) as Run.stimulation, empty
+where the scene has no electrodes.)";
+  module.attr("Output") = type;
+}
+
+pybind11::tuple output_of(const pybind11::array_t<SpikeRow>& spikes,
+                          const pybind11::array_t<CommandRow>& stimulation) {
+  // Never released: the interpreter may be gone when static objects are destroyed.
+  static const pybind11::handle type =
+      pybind11::object(pybind11::module_::import("merkel._merkel").attr("Output")).release();
+  return pybind11::reinterpret_steal<pybind11::tuple>(type(spikes, stimulation).release());
+}
+
 std::string in_python(std::string sentence) {
   static constexpr std::pair<std::string_view, std::string_view> kNames[] = {
       {"--overwrite", "overwrite=True"}, {"--allow-remote", "allow_remote=True"}};

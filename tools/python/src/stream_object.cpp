@@ -85,16 +85,18 @@ void StreamObject::announce(std::size_t probe, std::uint32_t channels) {
   started_[probe] = true;
 }
 
-py::array_t<SpikeRow> StreamObject::array(std::span<const SpikeEvent> spikes) {
-  if (spikes.empty()) return none_;
-  rows_.clear();
-  for (const SpikeEvent& spike : spikes) {
-    rows_.push_back(row_of(spike, std::chrono::nanoseconds{0}));
-  }
-  return array_of(rows_);
+py::tuple StreamObject::output(std::span<const SpikeEvent> spikes) {
+  const auto array = [](const auto& events, auto& rows, const auto& none) {
+    if (events.empty()) return none;
+    rows.clear();
+    for (const auto& each : events) rows.push_back(row_of(each, std::chrono::nanoseconds{0}));
+    return array_of(rows);
+  };
+  return output_of(array(spikes, rows_, no_spikes_),
+                   array(stream_->commands(), command_rows_, no_commands_));
 }
 
-py::array_t<SpikeRow> StreamObject::push(double time_s, const Reading& reading, std::size_t probe) {
+py::tuple StreamObject::push(double time_s, const Reading& reading, std::size_t probe) {
   const Use use(used_);
   if (!(std::fabs(time_s) <= kLongest_s)) {
     throw Error("time_s must be a finite number of seconds within ±4e9");
@@ -116,22 +118,16 @@ py::array_t<SpikeRow> StreamObject::push(double time_s, const Reading& reading, 
     const py::gil_scoped_release no_gil;
     return stream_->push(probe, sample);
   }();
-  return array(or_throw(std::move(spikes)));
+  return output(or_throw(std::move(spikes)));
 }
 
-py::array_t<SpikeRow> StreamObject::finish() {
+py::tuple StreamObject::finish() {
   const Use use(used_);
   const auto spikes = [&] {
     const py::gil_scoped_release no_gil;
     return stream_->finish();
   }();
-  return array(spikes);
-}
-
-py::array_t<CommandRow> StreamObject::commands() const {
-  std::vector<CommandRow> rows;
-  for (const StimulationCommand& each : stream_->commands()) rows.push_back(row_of(each, {}));
-  return array_of(rows);
+  return output(spikes);
 }
 
 std::optional<double> StreamObject::time_s() const {
@@ -155,15 +151,12 @@ GIL while it simulates; one thread at a time.)")
           py::arg("time_s"), py::kw_only(), py::arg("depth_mm") = py::none(),
           py::arg("force_N") = py::none(), py::arg("x_mm") = py::none(),
           py::arg("y_mm") = py::none(), py::arg("probe") = 0,
-          R"(Takes a sample and returns the new spikes: (spikes,) of time_s, neuron, patch and flags.
+          R"(Takes a sample and returns the Output: the new spikes and stimulation commands.
 
 time_s is in s and increases from sample to sample. Give depth_mm (mm), force_N (N) or both; x_mm and
 y_mm if the probe moves over the skin. An invalid sample raises Error and is ignored.)")
       .def("finish", &StreamObject::finish,
-           "Simulates up to the last sample and returns the new spikes. No sample may follow.")
-      .def_property_readonly(
-          "stimulation", &StreamObject::commands,
-          "The commands for electrodes of the last push() or finish(), as Run.stimulation.")
+           "Simulates up to the last sample and returns the Output. No sample may follow.")
       .def_property_readonly("time_s", &StreamObject::time_s,
                              "The end of the last tick in s; None before the first tick.");
 }

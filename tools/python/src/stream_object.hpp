@@ -29,25 +29,25 @@ class StreamObject {
     std::optional<double> y_mm;
   };
   /// \throws Error
-  [[nodiscard]] pybind11::array_t<SpikeRow> push(double time_s, const Reading& reading,
-                                                 std::size_t probe);
-  [[nodiscard]] pybind11::array_t<SpikeRow> finish();
-  /// The stimulation commands of the last push() or finish().
-  [[nodiscard]] pybind11::array_t<CommandRow> commands() const;
+  [[nodiscard]] pybind11::tuple push(double time_s, const Reading& reading, std::size_t probe);
+  [[nodiscard]] pybind11::tuple finish();
   [[nodiscard]] std::optional<double> time_s() const;
 
  private:
   class Use;
   void build();
   void announce(std::size_t probe, std::uint32_t channels);
-  [[nodiscard]] pybind11::array_t<SpikeRow> array(std::span<const SpikeEvent> spikes);
+  /// The new spikes and the commands that came with them.
+  [[nodiscard]] pybind11::tuple output(std::span<const SpikeEvent> spikes);
 
   Scene scene_;
   std::vector<std::uint32_t> channels_;  ///< of each probe's first sample, or expected of it
   std::vector<bool> started_;            ///< a sample of the probe was taken
   std::optional<SampleStream> stream_;
   std::vector<SpikeRow> rows_;
-  pybind11::array_t<SpikeRow> none_{0};  ///< what a push without spikes returns
+  std::vector<CommandRow> command_rows_;
+  pybind11::array_t<SpikeRow> no_spikes_{0};      ///< what a push without spikes returns
+  pybind11::array_t<CommandRow> no_commands_{0};  ///< and one without commands
   std::atomic<bool> used_{false};
 };
 

@@ -1,7 +1,5 @@
 #include "tools/studies/report/report.hpp"
 
-#include <array>
-#include <cstdarg>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
@@ -9,18 +7,16 @@
 #include <unistd.h>
 
 #include "drivers/files/output_file.hpp"
-#include "tools/commands/command.hpp"
+#include "tools/exit_code.hpp"
 #include "tools/studies/report/plot_runner.hpp"
 
 namespace merkel {
 
-int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
-                const std::string& plot_script) {
-  std::error_code error;
-  std::filesystem::create_directories(folder.folder, error);
-  if (error) return refuse("cannot make the folder " + folder.folder + ": " + error.message());
-  auto report = OutputFile::create(folder.path(folder.file), folder.overwrite);
-  if (!report) return refuse(report.error());
+namespace {
+
+/// The heading and the text of all parts.
+Expected<std::string, SetupError> text_of(const std::string& heading,
+                                          std::span<const ReportPart> parts, ReportFolder folder) {
   const bool terminal = ::isatty(STDERR_FILENO) == 1;
   std::string text = heading;
   for (const ReportPart& part : parts) {
@@ -29,16 +25,37 @@ int make_report(ReportFolder folder, const std::string& heading, std::span<const
         std::fprintf(stderr, "\r%s: %3.0f %% ", part.name, 100.0 * fraction);
       };
     }
-    const auto made = part.make(folder);
+    auto made = part.make(folder);
     if (terminal) std::fprintf(stderr, "\r%s: done   \n", part.name);
-    if (!made) return refuse(made.error());
+    if (!made) return made;
     text += *made;
   }
-  if (!report->write(text) || !report->close()) return fail(report->error());
-  std::fputs(text.c_str(), stdout);
+  return text;
+}
+
+}  // namespace
+
+int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
+                const std::string& plot_script) {
+  std::error_code error;
+  std::filesystem::create_directories(folder.folder, error);
+  if (error) return refuse("cannot make the folder " + folder.folder + ": " + error.message());
+  auto report = OutputFile::create(folder.path(folder.file), folder.overwrite);
+  if (!report) return refuse(report.error());
+  const auto text = text_of(heading, parts, folder);
+  if (!text) return refuse(text.error());
+  if (!report->write(*text) || !report->close()) return fail(report->error());
+  std::fputs(text->c_str(), stdout);
   if (auto drawn = draw_plots(plot_script, folder.folder); !drawn) {
     return fail(drawn.error().sentence);
   }
+  return kDone;
+}
+
+int print_report(const std::string& heading, std::span<const ReportPart> parts) {
+  const auto text = text_of(heading, parts, {});
+  if (!text) return refuse(text.error());
+  std::fputs(text->c_str(), stdout);
   return kDone;
 }
 

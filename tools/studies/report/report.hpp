@@ -32,4 +32,7 @@ struct ReportPart {
 int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
                 const std::string& plot_script);
 
+/// Prints parts that write no tables, without a folder. Returns the program's exit code.
+int print_report(const std::string& heading, std::span<const ReportPart> parts);
+
 }  // namespace merkel

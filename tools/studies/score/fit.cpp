@@ -149,7 +149,8 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     const std::function<void(double)>& progress) {
   if (!scene.energy_driven()) {
     return bad_input(
-        "only neurons driven by energy density can be fitted: start from goodwin or goodwin-cs");
+        "only neurons driven by energy density can be fitted: start from goodwin, finger or "
+        "goodwin-cs");
   }
   std::vector<DataSet> sets = given;
   std::erase_if(sets, [](const DataSet& set) { return !set.fit; });
