@@ -10,9 +10,10 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kNever = nanoseconds::min();
 /// Smaller sums are set to 0, because subnormal numbers are slow.
 constexpr double kLeastSum = 1e-12;
+/// Weights refer to the present again before they could overflow.
+constexpr double kLeastDecayed = 1e-100;
 
 /// Whether the centre of an afferent lies in a field; false without receptors, because it never
 /// fires.
@@ -53,7 +54,7 @@ FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const Encode
     memberships_.insert(memberships_.end(), each.begin(), each.end());
   }
   first_membership_.push_back(memberships_.size());
-  last_spike_.resize(slot, kNever);
+  weights_.resize(slot);
 }
 
 std::span<const FieldActivity::Membership> FieldActivity::memberships(
@@ -71,13 +72,19 @@ void FieldActivity::reset() noexcept {
 void FieldActivity::reset(std::size_t electrode) noexcept {
   Field& field = fields_[electrode];
   field.sum = 0.0;
-  std::fill_n(last_spike_.begin() + field.first_slot, field.afferents, kNever);
+  std::fill_n(weights_.begin() + field.first_slot, field.afferents, 0.0);
 }
 
 void FieldActivity::advance(std::span<const SpikeEvent> spikes, nanoseconds end) noexcept {
   for (Field& field : fields_) {
     field.sum *= field.kept;
     if (field.sum < kLeastSum) field.sum = 0.0;
+    if (field.encoder != EncoderKind::kRecruited) continue;
+    field.decayed *= field.kept;
+    if (field.decayed > kLeastDecayed) continue;
+    double* const weights = weights_.data() + field.first_slot;
+    for (std::size_t k = 0; k < field.afferents; ++k) weights[k] *= field.decayed;
+    field.decayed = 1.0;
   }
   for (const SpikeEvent& spike : spikes) add(spike, end);
 }
@@ -95,9 +102,9 @@ void FieldActivity::add(const SpikeEvent& spike, nanoseconds end) noexcept {
     }
     field.sum += added;
     if (field.encoder == EncoderKind::kRate) continue;
-    nanoseconds& last = last_spike_[membership.slot];
-    if (last != kNever) field.sum -= decay(static_cast<double>((end - last).count()) * of_per_ns);
-    last = spike.time;
+    double& weight = weights_[membership.slot];
+    field.sum -= weight * field.decayed;
+    weight = added / field.decayed;
   }
 }
 

@@ -53,9 +53,10 @@ class FieldActivity {
  private:
   struct Field {
     EncoderKind encoder = EncoderKind::kRate;
-    double per_ns = 0.0;  ///< 1/τ
-    double kept = 0.0;    ///< factor by which the sum decays in a tick
-    double sum = 0.0;     ///< Σ e^{−(t−t_i)/τ}
+    double per_ns = 0.0;   ///< 1/τ
+    double kept = 0.0;     ///< factor by which the sum decays in a tick
+    double sum = 0.0;      ///< Σ e^{−(t−t_i)/τ}
+    double decayed = 1.0;  ///< e^{−(t−t0)/τ} since an earlier time t0; weights refer to t0
     std::size_t afferents = 0;
     std::uint32_t first_slot = 0;  ///< the field's slots are consecutive
   };
@@ -64,7 +65,9 @@ class FieldActivity {
   std::vector<Field> fields_;
   std::vector<std::size_t> first_membership_;  ///< by afferent over all patches, plus an end entry
   std::vector<Membership> memberships_;
-  std::vector<std::chrono::nanoseconds> last_spike_;  ///< by slot
+  /// By slot: e^{(t_n−t0)/τ} of an afferent's last spike t_n, or 0. Times `decayed`, it is the
+  /// afferent's share in the sum, without another exponential.
+  std::vector<double> weights_;
 };
 
 }  // namespace merkel

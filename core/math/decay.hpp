@@ -17,10 +17,19 @@ namespace merkel {
   const auto k = static_cast<std::int64_t>(x * std::numbers::log2e + 0.5);
   const double whole = static_cast<double>(k);
   const double r = (whole * kLn2High - x) + whole * kLn2Low;
-  constexpr double kInverse[] = {1.0,     1.0 / 2, 1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6, 1.0 / 7,
-                                 1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13};
-  double sum = 1.0;
-  for (int n = 12; n >= 0; --n) sum = 1.0 + sum * (r * kInverse[n]);
+  // Σ r^n/n! up to n = 13, in pairs that do not wait for each other (Estrin's scheme).
+  const double r2 = r * r;
+  const double r4 = r2 * r2;
+  const double sum01 = 1.0 + r;
+  const double sum23 = 1.0 / 2 + r * (1.0 / 6);
+  const double sum45 = 1.0 / 24 + r * (1.0 / 120);
+  const double sum67 = 1.0 / 720 + r * (1.0 / 5040);
+  const double sum89 = 1.0 / 40320 + r * (1.0 / 362880);
+  const double sum1011 = 1.0 / 3628800 + r * (1.0 / 39916800);
+  const double sum1213 = 1.0 / 479001600 + r * (1.0 / 6227020800);
+  const double low = (sum01 + r2 * sum23) + r4 * (sum45 + r2 * sum67);
+  const double high = (sum89 + r2 * sum1011) + r4 * sum1213;
+  const double sum = low + (r4 * r4) * high;
   return sum * std::bit_cast<double>(static_cast<std::uint64_t>(1023 - k) << 52U);
 }
 
