@@ -33,9 +33,9 @@ double grid_nodes(double width_mm, double length_mm, const SkinParameters& skin)
 constexpr double kMostNodes = 4e6;
 constexpr double kMostSuperposed = 4e8;
 
-std::array<double, 7> pack(const FlatTipField::Values& values) {
+GridNode pack(const FlatTipField::Values& values) {
   const CartesianStress& s = values.stress;
-  return {s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, values.displacement};
+  return {{s.sigma_x, s.sigma_y, s.sigma_z, s.tau_xy, s.tau_yz, s.tau_zx, values.displacement}};
 }
 
 }  // namespace
@@ -53,6 +53,7 @@ bool FlatTipField::fits(const PinTip& tip, const SkinParameters& skin) noexcept 
 FlatTipField::FlatTipField(const BarTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
+      round_(false),
       half_diagonal_mm_(0.5 * std::hypot(tip.total_width_mm(), tip.length_mm)),
       spacing_mm_(grid_spacing_mm(skin.receptor_depth_mm, std::isinf(skin.radius_mm) ? 8.0 : 6.0)) {
   if (std::isfinite(skin.radius_mm)) {
@@ -70,6 +71,7 @@ FlatTipField::FlatTipField(const BarTip& tip, const SkinParameters& skin)
 FlatTipField::FlatTipField(const PinTip& tip, const SkinParameters& skin)
     : skin_(skin),
       receptor_depth_mm_(skin.receptor_depth_mm),
+      round_(true),
       half_diagonal_mm_(0.5 * tip.diameter_mm),
       spacing_mm_(grid_spacing_mm(skin.receptor_depth_mm, 8.0)) {
   const double radius = 0.5 * tip.diameter_mm;
@@ -131,14 +133,16 @@ void FlatTipField::fill_curved(const BarTip& tip, const SkinParameters& skin) {
       fill(own, [&](double x, double y) { return superposed(contact, x, y); });
       sum.force_mN_per_mm += part.weight * contact.force_mN_per_mm;
       for (std::size_t i = 0; i < own.nodes.size(); ++i) {
-        for (std::size_t f = 0; f < kFields; ++f) sum.nodes[i][f] += part.weight * own.nodes[i][f];
+        for (std::size_t f = 0; f < Node::kFields; ++f) {
+          sum.nodes[i].values[f] += part.weight * own.nodes[i].values[f];
+        }
       }
     }
     Table& table = tables_[k];
     table.force_mN_per_mm = sum.force_mN_per_mm / depth_mm;
     table.nodes = sum.nodes;
     for (Node& node : table.nodes) {
-      for (double& value : node) value /= depth_mm;
+      for (double& value : node.values) value /= depth_mm;
     }
     before_mm = depth_mm;
   }
@@ -235,22 +239,16 @@ FlatTipField::Values FlatTipField::at(double x_mm, double y_mm, double depth_mm)
   }
   const auto i = static_cast<std::size_t>(column);
   const auto j = static_cast<std::size_t>(row);
-  const auto along_x = cubic_weights(column - static_cast<double>(i));
-  const auto along_y = cubic_weights(row - static_cast<double>(j));
   const Blend blended = blend(depth_mm);
-  Node total{};
+  GridPatch patch{.columns = columns_,
+                  .along_x = cubic_weights(column - static_cast<double>(i)),
+                  .along_y = cubic_weights(row - static_cast<double>(j))};
   for (std::size_t t = 0; t < 2; ++t) {
     if (blended.weight[t] == 0.0) continue;
-    Node sum{};
-    for (std::size_t b = 0; b < 4; ++b) {
-      for (std::size_t a = 0; a < 4; ++a) {
-        const Node& node = blended.table[t]->nodes[(j + b - 1) * columns_ + (i + a - 1)];
-        const double weight = along_x[a] * along_y[b];
-        for (std::size_t f = 0; f < kFields; ++f) sum[f] += weight * node[f];
-      }
-    }
-    for (std::size_t f = 0; f < kFields; ++f) total[f] += blended.weight[t] * sum[f];
+    patch.corner[t] = blended.table[t]->nodes.data() + (j - 1) * columns_ + (i - 1);
+    patch.weight[t] = blended.weight[t];
   }
+  const auto total = interpolate(patch).values;
   const double sign = y_mm < 0.0 ? -1.0 : 1.0;
   return {.stress = {.sigma_x = total[0],
                      .sigma_y = total[1],

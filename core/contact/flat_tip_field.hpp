@@ -1,10 +1,10 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "core/contact/bar_contact.hpp"
+#include "core/contact/kernel/grid_interpolation.hpp"
 #include "core/contact/pin_contact.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/skin/skin_material.hpp"
@@ -29,7 +29,7 @@ class FlatTipField {
   /// The same for a round pin, from closed forms.
   FlatTipField(const PinTip& tip, const SkinParameters& skin);
 
-  /// Whether the grid of a tip has at most four million nodes (220 MB) and at most 4e8 loads to
+  /// Whether the grid of a tip has at most four million nodes (260 MB) and at most 4e8 loads to
   /// superpose on them (about ten seconds).
   [[nodiscard]] static bool fits(const BarTip& tip, const SkinParameters& skin) noexcept;
   [[nodiscard]] static bool fits(const PinTip& tip, const SkinParameters& skin) noexcept;
@@ -47,12 +47,15 @@ class FlatTipField {
   /// At a large distance r, the surface is displaced by this value divided by r.
   [[nodiscard]] double far_displacement_mm2(double depth_mm) const noexcept MERKEL_REALTIME;
 
+  /// Whether the field depends on the distance from the axis only: that of a pin.
+  [[nodiscard]] bool round() const noexcept { return round_; }
+  /// Distance between nodes.
+  [[nodiscard]] double spacing_mm() const noexcept { return spacing_mm_; }
   /// Distance from the tip's axis to its farthest corner.
   [[nodiscard]] double half_diagonal_mm() const noexcept { return half_diagonal_mm_; }
 
  private:
-  static constexpr std::size_t kFields = 7;
-  using Node = std::array<double, kFields>;
+  using Node = GridNode;
   /// The field of a press, per mm of depth.
   struct Table {
     double force_mN_per_mm = 0.0;
@@ -75,6 +78,7 @@ class FlatTipField {
 
   SkinMaterial skin_;
   double receptor_depth_mm_;
+  bool round_;
   double half_diagonal_mm_;
   double spacing_mm_;
   double first_x_mm_;  ///< first column of the grid; rows begin one spacing before y = 0

@@ -53,7 +53,6 @@ ReceptorArrays<Real>::ReceptorArrays(std::span<const Receptor> receptors,
   right_ = receptors.empty() ? 0.0 : static_cast<double>(*most_x);
   bottom_ = receptors.empty() ? 0.0 : static_cast<double>(*least_y);
   top_ = receptors.empty() ? 0.0 : static_cast<double>(*most_y);
-  if (!skin.exactly_layered()) return;
   for (auto& profile : stress_profile_) profile = AlignedArray<double>(LayerField::kMostPoints);
   energy_profile_ = AlignedArray<Real>(LayerField::kMostPoints + 1);
 }
@@ -107,25 +106,46 @@ void ReceptorArrays<Real>::add_layer(const PlacedContact& placed, std::size_t fi
 }
 
 template <class Real>
+double ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
+                                                 double farthest_mm) noexcept {
+  const double stiffening = placed.contact.stiffening;
+  if (placed.layer != nullptr) {
+    profile_points_ = placed.layer->points_within(farthest_mm);
+    for (std::size_t field = 0; field < 4; ++field) {
+      placed.layer->profile(placed.contact, static_cast<LayerField::Field>(field),
+                            {stress_profile_[field].data(), profile_points_});
+    }
+    return 1.0 / stiffening;
+  }
+  const double spacing_mm = placed.flat_tip->spacing_mm();
+  profile_points_ = static_cast<std::size_t>(
+      std::min(farthest_mm / spacing_mm + 4.0, static_cast<double>(LayerField::kMostPoints)));
+  for (std::size_t k = 0; k < profile_points_; ++k) {
+    const CartesianStress stress =
+        placed.flat_tip->at(static_cast<double>(k) * spacing_mm, 0.0, placed.contact.depth_mm)
+            .stress;
+    stress_profile_[LayerTable::kSigmaR][k] = stress.sigma_x;
+    stress_profile_[LayerTable::kSigmaTheta][k] = stress.sigma_y;
+    stress_profile_[LayerTable::kSigmaZ][k] = stress.sigma_z;
+    stress_profile_[LayerTable::kTauRz][k] = stress.tau_zx;
+  }
+  return stiffening;  // of stress without stiffening
+}
+
+template <class Real>
 EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed) noexcept {
-  const LayerField& layer = *placed.layer;
   if (profile_points_ == 0 || !(placed == profiled_)) {
     profiled_ = placed;
-    const double farthest = std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
-                                       std::max(placed.y_mm - bottom_, top_ - placed.y_mm));
-    profile_points_ = layer.points_within(farthest);
-    for (std::size_t field = 0; field < 4; ++field) {
-      layer.profile(placed.contact, static_cast<LayerField::Field>(field),
-                    {stress_profile_[field].data(), profile_points_});
-    }
+    const double stiffened = fill_stress_profile(
+        placed, std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
+                           std::max(placed.y_mm - bottom_, top_ - placed.y_mm)));
     const double* const r = stress_profile_[LayerTable::kSigmaR].data();
     const double* const theta = stress_profile_[LayerTable::kSigmaTheta].data();
     const double* const z = stress_profile_[LayerTable::kSigmaZ].data();
     const double* const rz = stress_profile_[LayerTable::kTauRz].data();
-    const double stiffening = placed.contact.stiffening;
-    const double distortional = 1.0 / (12.0 * stiffening * skin_.shear_modulus_kPa());
+    const double distortional = stiffened / (12.0 * skin_.shear_modulus_kPa());
     const double volumetric =
-        kind_ == EnergyDensity::kFull ? 1.0 / (18.0 * stiffening * skin_.bulk_modulus_kPa()) : 0.0;
+        kind_ == EnergyDensity::kFull ? stiffened / (18.0 * skin_.bulk_modulus_kPa()) : 0.0;
     Real* const energy = energy_profile_.data() + 1;
     for (std::size_t k = 0; k < profile_points_; ++k) {
       const double d_rt = r[k] - theta[k];
@@ -138,9 +158,11 @@ EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed
     }
     energy_profile_[0] = energy[1];  // even in r
   }
+  const double spacing_mm =
+      placed.layer != nullptr ? placed.layer->spacing_mm() : placed.flat_tip->spacing_mm();
   return {.x = static_cast<Real>(placed.x_mm),
           .y = static_cast<Real>(placed.y_mm),
-          .points_per_mm = static_cast<Real>(1.0 / layer.spacing_mm()),
+          .points_per_mm = static_cast<Real>(1.0 / spacing_mm),
           .end = static_cast<Real>(profile_points_ - 3),
           .energy = energy_profile_.data()};
 }
@@ -149,13 +171,11 @@ template <class Real>
 void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::size_t first,
                                  std::size_t last) noexcept {
   const ReceptorArguments<Real> receptors = blocks(first, last);
-  if (contacts.size() == 1 && contacts.front().flat_tip == nullptr) {
-    if (contacts.front().layer != nullptr) {
-      profile_energy(profile_of(contacts.front()), receptors);
-    } else {
-      sphere_energy(field(contacts.front()), receptors);
-    }
-    return;
+  if (contacts.size() == 1) {
+    const PlacedContact& only = contacts.front();
+    const bool pin = only.flat_tip != nullptr && only.flat_tip->round();
+    if (only.layer != nullptr || pin) return profile_energy(profile_of(only), receptors);
+    if (only.flat_tip == nullptr) return sphere_energy(field(only), receptors);
   }
   for (AlignedArray<Real>& sum : sums_) {
     std::fill(sum.data() + receptors.first, sum.data() + receptors.last, Real(0));

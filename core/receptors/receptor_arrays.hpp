@@ -54,8 +54,10 @@ class ReceptorArrays {
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
   void add_bars(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   void add_layer(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
-  /// The profile of the energy density along the radius, under a sphere on a layer.
+  /// The profile of the energy density along the radius, under a sphere on a layer or a pin.
   [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
+  /// Fills stress_profile_ up to a distance. Returns the energy density per σ²/(12G).
+  double fill_stress_profile(const PlacedContact& placed, double farthest_mm) noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;

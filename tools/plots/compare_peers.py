@@ -8,6 +8,9 @@ steps of 25 us. Brian2 computes the model's neurons by exponential Euler, its de
 computes its own `hh`, the same neuron without the calcium channel, by its two fixed-step methods. The measure of
 speed is processor time on one core, alternating with `merkel bench`; ratios are medians of pairs. Spike times are
 those that each simulator reports; their reference is merkel's RK4 at 0.5 us, which the tests compare with CVODE.
+If TouchSim can be imported (https://github.com/hsaal/touchsim, on PYTHONPATH; Debian: python3-numba, python3-skimage), its
+SA1 afferents, at the places of those of `goodwin`, feel the same presses at 5 kHz as the whole `goodwin` scene of
+`merkel run`. The models differ, so only their cost is compared; `merkel score` has the errors against recordings.
 --csv also writes the points of the other simulators as a table.
 """
 
@@ -170,6 +173,84 @@ def installed(folder):
     return peers
 
 
+class TouchSim:
+    """Its SA1 afferents at the places of merkel's, under the same press (a sine around 1 mm) for a second."""
+
+    DEPTH_MM, AMPLITUDE_MM, SINE_HZ, RATE_HZ = 1.0, 0.3, 5.0, 5000
+    # name: the tip in a scene of merkel, and the positions and relative heights of TouchSim's pins, mm
+    SPHERE_MM, SPACING_MM = 3.0, 0.25
+    TIPS = {"pin of 1 mm": 'tip = "pin"\ndiameter_mm = 1', "sphere of radius 3 mm": "radius_mm = 3"}
+
+    def __init__(self, merkel):
+        if not hasattr(np, "bool"):
+            np.bool = bool  # removed from numpy 1.24; TouchSim uses it
+        import touchsim
+
+        self.merkel, self.touchsim = merkel, touchsim
+        places = subprocess.run([merkel, "inspect", "afferents", "goodwin"], check=True, capture_output=True, text=True)
+        table = np.genfromtxt(places.stdout.splitlines(), delimiter=",", names=True)
+        self.afferents = touchsim.AfferentPopulation(
+            *[touchsim.Afferent("SA1", location=[row["x_mm"], row["y_mm"]]) for row in table]
+        )  # fmt: skip
+
+    def stimulus(self, tip):
+        pins, radius_mm = np.zeros((1, 3)), 0.5
+        if tip.startswith("sphere"):
+            edge = np.arange(-3.0, 3.01, self.SPACING_MM)
+            x, y = (each.ravel() for each in np.meshgrid(edge, edge))
+            below = (x**2 + y**2) / (2 * self.SPHERE_MM)
+            pins, radius_mm = np.column_stack([x, y, -below])[below < self.DEPTH_MM + self.AMPLITUDE_MM], self.SPACING_MM / 2
+        time_s = np.arange(self.RATE_HZ) / self.RATE_HZ
+        press = self.DEPTH_MM * np.clip(time_s / 0.1, 0, 1) + np.where(
+            time_s > 0.1, self.AMPLITUDE_MM * np.sin(2 * np.pi * self.SINE_HZ * time_s), 0
+        )  # fmt: skip
+        depths = press + pins[:, 2:]
+        return self.touchsim.Stimulus(
+            trace=np.maximum(depths, 0), location=pins[:, :2] + [15, 10], fs=self.RATE_HZ, pin_radius=radius_mm
+        )  # fmt: skip
+
+    def theirs(self, tip):
+        """Processor time of a simulated second (contact and spikes), s, and the spikes in it."""
+        before = time.process_time()
+        response = self.afferents.response(self.stimulus(tip))
+        return time.process_time() - before, sum(np.size(each) for each in response.spikes)
+
+    def ours(self, scene):
+        """The same of merkel: a long run less a short one."""
+        def used(seconds):
+            before = sum(os.times()[2:4])
+            subprocess.run([self.merkel, "run", scene, "--fast", "--duration-s", str(seconds)], check=True, capture_output=True)
+            return sum(os.times()[2:4]) - before
+
+        return (used(22) - used(2)) / 20
+
+    def rows(self, folder):
+        for tip, keys in self.TIPS.items():
+            scene, pins = folder / "press.toml", len(self.stimulus(tip).location)
+            uri = (f"sim:sine?depth_mm={self.DEPTH_MM}&amplitude_mm={self.AMPLITUDE_MM}&frequency_hz={self.SINE_HZ}"
+                   "&hold_s=200")
+            scene.write_text(f'preset = "goodwin"\n[probe]\nuri = "{uri}"\n{keys}\n')
+            _, spikes = self.theirs(tip)  # compiles
+            assert spikes > 0, "TouchSim's afferents do not feel the press"
+            pairs = [(self.theirs(tip)[0], self.ours(scene)) for _ in range(RUNS)]
+            theirs, ours = (1e3 * statistics.median(column) for column in zip(*pairs))
+            ratio = statistics.median(a / b for a, b in pairs)
+            yield f"| {tip} ({pins} of TouchSim's pins) | {theirs:.0f} | {ours:.0f} | {ratio:.1f} |"
+
+
+def print_touchsim(merkel):
+    try:
+        peer = TouchSim(merkel)
+    except ImportError as error:
+        print(f"skipped: {error} (https://github.com/hsaal/touchsim on PYTHONPATH; Debian: python3-numba, "
+              "python3-skimage)", file=sys.stderr)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        rows = list(peer.rows(pathlib.Path(folder)))
+    print(f"\n{len(peer.afferents)} SA1 afferents; processor time of a simulated second, ms; medians of {RUNS} pairs\n")
+    print("| press | TouchSim, 5 kHz | merkel run goodwin | ratio |\n|---|---|---|---|\n" + "\n".join(rows))
+
+
 def spikes_of(merkel, current, *options):
     text = subprocess.run(
         [merkel, "inspect", "neuron", "--current", repr(float(current)), "--duration-ms", str(DURATION_MS), *options],
@@ -273,6 +354,8 @@ def main():
             write_csv(csv, peers, seconds, errors)
         else:
             print_table(merkel, bench, peers, references, seconds, ours, errors)
+    if not csv:
+        print_touchsim(merkel)
 
 
 if __name__ == "__main__":

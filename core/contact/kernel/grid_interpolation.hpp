@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace merkel {
+
+/// The values at a node of a grid: seven and a zero, so that a node is a whole number of vectors.
+struct alignas(64) GridNode {
+  static constexpr std::size_t kFields = 7;
+  std::array<double, 8> values{};
+};
+
+/// A node and the 15 around it that a cubic interpolation in two directions needs, in two tables.
+struct GridPatch {
+  const GridNode* corner[2] =
+      {};                   ///< of lowest index, in each table; a null second one is not used
+  std::size_t columns = 0;  ///< of the grid: distance between two rows of nodes
+  std::array<double, 4> along_x{};
+  std::array<double, 4> along_y{};
+  double weight[2] = {};  ///< of each table
+};
+
+/// The weighted sum of two tables' interpolated values. Bit-identical on every instruction set.
+/// Real-time: yes.
+[[nodiscard]] GridNode interpolate(const GridPatch& patch) noexcept;
+
+}  // namespace merkel

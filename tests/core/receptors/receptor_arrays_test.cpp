@@ -1,0 +1,85 @@
+#include "core/receptors/receptor_arrays.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/contact/pin_contact.hpp"
+#include "core/math/random.hpp"
+#include "core/skin/strain_energy_density.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kX_mm = 14.3;
+constexpr double kY_mm = 9.1;
+constexpr double kStiffening = 1.7;
+
+std::vector<Receptor> scattered() {
+  Random random(5);
+  std::vector<Receptor> receptors(3000);
+  for (Receptor& each : receptors) {
+    each.x_mm = 30.0 * random.uniform();
+    each.y_mm = 20.0 * random.uniform();
+  }
+  return receptors;
+}
+
+/// The largest difference of the energy density under a pin from that of `stress(dx, dy)` at every
+/// receptor, as a fraction of the largest energy density.
+template <class Real, class Stress>
+double error_under(const FlatTipField& field, const SkinParameters& skin, double depth_mm,
+                   Stress stress) {
+  const std::vector<Receptor> receptors = scattered();
+  ReceptorArrays<Real> arrays(receptors, skin, {});
+  const PlacedContact placed{.contact = {.depth_mm = depth_mm, .stiffening = kStiffening},
+                             .flat_tip = &field,
+                             .x_mm = kX_mm,
+                             .y_mm = kY_mm};
+  arrays.press({&placed, 1}, 0, receptors.size());
+  double largest = 0.0;
+  double error = 0.0;
+  for (std::size_t i = 0; i < receptors.size(); ++i) {
+    const double exact = kStiffening * energy_density_kPa(stress(receptors[i].x_mm - kX_mm,
+                                                                 receptors[i].y_mm - kY_mm),
+                                                          SkinMaterial(skin), skin.energy_density);
+    largest = std::max(largest, exact);
+    error = std::max(error, std::fabs(arrays.energy_density_kPa(i) - exact));
+  }
+  EXPECT_GT(largest, 0.0);
+  return error / largest;
+}
+
+TEST(ReceptorArrays, EnergyUnderAPinOnFlatSkinIsThatOfTheClosedForm) {
+  for (const EnergyDensity kind : {EnergyDensity::kDistortional, EnergyDensity::kFull}) {
+    for (const double diameter_mm : {0.5, 1.0, 6.35}) {
+      const SkinParameters skin{.energy_density = kind};
+      const PinTip pin{.diameter_mm = diameter_mm};
+      const SkinMaterial material(skin);
+      const double force_mN = 0.8 * pin_force_mN_per_mm(pin, material.reduced_modulus_kPa());
+      const auto closed_form = [&](double dx, double dy) {
+        return cartesian(pin_stress(force_mN, 0.5 * diameter_mm, skin.poisson_ratio,
+                                    std::hypot(dx, dy), skin.receptor_depth_mm),
+                         dx, dy);
+      };
+      const FlatTipField field(pin, skin);
+      EXPECT_LT(error_under<double>(field, skin, 0.8, closed_form), 3e-4) << diameter_mm;
+      EXPECT_LT(error_under<float>(field, skin, 0.8, closed_form), 3e-4) << diameter_mm;
+    }
+  }
+}
+
+TEST(ReceptorArrays, EnergyUnderAPinOnAFingerIsThatOfTheGrid) {
+  const SkinParameters skin{.radius_mm = 7.0};
+  const FlatTipField field(PinTip{.diameter_mm = 1.0}, skin);
+  // 0.03 mm: the rim does not touch yet.
+  for (const double depth_mm : {0.03, 0.2, 1.0, 2.5}) {
+    const auto at = [&](double dx, double dy) { return field.at(dx, dy, depth_mm).stress; };
+    EXPECT_LT(error_under<double>(field, skin, depth_mm, at), 1e-3) << depth_mm;
+  }
+}
+
+}  // namespace
+}  // namespace merkel
