@@ -10,7 +10,7 @@
 #include "core/contact/flat_tip_field.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
-#include "tools/studies/reference/bar_boundary_elements.hpp"
+#include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 #include "tools/studies/reference/superposition.hpp"
 
 namespace merkel {
@@ -205,7 +205,7 @@ TEST(FlatTipField, OnACurvedFingerItAgreesWithBoundaryElements) {
     const SkinParameters skin{.radius_mm = 7.0};
     const SkinMaterial material(skin);
     const BarTip tip{.widths_mm = {c.width_mm}, .gaps_mm = {}, .length_mm = 20.0};
-    const reference::BarBoundaryElements elements(
+    const reference::FlatTipBoundaryElements elements(
         {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
          .poisson_ratio = skin.poisson_ratio,
          .width_mm = c.width_mm,
@@ -230,6 +230,46 @@ TEST(FlatTipField, OnACurvedFingerItAgreesWithBoundaryElements) {
                   stress_at(loads, skin.poisson_ratio, 0.4, y, 0.65).sigma_z, 0.025 * peak);
     }
     EXPECT_NEAR(field.depth_mm(field.force_mN(c.depth_mm)), c.depth_mm, 1e-9);
+  }
+}
+
+// 14 mm along the finger is not in the model: its pins touch as if the finger were as curved along
+// it as across.
+TEST(FlatTipField, APinOnACurvedFingerAgreesWithBoundaryElements) {
+  struct Case {
+    double diameter_mm, depth_mm, along_mm, force, middle, edge;  ///< allowed errors
+  };
+  for (const Case& c :
+       {Case{1.0, 0.02, 7.0, 0.03, 0.03, 0.03}, Case{1.0, 0.3, 7.0, 0.03, 0.03, 0.03},
+        Case{6.35, 0.5, 7.0, 0.03, 0.03, 0.03}, Case{6.35, 2.0, 7.0, 0.03, 0.03, 0.03},
+        Case{1.0, 0.3, 14.0, 0.03, 0.03, 0.03}, Case{6.35, 0.5, 14.0, 0.18, 0.55, 0.81},
+        Case{6.35, 2.0, 14.0, 0.08, 0.51, 0.58}}) {
+    const SkinParameters skin{.radius_mm = 7.0};
+    const SkinMaterial material(skin);
+    const reference::FlatTipBoundaryElements elements(
+        {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
+         .poisson_ratio = skin.poisson_ratio,
+         .width_mm = c.diameter_mm,
+         .length_mm = c.diameter_mm,
+         .round = true,
+         .skin_radius_mm = skin.radius_mm,
+         .skin_radius_along_mm = c.along_mm,
+         .depth_mm = c.depth_mm,
+         .columns = 60,
+         .rows = 60});
+    const FlatTipField field(PinTip{.diameter_mm = c.diameter_mm}, skin);
+    const auto ratio = [&](double x) {
+      const auto energy = [&](const CartesianStress& stress) {
+        return energy_density_kPa(stress, material, EnergyDensity::kDistortional);
+      };
+      return energy(field.at(x, 0.0, c.depth_mm).stress) / energy(elements.stress(x, 0.0, 0.65));
+    };
+    EXPECT_NEAR(field.force_mN(c.depth_mm) / elements.force_mN(), 1.0, c.force)
+        << c.diameter_mm << " " << c.depth_mm << " " << c.along_mm;
+    EXPECT_NEAR(ratio(0.0), 1.0, c.middle)
+        << c.diameter_mm << " " << c.depth_mm << " " << c.along_mm;
+    EXPECT_NEAR(ratio(0.5 * c.diameter_mm), 1.0, c.edge)
+        << c.diameter_mm << " " << c.depth_mm << " " << c.along_mm;
   }
 }
 

@@ -5,7 +5,7 @@
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"
-#include "tools/studies/reference/bar_boundary_elements.hpp"
+#include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 #include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
@@ -28,7 +28,7 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
     const BarTip tip{.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0};
     const FlatTipField field(tip, skin);
     for (const double depth : {0.3, 0.7, 1.5}) {
-      const reference::BarBoundaryElements elements(
+      const reference::FlatTipBoundaryElements elements(
           {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
            .poisson_ratio = skin.poisson_ratio,
            .width_mm = width,

@@ -1,27 +1,30 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "core/skin/stress.hpp"
 
 namespace merkel::reference {
 
-/// A straight rigid bar pressed without friction into a finger that is curved across it, by
-/// boundary elements: uniform pressures on rectangles (Love 1929; Johnson, Contact Mechanics, Eq.
+/// A straight rigid bar or a round pin pressed without friction into a curved finger, by boundary
+/// elements: uniform pressures on rectangles (Love 1929; Johnson, Contact Mechanics, Eq.
 /// 3.25), with an active-set contact. Independent of the formulas of core/contact.
-class BarBoundaryElements {
+class FlatTipBoundaryElements {
  public:
   struct Parameters {
     double reduced_modulus_kPa = 130.0;
     double poisson_ratio = 0.48;
-    double width_mm = 3.0;    ///< along x
-    double length_mm = 20.0;  ///< along y
-    double skin_radius_mm = 7.0;
+    double width_mm = 3.0;        ///< along x; of a pin, the diameter
+    double length_mm = 20.0;      ///< along y; of a pin, the diameter
+    bool round = false;           ///< a pin: only the elements inside the circle
+    double skin_radius_mm = 7.0;  ///< across the finger, along y
+    double skin_radius_along_mm = std::numeric_limits<double>::infinity();  ///< along x
     double depth_mm = 1.0;
     int columns = 24;  ///< of elements across the bar, refined at its edges
     int rows = 60;     ///< along its contact
   };
-  explicit BarBoundaryElements(const Parameters& parameters);
+  explicit FlatTipBoundaryElements(const Parameters& parameters);
 
   [[nodiscard]] double force_mN() const noexcept { return force_mN_; }
   /// Superposes point loads; z must be at least about one element.

@@ -1,4 +1,4 @@
-#include "tools/studies/reference/bar_boundary_elements.hpp"
+#include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,8 @@ double love(double x, double y, double a, double b) {
 
 }  // namespace
 
-BarBoundaryElements::BarBoundaryElements(const Parameters& p) : poisson_ratio_(p.poisson_ratio) {
+FlatTipBoundaryElements::FlatTipBoundaryElements(const Parameters& p)
+    : poisson_ratio_(p.poisson_ratio) {
   // Quarter of the contact; along y, at most to the edge of the undeformed skin below the bar.
   const double half_width = 0.5 * p.width_mm;
   const double reach = std::min(0.5 * p.length_mm, std::sqrt(2.0 * p.skin_radius_mm * p.depth_mm));
@@ -35,12 +36,15 @@ BarBoundaryElements::BarBoundaryElements(const Parameters& p) : poisson_ratio_(p
     }
     return lines;
   };
-  const auto x_lines = edges(half_width, p.columns / 2, true);
-  const auto y_lines = edges(reach, p.rows / 2, 2.0 * reach >= p.length_mm);
+  const auto x_lines = edges(half_width, p.columns / 2, !p.round);
+  const auto y_lines = edges(reach, p.rows / 2, !p.round && 2.0 * reach >= p.length_mm);
   for (std::size_t j = 0; j + 1 < y_lines.size(); ++j) {
     for (std::size_t i = 0; i + 1 < x_lines.size(); ++i) {
-      elements_.push_back({.x = 0.5 * (x_lines[i] + x_lines[i + 1]),
-                           .y = 0.5 * (y_lines[j] + y_lines[j + 1]),
+      const double x = 0.5 * (x_lines[i] + x_lines[i + 1]);
+      const double y = 0.5 * (y_lines[j] + y_lines[j + 1]);
+      if (p.round && std::hypot(x, y) > half_width) continue;
+      elements_.push_back({.x = x,
+                           .y = y,
                            .half_width = 0.5 * (x_lines[i + 1] - x_lines[i]),
                            .half_length = 0.5 * (y_lines[j + 1] - y_lines[j]),
                            .pressure_kPa = 0.0});
@@ -51,7 +55,8 @@ BarBoundaryElements::BarBoundaryElements(const Parameters& p) : poisson_ratio_(p
   Eigen::VectorXd wanted(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Element& at = elements_[static_cast<std::size_t>(i)];
-    wanted(i) = p.depth_mm - at.y * at.y / (2.0 * p.skin_radius_mm);
+    wanted(i) = p.depth_mm - at.y * at.y / (2.0 * p.skin_radius_mm) -
+                at.x * at.x / (2.0 * p.skin_radius_along_mm);
     for (Eigen::Index j = 0; j < count; ++j) {
       const Element& of = elements_[static_cast<std::size_t>(j)];
       double sum = 0.0;
@@ -84,7 +89,7 @@ BarBoundaryElements::BarBoundaryElements(const Parameters& p) : poisson_ratio_(p
   }
 }
 
-CartesianStress BarBoundaryElements::stress(double x_mm, double y_mm, double z_mm) const {
+CartesianStress FlatTipBoundaryElements::stress(double x_mm, double y_mm, double z_mm) const {
   CartesianStress sum;
   for (const Element& element : elements_) {
     if (!(element.pressure_kPa > 0.0)) continue;
