@@ -142,8 +142,8 @@ def stability():
             middles = [math.sqrt(a * b) for a, b in zip(steps, steps[1:])]
             edges = [steps[0] ** 2 / middles[0], *middles, steps[-1] ** 2 / middles[-1]]
             heights = [i - 0.5 for i in range(len(values) + 1)]
-            axes.pcolormesh(edges, heights, grid, cmap=colors, vmin=0, vmax=2)
             axes.grid(False)
+            axes.pcolormesh(edges, heights, grid, cmap=colors, vmin=0, vmax=2)
             axes.set_xscale("log")
             axes.minorticks_off()
             shown = [5, 10, 20, 50, 100, 200, 500]

@@ -53,6 +53,9 @@ std::vector<Variant> variants() {
     all.push_back({.name = "exponential_euler",
                    .method = IntegrationMethod::kExponentialEuler,
                    .step_us = step_us});
+    all.push_back({.name = "staggered_multistep",
+                   .method = IntegrationMethod::kStaggeredMultistep,
+                   .step_us = step_us});
     all.push_back({.name = "rk4", .method = IntegrationMethod::kRk4, .step_us = step_us});
   }
   all.push_back(
