@@ -265,6 +265,16 @@ TEST(Doctor, BrowsersThatHangLoseNoSpikes) {
   EXPECT_EQ(one["udp"]["missing"], 0);
 }
 
+TEST(Doctor, MeasuresATickOf50Microseconds) {
+  const auto run = run_program({"doctor", "--tick-us", "50", "--seconds", "0.5", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto one = nlohmann::json::parse(run.out)["runs"][0];
+  EXPECT_EQ(one["ticks"].get<int>() + one["skipped_ticks"].get<int>(), 10000);
+  EXPECT_GT(one["spikes"].get<int>(), 10);
+  EXPECT_EQ(one["in_process"]["spikes"].get<int>() + one["in_process"]["missing"].get<int>(),
+            one["spikes"].get<int>());
+}
+
 TEST(Doctor, ATickThatTheStepDoesNotDivideIsRefused) {
   const auto run = run_program({"doctor", "--tick-us", "110"});
   EXPECT_EQ(run.exit_code, 2);
