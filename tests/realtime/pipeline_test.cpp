@@ -77,14 +77,14 @@ std::vector<ProbeSample> press(int ms = 600) {
   return samples;
 }
 
-struct Outcome {
+struct PipelineOutcome {
   RunReport report;
   std::vector<SpikeEvent> spikes;
   bool closed = false;
 };
 
-Outcome run(std::unique_ptr<Probe> probe, Pipeline::Parameters parameters = {.fast = true},
-            TactileModel::Parameters scene = {}, std::size_t sink_limit = SIZE_MAX) {
+PipelineOutcome run(std::unique_ptr<Probe> probe, Pipeline::Parameters parameters = {.fast = true},
+                    const TactileModel::Parameters& scene = {}, std::size_t sink_limit = SIZE_MAX) {
   auto model = TactileModel::create(scene);
   EXPECT_TRUE(model);
   Pipeline pipeline(*model, std::move(parameters));
@@ -97,9 +97,9 @@ Outcome run(std::unique_ptr<Probe> probe, Pipeline::Parameters parameters = {.fa
 }
 
 TEST(Pipeline, ChunksOfAnySizeGiveTheSameSpikes) {
-  const Outcome one = run(std::make_unique<MemoryProbe>(press(), 1));
-  const Outcome seven = run(std::make_unique<MemoryProbe>(press(), 7));
-  const Outcome thousand = run(std::make_unique<MemoryProbe>(press(), 1000));
+  const PipelineOutcome one = run(std::make_unique<MemoryProbe>(press(), 1));
+  const PipelineOutcome seven = run(std::make_unique<MemoryProbe>(press(), 7));
+  const PipelineOutcome thousand = run(std::make_unique<MemoryProbe>(press(), 1000));
   EXPECT_GT(one.spikes.size(), 30U);
   EXPECT_EQ(one.spikes, seven.spikes);
   EXPECT_EQ(one.spikes, thousand.spikes);
@@ -108,8 +108,9 @@ TEST(Pipeline, ChunksOfAnySizeGiveTheSameSpikes) {
 }
 
 TEST(Pipeline, RealTimePacingGivesTheSpikesOfAFastRun) {
-  const Outcome fast = run(std::make_unique<MemoryProbe>(press(400), 100));
-  const Outcome paced = run(std::make_unique<MemoryProbe>(press(400), 100), {.fast = false});
+  const PipelineOutcome fast = run(std::make_unique<MemoryProbe>(press(400), 100));
+  const PipelineOutcome paced =
+      run(std::make_unique<MemoryProbe>(press(400), 100), {.fast = false});
   EXPECT_EQ(paced.spikes, fast.spikes);
   EXPECT_GE(paced.report.wall, milliseconds{399});  // the wall clock starts after the loop's
   EXPECT_EQ(paced.report.probes[0].counts.late, 0U);
@@ -118,14 +119,15 @@ TEST(Pipeline, RealTimePacingGivesTheSpikesOfAFastRun) {
 TEST(Pipeline, AShorterTickGivesTheSameNeuronsAndCounts) {
   TactileModel::Parameters scene;
   scene.tick = std::chrono::microseconds{250};
-  const Outcome fine = run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, scene);
-  const Outcome coarse = run(std::make_unique<MemoryProbe>(press(), 7));
+  const PipelineOutcome fine =
+      run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, scene);
+  const PipelineOutcome coarse = run(std::make_unique<MemoryProbe>(press(), 7));
   EXPECT_EQ(fine.report.spikes_of_neuron, coarse.report.spikes_of_neuron);
   EXPECT_EQ(fine.report.ticks, 4 * coarse.report.ticks);
 }
 
 TEST(Pipeline, CountersAddUp) {
-  const Outcome outcome = run(std::make_unique<MemoryProbe>(press(), 7));
+  const PipelineOutcome outcome = run(std::make_unique<MemoryProbe>(press(), 7));
   const RunReport::OfProbe& probe = outcome.report.probes[0];
   EXPECT_EQ(probe.samples_in, 601U);
   EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
@@ -141,8 +143,8 @@ TEST(Pipeline, CountersAddUp) {
 TEST(Pipeline, KeepsTheTimesOfTheRecording) {
   std::vector<ProbeSample> samples = press();
   for (ProbeSample& sample : samples) sample.time += std::chrono::hours{400'000};
-  const Outcome late = run(std::make_unique<MemoryProbe>(samples, 7));
-  const Outcome early = run(std::make_unique<MemoryProbe>(press(), 7));
+  const PipelineOutcome late = run(std::make_unique<MemoryProbe>(samples, 7));
+  const PipelineOutcome early = run(std::make_unique<MemoryProbe>(press(), 7));
   ASSERT_EQ(late.spikes.size(), early.spikes.size());
   for (std::size_t i = 0; i < late.spikes.size(); ++i) {
     EXPECT_EQ(late.spikes[i].time - std::chrono::hours{400'000}, early.spikes[i].time);
@@ -150,7 +152,7 @@ TEST(Pipeline, KeepsTheTimesOfTheRecording) {
 }
 
 TEST(Pipeline, DurationEndsTheRun) {
-  const Outcome outcome =
+  const PipelineOutcome outcome =
       run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true, .duration = milliseconds{250}});
   EXPECT_EQ(outcome.report.ticks, 250U);
   EXPECT_GT(outcome.report.probes[0].unused, 300U);
@@ -158,7 +160,8 @@ TEST(Pipeline, DurationEndsTheRun) {
 }
 
 TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunContinues) {
-  const Outcome outcome = run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, {}, 5);
+  const PipelineOutcome outcome =
+      run(std::make_unique<MemoryProbe>(press(), 7), {.fast = true}, {}, 5);
   EXPECT_EQ(outcome.report.ticks, 600U);
   EXPECT_EQ(outcome.report.sinks[0].error_message, "memory is full");
   EXPECT_EQ(outcome.report.sinks[0].delivered, 5U);
@@ -300,7 +303,7 @@ TEST(Pipeline, ACallbackReceivesEverySpikeOnItsOwnThread) {
 }
 
 TEST(Pipeline, BadDataEndsTheRunAndLeavesTheSinkUnfinished) {
-  const Outcome outcome =
+  const PipelineOutcome outcome =
       run(std::make_unique<MemoryProbe>(press(300), 7, "trace.csv:5: nonsense"));
   EXPECT_EQ(outcome.report.error_message, "trace.csv:5: nonsense");
   EXPECT_GT(outcome.spikes.size(), 0U);

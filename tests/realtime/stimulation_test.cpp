@@ -87,21 +87,21 @@ std::vector<ProbeSample> random_touch(Random& random) {
   return samples;
 }
 
-struct Outcome {
+struct StimulationOutcome {
   RunReport report;
   Received received;
 };
 
 /// \param failing_after  commands after which a second sink fails
-Outcome run(const EncodingParameters& parameters, std::vector<ProbeSample> samples,
-            std::size_t chunk = 64, std::size_t failing_after = SIZE_MAX) {
+StimulationOutcome run(const EncodingParameters& parameters, std::vector<ProbeSample> samples,
+                       std::size_t chunk = 64, std::size_t failing_after = SIZE_MAX) {
   TactileModel model = *TactileModel::create({});
   auto encoder = StimulationEncoder::create(parameters, encoded_model(model));
   EXPECT_TRUE(encoder) << encoder.error().key << " " << encoder.error().reason;
   Pipeline pipeline(model, {.fast = true, .encoder = &*encoder});
   pipeline.add_probe(std::make_unique<MemoryProbe>(std::move(samples), chunk),
                      {.stale_after = milliseconds{50}, .x_mm = 15.0, .y_mm = 10.0});
-  Outcome outcome;
+  StimulationOutcome outcome;
   Received of_failing;
   pipeline.add_sink(std::make_unique<CommandSink>(outcome.received));
   if (failing_after != SIZE_MAX) {
@@ -115,7 +115,7 @@ Outcome run(const EncodingParameters& parameters, std::vector<ProbeSample> sampl
 
 /// Checks every command of a run against the limits, and the response to every fault. \return the
 /// error, or an empty string
-std::string audit(const EncodingParameters& limits, const Outcome& outcome) {
+std::string audit(const EncodingParameters& limits, const StimulationOutcome& outcome) {
   CommandAuditor auditor = auditor_of(limits);
   const std::size_t electrodes = limits.electrodes.size();
   const auto& commands = outcome.received.commands;
@@ -178,7 +178,7 @@ TEST(Stimulation, NoOutputExceedsALimitAndEveryFaultSwitchesOff) {
     Random random(seed);
     const EncodingParameters parameters = random_encoding(random, 4.0);
     const std::size_t failing_after = seed % 4 == 0 ? random.next() % 500 : SIZE_MAX;
-    const Outcome outcome =
+    const StimulationOutcome outcome =
         run(parameters, random_touch(random), 1 + random.next() % 300, failing_after);
     ASSERT_EQ(audit(parameters, outcome), "") << "seed " << seed;
     ASSERT_EQ(outcome.report.commands, outcome.received.commands.size());

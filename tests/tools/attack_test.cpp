@@ -17,6 +17,7 @@
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/free_ports.hpp"
 #include "tests/tools/lower_limit.hpp"
 #include "tests/tools/program.hpp"
@@ -25,10 +26,6 @@ namespace merkel {
 namespace {
 
 using std::chrono::milliseconds;
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Whether a terminal would obey something in a text: a control character but line ends and tabs.
 bool controls(const std::string& text) {
@@ -156,9 +153,9 @@ TEST(Attack, FewDescriptorsOrLittleMemoryIsASentence) {
     EXPECT_TRUE(run.exit_code == 0 || !run.err.empty()) << descriptors;
   }
 #ifndef MERKEL_SANITIZED  // a sanitizer's shadow needs terabytes of addresses
-  for (rlim_t MiB = 16; MiB <= 256; MiB *= 2) {
-    const ProgramRun run = run_with(RLIMIT_AS, MiB << 20U);
-    EXPECT_EQ(run.ended_by, 0) << MiB << run.err;
+  for (rlim_t mebibytes = 16; mebibytes <= 256; mebibytes *= 2) {
+    const ProgramRun run = run_with(RLIMIT_AS, mebibytes << 20U);
+    EXPECT_EQ(run.ended_by, 0) << mebibytes << run.err;
   }
 #endif
 }

@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 // A jitter buffer long enough that no tick is late, even on a busy machine.
-constexpr const char* kScene =
+constexpr const char* kPatientScene =
     "[probe]\ndelay_ms = 400\n[loop]\nstale_after_ms = 200\n"
     "max_catch_up_ticks = 1000000\n";
 constexpr const char* kDuration = "0.8";
@@ -32,12 +32,14 @@ struct DeviceRun {
 };
 
 /// A spike file without its leading comments.
-std::string rows_of(const std::string& file) { return file.substr(file.find("time_s,neuron")); }
+std::string rows_of_spikes(const std::string& file) {
+  return file.substr(file.find("time_s,neuron"));
+}
 
 /// Runs the program with a device, and again with the trace that the run has recorded.
 DeviceRun run_and_replay(const std::string& uri) {
   const TemporaryFolder folder;
-  const std::string scene = folder.file("s.toml", kScene);
+  const std::string scene = folder.file("s.toml", kPatientScene);
   DeviceRun result;
   const auto live =
       run_program({"run", scene, "--probe", uri, "--record", folder.path("t.csv"), "--sink",
@@ -46,12 +48,12 @@ DeviceRun run_and_replay(const std::string& uri) {
   if (live.exit_code != 0) return result;
   result.err = live.err;
   result.summary = nlohmann::json::parse(live.out);
-  result.spikes = rows_of(read_file(folder.path("live.csv")));
+  result.spikes = rows_of_spikes(read_file(folder.path("live.csv")));
   const auto replay =
       run_program({"run", scene, "--fast", "--probe", "replay:" + folder.path("t.csv"), "--sink",
                    "csv:" + folder.path("replay.csv"), "--duration-s", kDuration});
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
-  result.replayed = rows_of(read_file(folder.path("replay.csv")));
+  result.replayed = rows_of_spikes(read_file(folder.path("replay.csv")));
   return result;
 }
 
@@ -95,9 +97,9 @@ std::vector<std::string_view> names() {
 INSTANTIATE_TEST_SUITE_P(Devices, EveryDevice, testing::ValuesIn(names()),
                          [](const auto& entry) { return std::string(entry.param); });
 
-/// Spikes with their times since a start, in ns.
-std::vector<std::pair<std::int64_t, std::string>> since(const std::string& spikes,
-                                                        nanoseconds start) {
+/// Spikes with their times rows_since a start, in ns.
+std::vector<std::pair<std::int64_t, std::string>> rows_since(const std::string& spikes,
+                                                             nanoseconds start) {
   std::vector<std::pair<std::int64_t, std::string>> rows;
   std::istringstream lines(spikes);
   std::string line;
@@ -125,13 +127,13 @@ TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
   });
   ASSERT_FALSE(live.summary.is_null());
   ASSERT_EQ(live.summary["probes"][0]["late"], 0);
-  const auto replay = run_program({"run", folder.file("s.toml", kScene), "--fast", "--probe",
+  const auto replay = run_program({"run", folder.file("s.toml", kPatientScene), "--fast", "--probe",
                                    "replay:" + folder.path("press.csv"), "--sink",
                                    "csv:" + folder.path("s.csv"), "--duration-s", kDuration});
   ASSERT_EQ(replay.exit_code, 0) << replay.err;
-  const auto expected = since(rows_of(read_file(folder.path("s.csv"))), nanoseconds{0});
+  const auto expected = rows_since(rows_of_spikes(read_file(folder.path("s.csv"))), nanoseconds{0});
   EXPECT_GT(expected.size(), 5U);
-  EXPECT_EQ(since(live.spikes, nanoseconds{0}), expected);
+  EXPECT_EQ(rows_since(live.spikes, nanoseconds{0}), expected);
 }
 
 TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {

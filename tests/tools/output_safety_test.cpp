@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 
 namespace merkel {
@@ -22,10 +23,6 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 const char* const kLong = "sim:ramp?wait_s=0&hold_s=600&live=1";
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Waits until a file has this number of bytes.
 bool wait_for_bytes(const std::string& path, std::uintmax_t bytes) {

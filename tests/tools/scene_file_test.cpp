@@ -10,7 +10,7 @@
 namespace merkel {
 namespace {
 
-std::string fault_of(const std::string& text) {
+std::string fault_of_scene(const std::string& text) {
   const auto scene = parse_scene(text, "s.toml");
   if (!scene) return scene.error().sentence;
   const auto model = TactileModel::create(scene->model);
@@ -168,46 +168,47 @@ TEST(SceneFile, APressWithoutPositionIsAtThePatchsCentre) {
 }
 
 TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
-  EXPECT_EQ(fault_of("[skin]\n\npoison_ratio = 0.4\n"),
+  EXPECT_EQ(fault_of_scene("[skin]\n\npoison_ratio = 0.4\n"),
             "s.toml:3: the key skin.poison_ratio is unknown: did you mean poisson_ratio?");
-  EXPECT_EQ(fault_of("[sink]\nuri = 3\n"), "s.toml:2: sink.uri must be a text in quotes");
-  EXPECT_EQ(fault_of("[skinn]\n"), "s.toml:1: the table skinn is unknown: did you mean skin?");
-  EXPECT_EQ(fault_of("skin = 3\n"), "s.toml:1: skin must be a table: write [skin]");
-  EXPECT_EQ(fault_of("[probe]\nradius_mm = \"two\"\n"),
+  EXPECT_EQ(fault_of_scene("[sink]\nuri = 3\n"), "s.toml:2: sink.uri must be a text in quotes");
+  EXPECT_EQ(fault_of_scene("[skinn]\n"),
+            "s.toml:1: the table skinn is unknown: did you mean skin?");
+  EXPECT_EQ(fault_of_scene("skin = 3\n"), "s.toml:1: skin must be a table: write [skin]");
+  EXPECT_EQ(fault_of_scene("[probe]\nradius_mm = \"two\"\n"),
             "s.toml:2: probe.radius_mm must be a number");
-  EXPECT_EQ(fault_of("[probe]\nradius_mm = -2\n"),
+  EXPECT_EQ(fault_of_scene("[probe]\nradius_mm = -2\n"),
             "s.toml:2: probe.radius_mm must be a positive number or inf, but is -2");
-  EXPECT_EQ(fault_of("[receptors]\ncount = 1.5\n"),
+  EXPECT_EQ(fault_of_scene("[receptors]\ncount = 1.5\n"),
             "s.toml:2: receptors.count must be a whole number");
-  EXPECT_EQ(fault_of("[receptors]\nseed = -1\n"),
+  EXPECT_EQ(fault_of_scene("[receptors]\nseed = -1\n"),
             "s.toml:2: receptors.seed must be a whole number, zero or more");
-  EXPECT_EQ(fault_of("[receptors]\nplacement = \"latice\"\n"),
+  EXPECT_EQ(fault_of_scene("[receptors]\nplacement = \"latice\"\n"),
             "s.toml:2: receptors.placement must be one of \"random\", \"lattice\"; did you mean "
             "\"lattice\"?");
-  EXPECT_EQ(fault_of("[skin]\npoisson_ratio = 0.5\n"),
+  EXPECT_EQ(fault_of_scene("[skin]\npoisson_ratio = 0.5\n"),
             "s.toml:2: skin.poisson_ratio must be at least 0 and below 0.5, but is 0.5");
-  EXPECT_EQ(fault_of("[neuron]\nstep_us = 0\n"),
+  EXPECT_EQ(fault_of_scene("[neuron]\nstep_us = 0\n"),
             "s.toml:2: neuron.step_us must be a positive number of microseconds");
-  EXPECT_EQ(fault_of("[neuron]\nstep_us = nan\n"),
+  EXPECT_EQ(fault_of_scene("[neuron]\nstep_us = nan\n"),
             "s.toml:2: neuron.step_us must be a positive number of microseconds");
-  EXPECT_EQ(fault_of("[neuron]\nstep_us = 30\n"),
+  EXPECT_EQ(fault_of_scene("[neuron]\nstep_us = 30\n"),
             "s.toml:2: neuron.step_us must divide loop.tick_us without remainder");
-  EXPECT_EQ(fault_of("[loop]\nstale_after_ms = 0\n"),
+  EXPECT_EQ(fault_of_scene("[loop]\nstale_after_ms = 0\n"),
             "s.toml:2: loop.stale_after_ms must be a positive number of milliseconds");
-  EXPECT_EQ(fault_of("[[sink]]\n"),
+  EXPECT_EQ(fault_of_scene("[[sink]]\n"),
             "s.toml:1: sink.uri is missing: set the destination of the spikes");
-  EXPECT_EQ(fault_of("preset = \"papr\"\n"),
+  EXPECT_EQ(fault_of_scene("preset = \"papr\"\n"),
             "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", \"finger\", "
             "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");
   EXPECT_EQ(
-      fault_of("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
+      fault_of_scene("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
       "s.toml:3: probe.bar_gaps_mm must be positive: merge bars that touch or overlap, or widen "
       "the gap");
-  EXPECT_EQ(fault_of("[probe]\nbar_gaps_mm = 3\n"),
+  EXPECT_EQ(fault_of_scene("[probe]\nbar_gaps_mm = 3\n"),
             "s.toml:2: probe.bar_gaps_mm must be a list of numbers, as in [5, 5, 5]");
-  EXPECT_EQ(fault_of("[skin]\nthickness_mm = 0\n"),
+  EXPECT_EQ(fault_of_scene("[skin]\nthickness_mm = 0\n"),
             "s.toml:2: skin.thickness_mm must be a positive number or inf, but is 0");
-  EXPECT_EQ(fault_of("[skin\n").rfind("s.toml:1: this is not valid TOML: ", 0), 0U);
+  EXPECT_EQ(fault_of_scene("[skin\n").rfind("s.toml:1: this is not valid TOML: ", 0), 0U);
 }
 
 TEST(SceneFile, AfferentsOfFieldsAndTheirNeuronsReachTheirParameters) {
@@ -279,27 +280,27 @@ TEST(SceneFile, AnotherNeuronTakesItsOwnStepAndNoNetwork) {
 
 TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
   EXPECT_EQ(
-      fault_of("preset = \"goodwin\"\n[neuron]\nnoise = 0.5\n"),
+      fault_of_scene("preset = \"goodwin\"\n[neuron]\nnoise = 0.5\n"),
       "s.toml:3: neuron.noise needs a seed, so that a run can be repeated: add seed = 1, or any "
       "other whole number, to the same table");
-  EXPECT_EQ(fault_of("[[probe]]\ncontrol = \"depth\"\n[[probe]]\ncontrol = \"force\"\n"),
+  EXPECT_EQ(fault_of_scene("[[probe]]\ncontrol = \"depth\"\n[[probe]]\ncontrol = \"force\"\n"),
             "s.toml:2: probe.control must be the same for all probes, but mixes \"depth\" and "
             "\"force\": use one of them for all probes");
-  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[receptors]\ncentres_mm = [[15, 25]]\n"),
+  EXPECT_EQ(fault_of_scene("preset = \"goodwin\"\n[receptors]\ncentres_mm = [[15, 25]]\n"),
             "s.toml:3: receptors.centres_mm has a receptive field at (15, 25) mm, outside the "
             "patch of 30 × 20 mm: move it, or set receptors.length_mm and width_mm");
-  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[receptors]\nfield_radius_mm = 11\n"),
+  EXPECT_EQ(fault_of_scene("preset = \"goodwin\"\n[receptors]\nfield_radius_mm = 11\n"),
             "s.toml:3: receptors.field_radius_mm must be at most half of the patch's shorter side: "
             "reduce it, or increase receptors.length_mm and width_mm");
-  EXPECT_EQ(fault_of("[receptors]\ncentres_mm = [[15, 10]]\n"),
+  EXPECT_EQ(fault_of_scene("[receptors]\ncentres_mm = [[15, 10]]\n"),
             "s.toml:2: receptors.centres_mm applies only to afferents with receptive fields: set "
             "layout = \"fields\"");
-  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[network]\ngain = 0.1\n"),
+  EXPECT_EQ(fault_of_scene("preset = \"goodwin\"\n[network]\ngain = 0.1\n"),
             "s.toml:3: network.gain must be 0 for this neuron.kind: only \"hodgkin_huxley\" "
             "neurons are coupled");
-  EXPECT_EQ(fault_of("[skin]\napex_mm = [15, 10]\n"),
+  EXPECT_EQ(fault_of_scene("[skin]\napex_mm = [15, 10]\n"),
             "s.toml:2: skin.apex_mm requires a curved finger: set skin.radius_mm");
-  EXPECT_EQ(fault_of("preset = \"goodwin\"\n[neuron]\ng_Na = 120\n").substr(0, 41),
+  EXPECT_EQ(fault_of_scene("preset = \"goodwin\"\n[neuron]\ng_Na = 120\n").substr(0, 41),
             "s.toml:3: the key neuron.g_Na is unknown;");
 }
 

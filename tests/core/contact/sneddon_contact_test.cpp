@@ -11,7 +11,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kModulus = 130.9;
+constexpr double kReducedModulus_kPa = 130.9;
 
 /// Sneddon's general solution for a profile f(r): d = a·∫₀ᵃ f'(r)/√(a²−r²) dr and
 /// F = 2E*·∫₀ᵃ (d − x·∫₀ˣ f'(r)/√(x²−r²) dr) dx, integrated numerically for a sphere.
@@ -31,13 +31,13 @@ General general(double R, double a) {
   };
   const double depth = inner(a);
   const double force =
-      2.0 * kModulus *
+      2.0 * kReducedModulus_kPa *
       reference::integrate([&](double x) { return depth - inner(x); }, 0.0, a, 1e-11);
   return {depth, force};
 }
 
 TEST(SneddonContact, EqualsTheIntegralOverTheSphericalProfile) {
-  const SneddonContact law(2.0, kModulus);
+  const SneddonContact law(2.0, kReducedModulus_kPa);
   for (const double a : {0.01, 0.3, 1.0, 1.5, 1.9}) {
     const General expected = general(2.0, a);
     const ContactState contact = law.at_depth(expected.depth);
@@ -47,8 +47,8 @@ TEST(SneddonContact, EqualsTheIntegralOverTheSphericalProfile) {
 }
 
 TEST(SneddonContact, DepartsFromHertzAsPublished) {
-  const HertzContact hertz(1.0, std::numeric_limits<double>::infinity(), kModulus);
-  const SneddonContact sneddon(1.0, kModulus);
+  const HertzContact hertz(1.0, std::numeric_limits<double>::infinity(), kReducedModulus_kPa);
+  const SneddonContact sneddon(1.0, kReducedModulus_kPa);
   EXPECT_NEAR(sneddon.at_depth(0.3).force_mN / hertz.at_depth(0.3).force_mN, 0.970, 5e-4);
   EXPECT_NEAR(hertz.at_depth(0.3).contact_radius_mm / sneddon.at_depth(0.3).contact_radius_mm,
               1.053, 5e-4);
@@ -58,14 +58,14 @@ TEST(SneddonContact, DepartsFromHertzAsPublished) {
 }
 
 TEST(SneddonContact, TendsToHertzForShallowPresses) {
-  const HertzContact hertz(2.0, std::numeric_limits<double>::infinity(), kModulus);
-  const ContactState contact = SneddonContact(2.0, kModulus).at_depth(1e-6);
+  const HertzContact hertz(2.0, std::numeric_limits<double>::infinity(), kReducedModulus_kPa);
+  const ContactState contact = SneddonContact(2.0, kReducedModulus_kPa).at_depth(1e-6);
   EXPECT_NEAR(contact.force_mN / hertz.at_depth(1e-6).force_mN, 1.0, 1e-6);
   EXPECT_NEAR(contact.peak_pressure_kPa / hertz.at_depth(1e-6).peak_pressure_kPa, 1.0, 1e-6);
 }
 
 TEST(SneddonContact, ForceInvertsToDepth) {
-  const SneddonContact law(2.0, kModulus);
+  const SneddonContact law(2.0, kReducedModulus_kPa);
   for (const double depth : {1e-5, 0.1, 1.5, 5.0, 20.0}) {
     EXPECT_NEAR(law.at_force(law.at_depth(depth).force_mN).depth_mm / depth, 1.0, 1e-9);
   }

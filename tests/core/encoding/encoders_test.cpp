@@ -18,8 +18,6 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using Kind = StimulationCommand::Kind;
 
-constexpr std::chrono::milliseconds kTick{1};
-
 StimulationEncoder encoder_of(const Electrode& electrode,
                               const EncodedModel& model = grid_model()) {
   return *StimulationEncoder::create(encoding_of({electrode}), model);
@@ -112,7 +110,8 @@ std::vector<StimulationCommand> encode(StimulationEncoder& encoder,
 }
 
 bool in_field(std::uint32_t neuron, double x_mm, double y_mm, double radius_mm) {
-  return std::hypot((neuron - 1) % 30 + 0.5 - x_mm, (neuron - 1) / 30 + 0.5 - y_mm) <= radius_mm;
+  const std::uint32_t row = (neuron - 1) / 30;
+  return std::hypot((neuron - 1) % 30 + 0.5 - x_mm, row + 0.5 - y_mm) <= radius_mm;
 }
 
 TEST(Encoders, RateIsTheConvolutionOfTheSpikes) {

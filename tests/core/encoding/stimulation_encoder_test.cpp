@@ -24,8 +24,6 @@ using Kind = StimulationCommand::Kind;
 using State = TickRecord::State;
 using Stop = StimulationCommand::Stop;
 
-constexpr std::chrono::milliseconds kTick{1};
-
 /// An active encoder: linear, under a press of 1 N.
 class Pressed : public testing::Test {
  protected:

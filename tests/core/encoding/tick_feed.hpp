@@ -13,6 +13,9 @@
 
 namespace merkel {
 
+/// The tick of the tests.
+inline constexpr std::chrono::milliseconds kTick{1};
+
 /// Feeds an encoder with synthetic ticks of one patch and one probe.
 class TickFeed {
  public:
@@ -61,9 +64,9 @@ inline EncodedModel grid_model(std::chrono::nanoseconds tick = std::chrono::mill
   return model;
 }
 
-inline Electrode electrode_at(std::string name, EncoderKind encoder, double x_mm, double y_mm,
-                              double radius_mm) {
-  Electrode electrode{.name = std::move(name)};
+inline Electrode electrode_at(const std::string& name, EncoderKind encoder, double x_mm,
+                              double y_mm, double radius_mm) {
+  Electrode electrode{.name = name};
   electrode.field_mm = {x_mm, y_mm, radius_mm};
   electrode.encoder = encoder;
   electrode.amplitude_uA = {20.0, 80.0};

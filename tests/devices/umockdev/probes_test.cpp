@@ -15,8 +15,8 @@
 namespace merkel {
 namespace {
 
-const Bytes kDescriptor = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x09, 0x02, 0x15, 0x00,
-                           0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0xc0};
+const Bytes kListedDescriptor = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x09, 0x02, 0x15, 0x00,
+                                 0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0xc0};
 
 TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
   if (const std::string obstacle = MockSerialAdapter::obstacle(); !obstacle.empty()) {
@@ -24,7 +24,7 @@ TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
   }
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
-  const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kDescriptor);
+  const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kListedDescriptor);
   const MockUsbDevice usb(machine, "1-2", 8, "SN42");
   const auto run = run_program({"probes", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -53,7 +53,7 @@ TEST(MockedProbes, ADeviceWithoutPermissionGetsReasonAndRemedy) {
   }
   MockMachine machine;
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
-  const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kDescriptor);
+  const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kListedDescriptor);
   const MockUsbDevice usb(machine, "1-2", 8, "SN42");
   machine.set_rights("/dev/ttyUSB0", 0);
   machine.set_rights(hid.node(), 0);

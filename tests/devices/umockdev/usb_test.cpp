@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr const char* kUri = "usb:1209:0001?protocol=csv&columns=force_N";
+constexpr const char* kUsbUri = "usb:1209:0001?protocol=csv&columns=force_N";
 
 std::unique_ptr<Transport> opened(const UsbEndpoints& endpoints = {}) {
   auto port = open_usb_port({.vendor = 0x1209, .product = 0x0001, .serial_number = ""}, endpoints);
@@ -114,7 +114,7 @@ TEST(MockedUsb, AnEndpointThatStallsWithoutEndIsGivenUp) {
 TEST(MockedUsb, AProtocolErrorEndsTheConnectionAndItIsOpenedAgain) {
   MockMachine machine;
   MockUsbDevice device(machine, "1-2", 8, "SN42");
-  const auto probe = open_while(kUri, [&] { device.send(MockUsbDevice::kBulkIn, "0.5\n"); });
+  const auto probe = open_while(kUsbUri, [&] { device.send(MockUsbDevice::kBulkIn, "0.5\n"); });
   ASSERT_NE(probe, nullptr);
   device.fail(MockUsbDevice::kBulkIn, MockUsbDevice::kProtocolError);
   EXPECT_TRUE(is_told(*probe, "is disconnected"));
@@ -127,7 +127,7 @@ TEST(MockedUsb, AProtocolErrorEndsTheConnectionAndItIsOpenedAgain) {
 TEST(MockedUsb, UnpluggedItIsFoundAgainByItsSerialNumberAtAnotherPort) {
   MockMachine machine;
   MockUsbDevice device(machine, "1-2", 8, "SN42");
-  const auto probe = open_while(kUri, [&] { device.send(MockUsbDevice::kBulkIn, "0.5\n"); });
+  const auto probe = open_while(kUsbUri, [&] { device.send(MockUsbDevice::kBulkIn, "0.5\n"); });
   ASSERT_NE(probe, nullptr);
   EXPECT_EQ(probe->info().serial_number, "SN42");
   device.unplug();
@@ -146,22 +146,22 @@ TEST(MockedUsb, EveryFailureToOpenHasARemedy) {
   MockUsbDevice device(machine, "1-2", 8, "SN42");
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"usb:1209:0002?protocol=csv&columns=force_N", "there is no device usb:1209:0002"},
-      {std::string(kUri) + "&serial=SN43", "there is no device usb:1209:0001"},
-      {std::string(kUri) + "&interface=3", "has no interface 3"},
-      {std::string(kUri) + "&in=132", "has no bulk endpoint 132"},
-      {std::string(kUri) + "&out=2", "has no bulk endpoint 2"},
-      {std::string(kUri) + "&transfer=interrupt", "has no interrupt endpoint 129"},
+      {std::string(kUsbUri) + "&serial=SN43", "there is no device usb:1209:0001"},
+      {std::string(kUsbUri) + "&interface=3", "has no interface 3"},
+      {std::string(kUsbUri) + "&in=132", "has no bulk endpoint 132"},
+      {std::string(kUsbUri) + "&out=2", "has no bulk endpoint 2"},
+      {std::string(kUsbUri) + "&transfer=interrupt", "has no interrupt endpoint 129"},
   };
   for (const auto& [uri, words] : cases) {
     const std::string sentence = refusal(uri);
     EXPECT_NE(sentence.find(words), std::string::npos) << uri << ": " << sentence;
   }
   device.set_busy(true);
-  EXPECT_NE(refusal(kUri).find("in use by another program"), std::string::npos);
+  EXPECT_NE(refusal(kUsbUri).find("in use by another program"), std::string::npos);
   device.set_busy(false);
   machine.set_rights(device.node(), 0);
   const Unprivileged nobody;
-  const std::string sentence = refusal(kUri);
+  const std::string sentence = refusal(kUsbUri);
   EXPECT_NE(sentence.find("no permission to open"), std::string::npos) << sentence;
   EXPECT_NE(sentence.find("udev rules"), std::string::npos) << sentence;
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/probes/open_probe.hpp"
+#include "tests/drivers/probes/read_samples.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 
 namespace merkel {
@@ -57,25 +58,12 @@ Expected<std::unique_ptr<Probe>, SetupError> fuse(std::vector<ProbeSample> force
   return FusedProbe::fuse("fused:test", std::move(members));
 }
 
-/// Reads `count` samples, or until none arrives for a while.
-std::vector<ProbeSample> read(Probe& probe, std::size_t count, int patience = 300) {
-  std::vector<ProbeSample> all;
-  std::vector<ProbeSample> samples(64);
-  for (int empty = 0; empty < patience && all.size() < count;) {
-    const auto got = probe.read(samples, milliseconds{10});
-    EXPECT_TRUE(got.has_value());
-    empty = *got == 0 ? empty + 1 : 0;
-    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*got));
-  }
-  return all;
-}
-
 TEST(FusedProbe, TheSecondIsInterpolatedToTheTimesOfTheFirst) {
   auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 200),
                     script(ProbeSample::kDepth, milliseconds{993}, milliseconds{17}, 20));
   ASSERT_TRUE(probe.has_value());
   EXPECT_EQ((*probe)->info().channels, ProbeSample::kForce | ProbeSample::kDepth);
-  const auto samples = read(**probe, 200);
+  const auto samples = read_samples(**probe, 200);
   ASSERT_EQ(samples.size(), 200U);
   for (std::size_t k = 0; k < samples.size(); ++k) {
     EXPECT_EQ(samples[k].time, milliseconds{1000 + k});
@@ -90,18 +78,18 @@ TEST(FusedProbe, HalfAProbeIsNone) {
   auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 600),
                     script(ProbeSample::kDepth, milliseconds{1000}, milliseconds{10}, 6));
   ASSERT_TRUE(probe.has_value());
-  const auto samples = read(**probe, 151);
+  const auto samples = read_samples(**probe, 151);
   ASSERT_EQ(samples.size(), 151U);
   EXPECT_EQ(samples.back().time, milliseconds{1150});
   EXPECT_NEAR(samples.back().depth_mm, 1050.0, 1e-9);
-  EXPECT_TRUE(read(**probe, 1, 20).empty());
+  EXPECT_TRUE(read_samples(**probe, 1, 20).empty());
 }
 
 TEST(FusedProbe, SamplesBeforeTheSecondBeginsAreLeftOut) {
   auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 100),
                     script(ProbeSample::kDepth, milliseconds{1030}, milliseconds{10}, 20));
   ASSERT_TRUE(probe.has_value());
-  EXPECT_EQ(read(**probe, 70).front().time, milliseconds{1030});
+  EXPECT_EQ(read_samples(**probe, 70).front().time, milliseconds{1030});
 }
 
 TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
@@ -109,7 +97,7 @@ TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
   RunningDevice stage("zaber", {});
   auto probe = open_probe("fused:" + gauge.uri() + "|" + stage.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  const auto samples = read(**probe, 200);
+  const auto samples = read_samples(**probe, 200);
   ASSERT_GE(samples.size(), 200U);
   double depth_mm = 0.0;
   double force_mN = 0.0;

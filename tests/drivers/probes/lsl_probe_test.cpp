@@ -11,6 +11,7 @@
 
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/probes/open_device.hpp"
+#include "tests/drivers/probes/read_samples.hpp"
 
 namespace merkel {
 namespace {
@@ -21,9 +22,8 @@ using std::chrono::milliseconds;
 class Outlet {
  public:
   explicit Outlet(std::string name,
-                  std::vector<std::pair<const char*, const char*>> channels = {{"force", "N"},
-                                                                               {"temperature", "C"},
-                                                                               {"depth", "mm"}},
+                  const std::vector<std::pair<const char*, const char*>>& channels =
+                      {{"force", "N"}, {"temperature", "C"}, {"depth", "mm"}},
                   const char* source = "gauge-7", double offset = 0.25)
       : name_(std::move(name)), width_(channels.size()) {
     lsl::stream_info info(name_, "Touch", static_cast<int>(channels.size()), 200.0,
@@ -63,17 +63,6 @@ Expected<std::unique_ptr<Probe>, SetupError> open(const std::string& text) {
   return open_lsl_device(*Uri::parse(text));
 }
 
-std::vector<ProbeSample> read(Probe& probe, std::size_t count) {
-  std::vector<ProbeSample> all;
-  std::vector<ProbeSample> samples(256);
-  for (int reads = 0; reads < 500 && all.size() < count; ++reads) {
-    const auto got = probe.read(samples, milliseconds{10});
-    if (!got) break;
-    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*got));
-  }
-  return all;
-}
-
 TEST(LslProbe, ReadsAStreamByTheLabelsOfItsChannels) {
   const std::string name = unique_name();
   const Outlet outlet(name);
@@ -82,7 +71,7 @@ TEST(LslProbe, ReadsAStreamByTheLabelsOfItsChannels) {
   EXPECT_EQ((*probe)->info().serial_number, "gauge-7");
   EXPECT_EQ((*probe)->info().period, milliseconds{5});
   EXPECT_EQ((*probe)->info().channels, ProbeSample::kForce | ProbeSample::kDepth);
-  const auto samples = read(**probe, 60);
+  const auto samples = read_samples(**probe, 60);
   ASSERT_GE(samples.size(), 60U);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     EXPECT_GE(samples[i].depth_mm, 0.25);
@@ -108,7 +97,7 @@ TEST(LslProbe, ColumnsCanBeNamedWhereTheLabelsSayNothing) {
   // Its advice, followed.
   const auto probe = open("lsl:" + name + "?columns=-,force_mN");
   ASSERT_TRUE(probe) << probe.error().sentence;
-  const auto samples = read(**probe, 5);
+  const auto samples = read_samples(**probe, 5);
   ASSERT_GE(samples.size(), 5U);
   EXPECT_LT(samples[0].force_mN, 1.0);
 }
@@ -119,7 +108,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_and_lose_outlet(const std::str
   auto probe = open("lsl:" + name);
   EXPECT_TRUE(probe) << probe.error().sentence;
   if (probe) {
-    EXPECT_GE(read(**probe, 20).size(), 20U);
+    EXPECT_GE(read_samples(**probe, 20).size(), 20U);
   }
   return probe;
 }
@@ -134,7 +123,7 @@ TEST(LslProbe, AnOutletThatGoesIsAnOutageAndItsReturnIsNoticed) {
   }
   EXPECT_FALSE((*probe)->connected());
   const Outlet returned(name);
-  EXPECT_GE(read(**probe, 20).size(), 20U);
+  EXPECT_GE(read_samples(**probe, 20).size(), 20U);
   EXPECT_EQ((*probe)->device_counts()->outages, 1U);
 }
 

@@ -10,23 +10,13 @@
 
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "tests/drivers/probes/read_samples.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 
 namespace merkel {
 namespace {
 
 using std::chrono::milliseconds;
-
-std::vector<ProbeSample> read(Probe& probe, std::size_t count) {
-  std::vector<ProbeSample> all;
-  std::vector<ProbeSample> samples(256);
-  for (int reads = 0; reads < 2000 && all.size() < count; ++reads) {
-    const auto got = probe.read(samples, milliseconds{10});
-    if (!got) break;
-    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*got));
-  }
-  return all;
-}
 
 DeviceSimulator::Settings settings(std::string_view protocol, std::string network) {
   return {.protocol = *find_protocol(protocol),
@@ -42,7 +32,7 @@ TEST_P(NetworkProbe, ReadsItsSimulatedDevice) {
   EXPECT_TRUE(device.uri().starts_with(address)) << device.uri();
   auto probe = open_probe(device.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  const auto samples = read(**probe, 300);
+  const auto samples = read_samples(**probe, 300);
   ASSERT_GE(samples.size(), 300U);
   for (std::size_t i = 1; i < samples.size(); ++i) {
     EXPECT_GT(samples[i].time, samples[i - 1].time);
@@ -63,7 +53,7 @@ TEST(NetworkProbe, DatagramsOfOthersAreIgnoredAndCounted) {
   RunningDevice device(settings("csv", "udp:127.0.0.1:29825"));
   auto probe = open_probe(device.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  ASSERT_GE(read(**probe, 20).size(), 20U);
+  ASSERT_GE(read_samples(**probe, 20).size(), 20U);
   const int stranger = ::socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -75,7 +65,7 @@ TEST(NetworkProbe, DatagramsOfOthersAreIgnoredAndCounted) {
              sizeof address);
   }
   ::close(stranger);
-  const auto samples = read(**probe, 100);
+  const auto samples = read_samples(**probe, 100);
   ASSERT_GE(samples.size(), 100U);
   for (const ProbeSample& sample : samples) EXPECT_LT(sample.force_mN, 2000.0);
   EXPECT_NE((*probe)->device_counts()->port.find("50 from other senders"), std::string::npos)
@@ -165,7 +155,7 @@ TEST(NetworkProbe, ANetFtIsAskedAgainAfterItsRebootAndStrangersAreIgnored) {
   });
   auto probe = open_probe("udp:127.0.0.1:" + std::to_string(device.port()) + "?protocol=ati_rdt");
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  const auto samples = read(**probe, 300);
+  const auto samples = read_samples(**probe, 300);
   done.store(true);
   ASSERT_GE(samples.size(), 300U);
   for (const ProbeSample& sample : samples) EXPECT_NEAR(sample.force_mN, 500.0, 1e-3);
@@ -191,7 +181,7 @@ TEST(NetworkProbe, OldRecordsThatWaitedAreDroppedForTheNewest) {
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
   // Datagrams that arrived before reading began are stale: the first sample is a current one.
   std::this_thread::sleep_for(milliseconds{300});
-  const auto samples = read(**probe, 20);
+  const auto samples = read_samples(**probe, 20);
   ASSERT_GE(samples.size(), 20U);
   EXPECT_GT(samples.front().force_mN, 500.0);
 }
@@ -212,11 +202,11 @@ TEST(NetworkProbe, AProgramThatSendsLinesMayStartAgain) {
   auto probe =
       open_probe("udp:127.0.0.1:" + std::to_string(port) + "?protocol=csv&columns=force_N");
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  ASSERT_GE(read(**probe, 20).size(), 20U);
+  ASSERT_GE(read_samples(**probe, 20).size(), 20U);
   // While the first is heard, another is a stranger.
   const Udp second;
   for (int k = 0; k < 20; ++k) second.send(std::string("9.000\n"), port);
-  for (const ProbeSample& sample : read(**probe, 20)) EXPECT_EQ(sample.force_mN, 250.0);
+  for (const ProbeSample& sample : read_samples(**probe, 20)) EXPECT_EQ(sample.force_mN, 250.0);
   on.store(false);
   sender.join();
   std::vector<ProbeSample> samples(256);
@@ -247,7 +237,7 @@ TEST(NetworkProbe, AFloodOfStrangersDoesNotDrownTheDevice) {
   auto probe =
       open_probe("udp:127.0.0.1:" + std::to_string(port) + "?protocol=csv&columns=seq,force_N");
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  ASSERT_GE(read(**probe, 20).size(), 20U);
+  ASSERT_GE(read_samples(**probe, 20).size(), 20U);
   std::jthread stranger([&] {
     const Udp own;
     const std::string lie = "1,40.0\n";
@@ -257,7 +247,7 @@ TEST(NetworkProbe, AFloodOfStrangersDoesNotDrownTheDevice) {
     }
   });
   const int before = sent.load();
-  const auto samples = read(**probe, 300);
+  const auto samples = read_samples(**probe, 300);
   on.store(false);
   EXPECT_GE(samples.size(), 300U);
   for (const ProbeSample& sample : samples) EXPECT_EQ(sample.force_mN, 250.0);
@@ -273,7 +263,7 @@ TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
   RunningDevice device(std::move(faulty));
   auto probe = open_probe(device.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
-  ASSERT_GE(read(**probe, 800).size(), 800U);
+  ASSERT_GE(read_samples(**probe, 800).size(), 800U);
   EXPECT_EQ((*probe)->device_counts()->outages, 1U);
   EXPECT_GT((*probe)->device_counts()->lost, 50U);
 }

@@ -17,6 +17,7 @@ namespace board {
 std::uint32_t now_us = 0;
 std::uint32_t reading_us = 0;  ///< duration of an analogue reading
 std::vector<std::uint8_t> sent;
+// Arduino's names. NOLINTBEGIN(readability-identifier-naming)
 constexpr int A0 = 0;
 constexpr int A1 = 1;
 
@@ -35,6 +36,7 @@ struct {
     sent.insert(sent.end(), bytes, bytes + count);
   }
 } Serial;
+// NOLINTEND(readability-identifier-naming)
 
 #include "drivers/firmware/merkel_probe/merkel_probe.ino"
 

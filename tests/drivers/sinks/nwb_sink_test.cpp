@@ -75,7 +75,7 @@ SinkSetup setup_with(const std::vector<std::string>& electrodes) {
   return setup;
 }
 
-std::vector<StimulationCommand> commands() {
+std::vector<StimulationCommand> nwb_commands() {
   return {{.time = std::chrono::nanoseconds{3'200'001},
            .amplitude_uA = 80.0,
            .electrode = 1,
@@ -110,7 +110,7 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
     const auto sink = open_sink("nwb:" + path, setup_with({"E1", "E2"}));
     ASSERT_TRUE(sink) << sink.error().sentence;
     EXPECT_NE((*sink)->subscriptions() & SpikeSink::kStimulation, 0U);
-    ASSERT_TRUE((*sink)->write_commands(commands()));
+    ASSERT_TRUE((*sink)->write_commands(nwb_commands()));
     ASSERT_TRUE((*sink)->close());
   }
   const Hdf5Reader file(path);
@@ -147,7 +147,7 @@ TEST(NwbSink, ARecoveredFileHasTheDescriptionOfItsOwnRun) {
     setup.run.facts = {{"version", "old"}, {"scene_text", std::string(5000, 'x') + "\n\x01\xff"}};
     const auto killed = open_sink("nwb:" + path, setup);
     ASSERT_TRUE(killed) << killed.error().sentence;
-    ASSERT_TRUE((*killed)->write_commands(commands()));
+    ASSERT_TRUE((*killed)->write_commands(nwb_commands()));
     ASSERT_TRUE((*killed)->flush());  // without close(), as after a kill
   }
   const auto next = open_sink("nwb:" + path, setup_with({"other"}));

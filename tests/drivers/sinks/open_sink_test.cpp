@@ -9,6 +9,7 @@
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 
 namespace merkel {
 namespace {
@@ -22,10 +23,6 @@ SinkSetup setup(bool overwrite = false, bool allow_remote = false) {
 std::string refusal(const std::string& uri, const SinkSetup& with = setup()) {
   const auto sink = open_sink(uri, with);
   return sink ? "" : sink.error().sentence;
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(OpenSink, AnUnknownSchemeListsTheKnown) {

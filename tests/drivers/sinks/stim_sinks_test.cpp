@@ -16,6 +16,7 @@
 
 #include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 
 namespace merkel {
 namespace {
@@ -24,15 +25,15 @@ using std::chrono::milliseconds;
 using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
-SinkSetup setup() {
-  SinkSetup setup{.neurons = 20, .run = {}};
+SinkSetup stim_setup() {
+  SinkSetup stim_setup{.neurons = 20, .run = {}};
   for (const char* const name : {"E1", "E2"}) {
     Electrode electrode{.name = name};
     electrode.amplitude_uA = {20.0, 80.0};
     electrode.frequency_Hz = {0.0, 200.0};
-    setup.run.encoding.electrodes.push_back(electrode);
+    stim_setup.run.encoding.electrodes.push_back(electrode);
   }
-  return setup;
+  return stim_setup;
 }
 
 std::vector<StimulationCommand> commands() {
@@ -49,7 +50,7 @@ TEST(StimCsvSink, WritesOneRowACommand) {
   const TemporaryFolder folder;
   const std::string path = folder.path("commands.csv");
   {
-    const auto sink = open_sink("stim-csv:" + path, setup());
+    const auto sink = open_sink("stim-csv:" + path, stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
     EXPECT_FALSE((*sink)->takes_spikes());
     ASSERT_TRUE((*sink)->write_commands(commands()));
@@ -64,7 +65,7 @@ TEST(StimCsvSink, WritesOneRowACommand) {
 }
 
 TEST(StimSinks, NeedElectrodes) {
-  SinkSetup none = setup();
+  SinkSetup none = stim_setup();
   none.run.encoding.electrodes.clear();
   for (const char* const uri :
        {"stim-csv:commands.csv", "stim-zmq:tcp://127.0.0.1:25571", "redis:127.0.0.1:25572"}) {
@@ -128,7 +129,7 @@ class RedisSinkTest : public testing::Test {
     if (std::system("command -v redis-server redis-cli >/dev/null") != 0) {
       GTEST_SKIP() << "redis-server is not installed: tools/install_packages test";
     }
-    const auto sink = open_sink("redis:127.0.0.1:1", setup());
+    const auto sink = open_sink("redis:127.0.0.1:1", stim_setup());
     if (!sink && sink.error().sentence.find("built without") != std::string::npos) {
       GTEST_SKIP() << sink.error().sentence;
     }
@@ -137,13 +138,9 @@ class RedisSinkTest : public testing::Test {
   std::unique_ptr<RedisServer> server_;
 };
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   {
-    const auto sink = open_sink(RedisServer::uri(), setup());
+    const auto sink = open_sink(RedisServer::uri(), stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
     ASSERT_TRUE((*sink)->write_commands(commands()));
     ASSERT_TRUE((*sink)->close());
@@ -166,14 +163,14 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
 }
 
 TEST_F(RedisSinkTest, KeepsItsStreamsShort) {
-  const auto sink = open_sink(RedisServer::uri() + "&maxlen=100", setup());
+  const auto sink = open_sink(RedisServer::uri() + "&maxlen=100", stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
   for (int k = 0; k < 2000; ++k) ASSERT_TRUE((*sink)->write_commands(commands()));
   EXPECT_LT(std::stoi(RedisServer::cli("xlen stimulator")), 400);
 }
 
 TEST_F(RedisSinkTest, FailsWhenTheServerGoesAway) {
-  const auto sink = open_sink(RedisServer::uri(), setup());
+  const auto sink = open_sink(RedisServer::uri(), stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
   ASSERT_TRUE((*sink)->write_commands(commands()));
   server_->stop();
@@ -184,7 +181,7 @@ TEST_F(RedisSinkTest, FailsWhenTheServerGoesAway) {
 
 TEST(RedisSink, RefusesWithHowToWriteIt) {
   const auto refusal = [](const std::string& uri) {
-    const auto sink = open_sink(uri, setup());
+    const auto sink = open_sink(uri, stim_setup());
     return sink ? "" : sink.error().sentence;
   };
   if (has(refusal("redis:"), "built without")) GTEST_SKIP() << refusal("redis:");

@@ -12,11 +12,11 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::uint32_t kNeurons = 20;
+constexpr std::uint32_t kTextNeurons = 20;
 
 TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
   const TemporaryFolder folder;
-  auto sink = open_sink("csv:" + folder.path("s.csv"), kNeurons, false);
+  auto sink = open_sink("csv:" + folder.path("s.csv"), kTextNeurons, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
   const std::array<SpikeEvent, 2> spikes = {
       SpikeEvent{.time = nanoseconds{1'234'567'891}, .neuron = 8},
@@ -31,7 +31,7 @@ TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
 
 TEST(TextSpikeSink, WritesNestsGdf) {
   const TemporaryFolder folder;
-  auto sink = open_sink("gdf:" + folder.path("s.gdf"), kNeurons, false);
+  auto sink = open_sink("gdf:" + folder.path("s.gdf"), kTextNeurons, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
   const std::array<SpikeEvent, 2> spikes = {
       SpikeEvent{.time = nanoseconds{-1}, .neuron = 8},
@@ -42,7 +42,7 @@ TEST(TextSpikeSink, WritesNestsGdf) {
 }
 
 TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
-  auto sink = open_sink("csv:/dev/full", kNeurons, false);
+  auto sink = open_sink("csv:/dev/full", kTextNeurons, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 3> spikes{};
   EXPECT_TRUE((*sink)->write(spikes));
@@ -53,9 +53,9 @@ TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
 }
 
 TEST(OpenSink, NamesTheSchemesItKnows) {
-  EXPECT_NE(open_sink("drain:x", kNeurons, false).error().sentence.find("csv:FILE"),
+  EXPECT_NE(open_sink("drain:x", kTextNeurons, false).error().sentence.find("csv:FILE"),
             std::string::npos);
-  EXPECT_NE(open_sink("csv:x?mode=fast", kNeurons, false)
+  EXPECT_NE(open_sink("csv:x?mode=fast", kTextNeurons, false)
                 .error()
                 .sentence.find("the option mode is unknown"),
             std::string::npos);

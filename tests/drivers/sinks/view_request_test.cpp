@@ -7,21 +7,21 @@
 namespace merkel {
 namespace {
 
-using Kind = ViewRequest::Kind;
+using RequestKind = ViewRequest::Kind;
 
 TEST(ViewRequest, ReadsEveryRequest) {
   const auto watch = ViewRequest::parse("watch 3 17 4250");
   ASSERT_TRUE(watch);
-  EXPECT_EQ(watch->kind, Kind::kWatch);
+  EXPECT_EQ(watch->kind, RequestKind::kWatch);
   EXPECT_EQ(watch->neurons, (std::vector<std::uint32_t>{3, 17, 4250}));
   EXPECT_TRUE(ViewRequest::parse("watch")->neurons.empty());
   EXPECT_EQ(ViewRequest::parse("tare 2")->probe, 2U);
   EXPECT_EQ(ViewRequest::parse("mark left index, try 2")->label, "left index, try 2");
-  EXPECT_EQ(ViewRequest::parse("record start")->kind, Kind::kRecordStart);
-  EXPECT_EQ(ViewRequest::parse("record stop")->kind, Kind::kRecordStop);
+  EXPECT_EQ(ViewRequest::parse("record start")->kind, RequestKind::kRecordStart);
+  EXPECT_EQ(ViewRequest::parse("record stop")->kind, RequestKind::kRecordStop);
   EXPECT_EQ(ViewRequest::parse("seek 12.5")->time_s, 12.5);
-  EXPECT_EQ(ViewRequest::parse("pause")->kind, Kind::kPause);
-  EXPECT_EQ(ViewRequest::parse("play")->kind, Kind::kPlay);
+  EXPECT_EQ(ViewRequest::parse("pause")->kind, RequestKind::kPause);
+  EXPECT_EQ(ViewRequest::parse("play")->kind, RequestKind::kPlay);
 }
 
 TEST(ViewRequest, OnlyWhatChangesARunOrItsRecordingSteers) {

@@ -21,8 +21,8 @@ using std::chrono::microseconds;
 /// More threads than cores would be refused, but the tests must also run on small machines.
 constexpr int kManyCores = 64;
 
-std::unique_ptr<SpinningTeam> team_of(int size, SpinningTeam::Setup setup = {}) {
-  auto team = SpinningTeam::create(size, std::move(setup), kManyCores);
+std::unique_ptr<SpinningTeam> team_of(int size, const SpinningTeam::Setup& setup = {}) {
+  auto team = SpinningTeam::create(size, setup, kManyCores);
   EXPECT_TRUE(team);
   return std::move(*team);
 }

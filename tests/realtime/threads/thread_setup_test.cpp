@@ -54,13 +54,13 @@ TEST(ThreadSetup, RaisesOnlyItsOwnThreadOrReportsWhyNot) {
       EXPECT_EQ(policy, SCHED_FIFO | SCHED_RESET_ON_FORK);
       EXPECT_EQ(rights.priority, 5);
       EXPECT_TRUE(rights.missing.empty());
-      std::jthread([] { EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER); });
+      std::jthread([] { EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER); }).join();
     } else {
       EXPECT_EQ(policy, SCHED_OTHER);
       EXPECT_EQ(::prctl(PR_GET_TIMERSLACK), 1);
       EXPECT_EQ(rights.missing.size(), 1U);
     }
-  });
+  }).join();
   EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER);
 }
 
@@ -76,7 +76,7 @@ TEST(ThreadSetup, AThreadThatNeverSleepsIsDemoted) {
     }
     EXPECT_TRUE(simulation_was_demoted());
     EXPECT_EQ(::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, SCHED_OTHER);
-  });
+  }).join();
 }
 #endif
 
@@ -88,7 +88,7 @@ TEST(ThreadSetup, StaysInSchedOtherOnRequest) {
     EXPECT_TRUE(rights.missing.empty());
     EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER);
     EXPECT_EQ(::prctl(PR_GET_TIMERSLACK), 1);
-  });
+  }).join();
 }
 
 TEST(ThreadSetup, PinsToTheCoreOrReportsThatItCannot) {
@@ -97,14 +97,14 @@ TEST(ThreadSetup, PinsToTheCoreOrReportsThatItCannot) {
     set_up_simulation_thread({.fifo = false, .cpu = ::sched_getcpu()}, rights);
     ASSERT_TRUE(rights.cpu);
     EXPECT_EQ(::sched_getcpu(), *rights.cpu);
-  });
+  }).join();
   std::jthread([] {
     RealtimeRights rights;
     set_up_simulation_thread({.fifo = false, .cpu = CPU_SETSIZE - 1}, rights);
     EXPECT_FALSE(rights.cpu);
     ASSERT_EQ(rights.missing.size(), 1U);
     EXPECT_TRUE(contains(rights.missing[0], "core 1023 is not available to merkel"));
-  });
+  }).join();
 }
 
 TEST(ThreadSetup, EveryRefusalOfTheProcessHasASentence) {

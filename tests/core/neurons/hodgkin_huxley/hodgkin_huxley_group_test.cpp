@@ -14,8 +14,8 @@ namespace {
 using std::chrono::nanoseconds;
 
 HodgkinHuxleyGroup population(IntegrationMethod method, nanoseconds step, std::size_t neurons = 1,
-                              std::optional<LatticeCoupling> network = std::nullopt) {
-  return HodgkinHuxleyGroup({.method = method, .step = step}, neurons, std::move(network));
+                              const std::optional<LatticeCoupling>& network = std::nullopt) {
+  return HodgkinHuxleyGroup({.method = method, .step = step}, neurons, network);
 }
 
 /// Spike times in ms of one neuron under a current that may change with time, step by step.

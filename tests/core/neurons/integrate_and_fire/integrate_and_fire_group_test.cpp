@@ -17,12 +17,12 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-IntegrateAndFire quiet() { return {.refractory_ms = 4.0, .noise = {}}; }
+IntegrateAndFire quiet_neuron() { return {.refractory_ms = 4.0, .noise = {}}; }
 
 // Values from a Python prototype of the same equations.
 TEST(IntegrateAndFireGroup, ReproducesThePrototype) {
   constexpr nanoseconds kStep = microseconds{500};
-  IntegrateAndFireGroup neuron({.neuron = quiet(), .step = kStep}, 1);
+  IntegrateAndFireGroup neuron({.neuron = quiet_neuron(), .step = kStep}, 1);
   SpikeBuffer spikes(100);
   // The drive of an afferent with two states of adaptation.
   double x1 = 0.0;
@@ -91,7 +91,7 @@ TEST(IntegrateAndFireGroup, ApproachesTheExactSolutionWithTheStep) {
   for (const double I : {2.5, 20.0, 120.0, 900.0}) {
     const double interval = 0.004 - 0.5 * std::log(1.0 - 1.0 / (0.5 * I));
     for (const int step_us : {500, 100}) {
-      IntegrateAndFireGroup neuron({.neuron = quiet(), .step = microseconds{step_us}}, 1);
+      IntegrateAndFireGroup neuron({.neuron = quiet_neuron(), .step = microseconds{step_us}}, 1);
       SpikeBuffer spikes(1000);
       neuron.advance({&I, 1}, {&I, 1}, 4'000'000 / step_us, nanoseconds{0}, spikes);
       ASSERT_GE(spikes.events().size(), 2U) << I;
@@ -117,14 +117,14 @@ TEST(IntegrateAndFireGroup, NoiseIsThatOfTheSeedTheNeuronAndTheStep) {
   }
 }
 
-struct Made {
+struct RunOfNeurons {
   std::vector<SpikeEvent> spikes;
   std::vector<double> potentials;
-  bool operator==(const Made&) const = default;
+  bool operator==(const RunOfNeurons&) const = default;
 };
 
 /// Half a second of neurons under various drives, in calls of `steps_a_call` steps.
-Made noisy_run(std::size_t count, int steps_a_call, WorkerTeam* team = nullptr) {
+RunOfNeurons noisy_run(std::size_t count, int steps_a_call, WorkerTeam* team = nullptr) {
   IntegrateAndFireGroup neurons({.step = microseconds{500}}, count);
   std::vector<double> drive(count);
   for (std::size_t n = 0; n < count; ++n) drive[n] = static_cast<double>(n % 97);
@@ -133,19 +133,19 @@ Made noisy_run(std::size_t count, int steps_a_call, WorkerTeam* team = nullptr) 
     neurons.advance(drive, drive, steps_a_call, done * microseconds{500}, spikes, team);
   }
   spikes.sort();
-  Made made{.spikes = {spikes.events().begin(), spikes.events().end()}, .potentials = {}};
+  RunOfNeurons made{.spikes = {spikes.events().begin(), spikes.events().end()}, .potentials = {}};
   for (std::size_t n = 0; n < count; ++n) made.potentials.push_back(neurons.potential(n));
   EXPECT_EQ(spikes.refused(), 0U);
   return made;
 }
 
 TEST(IntegrateAndFireGroup, GivesTheSameBitsOnEveryInstructionSet) {
-  const Made made = on_every_simd_target([] { return noisy_run(101, 2); });
+  const RunOfNeurons made = on_every_simd_target([] { return noisy_run(101, 2); });
   EXPECT_GT(made.spikes.size(), 1000U);
 }
 
 TEST(IntegrateAndFireGroup, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
-  const Made made = noisy_run(101, 1);
+  const RunOfNeurons made = noisy_run(101, 1);
   EXPECT_TRUE(made == noisy_run(101, 8));
   EXPECT_TRUE(made == noisy_run(101, 125));
   SerialTeam team(3);
