@@ -51,6 +51,18 @@ Expected<void, SetupError> TraceReader::read_header() {
                      " is empty: a trace begins with a header such as time_s,depth_mm");
   }
   std::string_view rest = lines_.line();
+  if (rest.find(',') == std::string_view::npos &&
+      rest.find_first_of(";\t") != std::string_view::npos) {
+    return bad_input(lines_.where() +
+                     "the columns are not separated by commas: separate them by commas, and write "
+                     "decimals with a point, as in 0.001,1.5");
+  }
+  if (parse_number(rest.substr(0, rest.find(',')))) {
+    return bad_input(
+        lines_.where() +
+        "the first line has numbers where the columns' names belong: add a header such "
+        "as time_s,depth_mm");
+  }
   while (!rest.empty()) {
     if (auto added = add_column(std::string(take_field(rest))); !added) return added;
   }
@@ -151,7 +163,7 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
       ++extra;
       continue;
     }
-    const auto refuse = [&](const char* what) {
+    const auto refuse = [&](const std::string& what) {
       return bad_input(lines_.where() + name_of(column) + " is \"" + std::string(field) + "\", " +
                        what);
     };
@@ -159,9 +171,11 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
       const auto time = parse_seconds(field);
       if (!time) return refuse("not a finite number of seconds: correct or remove this row");
       if (rows_ > 0 && *time <= last_time_) {
-        return refuse(*time == last_time_
-                          ? "the same time as in the previous row (resolution: 1 ns): remove one"
-                          : "earlier than in the previous row: sort the rows by time");
+        return refuse(
+            *time == last_time_
+                ? "the same time as in the previous row (resolution: 1 ns): remove one"
+                : "earlier than " + shortest_decimal(units::s_from(last_time_)) +
+                      " in the previous row: sort the rows by time, or correct the wrong one");
       }
       sample.time = sample.arrival = last_time_ = *time;
       continue;
@@ -170,7 +184,7 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
     if (!value) return refuse("not a number: correct or remove this row");
     if (!std::isfinite(*value)) return refuse("not finite: correct or remove this row");
     const auto refuse_beyond = [&](double limit) {
-      return refuse(("beyond ±" + shortest_decimal(limit) + ": check its unit").c_str());
+      return refuse("beyond ±" + shortest_decimal(limit) + ": check its unit");
     };
     switch (column) {
       case Column::kDepth:

@@ -155,7 +155,10 @@ Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pug
 Expected<void, SetupError> SessionReader::read_headers() {
   std::array<char, 4> magic{};
   if (!read_bytes(magic.data(), magic.size()) || std::string_view(magic.data(), 4) != "XDF:") {
-    return bad_input(path_ + " is not a session: an XDF file starts with \"XDF:\"");
+    return bad_input(
+        path_ +
+        " is not a session recorded by the sink xdf: (it does not start with \"XDF:\"); a "
+        "trace is played by merkel run --fast --probe replay:FILE");
   }
   while (!raw_pending_) {
     const auto read = read_raw(raw_);

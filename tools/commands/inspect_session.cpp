@@ -208,7 +208,9 @@ int inspect_session(const InspectSessionOptions& options) {
   if (options.stream == "marks") return print_marks(*session);
   std::string known;
   for (const SessionStream& stream : session_streams()) {
-    if (short_name(stream) == options.stream) return print_stream(*session, stream);
+    if (options.stream == short_name(stream) || options.stream == stream.name) {
+      return print_stream(*session, stream);
+    }
     known.append(short_name(stream)).append(", ");
   }
   return refuse("--stream " + options.stream + " is not one of " + known + "marks");

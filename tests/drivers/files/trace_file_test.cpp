@@ -86,7 +86,15 @@ TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,deep\n"),
             "t.csv:2: depth_mm is \"deep\", not a number: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n0.5,0\n"),
-            "t.csv:3: time_s is \"0.5\", earlier than in the previous row: sort the rows by time");
+            "t.csv:3: time_s is \"0.5\", earlier than 1 in the previous row: sort the rows by "
+            "time, or correct the wrong one");
+  EXPECT_EQ(sentence_about("time_s;depth_mm\n0;1\n"),
+            "t.csv:1: the columns are not separated by commas: separate them by commas, and write "
+            "decimals with a point, as in 0.001,1.5");
+  EXPECT_EQ(
+      sentence_about("0,0\n0.001,0.5\n"),
+      "t.csv:1: the first line has numbers where the columns' names belong: add a header such "
+      "as time_s,depth_mm");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n1.0,0\n"),
             "t.csv:3: time_s is \"1.0\", the same time as in the previous row (resolution: 1 ns): "
             "remove one");

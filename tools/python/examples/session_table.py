@@ -4,6 +4,8 @@ import sys
 import merkel
 import pandas as pd
 
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
 session = merkel.load(sys.argv[1])
 spikes = pd.DataFrame(session.spikes)
 afferents = pd.DataFrame(session.afferents).set_index("neuron")
