@@ -303,6 +303,15 @@ class Sessions(Case):
         again = session.scene.run(**{name: session.samples[name] for name in ("time_s", "depth_mm", "force_N")})
         self.assertTrue(np.array_equal(again.spikes, session.spikes))
 
+    def test_further_columns_of_a_trace_are_in_the_session(self):
+        trace, file = pathlib.Path(self.path("t.csv")), self.path("s.xdf")
+        trace.write_text("time_s,depth_mm,skin_C,note\n" + "".join(f"0.{100 + i},0.5,{30 + i},x\n" for i in range(50)))
+        merkel.Scene("paper").run(probe=f"replay:{trace}", sinks=["xdf:" + file])
+        session = merkel.load(file)
+        self.assertEqual(session.extra["skin_C"].tolist(), [30.0 + i for i in range(len(session.samples))])
+        self.assertTrue(np.isnan(session.extra["note"]).all())
+        self.assertGreater(len(session.samples), 40)
+
     def test_a_session_is_a_probe_for_any_scene(self):
         file = self.record()
         same = merkel.Scene("finger").run(probe="replay:" + file)

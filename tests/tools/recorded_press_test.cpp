@@ -93,6 +93,13 @@ TEST(RecordedPress, ColumnsThatTheModelDoesNotUseReachTheSession) {
   EXPECT_TRUE(std::isnan(samples[3].extra[2]));
   EXPECT_TRUE(std::isnan(samples[4].extra[2]));
   EXPECT_EQ(samples[5].extra[2], 1.5);
+  const std::string printed =
+      run_program({"inspect", "session", session, "--stream", "merkel.samples"}).out;
+  EXPECT_NE(printed.find("sequence,channels,skin_temperature_C,column_sequence,remark\n"),
+            std::string::npos)
+      << printed;
+  EXPECT_NE(printed.find(",40,7,1.5\n"), std::string::npos) << printed;
+  EXPECT_NE(printed.find(",33,7,nan\n"), std::string::npos) << printed;
   // And from the session back into a trace.
   const std::string exported = folder.path("exported.csv");
   succeed({"export", session, "--sink", "trace:" + exported});

@@ -146,12 +146,20 @@ int print_marks(SessionReader& session) {
 }
 
 int print_stream(SessionReader& session, const SessionStream& stream) {
-  std::puts(header_of(stream.id).c_str());
+  std::string header = header_of(stream.id);
+  const std::size_t extra =
+      stream.id == SessionStream::Id::kSamples ? session.extra_columns().size() : 0;
+  for (std::size_t k = 0; k < extra; ++k) header += "," + session.extra_columns()[k];
+  std::puts(header.c_str());
   return for_each_chunk(session, [&](const SessionChunk& chunk) {
     if (!chunk.marks.empty() || chunk.stream != stream.id) return;
     print_rows(chunk.spikes);
     print_rows(chunk.ticks);
-    print_rows(chunk.samples);
+    for (const SessionChunk::Sample& item : chunk.samples) {
+      std::string row = row_of(item);
+      for (std::size_t k = 0; k < extra; ++k) row += "," + shortest_decimal(item.sample.extra[k]);
+      std::puts(row.c_str());
+    }
     print_rows(chunk.events);
     print_rows(chunk.status);
     print_rows(chunk.frames);

@@ -29,12 +29,16 @@ SessionObject SessionObject::load(const std::string& path) {
     session.afferents = afferent_rows(session.scene->model);
   }
   const auto zero = session.origin.start;
+  for (const std::string& name : reader.extra_columns()) session.extra.emplace_back(name, 0);
   SessionChunk chunk;
   while (or_throw(reader.next(chunk))) {
     if (numbering) numbering->apply(chunk);
     for (const SpikeEvent& spike : chunk.spikes) session.spikes.push_back(row_of(spike, zero));
     for (const auto& [probe, sample] : chunk.samples) {
       session.samples.push_back(row_of(probe, sample, zero));
+      for (std::size_t k = 0; k < session.extra.size(); ++k) {
+        session.extra[k].second.push_back(sample.extra[k]);
+      }
     }
     for (const TickRecord& tick : chunk.ticks) session.ticks.push_back(row_of(tick, zero));
     for (const LoopEvent& event : chunk.events) session.events.push_back(row_of(event, zero));
@@ -58,6 +62,15 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "samples", [](const SessionObject& session) { return array_of(session.samples); },
           "(samples,) of time_s, arrival_s, probe, depth_mm, force_N, x_mm and y_mm; NaN: not measured.")
+      .def_property_readonly(
+          "extra",
+          [](const SessionObject& session) {
+            py::dict extra;
+            for (const auto& [name, values] : session.extra)
+              extra[py::str(name)] = array_of(values);
+            return extra;
+          },
+          "Further columns of the samples, which the model does not use, by name: (samples,); NaN: no number.")
       .def_property_readonly(
           "ticks", [](const SessionObject& session) { return array_of(session.ticks); },
           "(ticks × probes,) of what the loop used: time_s (the tick's end), probe, depth_mm, force_N, "

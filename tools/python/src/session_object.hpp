@@ -19,6 +19,8 @@ namespace merkel::python {
 struct SessionObject {
   std::vector<SpikeRow> spikes;
   std::vector<SampleRow> samples;
+  /// Further columns of the samples, by name: NaN where a probe has none.
+  std::vector<std::pair<std::string, std::vector<double>>> extra;
   std::vector<TickRow> ticks;
   std::vector<EventRow> events;
   std::vector<CommandRow> stimulation;
