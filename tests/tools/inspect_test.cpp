@@ -75,6 +75,11 @@ TEST(Inspect, BarsHaveAFieldAndAForce) {
   EXPECT_NEAR(table(field.out)[0][6], 0.433, 0.003);
   const auto force = run_program({"inspect", "contact", "--scene", scene, "--depth-mm", "1"});
   EXPECT_NEAR(table(force.out)[0][0], 2.7804, 1e-3);
+  EXPECT_NE(force.err.find("flat bars, linear at any depth"), std::string::npos) << force.err;
+  const auto pin = run_program(
+      {"inspect", "contact", "--depth-mm", "1", "--scene",
+       folder.file("pin.toml", "preset = \"goodwin\"\n[probe]\ntip = \"pin\"\ndiameter_mm = 1\n")});
+  EXPECT_NE(pin.err.find("within 3 % of boundary elements"), std::string::npos) << pin.err;
 }
 
 TEST(Inspect, NeuronFiresAtThePublishedRates) {

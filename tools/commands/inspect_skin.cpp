@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/inspect.hpp"
+#include "tools/scene/contact_sentence.hpp"
 
 namespace merkel {
 namespace {
@@ -153,6 +154,8 @@ int inspect_contact(const InspectOptions& options) {
   if (inspected->indenter.tip != Indenter::Tip::kSphere) {
     std::printf("force_N,depth_mm\n%.12g,%.12g\n", units::N_from_mN(contact.force_mN),
                 contact.depth_mm);
+    std::fprintf(stderr, "%s\n",
+                 contact_sentence(contact, inspected->indenter, inspected->skin).c_str());
     return kDone;
   }
   const ContactValidity validity =

@@ -6,7 +6,10 @@
 
 namespace merkel {
 
-/// The validity of a probe's contact law at a press, as a sentence.
+/// The validity of a contact law at a press, as a sentence.
+[[nodiscard]] std::string contact_sentence(const ContactState& contact, const Indenter& indenter,
+                                           const SkinParameters& skin);
+/// The same for a probe of a model.
 [[nodiscard]] std::string contact_sentence(const Press& press, const TactileModel& model,
                                            std::size_t probe);
 
