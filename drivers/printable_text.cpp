@@ -57,6 +57,12 @@ std::string printable_text(std::string_view text, std::size_t longest) {
   return printable;
 }
 
+std::string printable_column(std::string_view name) {
+  std::string text = printable_text(name);
+  std::replace(text.begin(), text.end(), ',', '_');
+  return text;
+}
+
 std::string printable_lines(std::string_view text) {
   std::string printable;
   while (true) {

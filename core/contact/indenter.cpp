@@ -27,7 +27,7 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
                  "must be at least 0.05 under bars: the pressure at their edges is infinite")
         .require(
             FlatTipField::fits(bars, skin), "probe.bar_widths_mm",
-            "and bar_length_mm make a tip so large that its stress field needs more than 220 MB "
+            "and bar_length_mm make a tip so large that its stress field needs more than 260 MB "
             "or about ten seconds: make the tip smaller")
         .result();
   }
@@ -40,7 +40,7 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
                  "must be at least 0.05 under a pin: the pressure at its rim is infinite")
         .require(FlatTipField::fits(pin, skin), "probe.diameter_mm",
-                 "makes a tip so large that its stress field needs more than 220 MB: make it "
+                 "makes a tip so large that its stress field needs more than 260 MB: make it "
                  "smaller")
         .result();
   }

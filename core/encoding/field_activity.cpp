@@ -83,7 +83,10 @@ void FieldActivity::advance(std::span<const SpikeEvent> spikes, nanoseconds end)
     field.decayed *= field.kept;
     if (field.decayed > kLeastDecayed) continue;
     double* const weights = weights_.data() + field.first_slot;
-    for (std::size_t k = 0; k < field.afferents; ++k) weights[k] *= field.decayed;
+    for (std::size_t k = 0; k < field.afferents; ++k) {
+      weights[k] *= field.decayed;
+      if (weights[k] < kLeastSum) weights[k] = 0.0;
+    }
     field.decayed = 1.0;
   }
   for (const SpikeEvent& spike : spikes) add(spike, end);

@@ -117,6 +117,7 @@ double ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
     }
     return 1.0 / stiffening;
   }
+  // Beyond the last point, at least 80 mm away, the energy density is taken as zero.
   const double spacing_mm = placed.flat_tip->spacing_mm();
   profile_points_ = static_cast<std::size_t>(
       std::min(farthest_mm / spacing_mm + 4.0, static_cast<double>(LayerField::kMostPoints)));
@@ -129,23 +130,23 @@ double ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
     stress_profile_[LayerTable::kSigmaZ][k] = stress.sigma_z;
     stress_profile_[LayerTable::kTauRz][k] = stress.tau_zx;
   }
-  return stiffening;  // of stress without stiffening
+  return stiffening;  // its stress is that of unstiffened skin
 }
 
 template <class Real>
 EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed) noexcept {
   if (profile_points_ == 0 || !(placed == profiled_)) {
     profiled_ = placed;
-    const double stiffened = fill_stress_profile(
+    const double energy_scale = fill_stress_profile(
         placed, std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
                            std::max(placed.y_mm - bottom_, top_ - placed.y_mm)));
     const double* const r = stress_profile_[LayerTable::kSigmaR].data();
     const double* const theta = stress_profile_[LayerTable::kSigmaTheta].data();
     const double* const z = stress_profile_[LayerTable::kSigmaZ].data();
     const double* const rz = stress_profile_[LayerTable::kTauRz].data();
-    const double distortional = stiffened / (12.0 * skin_.shear_modulus_kPa());
+    const double distortional = energy_scale / (12.0 * skin_.shear_modulus_kPa());
     const double volumetric =
-        kind_ == EnergyDensity::kFull ? stiffened / (18.0 * skin_.bulk_modulus_kPa()) : 0.0;
+        kind_ == EnergyDensity::kFull ? energy_scale / (18.0 * skin_.bulk_modulus_kPa()) : 0.0;
     Real* const energy = energy_profile_.data() + 1;
     for (std::size_t k = 0; k < profile_points_; ++k) {
       const double d_rt = r[k] - theta[k];

@@ -56,7 +56,8 @@ class ReceptorArrays {
   void add_layer(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   /// The profile of the energy density along the radius, under a sphere on a layer or a pin.
   [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
-  /// Fills stress_profile_ up to a distance. Returns the energy density per σ²/(12G).
+  /// Fills stress_profile_ up to a distance. Returns the factor that makes its energy density, with
+  /// unstiffened moduli, that of the skin.
   double fill_stress_profile(const PlacedContact& placed, double farthest_mm) noexcept;
 
   SkinMaterial skin_;

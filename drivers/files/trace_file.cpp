@@ -252,9 +252,7 @@ Expected<TraceWriter, SetupError> TraceWriter::create(
   for (const std::string& line : comment) head += "# " + line + "\n";
   TraceWriter writer(std::move(*file), channels, std::move(head));
   for (const std::string& name : extra_columns) {  // a session may hold any text
-    writer.extra_columns_.push_back(printable_text(name));
-    std::replace(writer.extra_columns_.back().begin(), writer.extra_columns_.back().end(), ',',
-                 '_');
+    writer.extra_columns_.push_back(printable_column(name));
   }
   return writer;
 }

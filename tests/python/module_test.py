@@ -367,6 +367,26 @@ class Bridges(Case):
         self.assertEqual(commands["amplitude_uA"][-1], 0)
         self.assertEqual(len(np.concatenate([each.spikes for each in outputs])), bridge.counters["spikes"])
 
+    def test_a_program_that_does_not_read_loses_its_own_copies_only(self):
+        file = self.path("live.xdf")
+        scene = merkel.Scene.from_text(ELECTRODES)
+        with merkel.connect("sim:taps?count=1000&live=1", scene, sinks=["xdf:" + file], most_unread=5) as bridge:
+            while bridge.counters["python_spikes_lost"] == 0 or bridge.counters["python_commands_lost"] < 30:
+                time.sleep(0.01)
+            bridge.stop()
+            kept = next(bridge)
+        self.assertEqual((len(kept.spikes), len(kept.stimulation)), (5, 5))
+        self.assertTrue(any("read more often" in notice for notice in bridge.notices))
+        counters, recorded = bridge.counters, merkel.load(file)
+        self.assertEqual(5 + counters["python_spikes_lost"], len(recorded.spikes))
+        self.assertEqual(5 + counters["python_commands_lost"], len(recorded.stimulation))
+        self.assertNotIn(4, recorded.stimulation["stop"])  # no failure of a sink
+
+    def test_a_mark_is_one_line(self):
+        with merkel.connect("sim:taps?count=1000&live=1", "paper") as bridge:
+            with self.assertRaisesRegex(merkel.Error, "a mark is one line"):
+                bridge.mark("two\nlines")
+
     def test_stop_ends_a_run_and_read_does_not_wait_longer_than_told(self):
         bridge = merkel.connect("sim:taps?count=1000&live=1", "paper")
         started = time.monotonic()

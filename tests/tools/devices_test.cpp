@@ -97,7 +97,7 @@ std::vector<std::string_view> names() {
 INSTANTIATE_TEST_SUITE_P(Devices, EveryDevice, testing::ValuesIn(names()),
                          [](const auto& entry) { return std::string(entry.param); });
 
-/// Spikes with their times rows_since a start, in ns.
+/// Spikes with their times since a start, in ns.
 std::vector<std::pair<std::int64_t, std::string>> rows_since(const std::string& spikes,
                                                              nanoseconds start) {
   std::vector<std::pair<std::int64_t, std::string>> rows;

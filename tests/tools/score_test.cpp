@@ -243,7 +243,16 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
   const auto again = run_program(
       {"fit", "--data", data, "--out", folder.path("g.toml"), "--report", folder.path("r")});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_NE(again.err.find("--overwrite"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("r/trials.csv already exists"), std::string::npos) << again.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path("g.toml")));
+  const auto inside = run_program({"fit", "--data", data, "--trials", "1", "--evaluations", "10",
+                                   "--parameter", "gain_Hz_per_kPa", "--out",
+                                   folder.path("n/g.toml"), "--report", folder.path("n")});
+  EXPECT_EQ(inside.exit_code, 0) << inside.err;
+  EXPECT_TRUE(std::filesystem::exists(folder.path("n/g.toml")));
+  const auto no_trials = run_program({"fit", "--report", folder.path("x")});
+  EXPECT_EQ(no_trials.exit_code, 2);
+  EXPECT_NE(no_trials.err.find("no section trials"), std::string::npos) << no_trials.err;
   const auto missing = run_program(
       {"score", "--data",
        folder.file("m.json",

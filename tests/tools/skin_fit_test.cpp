@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
+#include "core/contact/hertz_contact.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/math/normal_random.hpp"
 #include "tests/temporary_folder.hpp"
@@ -142,6 +143,23 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
   EXPECT_EQ(scene->model.skin.epidermis_kPa, scene->model.skin.dermis_kPa);
   EXPECT_EQ(scene->model.indenters.front().tip, Indenter::Tip::kPin);
   EXPECT_EQ(scene->model.indenters.front().pin.diameter_mm, 6.35);
+
+  // A phantom that does not stiffen.
+  std::string elastic = "time_s,depth_mm,force_N\n";
+  for (int k = 0; k <= 100; ++k) {
+    const double depth_mm = 0.02 * k;
+    elastic += fmt::format("{:.3f},{:.9g},{:.9g}\n", 0.01 * k, depth_mm,
+                           1e-3 * HertzContact(3.0, 9.0, 100.0).at_depth(depth_mm).force_mN);
+  }
+  const auto plain = run_program({"fit", "skin", "--trace", folder.file("e.csv", elastic),
+                                  "--radius-mm", "3", "--out", folder.path("plain.toml"), "--scene",
+                                  folder.file("nine.toml", "[skin]\nradius_mm = 9\n")});
+  EXPECT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_NE(plain.out.find("no stiffening"), std::string::npos) << plain.out;
+  EXPECT_NE(plain.out.find("E0 = 100 kPa"), std::string::npos) << plain.out;
+  const auto used =
+      run_program({"run", folder.path("plain.toml"), "--fast", "--duration-s", "0.1"});
+  EXPECT_EQ(used.exit_code, 0) << used.err;
 
   const auto missing = run_program({"fit", "skin", "--trace", folder.path("p.csv")});
   EXPECT_EQ(missing.exit_code, 2);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
@@ -9,7 +10,9 @@
 
 #include <fmt/core.h>
 
+#include "drivers/files/file_rename.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/printable_text.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/studies/report/report.hpp"
@@ -22,7 +25,7 @@ struct FitCommand {
   std::string scene = "goodwin";
   std::string data;
   std::string out = "fitted.toml";
-  std::string report = "fit";
+  std::string report;
   std::vector<std::string> parameters;
   double trials = 16;
   double evaluations = 200;
@@ -42,7 +45,7 @@ std::string report_of(const FitResult& result) {
   for (std::size_t k = 0; k < result.parameters.size(); ++k) {
     const FittedParameter& parameter = result.parameters[k];
     text +=
-        fmt::format("| {} | {:.5g} | {:.5g} | ", parameter.name, parameter.before, parameter.after);
+        fmt::format("| {} | {:.6g} | {:.6g} | ", parameter.name, parameter.before, parameter.after);
     // The standard error is that of ln p: a small fraction of p, or meaningless.
     text += parameter.relative_error < 1.0
                 ? fmt::format("{:.1f} % |", 100.0 * parameter.relative_error)
@@ -66,7 +69,7 @@ std::string report_of(const FitResult& result) {
          ": fit fewer parameters, or add data\n";
 }
 
-/// Sets the fitted parameters, rounded to the digits that the report shows.
+/// Sets the fitted parameters, in the six digits that the report shows.
 void set_fitted(TactileModel::Parameters& model, const FitResult& result) {
   for (const FittedParameter& parameter : result.parameters) {
     *FitParameter{parameter.name, parameter.table}.in(model) =
@@ -77,8 +80,8 @@ void set_fitted(TactileModel::Parameters& model, const FitResult& result) {
 /// The complete scene, with what was fitted at its top.
 std::string scene_of(const FitCommand& command, const Scene& scene, const FitResult& result) {
   std::string text =
-      "# Made by merkel fit " + command.scene +
-      (command.data.empty() ? "" : " --data " + command.data) +
+      "# Made by merkel fit " + printable_text(command.scene) +
+      (command.data.empty() ? "" : " --data " + printable_text(command.data)) +
       fmt::format("; cost {:.3f} Hz², before {:.3f} Hz².\n", result.cost_after, result.cost_before);
   for (const FittedParameter& parameter : result.parameters) {
     text += fmt::format("# fitted: {}.{} = {:.6g}, before {:.6g}\n", parameter.table,
@@ -87,10 +90,11 @@ std::string scene_of(const FitCommand& command, const Scene& scene, const FitRes
   return text + scene_text(scene);
 }
 
-/// Fits, changes the scene, writes it, and returns the report.
+/// Fits, changes the scene, writes it, and returns the report. A scene that cannot be written
+/// leaves its reason in `failure`, so that the report is not lost.
 Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene& scene,
                                                 const Recordings& recordings, OutputFile& out,
-                                                const ReportFolder& folder) {
+                                                std::string& failure, const ReportFolder& folder) {
   std::vector<std::string> names = command.parameters;
   if (names.empty()) names = {"gain_Hz_per_kPa", "fast_weight", "slow_weight"};
   const auto result =
@@ -99,7 +103,8 @@ Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene
   if (!result) return Unexpected<SetupError>(result.error());
   set_fitted(scene.model, *result);
   if (!out.write(scene_of(command, scene, *result)) || !out.close()) {
-    return unavailable(out.error());
+    failure = out.error();
+    return report_of(*result);
   }
   const std::string data = command.data.empty() ? "" : " --data " + command.data;
   return report_of(*result) + "\nwrote " + command.out + "; evaluate it with merkel score " +
@@ -111,16 +116,39 @@ int fit_command(const FitCommand& command) {
   if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());
+  const bool compares = !recordings->trials.empty();
+  if (!command.report.empty() && !compares) {
+    return refuse(
+        "--report compares recorded presses, but the data have no section trials: add "
+        "them, or leave out --report");
+  }
+  const ReportFolder folder{.folder = command.report.empty() ? "fit" : command.report,
+                            .file = "fit.md",
+                            .overwrite = command.overwrite,
+                            .progress = {}};
+  if (compares) {
+    // Before a fit of minutes: --out may be in the folder, and no table may be in the way.
+    std::error_code ignored;
+    std::filesystem::create_directories(folder.folder, ignored);
+    for (const char* const table : kTrialTables) {
+      if (!command.overwrite && file_exists(folder.path(table))) {
+        return refuse(folder.path(table) +
+                      " already exists: choose another --report, or use "
+                      "--overwrite to replace files");
+      }
+    }
+  }
   auto out = OutputFile::create(command.out, command.overwrite);
   if (!out) return refuse(out.error());
+  std::string failure;
   const ReportPart parts[] = {
       {"fit",
-       [&](const ReportFolder& folder) {
-         return fit_and_write(command, *scene, *recordings, *out, folder);
+       [&](const ReportFolder& to) {
+         return fit_and_write(command, *scene, *recordings, *out, failure, to);
        }},
-      {"recorded presses", [&](const ReportFolder& folder) -> Expected<std::string, SetupError> {
-         auto text = score_trials(scene->model, *recordings,
-                                  static_cast<std::size_t>(command.trials), folder);
+      {"recorded presses", [&](const ReportFolder& to) -> Expected<std::string, SetupError> {
+         auto text =
+             score_trials(scene->model, *recordings, static_cast<std::size_t>(command.trials), to);
          if (!text) return text;
          return "\n## Recorded presses and the spikes of the fitted scene\n\n" + *text;
        }}};
@@ -128,10 +156,9 @@ int fit_command(const FitCommand& command) {
                               (command.data.empty() ? "published recordings" : command.data) +
                               "\n\n";
   const std::span<const ReportPart> all(parts);
-  if (recordings->trials.empty()) return print_report(heading, all.first(1));
-  return make_report(
-      {.folder = command.report, .file = "fit.md", .overwrite = command.overwrite, .progress = {}},
-      heading, all, "score");
+  const int code =
+      compares ? make_report(folder, heading, all, "score") : print_report(heading, all.first(1));
+  return failure.empty() ? code : fail(failure);
 }
 
 }  // namespace
@@ -152,7 +179,7 @@ void add_fit_command(CommandLine& program) {
       .option("--out", command->out, "Scene to write (TOML)")
       .option("--report", command->report,
               "Folder for the comparison with recorded presses (section trials of the data): rates "
-              "by phase, PSTH, spike distances, phase locking, tables and pictures")
+              "by phase, PSTH, spike distances, phase locking, tables and pictures; default fit")
       .list("--parameter", command->parameters,
             "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
             "these three), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise")

@@ -7,6 +7,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/printable_text.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/studies/report/report.hpp"
@@ -63,7 +64,7 @@ std::string report_of(const SkinFit& fit) {
   return text;
 }
 
-/// Sets the fitted skin, rounded to the digits that the report shows, and the tip that pressed.
+/// Sets the fitted skin, in six digits, and the tip that pressed, of the first probe.
 void set_fitted(TactileModel::Parameters& model, const Indenter& tip, const SkinFit& fit) {
   const auto rounded = [](double value) { return std::stod(fmt::format("{:.6g}", value)); };
   const double nu = model.skin.poisson_ratio;
@@ -71,8 +72,11 @@ void set_fitted(TactileModel::Parameters& model, const Indenter& tip, const Skin
   model.skin.stiffening_mm = rounded(fit.stiffening_mm);
   Indenter& first = model.indenters.front();
   first.tip = tip.tip;
-  first.pin = tip.pin;
-  first.radius_mm = tip.radius_mm;
+  if (tip.tip == Indenter::Tip::kPin) {
+    first.pin = tip.pin;
+  } else {
+    first.radius_mm = tip.radius_mm;
+  }
 }
 
 int fit_skin_command(const FitSkinCommand& command) {
@@ -91,7 +95,10 @@ int fit_skin_command(const FitSkinCommand& command) {
     tip.radius_mm = command.radius_mm.value_or(std::numeric_limits<double>::infinity());
   }
   if (const auto checked = tip.check(scene->model.skin); !checked) {
-    return refuse(scene->sentence(checked.error()));
+    const ParameterError& error = checked.error();
+    return refuse(error.key.starts_with("probe.")
+                      ? "the tip's " + error.key.substr(6) + " " + error.reason
+                      : scene->sentence(error));
   }
   const auto press = read_force_depth(command.trace);
   if (!press) return refuse(press.error());
@@ -101,8 +108,11 @@ int fit_skin_command(const FitSkinCommand& command) {
   if (!out) return refuse(out.error());
   std::fputs(report_of(*fit).c_str(), stdout);
   set_fitted(scene->model, tip, *fit);
-  const std::string heading = "# Made by merkel fit skin --scene " + command.scene + " --trace " +
-                              command.trace +
+  if (const auto model = TactileModel::create(scene->model); !model) {
+    return refuse("the fitted scene cannot be simulated: " + scene->sentence(model.error()));
+  }
+  const std::string heading = "# Made by merkel fit skin --scene " + printable_text(command.scene) +
+                              " --trace " + printable_text(command.trace) +
                               fmt::format(": E* = {:.4g} kPa·e^(d/{:.4g} mm), R² = {:.4f}.\n",
                                           fit->modulus_kPa, fit->stiffening_mm, fit->r2);
   if (!out->write(heading + scene_text(*scene)) || !out->close()) return fail(out->error());
@@ -130,7 +140,7 @@ void add_fit_skin_command(CommandLine& fit) {
       .option(
           "--scene", command->scene,
           "Scene file (TOML) or preset that gives everything else: curvature, layer, contact law, "
-          "afferents")
+          "afferents. The tip becomes that of its first probe")
       .option("--out", command->out, "Scene to write (TOML)")
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_skin_command(*command); });

@@ -149,7 +149,9 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
   std::string header = header_of(stream.id);
   const std::size_t extra =
       stream.id == SessionStream::Id::kSamples ? session.extra_columns().size() : 0;
-  for (std::size_t k = 0; k < extra; ++k) header += "," + session.extra_columns()[k];
+  for (std::size_t k = 0; k < extra; ++k) {
+    header += "," + printable_column(session.extra_columns()[k]);
+  }
   std::puts(header.c_str());
   return for_each_chunk(session, [&](const SessionChunk& chunk) {
     if (!chunk.marks.empty() || chunk.stream != stream.id) return;

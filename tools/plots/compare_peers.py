@@ -11,7 +11,7 @@ those that each simulator reports; their reference is merkel's RK4 at 0.5 us, wh
 If TouchSim can be imported (https://github.com/hsaal/touchsim, on PYTHONPATH; Debian: python3-numba, python3-skimage), its
 SA1 afferents, at the places of those of `goodwin`, feel the same presses at 5 kHz as the whole `goodwin` scene of
 `merkel run`. The models differ, so only their cost is compared; `merkel score` has the errors against recordings.
---csv also writes the points of the other simulators as a table.
+--csv only writes the points of Brian2 and NEURON as a table.
 """
 
 import json
@@ -177,8 +177,8 @@ class TouchSim:
     """Its SA1 afferents at the places of merkel's, under the same press (a sine around 1 mm) for a second."""
 
     DEPTH_MM, AMPLITUDE_MM, SINE_HZ, RATE_HZ = 1.0, 0.3, 5.0, 5000
-    # name: the tip in a scene of merkel, and the positions and relative heights of TouchSim's pins, mm
-    SPHERE_MM, SPACING_MM = 3.0, 0.25
+    SPHERE_MM, SPACING_MM = 3.0, 0.25  # its radius, and that of TouchSim's pins from each other
+    # name: the tip in a scene of merkel
     TIPS = {"pin of 1 mm": 'tip = "pin"\ndiameter_mm = 1', "sphere of radius 3 mm": "radius_mm = 3"}
 
     def __init__(self, merkel):
@@ -196,7 +196,7 @@ class TouchSim:
     def stimulus(self, tip):
         pins, radius_mm = np.zeros((1, 3)), 0.5
         if tip.startswith("sphere"):
-            edge = np.arange(-3.0, 3.01, self.SPACING_MM)
+            edge = np.arange(-self.SPHERE_MM, self.SPHERE_MM + 0.01, self.SPACING_MM)
             x, y = (each.ravel() for each in np.meshgrid(edge, edge))
             below = (x**2 + y**2) / (2 * self.SPHERE_MM)
             pins, radius_mm = np.column_stack([x, y, -below])[below < self.DEPTH_MM + self.AMPLITUDE_MM], self.SPACING_MM / 2
@@ -241,8 +241,8 @@ class TouchSim:
 def print_touchsim(merkel):
     try:
         peer = TouchSim(merkel)
-    except ImportError as error:
-        print(f"skipped: {error} (https://github.com/hsaal/touchsim on PYTHONPATH; Debian: python3-numba, "
+    except (ImportError, AttributeError) as error:
+        print(f"TouchSim is skipped: {error} (https://github.com/hsaal/touchsim on PYTHONPATH; Debian: python3-numba, "
               "python3-skimage)", file=sys.stderr)
         return
     with tempfile.TemporaryDirectory() as folder:
@@ -325,7 +325,8 @@ def print_table(merkel, bench, peers, references, seconds, ours, errors):
         )
     for method, step_us in [("crank_nicolson", 25.0), ("staggered_multistep", 25.0), ("staggered_multistep", 50.0)]:
         options = ["--method", method, "--step-us", str(step_us)]
-        ns = bench.ns(*options)
+        runs = [bench.ns(*options) for _ in range(RUNS)]
+        ns = {p: statistics.median(run[p] for run in runs) for p in runs[0]}
         error, _ = error_ms(checked_spikes(merkel, *options), references[()])
         per_25 = 25.0 / step_us
         rows.append(

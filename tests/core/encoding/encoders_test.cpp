@@ -139,7 +139,7 @@ TEST(Encoders, RateIsTheConvolutionOfTheSpikes) {
 }
 
 TEST(Encoders, RecruitedCountsEachAfferentsLastSpike) {
-  // 400 windows of 1 ms: longer than the weights of old spikes keep their reference time.
+  // The weights of 400 windows of 1 ms are rescaled on the way.
   for (const milliseconds window : {milliseconds{30}, milliseconds{1}}) {
     const auto spikes = random_spikes(8, 400, 15.0);
     Electrode electrode = electrode_at("E1", EncoderKind::kRecruited, 12.0, 8.0, 2.6);

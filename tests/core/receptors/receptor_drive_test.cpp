@@ -182,6 +182,41 @@ TEST(ReceptorDrive, GivesTheSameBitsOnEveryInstructionSet) {
   }
 }
 
+TEST(ReceptorDrive, FlatTipsGiveTheSameBitsOnEveryInstructionSet) {
+  const Reference reference{.skin = {.radius_mm = 7.0}, .transduction = {}};
+  const FlatTipField pin(PinTip{.diameter_mm = 1.0}, reference.skin);
+  const FlatTipField bar(BarTip{.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 4.0},
+                         reference.skin);
+  for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
+    on_every_simd_target([&] {
+      ReceptorDrive drive = drive_of(reference, precision);
+      std::vector<double> bits;
+      for (const double depth_mm : {0.02, 0.4, 1.3}) {
+        const auto tip = [&](const FlatTipField& field, double x_mm) {
+          return PlacedContact{.contact = {.depth_mm = depth_mm, .force_mN = 1.0},
+                               .flat_tip = &field,
+                               .x_mm = x_mm,
+                               .y_mm = 9.3};
+        };
+        // One pin is a profile; the others are vectors of the grid's nodes.
+        for (const std::vector<PlacedContact>& contacts :
+             {std::vector{tip(pin, 14.2)}, std::vector{tip(bar, 15.1)},
+              std::vector{tip(pin, 12.0), tip(pin, 16.5)},
+              std::vector{tip(pin, 12.0), sphere(depth_mm, 17.0, 10.0, reference.skin)}}) {
+          drive.compute(contacts);
+          double largest = 0.0;
+          for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
+            bits.push_back(drive.energy_density_kPa(i));
+            largest = std::max(largest, bits.back());
+          }
+          EXPECT_GT(largest, 0.0);
+        }
+      }
+      return bits;
+    });
+  }
+}
+
 TEST(ReceptorDrive, RecomputesOnlyWhenAContactChanges) {
   ReceptorDrive drive = drive_of({});
   const std::vector<PlacedContact> contacts = {sphere(1.0, 15.0, 10.0)};

@@ -89,7 +89,9 @@ TEST(FusedProbe, SamplesBeforeTheSecondBeginsAreLeftOut) {
   auto probe = fuse(script(ProbeSample::kForce, milliseconds{1000}, milliseconds{1}, 100),
                     script(ProbeSample::kDepth, milliseconds{1030}, milliseconds{10}, 20));
   ASSERT_TRUE(probe.has_value());
-  EXPECT_EQ(read_samples(**probe, 70).front().time, milliseconds{1030});
+  const auto samples = read_samples(**probe, 70);
+  ASSERT_FALSE(samples.empty());
+  EXPECT_EQ(samples.front().time, milliseconds{1030});
 }
 
 TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {

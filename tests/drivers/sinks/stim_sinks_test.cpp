@@ -26,14 +26,14 @@ using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
 SinkSetup stim_setup() {
-  SinkSetup stim_setup{.neurons = 20, .run = {}};
+  SinkSetup setup{.neurons = 20, .run = {}};
   for (const char* const name : {"E1", "E2"}) {
     Electrode electrode{.name = name};
     electrode.amplitude_uA = {20.0, 80.0};
     electrode.frequency_Hz = {0.0, 200.0};
-    stim_setup.run.encoding.electrodes.push_back(electrode);
+    setup.run.encoding.electrodes.push_back(electrode);
   }
-  return stim_setup;
+  return setup;
 }
 
 std::vector<StimulationCommand> commands() {

@@ -18,11 +18,13 @@ from ._merkel import connect as _connect
 __all__ = ["Bridge", "Error", "Output", "Run", "Scene", "Session", "Stream", "Table", "__version__", "connect", "load", "presets"]
 
 
-def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False):
+def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False,
+            most_unread=1_000_000):
     """Starts the real-time pipeline: probe -> model -> sinks, and spikes and stimulation to Python.
 
     probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"), scene a Scene, a preset or a scene
-    file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run.
+    file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run. Beyond most_unread unread spikes (and as many commands), new
+    ones are lost for Python only: Bridge.counters counts them.
 
     >>> with connect("sim:ramp?depth_mm=1.5&hold_s=0.3&live=1") as bridge:
     ...     spikes = [new.spikes for new in bridge]
@@ -32,4 +34,4 @@ def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False,
     if not isinstance(scene, Scene):
         scene = Scene(scene)
     return _connect(probe, scene, sinks=list(sinks), duration_s=duration_s, overwrite=overwrite,
-                    allow_remote=allow_remote)
+                    allow_remote=allow_remote, most_unread=most_unread)

@@ -78,7 +78,7 @@ class Run:
         """Mean rate of an afferent in each bin, Hz: (bins,)."""
 
 class Output(NamedTuple):
-    """What the model put out since the last call; stimulation is empty without electrodes."""
+    """Spikes and stimulation commands since the last call; no commands without electrodes."""
     spikes: NDArray[np.void]
     stimulation: NDArray[np.void]
 
@@ -155,6 +155,7 @@ def connect(
     duration_s: float | None = ...,
     overwrite: bool = ...,
     allow_remote: bool = ...,
+    most_unread: int = ...,
 ) -> Bridge: ...
 def load(file: str | PathLike[str]) -> Session: ...
 def presets() -> list[str]: ...

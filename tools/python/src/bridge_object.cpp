@@ -18,14 +18,13 @@ namespace py = pybind11;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostWaiting = 1'000'000;
 constexpr milliseconds kSignalsEvery{50};
 constexpr std::chrono::seconds kFirstTickWithin{10};
 
 }  // namespace
 
-/// The sink that Python reads from. While a list is full it waits, so that its queue fills and
-/// drops are counted.
+/// The sink that Python reads from. It never waits: a full list would hold up the commands, and
+/// lost commands switch all electrodes off.
 class BridgeObject::Outlet final : public SpikeSink {
  public:
   explicit Outlet(BridgeObject& bridge) : bridge_(bridge) {}
@@ -36,13 +35,13 @@ class BridgeObject::Outlet final : public SpikeSink {
   }
   void attach(RunControl& control) override { bridge_.control_ = &control; }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    keep(spikes, bridge_.unread_.spikes);
+    keep(spikes, bridge_.unread_.spikes, bridge_.spikes_lost_);
     delivered_ += spikes.size();
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_commands(
       std::span<const StimulationCommand> commands) override {
-    keep(commands, bridge_.unread_.commands);
+    keep(commands, bridge_.unread_.commands, bridge_.commands_lost_);
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
@@ -58,11 +57,18 @@ class BridgeObject::Outlet final : public SpikeSink {
 
  private:
   template <class Event, class Row>
-  void keep(std::span<const Event> events, std::vector<Row>& unread) {
-    std::unique_lock lock(bridge_.mutex_);
-    bridge_.changed_.wait(lock, [&] { return unread.size() < kMostWaiting || bridge_.stopped_; });
-    for (const Event& each : events) unread.push_back(row_of(each, nanoseconds{0}));
-    lock.unlock();
+  void keep(std::span<const Event> events, std::vector<Row>& unread, std::uint64_t& lost) {
+    const std::lock_guard lock(bridge_.mutex_);
+    const std::size_t room = bridge_.most_unread_ - std::min(bridge_.most_unread_, unread.size());
+    const auto kept = events.first(std::min(room, events.size()));
+    for (const Event& each : kept) unread.push_back(row_of(each, nanoseconds{0}));
+    const std::uint64_t more = events.size() - kept.size();
+    if (more > 0 && bridge_.spikes_lost_ + bridge_.commands_lost_ == 0) {
+      bridge_.notices_.emplace_back(
+          "Python has not read for so long that its copies are lost (counters python_spikes_lost and "
+          "python_commands_lost; sinks are not affected): read more often, or raise most_unread");
+    }
+    lost += more;
     bridge_.changed_.notify_all();
   }
 
@@ -71,7 +77,8 @@ class BridgeObject::Outlet final : public SpikeSink {
   std::uint64_t delivered_ = 0;
 };
 
-BridgeObject::BridgeObject(Scene scene, const Options& options) {
+BridgeObject::BridgeObject(Scene scene, const Options& options)
+    : most_unread_(options.most_unread) {
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
   run_ = std::make_unique<PreparedRun>(or_throw(prepare_run(std::move(scene), {})));
@@ -140,22 +147,22 @@ void BridgeObject::stop() noexcept {
   if (thread_.joinable()) thread_.join();
 }
 
+bool BridgeObject::started(nanoseconds patience) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, patience, [this] { return newest_ || over_; });
+}
+
 void BridgeObject::mark(const std::string& label) {
   nanoseconds time{0};
   {
-    std::unique_lock lock(mutex_);
-    const bool waited =
-        changed_.wait_for(lock, kFirstTickWithin, [this] { return newest_ || over_; });
-    if (!waited) {
+    const std::lock_guard lock(mutex_);
+    if (over_) throw Error("the run is over: there is nothing to mark");
+    if (!newest_) {
       throw Error(
-          "the run has not simulated its first tick within 10 s: mark it once spikes are read, "
-          "and see Bridge.notices for a probe that sends nothing");
+          "the run has not simulated its first tick within 10 s: see Bridge.notices for a probe that "
+          "sends nothing");
     }
-    if (over_ || !newest_) throw Error("the run is over: there is nothing to mark");
     time = *newest_;
-  }
-  if (label.find_first_of("\r\n") != std::string::npos) {
-    throw Error("a mark is one line: leave out line breaks");
   }
   control_->mark({.time = time, .label = label});
 }
@@ -163,7 +170,11 @@ void BridgeObject::mark(const std::string& label) {
 bool BridgeObject::tare(std::size_t probe) { return control_->tare(probe); }
 
 std::map<std::string, std::uint64_t> BridgeObject::counters() {
-  return counters_of(pipeline_->counters());
+  auto all = counters_of(pipeline_->counters());
+  const std::lock_guard lock(mutex_);
+  all.emplace("python_spikes_lost", spikes_lost_);
+  all.emplace("python_commands_lost", commands_lost_);
+  return all;
 }
 
 std::vector<std::string> BridgeObject::notices() {
@@ -192,6 +203,22 @@ BridgeObject::Unread read(BridgeObject& bridge, std::optional<nanoseconds> patie
   }
 }
 
+/// Marks the run, after its first tick. Waits without the GIL, so that Ctrl-C still works.
+void mark(BridgeObject& bridge, const std::string& label) {
+  if (label.find_first_of("\r\n") != std::string::npos) {
+    throw Error("a mark is one line: leave out line breaks");
+  }
+  const auto deadline = std::chrono::steady_clock::now() + kFirstTickWithin;
+  for (bool started = false; !started && std::chrono::steady_clock::now() < deadline;) {
+    {
+      const py::gil_scoped_release no_gil;
+      started = bridge.started(kSignalsEvery);
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+  bridge.mark(label);
+}
+
 py::tuple output_of(const BridgeObject::Unread& unread) {
   return output_of(array_of(unread.spikes), array_of(unread.commands));
 }
@@ -201,8 +228,9 @@ py::tuple output_of(const BridgeObject::Unread& unread) {
 void add_bridge(py::module_& module) {
   py::class_<BridgeObject>(module, "Bridge", R"(The real-time pipeline, running in its own threads.
 
-Iterate to get an Output of spikes and stimulation commands as they come, until the run ends. Leaving the
-with block ends it.)")
+Iterate to get an Output of spikes and stimulation commands as they come, until the run ends. One of the
+two may be empty, and a tick's commands may come in another Output than its spikes. Leaving the with
+block ends the run.)")
       .def(
           "__enter__", [](BridgeObject& bridge) -> BridgeObject& { return bridge; },
           py::return_value_policy::reference_internal)
@@ -233,7 +261,7 @@ with block ends it.)")
                              "True when the run is over and all its output has been read.")
       .def("stop", &BridgeObject::stop, py::call_guard<py::gil_scoped_release>(),
            "Ends the run and finishes its files. Unread output can still be read.")
-      .def("mark", &BridgeObject::mark, py::arg("label"), py::call_guard<py::gil_scoped_release>(),
+      .def("mark", &mark, py::arg("label"),
            "Adds a mark with a one-line label at the current time to every session being recorded. "
            "Raises Error if the run is over or has not begun within 10 s.")
       .def("tare", &BridgeObject::tare, py::arg("probe") = 0,
@@ -246,7 +274,8 @@ with block ends it.)")
   module.def(
       "connect",
       [](const std::string& probe, const SceneObject& scene, const std::vector<std::string>& sinks,
-         std::optional<double> duration_s, bool overwrite, bool allow_remote) {
+         std::optional<double> duration_s, bool overwrite, bool allow_remote,
+         std::size_t most_unread) {
         Scene of_probe = scene.scene();
         of_probe.set_probes({probe});
         const py::gil_scoped_release no_gil;
@@ -254,11 +283,13 @@ with block ends it.)")
                                               BridgeObject::Options{.sinks = sinks,
                                                                     .duration_s = duration_s,
                                                                     .overwrite = overwrite,
-                                                                    .allow_remote = allow_remote});
+                                                                    .allow_remote = allow_remote,
+                                                                    .most_unread = most_unread});
       },
       py::arg("probe"), py::arg("scene"), py::kw_only(),
       py::arg("sinks") = std::vector<std::string>(), py::arg("duration_s") = py::none(),
-      py::arg("overwrite") = false, py::arg("allow_remote") = false);
+      py::arg("overwrite") = false, py::arg("allow_remote") = false,
+      py::arg("most_unread") = BridgeObject::Options{}.most_unread);
 }
 
 }  // namespace merkel::python

@@ -23,7 +23,7 @@ namespace merkel::python {
 
 /// The Python class Bridge: the real-time pipeline, running in separate threads. Spikes and
 /// stimulation commands are queued for Python in bounded lists; a program that does not fetch them
-/// loses its own copy only, counted.
+/// loses its own copy only, counted and noticed. Nothing waits for Python.
 class BridgeObject {
  public:
   struct Options {
@@ -31,6 +31,7 @@ class BridgeObject {
     std::optional<double> duration_s;
     bool overwrite = false;
     bool allow_remote = false;
+    std::size_t most_unread = 1'000'000;  ///< spikes, and as many commands
   };
   /// Opens probes and sinks and starts. \throws Error
   BridgeObject(Scene scene, const Options& options);
@@ -53,8 +54,10 @@ class BridgeObject {
   /// Ends the run and waits for its sinks.
   void stop() noexcept;
 
-  /// Gives a mark to every sink that records marks, at the newest simulated time. Waits 10 s at
-  /// most for the first tick. \throws Error
+  /// Waits for the first tick, for so long at most. False if there is none yet.
+  [[nodiscard]] bool started(std::chrono::nanoseconds patience);
+  /// Gives a mark to every sink that records marks, at the newest simulated time.
+  /// \throws Error before the first tick and after the end
   void mark(const std::string& label);
   [[nodiscard]] bool tare(std::size_t probe);
   [[nodiscard]] std::map<std::string, std::uint64_t> counters();
@@ -69,7 +72,10 @@ class BridgeObject {
   RunControl* control_ = nullptr;
   std::mutex mutex_;  ///< guards the rest
   std::condition_variable changed_;
+  std::size_t most_unread_;
   Unread unread_;
+  std::uint64_t spikes_lost_ = 0;  ///< not fetched in time
+  std::uint64_t commands_lost_ = 0;
   std::vector<std::string> notices_;
   std::optional<std::chrono::nanoseconds> newest_;  ///< end of the newest tick
   std::string error_;

@@ -9,6 +9,9 @@
 namespace merkel::python {
 namespace {
 
+/// The class Output. Never released: the interpreter may be gone when static objects are destroyed.
+pybind11::handle output_type;
+
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 double channel(const ProbeSample& sample, ProbeSample::Channel bit, double value) {
@@ -87,19 +90,17 @@ void add_output(pybind11::module_& module) {
           .attr("namedtuple")("Output", pybind11::make_tuple("spikes", "stimulation"),
                               pybind11::arg("module") = "merkel");
   type.attr("__doc__") =
-      R"(What the model put out since the last call: spikes, stimulation = stream.push(...).
+      R"(Spikes and stimulation commands since the last call: spikes, stimulation = stream.push(...).
 
 spikes is (spikes,) of time_s, neuron, patch and flags; stimulation is (commands,) as Run.stimulation, empty
 where the scene has no electrodes.)";
   module.attr("Output") = type;
+  output_type = type.release();
 }
 
 pybind11::tuple output_of(const pybind11::array_t<SpikeRow>& spikes,
                           const pybind11::array_t<CommandRow>& stimulation) {
-  // Never released: the interpreter may be gone when static objects are destroyed.
-  static const pybind11::handle type =
-      pybind11::object(pybind11::module_::import("merkel._merkel").attr("Output")).release();
-  return pybind11::reinterpret_steal<pybind11::tuple>(type(spikes, stimulation).release());
+  return pybind11::reinterpret_steal<pybind11::tuple>(output_type(spikes, stimulation).release());
 }
 
 std::string in_python(std::string sentence) {

@@ -86,8 +86,8 @@ template <class Row>
   return pybind11::array_t<Row>(static_cast<pybind11::ssize_t>(rows.size()), rows.data());
 }
 
-/// What the model put out since the last call, as the Python class Output: a named tuple of both
-/// arrays. Needs the GIL. \throws pybind11::error_already_set
+/// Spikes and stimulation commands since the last call, as the Python class Output: a named tuple
+/// of both arrays. Needs the GIL. \throws pybind11::error_already_set
 [[nodiscard]] pybind11::tuple output_of(const pybind11::array_t<SpikeRow>& spikes,
                                         const pybind11::array_t<CommandRow>& stimulation);
 

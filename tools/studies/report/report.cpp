@@ -27,7 +27,10 @@ Expected<std::string, SetupError> text_of(const std::string& heading,
     }
     auto made = part.make(folder);
     if (terminal) std::fprintf(stderr, "\r%s: done   \n", part.name);
-    if (!made) return made;
+    if (!made) {
+      std::fputs(text.c_str(), stdout);  // what is known so far
+      return made;
+    }
     text += *made;
   }
   return text;

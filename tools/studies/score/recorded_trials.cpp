@@ -202,13 +202,13 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
                                                std::size_t repetitions,
                                                const ReportFolder& folder) {
   auto spikes =
-      CsvTable::create(folder.path("trials.csv"), "set,source,trial,time_s", folder.overwrite);
+      CsvTable::create(folder.path(kTrialTables[0]), "set,source,trial,time_s", folder.overwrite);
   if (!spikes) return Unexpected<SetupError>(spikes.error());
-  auto psth = CsvTable::create(folder.path("psth.csv"), "set,time_s,recorded_hz,model_hz",
+  auto psth = CsvTable::create(folder.path(kTrialTables[1]), "set,time_s,recorded_hz,model_hz",
                                folder.overwrite);
   if (!psth) return Unexpected<SetupError>(psth.error());
   auto press =
-      CsvTable::create(folder.path("press.csv"), "set,unit,time_s,level", folder.overwrite);
+      CsvTable::create(folder.path(kTrialTables[2]), "set,unit,time_s,level", folder.overwrite);
   if (!press) return Unexpected<SetupError>(press.error());
   std::string text;
   for (const RecordedTrials& set : recordings.trials) {

@@ -17,6 +17,9 @@ namespace merkel {
 [[nodiscard]] Expected<void, SetupError> load_trials(Recordings& recordings,
                                                      const std::string& folder);
 
+/// The tables that score_trials() writes.
+inline constexpr const char* kTrialTables[] = {"trials.csv", "psth.csv", "press.csv"};
+
 /// Compares the model's afferent with the recorded ones under every recorded press: rates by phase,
 /// PSTH, spike distances and phase locking. Writes trials.csv (all spikes), psth.csv and press.csv.
 /// \return Markdown
