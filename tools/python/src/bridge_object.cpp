@@ -138,11 +138,6 @@ bool BridgeObject::ended() {
 }
 
 void BridgeObject::stop() noexcept {
-  {
-    const std::lock_guard lock(mutex_);
-    stopped_ = true;
-  }
-  changed_.notify_all();
   pipeline_->request_stop();
   if (thread_.joinable()) thread_.join();
 }

@@ -80,7 +80,6 @@ class BridgeObject {
   std::optional<std::chrono::nanoseconds> newest_;  ///< end of the newest tick
   std::string error_;
   bool over_ = false;
-  bool stopped_ = false;
   std::thread thread_;
 };
 
