@@ -90,7 +90,7 @@ struct OneStepPieces {
     if constexpr (kCoupled) {
       const X outflow = Math::load(a.coupling.outflow + i);
       conductance = Math::add(conductance, outflow);
-      implicit = Math::fused(outflow, Math::constant(a.coupling.outflow_implicitness), implicit);
+      implicit = Math::fused(outflow, hn::Set(d, a.coupling.outflow_implicitness), implicit);
     }
 
     X after;
@@ -123,9 +123,8 @@ struct OneStepPieces {
       after = Math::load(a.V + i);
     }
     if constexpr (kCoupled) {
-      Math::store(
-          Math::fused(Math::sub(after, before), Math::constant(a.coupling.lookahead), after),
-          a.coupling.seen[1 - seen] + i);
+      Math::store(Math::fused(Math::sub(after, before), hn::Set(d, a.coupling.lookahead), after),
+                  a.coupling.seen[1 - seen] + i);
     }
   }
 
