@@ -38,8 +38,8 @@ Expected<std::string, SetupError> text_of(const std::string& heading,
 
 }  // namespace
 
-int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
-                const std::string& plot_script) {
+int make_report(const ReportFolder& folder, const std::string& heading,
+                std::span<const ReportPart> parts, const std::string& plot_script) {
   std::error_code error;
   std::filesystem::create_directories(folder.folder, error);
   if (error) return refuse("cannot make the folder " + folder.folder + ": " + error.message());

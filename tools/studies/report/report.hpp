@@ -29,8 +29,8 @@ struct ReportPart {
 };
 /// Makes all parts, writes the text to the folder's file, prints it, and draws the tables with a
 /// plot script. \param heading  start of the text. Returns the program's exit code.
-int make_report(ReportFolder folder, const std::string& heading, std::span<const ReportPart> parts,
-                const std::string& plot_script);
+int make_report(const ReportFolder& folder, const std::string& heading,
+                std::span<const ReportPart> parts, const std::string& plot_script);
 
 /// Prints parts that write no tables, without a folder. Returns the program's exit code.
 int print_report(const std::string& heading, std::span<const ReportPart> parts);
