@@ -6,7 +6,7 @@ from view_page import LIVE_PRESS, PRESS, BrowserPage
 
 class Health(BrowserPage):
     def test_the_banner_names_an_unplugged_device_and_the_outage_is_shaded(self):
-        program = self.open(probe=self.plug_in("--unplug-s", "4", "--unplug-for-s", "3"))
+        program = self.open(probe=self.plug_in("--unplug-s", "5", "--unplug-for-s", "5"))
         self.wait("document.getElementById('state').textContent === 'Unplugged: probe'")
         self.assertEqual(self.page.ask("document.getElementById('banner').dataset.level"), "bad")
         self.assertIn("Plug the cable in", self.page.text("advice"))
