@@ -14,9 +14,9 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 foreach(kind LIBRARY INCLUDE PACKAGE)
   set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
 endforeach()
-# Indirect dependencies of the linked libraries.
+# The libraries, and those behind them.
 foreach(folder lib usr/lib)
   string(APPEND CMAKE_EXE_LINKER_FLAGS_INIT
-    " -Wl,-rpath-link,${MERKEL_ARM64_ROOT}/${folder}/aarch64-linux-gnu")
+    " -L${MERKEL_ARM64_ROOT}/${folder}/aarch64-linux-gnu -Wl,-rpath-link,${MERKEL_ARM64_ROOT}/${folder}/aarch64-linux-gnu")
 endforeach()
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${MERKEL_ARM64_ROOT})
