@@ -124,6 +124,11 @@ Expected<OutputFile, SetupError> OutputFile::create_special(const std::string& p
   }
 }
 
+Expected<void, SetupError> check_not_taken(const std::string& path, bool overwrite) {
+  if (overwrite || !file_exists(path)) return {};
+  return bad_input(path + " already exists: add --overwrite, or give another name");
+}
+
 Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, bool overwrite,
                                                     const Notice& notice) {
   if (path.empty()) return bad_input("the name of the file to write is empty");
@@ -138,8 +143,8 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
     return bad_input("cannot write " + path + ": it is a directory; give a file in it");
   }
   if (there && !S_ISREG(status.st_mode)) return create_special(path);
-  if (!overwrite && file_exists(path)) {
-    return bad_input(path + " already exists: add --overwrite, or give another name");
+  if (auto free = check_not_taken(path, overwrite); !free) {
+    return Unexpected<SetupError>(free.error());
   }
   const std::string part = path + ".part";
   const auto recovered = recover(path, part, notice);

@@ -104,4 +104,8 @@ std::string recover_file(const std::string& path, const OutputFile::Notice& noti
                                          std::chrono::system_clock::time_point last_written,
                                          int number = 1);
 
+/// Fails if the file exists, unless `overwrite`: for work that begins long before
+/// OutputFile::create.
+[[nodiscard]] Expected<void, SetupError> check_not_taken(const std::string& path, bool overwrite);
+
 }  // namespace merkel

@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include "core/units.hpp"
-#include "drivers/files/file_rename.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/protocols/protocol_table.hpp"
@@ -182,9 +181,8 @@ std::string scene_text(const std::string& uri, const std::vector<std::string>& l
 }
 
 int connect(const ConnectOptions& options) {
-  if (!options.overwrite && file_exists(options.out)) {
-    return refuse(options.out +
-                  " already exists: add --overwrite, or give another name with --out");
+  if (const auto free = check_not_taken(options.out, options.overwrite); !free) {
+    return refuse(free.error().sentence + " with --out");
   }
   const auto address = address_of(options);
   if (!address) return refuse(address.error());

@@ -10,7 +10,6 @@
 
 #include <fmt/core.h>
 
-#include "drivers/files/file_rename.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/printable_text.hpp"
 #include "tools/commands/command.hpp"
@@ -131,10 +130,8 @@ int fit_command(const FitCommand& command) {
     std::error_code ignored;
     std::filesystem::create_directories(folder.folder, ignored);
     for (const char* const table : kTrialTables) {
-      if (!command.overwrite && file_exists(folder.path(table))) {
-        return refuse(folder.path(table) +
-                      " already exists: choose another --report, or use "
-                      "--overwrite to replace files");
+      if (auto free = check_not_taken(folder.path(table), command.overwrite); !free) {
+        return refuse(free.error());
       }
     }
   }

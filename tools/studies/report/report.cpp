@@ -28,7 +28,8 @@ Expected<std::string, SetupError> text_of(const std::string& heading,
     auto made = part.make(folder);
     if (terminal) std::fprintf(stderr, "\r%s: done   \n", part.name);
     if (!made) {
-      std::fputs(text.c_str(), stdout);  // what is known so far
+      // What is known so far: a heading alone is nothing.
+      if (text.size() > heading.size()) std::fputs(text.c_str(), stdout);
       return made;
     }
     text += *made;
