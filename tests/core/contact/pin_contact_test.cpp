@@ -11,6 +11,7 @@
 #include "core/contact/huber_stress.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 
 namespace merkel {
 namespace {
@@ -108,6 +109,46 @@ TEST(PinContact, OnACurvedFingerItIsAPlateUntilItsRimIsReached) {
   EXPECT_NEAR(stress.sigma_z, hertz.sigma_z, 0.01 * std::fabs(hertz.sigma_z));
   EXPECT_NEAR(stress.tau_zx, hertz.tau_zx, 0.01 * std::fabs(hertz.sigma_z));
   EXPECT_NEAR(pin.depth_mm(pin.force_mN(0.7)), 0.7, 1e-9);
+}
+
+// 14 mm along the finger is not in the model: its pins touch as if the finger were as curved along
+// it as across.
+TEST(FlatTipField, APinOnACurvedFingerAgreesWithBoundaryElements) {
+  struct Case {
+    double diameter_mm, depth_mm, along_mm, force, middle, edge;  ///< ratios to boundary elements
+  };
+  for (const Case& c :
+       {Case{1.0, 0.02, 7.0, 1.0, 1.0, 1.0}, Case{1.0, 0.3, 7.0, 1.0, 1.0, 1.0},
+        Case{6.35, 0.5, 7.0, 1.0, 1.0, 1.0}, Case{6.35, 2.0, 7.0, 1.0, 1.0, 1.0},
+        Case{1.0, 0.3, 14.0, 1.0, 1.0, 1.0}, Case{6.35, 0.5, 14.0, 0.83, 1.54, 0.205},
+        Case{6.35, 2.0, 14.0, 0.93, 1.50, 0.437}}) {
+    const SkinParameters skin{.radius_mm = 7.0};
+    const SkinMaterial material(skin);
+    const reference::FlatTipBoundaryElements elements(
+        {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
+         .poisson_ratio = skin.poisson_ratio,
+         .width_mm = c.diameter_mm,
+         .length_mm = c.diameter_mm,
+         .round = true,
+         .skin_radius_mm = skin.radius_mm,
+         .skin_radius_along_mm = c.along_mm,
+         .depth_mm = c.depth_mm,
+         .columns = 60,
+         .rows = 60});
+    const FlatTipField field(PinTip{.diameter_mm = c.diameter_mm}, skin);
+    const auto ratio = [&](double x) {
+      const auto energy = [&](const CartesianStress& stress) {
+        return energy_density_kPa(stress, material, EnergyDensity::kDistortional);
+      };
+      return energy(field.at(x, 0.0, c.depth_mm).stress) / energy(elements.stress(x, 0.0, 0.65));
+    };
+    EXPECT_NEAR(field.force_mN(c.depth_mm) / elements.force_mN(), c.force, 0.03)
+        << c.diameter_mm << " " << c.depth_mm << " " << c.along_mm;
+    EXPECT_NEAR(ratio(0.0), c.middle, 0.03)
+        << c.diameter_mm << " " << c.depth_mm << " " << c.along_mm;
+    EXPECT_NEAR(ratio(0.5 * c.diameter_mm), c.edge, 0.03)
+        << c.diameter_mm << " " << c.depth_mm << " " << c.along_mm;
+  }
 }
 
 }  // namespace
