@@ -1,0 +1,230 @@
+#include "core/contact/solver/rigid_contact.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace merkel {
+namespace {
+
+/// How far a flat rim acts inside the outermost pixel's border, in pixels.
+constexpr double kRimShift = 0.17453;
+/// Extra compliance of a rim pixel of half coverage, in pixels over E*.
+constexpr double kRimCompliance = 1.72164;
+/// Pixels that are covered less are left out; those that are covered more are whole.
+constexpr double kLeastCoverage = 0.01;
+
+/// How far the tip may reach into skin that carries nothing, in tolerances of the gap.
+constexpr double kReachTolerance = 10.0;
+/// The displacement is computed anew after this many iterations, against rounding.
+constexpr int kRefreshed = 32;
+/// Only the displacement of the surface is used, which needs no depth.
+constexpr double kAnyDepth_mm = 0.65;
+
+GridSpectrum surface_kernel(const LayeredMedium& medium, const PixelGrid& grid) {
+  return PixelKernels(medium, kAnyDepth_mm, grid, grid).kernel(PixelField::kDisplacement);
+}
+
+bool bare(const HeightMap& map, std::size_t pixel) {
+  return std::isinf(map.height_mm[pixel]) || map.coverage[pixel] < kLeastCoverage;
+}
+
+/// Whether one of the four neighbours of a pixel inside the grid is not covered.
+bool beside_bare(const HeightMap& map, std::size_t column, std::size_t row) {
+  const std::size_t columns = map.grid.columns;
+  const std::size_t here = row * columns + column;
+  return (column > 0 && bare(map, here - 1)) || (column + 1 < columns && bare(map, here + 1)) ||
+         (row > 0 && bare(map, here - columns)) ||
+         (row + 1 < map.grid.rows && bare(map, here + columns));
+}
+
+}  // namespace
+
+RigidContact::RigidContact(const LayeredMedium& medium, const HeightMap& gap)
+    : grid_(gap.grid),
+      modulus_kPa_(medium.reduced_modulus_kPa()),
+      transform_(padded_pixels(2 * gap.grid.columns - 1), padded_pixels(2 * gap.grid.rows - 1)),
+      kernel_(surface_kernel(medium, gap.grid)),
+      spectrum_(transform_.make_spectrum()) {
+  for (auto* const values :
+       {&gap_, &compliance_, &pressure_, &displaced_, &residual_, &direction_, &response_}) {
+    values->resize(grid_.pixels());
+  }
+  set_gap(gap);
+}
+
+void RigidContact::set_gap(const HeightMap& gap) noexcept {
+  assert(gap.grid.columns == grid_.columns && gap.grid.rows == grid_.rows);
+  for (std::size_t row = 0; row < grid_.rows; ++row) {
+    for (std::size_t column = 0; column < grid_.columns; ++column) {
+      const std::size_t i = row * grid_.columns + column;
+      gap_[i] = bare(gap, i) ? std::numeric_limits<double>::infinity() : gap.height_mm[i];
+      const bool whole = gap.coverage[i] > 1.0 - kLeastCoverage;
+      compliance_[i] = 0.0;
+      if (bare(gap, i) || (whole && !beside_bare(gap, column, row))) continue;
+      const double share = gap.coverage[i] + kRimShift;
+      compliance_[i] = kRimCompliance * (1.0 / share - 1.0) * grid_.pixel_mm / modulus_kPa_;
+    }
+  }
+}
+
+void RigidContact::reset() noexcept { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
+
+void RigidContact::displace(std::span<const double> pressure,
+                            std::span<double> displaced) noexcept {
+  transform_.forward(pressure, grid_.columns, grid_.rows, spectrum_);
+  transform_.convolve(spectrum_, kernel_, grid_.columns, grid_.rows, displaced);
+}
+
+RigidContact::Solution RigidContact::press(double depth_mm, const Accuracy& accuracy) noexcept {
+  if (!(depth_mm > 0.0)) {
+    reset();
+    return {.converged = true};
+  }
+  return solve(depth_mm, 0.0, accuracy);
+}
+
+RigidContact::Solution RigidContact::press_with_force(double force_mN,
+                                                      const Accuracy& accuracy) noexcept {
+  if (!(force_mN > 0.0)) {
+    reset();
+    return {.converged = true};
+  }
+  return solve(0.0, force_mN, accuracy);
+}
+
+double RigidContact::force_of_pressure_mN() const noexcept {
+  double sum = 0.0;
+  for (const double p : pressure_) sum += p;
+  return sum * grid_.pixel_mm * grid_.pixel_mm;
+}
+
+bool RigidContact::start(double depth_mm, double force_mN) noexcept {
+  double carried_mN = force_of_pressure_mN();
+  if (!(carried_mN > 0.0)) {
+    // A cold start: everything that lies below the depth, or all of the tip, is in contact.
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      const bool touches = force_mN > 0.0 ? std::isfinite(gap_[i]) : gap_[i] < depth_mm;
+      pressure_[i] = touches ? modulus_kPa_ : 0.0;
+    }
+    carried_mN = force_of_pressure_mN();
+  }
+  if (!(carried_mN > 0.0)) return false;
+  if (force_mN > 0.0) {
+    for (double& p : pressure_) p *= force_mN / carried_mN;
+  }
+  std::fill(direction_.begin(), direction_.end(), 0.0);
+  return true;
+}
+
+void RigidContact::update_residual(Solution& solution, bool by_force) noexcept {
+  double sum = 0.0;
+  touching_ = 0;
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    residual_[i] = displaced_[i] + compliance_[i] * pressure_[i] - solution.depth_mm + gap_[i];
+    if (!(pressure_[i] > 0.0)) continue;
+    sum += residual_[i];
+    ++touching_;
+  }
+  if (by_force && touching_ > 0) {
+    // The depth is the one that makes the mean gap in contact zero.
+    const double mean = sum / static_cast<double>(touching_);
+    solution.depth_mm += mean;
+    for (double& r : residual_) r -= mean;
+  }
+}
+
+void RigidContact::measure(Solution& solution, const Accuracy& accuracy) noexcept {
+  squares_ = 0.0;
+  double deepest = 0.0;  // how far the tip reaches into skin that carries nothing
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    if (pressure_[i] > 0.0) {
+      squares_ += residual_[i] * residual_[i];
+    } else {
+      deepest = std::max(deepest, -residual_[i]);
+    }
+  }
+  const double scale = std::fabs(solution.depth_mm);
+  solution.error = touching_ == 0 ? std::numeric_limits<double>::infinity()
+                                  : std::sqrt(squares_ / static_cast<double>(touching_)) / scale;
+  solution.converged = solution.error <= accuracy.tolerance &&
+                       deepest <= kReachTolerance * accuracy.tolerance * scale;
+}
+
+double RigidContact::step_along(bool by_force, double kept) noexcept {
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    direction_[i] = pressure_[i] > 0.0 ? residual_[i] + kept * direction_[i] : 0.0;
+  }
+  displace(direction_, response_);
+  double mean = 0.0;
+  if (by_force && touching_ > 0) {
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      if (pressure_[i] > 0.0) mean += response_[i] + compliance_[i] * direction_[i];
+    }
+    mean /= static_cast<double>(touching_);
+  }
+  double along = 0.0;
+  double stiffness = 0.0;
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    if (!(pressure_[i] > 0.0)) continue;
+    along += residual_[i] * direction_[i];
+    stiffness += (response_[i] + compliance_[i] * direction_[i] - mean) * direction_[i];
+  }
+  return stiffness > 0.0 ? along / stiffness : 0.0;
+}
+
+RigidContact::Change RigidContact::move(double step) noexcept {
+  Change change = Change::kNone;
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    if (pressure_[i] > 0.0) {
+      pressure_[i] -= step * direction_[i];
+      if (pressure_[i] > 0.0) continue;
+      pressure_[i] = 0.0;
+      if (change == Change::kNone) change = Change::kLost;
+    } else if (residual_[i] < 0.0) {
+      pressure_[i] = -step * residual_[i];
+      change = Change::kGained;
+    }
+  }
+  return change;
+}
+
+RigidContact::Solution RigidContact::solve(double depth_mm, double force_mN,
+                                           const Accuracy& accuracy) noexcept {
+  const bool by_force = force_mN > 0.0;
+  Solution solution{.depth_mm = depth_mm};
+  if (!start(depth_mm, force_mN)) {
+    solution.converged = true;  // nothing can touch
+    return solution;
+  }
+  displace(pressure_, displaced_);
+  Change change = Change::kGained;
+  double before = 1.0;
+  for (solution.iterations = 1;; ++solution.iterations) {
+    update_residual(solution, by_force);
+    measure(solution, accuracy);
+    if (solution.converged || solution.iterations >= accuracy.most_iterations) break;
+    const double step = step_along(by_force, change == Change::kGained ? 0.0 : squares_ / before);
+    before = squares_;
+    change = move(step);
+    if (by_force) {
+      const double carried_mN = force_of_pressure_mN();
+      if (!(carried_mN > 0.0)) break;
+      for (double& p : pressure_) p *= force_mN / carried_mN;
+    }
+    if (change != Change::kNone || by_force || solution.iterations % kRefreshed == 0) {
+      displace(pressure_, displaced_);
+    } else {
+      for (std::size_t i = 0; i < gap_.size(); ++i) displaced_[i] -= step * response_[i];
+    }
+  }
+  solution.force_mN = force_of_pressure_mN();
+  for (const double p : pressure_) {
+    solution.peak_pressure_kPa = std::max(solution.peak_pressure_kPa, p);
+    if (p > 0.0) solution.area_mm2 += grid_.pixel_mm * grid_.pixel_mm;
+  }
+  return solution;
+}
+
+}  // namespace merkel
