@@ -1,0 +1,61 @@
+"""The parts of tools/site: links, stubs, notebooks. usage: site_test.py SOURCE_FOLDER"""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(sys.argv.pop(1)).resolve()
+sys.path.insert(0, str(ROOT / "tools/site"))
+try:
+    import notebooks
+except ImportError as error:
+    print(f"skipped: {error} (tools/install_packages site)")
+    sys.exit(77)
+import python_stubs
+import stage
+
+
+class Links(unittest.TestCase):
+    def test_a_link_to_a_moved_page_follows_it(self):
+        moved = stage.with_moved_links("[a](../../README.md) [b](../README.md#c) [d](https://x.org/y.md)", "tools/gallery/README.md")
+        self.assertEqual(moved, "[a](../../index.md) [b](../../tools/README.md#c) [d](https://x.org/y.md)")
+
+    def test_the_links_of_a_moved_page_keep_their_targets(self):
+        self.assertEqual(stage.with_moved_links("[a](../drivers/README.md)", ".github/CONTRIBUTING.md"), "[a](drivers/README.md)")
+
+    def test_a_link_without_target_is_refused(self):
+        with self.assertRaisesRegex(SystemExit, "README.md: the link core/nothing.md has no target"):
+            stage.with_moved_links("[a](core/nothing.md)", "README.md")
+
+    def test_no_page_of_the_repository_has_a_broken_link(self):
+        for name in stage.tracked_files():
+            if name.endswith(".md"):
+                stage.with_moved_links((ROOT / name).read_text(), name)
+
+    def test_every_page_is_in_the_contents(self):
+        listed = (ROOT / "tools/site/contents.txt").read_text().split()
+        for name in stage.tracked_files():
+            if name.endswith(".md") and name != "README.md":
+                self.assertIn(stage.MOVED.get(name, name).removesuffix(".md"), listed)
+
+
+class Stubs(unittest.TestCase):
+    def test_classes_methods_and_properties_appear_with_their_types(self):
+        with tempfile.TemporaryDirectory() as folder:
+            stubs = pathlib.Path(folder) / "x.pyi"
+            stubs.write_text('"""Module."""\nclass A:\n    """A class."""\n    def f(self, n: int = ...) -> str: ...\n'
+                             "    @property\n    def p(self) -> float:\n        \"\"\"In s.\"\"\"\ndef g() -> None: ...\n")
+            page = python_stubs.page(stubs)
+        for line in [".. py:class:: A", "   .. py:method:: f(n: int=...) -> str", "   .. py:property:: p", "      :type: float",
+                     "      In s.", ".. py:function:: g() -> None"]:
+            self.assertIn(line + "\n", page)
+
+
+class Notebooks(unittest.TestCase):
+    def test_the_percent_format_gives_text_and_code(self):
+        cells = notebooks.read("# %% [markdown]\n# # Title\n#\n# Text\n# %%\nx = 1\n").cells
+        self.assertEqual([(cell.cell_type, cell.source) for cell in cells], [("markdown", "# Title\n\nText"), ("code", "x = 1")])
+
+
+if __name__ == "__main__":
+    unittest.main()
