@@ -1,0 +1,138 @@
+#!/usr/bin/env python3
+"""Checks the tests: changes one line of the source at a time and runs the test suite of its folder.
+
+usage: tests/mutation.py [--build build/release] [--only TEXT] [--sample N] [--list]
+
+The changes stand in tests/mutations.txt: a file after "@", then one change a line, "before => after", where "before"
+occurs once in the file. A change is killed if the suite fails, stops or exceeds its time; one that does not compile is
+not counted. The source is restored after every change, also after an interruption; a changed file must not have
+uncommitted edits. Each change builds what depends on its file, so that a hundred changes take hours: use --sample for
+a random part. The exit code is 1 if fewer than 90 % are killed.
+
+Survivors with a known reason are marked in the list with a following line "# survives: reason".
+"""
+import argparse
+import pathlib
+import random
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SUITES = {"core": "merkel_core_tests", "drivers": "merkel_drivers_tests", "realtime": "merkel_realtime_tests"}
+LEAST_KILLED = 0.9
+
+
+class Mutation:
+    def __init__(self, path, before, after):
+        self.path, self.before, self.after, self.reason = path, before, after, ""
+        self.folder = path.split("/")[0]
+
+    def __str__(self):
+        return f"{self.path}: {self.before}  =>  {self.after}"
+
+    def apply(self, text):
+        return text.replace(self.before, self.after)
+
+
+def mutations():
+    found, path = [], None
+    for line in (ROOT / "tests/mutations.txt").read_text().splitlines():
+        if line.startswith("@ "):
+            path = line.removeprefix("@ ")
+        elif line.startswith("# survives: "):
+            found[-1].reason = line.removeprefix("# survives: ")
+        elif " => " in line:
+            found.append(Mutation(path, *line.split(" => ", 1)))
+    return found
+
+
+def misplaced(mutation):
+    """Why a mutation cannot be applied; none if it can."""
+    source = ROOT / mutation.path
+    if not source.exists():
+        return "there is no such file"
+    count = source.read_text().count(mutation.before)
+    return None if count == 1 else f"the text occurs {count} times"
+
+
+def run(command, seconds):
+    try:
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds).returncode
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def builds(build, folder):
+    return run(["cmake", "--build", build, "--target", SUITES[folder]], 3600) == 0
+
+
+def passes(build, folder, seconds):
+    program = f"{build}/tests/{folder}/{SUITES[folder]}"
+    return run([program, "--gtest_fail_fast", "--gtest_brief=1"], seconds) == 0
+
+
+def outcome(mutation, build, seconds):
+    source = ROOT / mutation.path
+    text = source.read_text()
+    try:
+        source.write_text(mutation.apply(text))
+        if not builds(build, mutation.folder):
+            return "not compiled"
+        return "survived" if passes(build, mutation.folder, seconds) else "killed"
+    finally:
+        source.write_text(text)
+
+
+def baseline(build, folders):
+    """The time that each suite may take: ten times what it takes now, and at least a minute."""
+    limits = {}
+    for folder in folders:
+        if not builds(build, folder):
+            sys.exit(f"{SUITES[folder]} does not build")
+        start = time.monotonic()
+        if not passes(build, folder, 3600):
+            sys.exit(f"{SUITES[folder]} fails without a mutation")
+        limits[folder] = max(60.0, 10.0 * (time.monotonic() - start))
+    return limits
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", default="build/release", help="a configured build folder")
+    parser.add_argument("--only", default="", help="only mutations that contain this text")
+    parser.add_argument("--sample", type=int, help="only this many, chosen at random")
+    parser.add_argument("--seed", type=int, default=1, help="of the sample")
+    parser.add_argument("--list", action="store_true", help="check and count the list, and build nothing")
+    arguments = parser.parse_args()
+
+    chosen = [each for each in mutations() if arguments.only in str(each)]
+    for mutation in chosen:
+        if why := misplaced(mutation):
+            sys.exit(f"tests/mutations.txt, {mutation}: {why}")
+    if arguments.list:
+        for folder in SUITES:
+            print(f"{folder}: {sum(each.folder == folder for each in chosen)} mutations")
+        return 0
+    if arguments.sample is not None and arguments.sample < len(chosen):
+        chosen = random.Random(arguments.seed).sample(chosen, arguments.sample)
+    changed = run(["git", "diff", "--quiet", "--", *sorted({each.path for each in chosen})], 60)
+    if changed != 0:
+        sys.exit("commit the edits of these files first: a mutation would be mixed with them")
+
+    limits = baseline(arguments.build, sorted({each.folder for each in chosen}))
+    counts = {"killed": 0, "survived": 0, "not compiled": 0}
+    try:
+        for mutation in chosen:
+            result = outcome(mutation, arguments.build, limits[mutation.folder])
+            counts[result] += 1
+            reason = f" ({mutation.reason})" if result == "survived" and mutation.reason else ""
+            print(f"{result:13}{mutation}{reason}", flush=True)
+    finally:
+        judged = counts["killed"] + counts["survived"]
+        print(f"{counts['killed']} of {judged} killed, {counts['not compiled']} not compiled")
+    return 0 if judged > 0 and counts["killed"] >= LEAST_KILLED * judged else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
