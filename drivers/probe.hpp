@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "core/records/device_counters.hpp"
 #include "core/records/probe_sample.hpp"
 #include "drivers/raw_frame.hpp"
 
@@ -47,27 +48,16 @@ struct ProbeInfo {
   std::optional<RecordedRun> run = {};          ///< of a recording, if known
 };
 
-/// Counters of a device's driver.
-struct DeviceCounts {
-  std::string port;  ///< how the device was opened
-  std::uint64_t readings = 0;
-  std::uint64_t lost = 0;                ///< by sequence numbers or unanswered requests
-  std::uint64_t damaged = 0;             ///< frames that failed their check
-  std::uint64_t refused = 0;             ///< values outside SampleLimits
-  std::uint64_t duplicates = 0;          ///< repeated frames, or answers without a request
-  std::uint64_t saturated = 0;           ///< readings at the end of the sensor's range
-  std::uint64_t reboots = 0;             ///< restarts of the device
-  std::uint64_t outages = 0;             ///< times it was unplugged
-  std::chrono::nanoseconds outage{0};    ///< total duration of the outages
-  std::uint64_t largest_batch = 0;       ///< most readings in one read
+/// What a device's driver counts and measures.
+struct DeviceCounts : DeviceCounters {
+  std::string port;                      ///< how the device was opened
   double rate_Hz = 0.0;                  ///< measured readings per second
+  double age_ms = 0.0;                   ///< mean age of a sample when it arrives
   bool device_clock = false;             ///< sample times come from the device's clock
   double drift_ppm = 0.0;                ///< of that clock
   double jitter_us = 0.0;                ///< of the mapped times
   double latency_us = 0.0;               ///< mean of arrival after the mapped time
   std::optional<double> uncertainty_us;  ///< of the sample times, if known
-  std::uint64_t clock_outliers = 0;      ///< impossible device times, replaced by arrivals
-  std::uint64_t clock_anchors = 0;       ///< times the clock jumped and was mapped again
   double clock_rate = 1.0;               ///< device seconds per host second
   bool clock_mistrusted = false;         ///< its rate is wrong: arrival times are used
 };

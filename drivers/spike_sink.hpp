@@ -96,6 +96,10 @@ class SpikeSink {
       std::span<const StimulationCommand> /*commands*/) {
     return {};
   }
+  /// True if its receiver acts on commands or shows them as they come. On the host's clock, its
+  /// commands pass a StimulationGate; all other sinks record what the encoder commanded.
+  /// Thread: any.
+  [[nodiscard]] virtual bool stimulates() const noexcept { return false; }
   /// False of a sink that has no use for spikes: it gets none. Thread: any.
   [[nodiscard]] virtual bool takes_spikes() const noexcept { return true; }
 

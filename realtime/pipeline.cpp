@@ -1,16 +1,20 @@
 #include "realtime/pipeline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cstdio>
 #include <span>
 #include <thread>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
+#include "realtime/output/run_watch.hpp"
 #include "realtime/output/spike_fanout.hpp"
 #include "realtime/run_probes.hpp"
 #include "realtime/run_sinks.hpp"
@@ -49,6 +53,8 @@ struct Pipeline::Parts {
   ~Parts() { probes.stop(); }
 
   Expected<void, SetupError> start_probes();
+  void guard_commands();
+  Expected<void, SetupError> set_delay();
   template <class C>
   void run_loop(C& clock, RunReport& report);
   template <class C>
@@ -56,6 +62,7 @@ struct Pipeline::Parts {
   void attend(const HostTimeReport& host, pthread_t simulation, RunReport& report);
   void set_origin(nanoseconds start);
   void drain_events(RunReport& report);
+  void report_ceiling();
   void finish(RunReport& report);
   [[nodiscard]] RunCounters counters() const;
   [[nodiscard]] RunStatus status() const;
@@ -70,6 +77,9 @@ struct Pipeline::Parts {
   RunStatus::Rights rights;
   std::atomic<bool> rights_known{false};  ///< set after `rights`
   std::atomic<std::int64_t> delay_ns{0};
+  std::atomic<std::int64_t> wanted_delay_ns{0};  ///< beyond the ceiling of a probe; else 0
+  bool ceiling_reported = false;
+  RunWatch watch{fanout.beat(), delay_ns};
   std::atomic<bool> started{false};  ///< the first tick is about to be simulated
   std::atomic<bool> done{false};     ///< the last tick was simulated
   std::atomic<bool> stop{false};
@@ -110,9 +120,11 @@ Expected<RunReport, SetupError> Pipeline::run() {
   if (auto started = parts.start_probes(); !started) {
     return Unexpected<SetupError>(started.error());
   }
+  if (auto set = parts.set_delay(); !set) return Unexpected<SetupError>(set.error());
   RunReport report;
   report.probes.resize(parts.probes.size());
-  parts.sinks.start([&parts] { return parts.status(); }, parts.origin);
+  parts.guard_commands();
+  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.watch);
   if (parts.parameters.fast) {
     VirtualClock clock(parts.stop);
     parts.run_loop(clock, report);
@@ -140,11 +152,30 @@ Expected<void, SetupError> Pipeline::Parts::start_probes() {
   return probes.wait_for_first_samples(stop);
 }
 
+/// On a virtual clock there is no receiver that acts in wall time.
+void Pipeline::Parts::guard_commands() {
+  if (parameters.fast || parameters.encoder == nullptr) return;
+  watch.guard(parameters.encoder->parameters(), model.parameters().tick, model.patches().size());
+  std::vector<std::size_t> patches;
+  for (const Indenter& indenter : model.parameters().indenters) patches.push_back(indenter.patch);
+  probes.add_devices_to(watch, patches);
+}
+
+/// Measures the timing of the devices, and sets the delay of the first tick.
+Expected<void, SetupError> Pipeline::Parts::set_delay() {
+  if (!parameters.delay) {
+    probes.wait_for_timing(stop);
+    if (auto checked = probes.check_ceilings(); !checked) return checked;
+    probes.measure_delays();
+  }
+  delay_ns.store(parameters.delay.value_or(probes.measured_delay()).count());
+  if (parameters.fast || parameters.encoder == nullptr) return {};
+  return probes.check_watchdog(parameters.encoder->parameters().stimulation.watchdog);
+}
+
 template <class C>
 void Pipeline::Parts::run_loop(C& clock, RunReport& report) {
   constexpr bool kHostTime = std::is_same_v<C, PeriodicClock>;
-  if (!parameters.delay) probes.wait_for_timing(stop);
-  delay_ns.store(parameters.delay.value_or(probes.measured_delay()).count());
   HostTimeReport host{.wait = parameters.wait};
   std::optional<ProcessSetup> process;
   if constexpr (kHostTime) process.emplace(parameters.realtime, host.rights);
@@ -157,6 +188,7 @@ void Pipeline::Parts::run_loop(C& clock, RunReport& report) {
     host.wake_up = LatencySummary::of(statistics.wake_up.snapshot());
     if (!probes.all_replayed()) {
       host.sample_to_spike = LatencySummary::of(statistics.sample_to_spike.snapshot());
+      host.sample_to_command = LatencySummary::of(statistics.sample_to_command.snapshot());
       host.queue = LatencySummary::of(statistics.queue.snapshot());
     }
     host.tick = LatencySummary::of(statistics.tick.snapshot());
@@ -183,10 +215,12 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   // the last device has sent a sample.
   report.start = all_replayed ? earliest : std::max(latest, now - delay - kMostBehind);
   set_origin(report.start);
+  watch.set_wall_offset(all_replayed ? now - report.start : nanoseconds{0});
+  DelayControl delay_control(delay_ns, wanted_delay_ns);
   FixedStepLoop<C> loop({.start = report.start,
                          .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                          .delay = delay,
-                         .growing_delay = &delay_ns,
+                         .delay_control = parameters.delay ? nullptr : &delay_control,
                          .starts_behind = !all_replayed,
                          .duration = parameters.duration,
                          .max_catch_up_ticks = parameters.max_catch_up_ticks.value_or(
@@ -208,6 +242,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   copy(loop.contact_ticks_of_patch(), report.contact_ticks_of_patch);
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     report.probes[i].deepest_press = loop.deepest_press(i);
+    report.probes[i].press_range = loop.press_range(i);
   }
   done.store(true, std::memory_order_release);
 }
@@ -255,10 +290,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
 }
 
 void Pipeline::Parts::drain_events(RunReport& report) {
-  if (!parameters.delay) {
-    const std::int64_t delay = probes.measured_delay().count();
-    if (delay > delay_ns.load(std::memory_order_relaxed)) delay_ns.store(delay);
-  }
+  report_ceiling();
   LoopEvent event;
   while (events.try_pop(event)) {
     if (event.kind == LoopEvent::Kind::kRelease) ++report.probes[event.subject].releases;
@@ -267,11 +299,28 @@ void Pipeline::Parts::drain_events(RunReport& report) {
   probes.take_notices(parameters.on_notice);
 }
 
+void Pipeline::Parts::report_ceiling() {
+  const nanoseconds wanted{wanted_delay_ns.load(std::memory_order_relaxed)};
+  if (wanted.count() == 0 || ceiling_reported || !parameters.on_notice) return;
+  ceiling_reported = true;
+  std::array<char, 256> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "samples arrive up to %.3g ms late, and the delay of the loop stays at %.3g ms "
+      "(probe.max_delay_ms): ticks without their sample hold the last one and are counted",
+      units::ms_from(wanted), units::ms_from(nanoseconds{delay_ns.load()}));
+  parameters.on_notice(text.data());
+}
+
 void Pipeline::Parts::finish(RunReport& report) {
   report.interrupted = stop.load(std::memory_order_relaxed);
   probes.finish(report);
   static_cast<RunCounters&>(report) = counters();
   report.delay = nanoseconds{delay_ns.load()};
+  const auto delays = statistics.delay.snapshot();
+  report.smallest_delay = delays.quantile(0.0);
+  report.median_delay = delays.quantile(0.5);
+  report.largest_delay = delays.longest();
   report.simulated =
       static_cast<std::int64_t>(report.ticks + report.skipped_ticks) * model.parameters().tick;
   sinks.finish(report, parameters.ending_patience, hurry);
@@ -281,6 +330,7 @@ RunCounters Pipeline::Parts::counters() const {
   RunCounters counters = statistics.snapshot();
   counters.spikes_dropped = fanout.dropped();
   counters.commands_dropped = fanout.commands_dropped();
+  fanout.add_gates_to(counters);
   const bool host_time = rights_known.load(std::memory_order_acquire);
   counters.demotions = host_time && simulation_was_demoted() ? 1 : 0;
   probes.add_to(counters);

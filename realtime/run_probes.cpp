@@ -1,10 +1,14 @@
 #include "realtime/run_probes.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <thread>
 #include <utility>
 
+#include "core/units.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 
 namespace merkel {
@@ -24,6 +28,21 @@ std::size_t queue_capacity(const ProbeInfo& info) {
   const auto period = std::max(info.period.value_or(kUnknownPeriod), nanoseconds{1});
   return std::clamp(static_cast<std::size_t>(kReadAhead / period), kSampleQueue,
                     kLargestSampleQueue);
+}
+
+/// What a device without a sample has sent instead, and what to do.
+std::string no_sample(const std::optional<DeviceCounts>& device) {
+  const std::string duration = std::to_string(kSilence.count() / 1000) + " s";
+  if (!device || device->bytes == 0) {
+    return " has sent nothing for " + duration + ": check that it is switched on and streaming";
+  }
+  if (device->refused > device->damaged) {
+    return " has sent " + std::to_string(device->refused) +
+           " readings, each beyond 10 kN or 1 m: check its units (is the unit mN or µm?)";
+  }
+  return " has sent " + std::to_string(device->bytes) + " bytes but no valid sample in " +
+         duration + " (" + std::to_string(device->damaged) +
+         " frames damaged): check its protocol and the baud rate";
 }
 
 }  // namespace
@@ -71,9 +90,7 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
            !stop.load(std::memory_order_relaxed)) {
       if (PeriodicClock::now() > deadline) {
         if (channel.delivered.value() > 0) break;
-        return unavailable("the probe " + info.uri + " has sent nothing for " +
-                           std::to_string(kSilence.count() / 1000) +
-                           " s: check that it is switched on and streaming");
+        return unavailable("the probe " + info.uri + no_sample(entry->probe->device_counts()));
       }
       std::this_thread::sleep_for(milliseconds{1});
     }
@@ -132,13 +149,62 @@ nanoseconds RunProbes::measured_delay() const {
     if (info.replayed) continue;
     const auto timing = entry->probe->timing();
     if (timing) {
-      delay =
-          std::max(delay, entry->parameters.interpolate ? timing->delay : timing->delay_of_newest);
+      const nanoseconds needed =
+          entry->parameters.interpolate ? timing->delay : timing->delay_of_newest;
+      const nanoseconds ceiling = DelayEstimate::ceiling(timing->period);
+      delay = std::max(delay, std::min(needed, entry->parameters.max_delay.value_or(ceiling)));
     } else {
       delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));
     }
   }
   return delay;
+}
+
+void RunProbes::add_devices_to(RunWatch& watch, std::span<const std::size_t> patches) const {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (!entries_[i]->probe->info().replayed) watch.add_device(patches[i], entries_[i]->channel);
+  }
+}
+
+Expected<void, SetupError> RunProbes::check_ceilings() const {
+  for (const auto& entry : entries_) {
+    const auto timing = entry->probe->timing();
+    const auto& ceiling = entry->parameters.max_delay;
+    if (!timing || !ceiling || !entry->parameters.interpolate || *ceiling > timing->period)
+      continue;
+    std::array<char, 320> text{};
+    std::snprintf(text.data(), text.size(),
+                  "probe.max_delay_ms = %.4g is not longer than the sample period of %s, %.4g ms, "
+                  "and linear interpolation waits for the next sample: set max_delay_ms = %.4g, or "
+                  "loop.interpolation = \"hold\"",
+                  units::ms_from(*ceiling), entry->probe->info().uri.c_str(),
+                  units::ms_from(timing->period), std::ceil(3.0 * units::ms_from(timing->period)));
+    return bad_input(text.data());
+  }
+  return {};
+}
+
+Expected<void, SetupError> RunProbes::check_watchdog(nanoseconds watchdog) const {
+  for (const auto& entry : entries_) {
+    const ProbeInfo& info = entry->probe->info();
+    const auto timing = entry->probe->timing();
+    const nanoseconds period = timing ? timing->period : info.period.value_or(nanoseconds{0});
+    if (info.replayed || watchdog >= period * 3 / 2) continue;
+    std::array<char, 320> text{};
+    std::snprintf(text.data(), text.size(),
+                  "stimulation.watchdog_ms = %.4g is too short for %s, which sends a sample every "
+                  "%.4g ms: set watchdog_ms = %.4g",
+                  units::ms_from(watchdog), info.uri.c_str(), units::ms_from(period),
+                  std::ceil(2.0 * units::ms_from(period)));
+    return bad_input(text.data());
+  }
+  return {};
+}
+
+void RunProbes::measure_delays() {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (!entries_[i]->probe->info().replayed) inputs_[i].measure_delay();
+  }
 }
 
 std::vector<RunProgress::OfProbe> RunProbes::readings() const {
@@ -162,6 +228,7 @@ void RunProbes::add_to(RunCounters& counters) const {
     counters.held_ticks += channel.held_ticks.value();
     counters.released_ticks += channel.released_ticks.value();
     if (channel.ended.load(std::memory_order_relaxed)) ++counters.probes_ended;
+    if (const auto device = entry->probe->device_counts()) merge(counters, *device);
   }
 }
 

@@ -17,6 +17,7 @@
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/input/probe_reader.hpp"
+#include "realtime/output/run_watch.hpp"
 #include "realtime/run_report.hpp"
 
 namespace merkel {
@@ -52,8 +53,18 @@ class RunProbes {
   /// The run that recorded the first session among recordings; none if there is a device.
   [[nodiscard]] std::optional<RecordedRun> recorded_run() const;
 
-  /// How long the loop must wait for the samples of the slowest device; 0 for recordings.
+  /// How long the loop must wait for the samples of the slowest device, at most its ceiling; 0 for
+  /// recordings.
   [[nodiscard]] std::chrono::nanoseconds measured_delay() const;
+  /// Fails if a ceiling of the delay does not leave time for the next sample.
+  [[nodiscard]] Expected<void, SetupError> check_ceilings() const;
+  /// Fails if a device is so slow that the watchdog of the electrodes would take every pause
+  /// between its samples for a fault.
+  [[nodiscard]] Expected<void, SetupError> check_watchdog(std::chrono::nanoseconds watchdog) const;
+  /// From now on, the loop measures the delay of each device.
+  void measure_delays();
+  /// Adds the devices to the watch of the run. \param patches  one per probe
+  void add_devices_to(RunWatch& watch, std::span<const std::size_t> patches) const;
   /// The current press of each probe. Thread: any.
   [[nodiscard]] std::vector<RunProgress::OfProbe> readings() const;
   /// Adds the counts of all probes. Thread: any.

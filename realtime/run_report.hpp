@@ -11,8 +11,8 @@
 #include "drivers/probe.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/input/probe_input.hpp"
-#include "realtime/loop/latency_histogram.hpp"
 #include "realtime/loop/press_watch.hpp"
+#include "realtime/queues/latency_histogram.hpp"
 #include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
@@ -22,8 +22,9 @@ struct HostTimeReport {
   LoopWait wait = LoopWait::kHybrid;
   std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end of the run
   RealtimeRights rights;
-  ThreadUsage usage;               ///< of the simulation thread, while it ran
-  LatencySummary sample_to_spike;  ///< for devices: from a sample's arrival to its spikes
+  ThreadUsage usage;                 ///< of the simulation thread, while it ran
+  LatencySummary sample_to_spike;    ///< for devices: from a sample's arrival to its spikes
+  LatencySummary sample_to_command;  ///< the same to the commands for the electrodes
   LatencySummary wake_up;
   LatencySummary queue;
   LatencySummary tick;
@@ -44,6 +45,7 @@ struct RunReport : RunCounters {
     std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples
     DeepestPress deepest_press;               ///< as it reported it
+    PressRange press_range;                   ///< of its readings
   };
   struct OfSink {
     std::string uri;
@@ -62,6 +64,10 @@ struct RunReport : RunCounters {
   std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
   std::chrono::nanoseconds wall{0};       ///< duration of the run
   std::chrono::nanoseconds delay{0};      ///< of the loop, at the end of the run
+  /// Of all ticks that were on time.
+  std::chrono::nanoseconds smallest_delay{0};
+  std::chrono::nanoseconds median_delay{0};
+  std::chrono::nanoseconds largest_delay{0};
   std::vector<std::uint64_t> spikes_of_neuron;
   std::vector<std::uint64_t>
       contact_spikes_of_neuron;                       ///< while a probe touched the neuron's patch

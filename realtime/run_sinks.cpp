@@ -108,7 +108,8 @@ void RunSinks::listen() {
   }
 }
 
-void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin) {
+void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
+                     const RunWatch& watch) {
   for (const auto& entry : entries_) {
     entry->writer =
         std::make_unique<SinkWriter>(*entry->sink, SinkWriter::Sources{.channel = entry->channel,
@@ -116,7 +117,8 @@ void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigi
                                                                        .frames = entry->frames,
                                                                        .marks = entry->marks.get(),
                                                                        .status = status,
-                                                                       .origin = &origin});
+                                                                       .origin = &origin,
+                                                                       .watch = &watch});
   }
   started_.store(true, std::memory_order_release);
 }

@@ -41,7 +41,9 @@ class RunSinks {
 
   /// Starts the threads. The sinks may make requests from now on.
   /// \param status  the run's counters; any thread
-  void start(const std::function<RunStatus()>& status, const SharedOrigin& origin);
+  /// \param watch   for the gates of stimulation commands
+  void start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
+             const RunWatch& watch);
   /// Reports each sink that has failed, once, with its URI and the reason.
   void report_failures(
       const std::function<void(const std::string&, const std::string&)>& on_failure);

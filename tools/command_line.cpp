@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,6 +71,17 @@ std::string sentence_of(const CLI::App& program, const CLI::ParseError& error) {
   return message + ": " + command + " --help explains the command line";
 }
 
+/// An option below a positional argument of the same name is ambiguous: newer versions of the
+/// parser refuse it at start, older ones do not. A fault of the program, found by its first start.
+void check_name(const CLI::App& app, const std::string& name) {
+  const CLI::App* const above = app.get_parent();
+  if (above == nullptr || !name.starts_with("--")) return;
+  if (above->get_option_no_throw(name.substr(2)) != nullptr) {
+    throw std::logic_error(app.get_name() + ": the option " + name +
+                           " has the name of an argument of " + above->get_name());
+  }
+}
+
 /// Limits of 1e9 and more only keep out what no user means: they are not shown.
 CLI::Validator in_range(CommandLine::Range range) {
   std::string limits;
@@ -107,12 +119,14 @@ void CommandLine::runs(std::function<int()> action) {
 }
 
 CommandLine& CommandLine::flag(const std::string& name, bool& value, const std::string& help) {
+  check_name(*app_, name);
   last_ = app_->add_flag(name, value, help);
   return *this;
 }
 
 CommandLine& CommandLine::option(const std::string& name, std::string& value,
                                  const std::string& help) {
+  check_name(*app_, name);
   last_ = app_->add_option(name, value, help);
   if (!value.empty()) last_->capture_default_str();
   return *this;
@@ -120,18 +134,21 @@ CommandLine& CommandLine::option(const std::string& name, std::string& value,
 
 CommandLine& CommandLine::option(const std::string& name, double& value, const std::string& help,
                                  Range range) {
+  check_name(*app_, name);
   last_ = app_->add_option(name, value, help)->capture_default_str()->check(in_range(range));
   return *this;
 }
 
 CommandLine& CommandLine::option(const std::string& name, std::optional<double>& value,
                                  const std::string& help, Range range) {
+  check_name(*app_, name);
   last_ = app_->add_option(name, value, help)->check(in_range(range));
   return *this;
 }
 
 CommandLine& CommandLine::option(const std::string& name, std::optional<std::uint64_t>& value,
                                  const std::string& help) {
+  check_name(*app_, name);
   last_ = app_->add_option(name, value, help)->check([](const std::string& text) {
     return text.starts_with('-') ? "must be a whole number from 0 on, but is " + text : "";
   });
@@ -140,6 +157,7 @@ CommandLine& CommandLine::option(const std::string& name, std::optional<std::uin
 
 CommandLine& CommandLine::list(const std::string& name, std::vector<std::string>& values,
                                const std::string& help) {
+  check_name(*app_, name);
   last_ = app_->add_option(name, values, help)
               ->expected(1)
               ->allow_extra_args(false)  // else it takes the scene that follows, too
@@ -149,6 +167,7 @@ CommandLine& CommandLine::list(const std::string& name, std::vector<std::string>
 
 CommandLine& CommandLine::list(const std::string& name, std::vector<double>& values,
                                const std::string& help, Range range, int count) {
+  check_name(*app_, name);
   last_ = app_->add_option(name, values, help)->delimiter(',')->check(in_range(range));
   if (count > 0) last_->expected(count);
   return *this;

@@ -5,6 +5,7 @@
 #include "core/contact/contact_state.hpp"
 #include "core/contact/flat_tip_field.hpp"
 #include "core/contact/layer_field.hpp"
+#include "core/realtime_tag.hpp"
 
 namespace merkel {
 
@@ -18,6 +19,14 @@ struct PlacedContact {
   double y_mm = 0.0;
   /// Beyond this distance from the axis, the energy density is taken as zero (see DriveReach).
   double reach_mm = std::numeric_limits<double>::infinity();
+
+  /// The energy density in the skin, which this press stiffens, where the stress of its field would
+  /// store `at_rest` in skin at rest. A flat tip's field is that of skin at rest; a sphere's
+  /// pressure already contains the stiffening.
+  /// Real-time: yes.
+  [[nodiscard]] double stored_energy(double at_rest) const noexcept MERKEL_REALTIME {
+    return flat_tip != nullptr ? at_rest * contact.stiffening : at_rest / contact.stiffening;
+  }
 
   friend bool operator==(const PlacedContact&, const PlacedContact&) = default;
 };

@@ -19,7 +19,11 @@ void check_limits(const StimulationParameters& p, ParameterCheck& check) {
       "no default for it";
   check.fields(p)
       .require(p.max_charge_nC > 0.0, "stimulation.max_charge_nC", kNoDefault)
-      .require(p.max_total_uA > 0.0, "stimulation.max_total_uA", kNoDefault);
+      .require(p.max_total_uA > 0.0, "stimulation.max_total_uA", kNoDefault)
+      .require(p.watchdog > std::chrono::nanoseconds{0}, "stimulation.watchdog_ms",
+               "must be set, for example watchdog_ms = 100: a scene with electrodes needs the time "
+               "after which they are switched off when the simulation or a probe stops, and merkel "
+               "has no default for it");
 }
 
 void check_electrode(const Electrode& e, ParameterCheck& check) {
@@ -110,6 +114,10 @@ FieldTable StimulationParameters::fields() {
        "largest charge per phase and electrode; must be set", at<&P::max_charge_nC>},
       {"max_total_uA", "µA", not_negative(1e7), "largest sum of all amplitudes; must be set",
        at<&P::max_total_uA>},
+      {"watchdog_ms", "ms", not_negative(units::ms_from(kLongestWatchdog)),
+       "wall time without a tick or without a new sample after which electrodes are switched off; "
+       "at least two ticks; must be set",
+       at<&P::watchdog>},
       {"max_slope_uA_per_s", "µA/s", positive(1e9),
        "largest rise of an amplitude; decreases are not limited", at<&P::max_slope_uA_per_s>,
        "no limit"},

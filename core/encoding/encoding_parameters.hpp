@@ -54,6 +54,8 @@ struct StimulationParameters {
   std::chrono::nanoseconds phase{200'000};      ///< one phase of a biphasic pulse
   double max_charge_nC = 0.0;                   ///< per phase and electrode
   double max_total_uA = 0.0;                    ///< sum over all electrodes
+  /// In wall time: everything is off if the simulation or the samples stop for longer.
+  std::chrono::nanoseconds watchdog{0};
   /// How fast the amplitude of an electrode may rise from one command to the next. Decreases are
   /// not limited, so a fault takes effect at once.
   std::optional<double> max_slope_uA_per_s;
@@ -62,6 +64,8 @@ struct StimulationParameters {
   [[nodiscard]] static FieldTable fields();
 };
 
+/// Longest time for which a receiver may keep an old command.
+inline constexpr std::chrono::seconds kLongestWatchdog{1};
 /// Largest number of electrodes in a scene.
 inline constexpr std::size_t kMostElectrodes = 256;
 

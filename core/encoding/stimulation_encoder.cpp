@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
 
@@ -53,10 +54,15 @@ std::size_t most_pulses(const EncodingParameters& parameters, const EncodedModel
 Expected<void, ParameterError> check_with_model(const EncodingParameters& parameters,
                                                 const EncodedModel& model) {
   ParameterCheck check;
-  check.require(parameters.stimulation.update % model.tick == nanoseconds{0},
-                "stimulation.update_ms",
+  const nanoseconds update = parameters.stimulation.update;
+  const auto nearest = std::max<std::int64_t>(1, (update + model.tick / 2) / model.tick);
+  check.require(update % model.tick == nanoseconds{0}, "stimulation.update_ms",
                 "must be a multiple of the tick, " + shortest_decimal(units::ms_from(model.tick)) +
-                    " ms (loop.tick_us)");
+                    " ms (loop.tick_us): the nearest is " +
+                    shortest_decimal(units::ms_from(nearest * model.tick)));
+  check.require(parameters.stimulation.watchdog >= 2 * model.tick, "stimulation.watchdog_ms",
+                "must be at least two ticks of " + shortest_decimal(units::ms_from(model.tick)) +
+                    " ms (loop.tick_us), for example watchdog_ms = 100");
   for (const Electrode& each : parameters.electrodes) {
     const bool known = each.patch < model.patches.size();
     check.require(known, each.key("patch"), "is not a patch of the scene");
@@ -197,8 +203,9 @@ StimulationEncoder::FieldContact StimulationEncoder::contact(
     const double dy_mm = press.y_mm - electrode.field_mm[1];
     if (dx_mm * dx_mm + dy_mm * dy_mm > reach_mm * reach_mm) continue;
     all.force_mN += press.contact.force_mN;
-    // Written so that NaN wins: the limiter must see it.
-    if (!(press.contact.depth_mm <= all.depth_mm)) all.depth_mm = press.contact.depth_mm;
+    // NaN wins over every other depth: the limiter must see it.
+    const double depth_mm = press.contact.depth_mm;
+    if (std::isnan(depth_mm) || depth_mm > all.depth_mm) all.depth_mm = depth_mm;
   }
   return all;
 }

@@ -68,37 +68,23 @@ ReceptorArguments<Real> ReceptorArrays<Real>::blocks(std::size_t first, std::siz
 
 template <class Real>
 SphereField<Real> ReceptorArrays<Real>::field(const PlacedContact& placed) const noexcept {
-  return SphereField<Real>(placed.contact, placed.x_mm, placed.y_mm, skin_, kind_,
-                           receptor_depth_mm_);
+  const double pressure_kPa = placed.contact.peak_pressure_kPa;
+  return SphereField<Real>(placed.contact, placed.stored_energy(pressure_kPa * pressure_kPa),
+                           placed.x_mm, placed.y_mm, skin_, kind_, receptor_depth_mm_);
 }
 
 template <class Real>
-void ReceptorArrays<Real>::add_bars(const PlacedContact& placed, std::size_t first,
-                                    std::size_t last) noexcept {
-  const double depth_mm = placed.contact.depth_mm;
-  // The stress grows by `stiffening`, and so do the moduli: √stiffening gives the same energy with
-  // unstiffened moduli.
-  const double stiffened = std::sqrt(placed.contact.stiffening);
-  for (std::size_t i = first; i < last; ++i) {
-    const CartesianStress stress = placed.flat_tip
-                                       ->at(static_cast<double>(x_[i]) - placed.x_mm,
-                                            static_cast<double>(y_[i]) - placed.y_mm, depth_mm)
-                                       .stress;
-    const double parts[kSums] = {stress.sigma_x, stress.sigma_y, stress.sigma_z,
-                                 stress.tau_xy,  stress.tau_yz,  stress.tau_zx};
-    for (std::size_t k = 0; k < kSums; ++k) sums_[k][i] += static_cast<Real>(parts[k] * stiffened);
-  }
-}
-
-template <class Real>
-void ReceptorArrays<Real>::add_layer(const PlacedContact& placed, std::size_t first,
-                                     std::size_t last) noexcept {
-  const double softened = 1.0 / std::sqrt(placed.contact.stiffening);
+void ReceptorArrays<Real>::add_tabulated(const PlacedContact& placed, std::size_t first,
+                                         std::size_t last) noexcept {
+  const double factor = std::sqrt(placed.stored_energy(1.0));
   for (std::size_t i = first; i < last; ++i) {
     const double dx = static_cast<double>(x_[i]) - placed.x_mm;
     const double dy = static_cast<double>(y_[i]) - placed.y_mm;
     const CartesianStress stress =
-        cartesian(placed.layer->stress(placed.contact, std::hypot(dx, dy)), dx, dy) * softened;
+        (placed.flat_tip != nullptr
+             ? placed.flat_tip->at(dx, dy, placed.contact.depth_mm).stress
+             : cartesian(placed.layer->stress(placed.contact, std::hypot(dx, dy)), dx, dy)) *
+        factor;
     const double parts[kSums] = {stress.sigma_x, stress.sigma_y, stress.sigma_z,
                                  stress.tau_xy,  stress.tau_yz,  stress.tau_zx};
     for (std::size_t k = 0; k < kSums; ++k) sums_[k][i] += static_cast<Real>(parts[k]);
@@ -106,16 +92,15 @@ void ReceptorArrays<Real>::add_layer(const PlacedContact& placed, std::size_t fi
 }
 
 template <class Real>
-double ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
-                                                 double farthest_mm) noexcept {
-  const double stiffening = placed.contact.stiffening;
+void ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
+                                               double farthest_mm) noexcept {
   if (placed.layer != nullptr) {
     profile_points_ = placed.layer->points_within(farthest_mm);
     for (std::size_t field = 0; field < 4; ++field) {
       placed.layer->profile(placed.contact, static_cast<LayerField::Field>(field),
                             {stress_profile_[field].data(), profile_points_});
     }
-    return 1.0 / stiffening;
+    return;
   }
   // Beyond the last point, at least 80 mm away, the energy density is taken as zero.
   const double spacing_mm = placed.flat_tip->spacing_mm();
@@ -130,23 +115,22 @@ double ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
     stress_profile_[LayerTable::kSigmaZ][k] = stress.sigma_z;
     stress_profile_[LayerTable::kTauRz][k] = stress.tau_zx;
   }
-  return stiffening;  // its stress is that of unstiffened skin
 }
 
 template <class Real>
 EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed) noexcept {
   if (profile_points_ == 0 || !(placed == profiled_)) {
     profiled_ = placed;
-    const double energy_scale = fill_stress_profile(
-        placed, std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
-                           std::max(placed.y_mm - bottom_, top_ - placed.y_mm)));
+    fill_stress_profile(placed, std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
+                                           std::max(placed.y_mm - bottom_, top_ - placed.y_mm)));
+    const double energy_factor = placed.stored_energy(1.0);
     const double* const r = stress_profile_[LayerTable::kSigmaR].data();
     const double* const theta = stress_profile_[LayerTable::kSigmaTheta].data();
     const double* const z = stress_profile_[LayerTable::kSigmaZ].data();
     const double* const rz = stress_profile_[LayerTable::kTauRz].data();
-    const double distortional = energy_scale / (12.0 * skin_.shear_modulus_kPa());
+    const double distortional = energy_factor / (12.0 * skin_.shear_modulus_kPa());
     const double volumetric =
-        kind_ == EnergyDensity::kFull ? energy_scale / (18.0 * skin_.bulk_modulus_kPa()) : 0.0;
+        kind_ == EnergyDensity::kFull ? energy_factor / (18.0 * skin_.bulk_modulus_kPa()) : 0.0;
     Real* const energy = energy_profile_.data() + 1;
     for (std::size_t k = 0; k < profile_points_; ++k) {
       const double d_rt = r[k] - theta[k];
@@ -188,10 +172,8 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                 .tau_yz = sums_[4].data(),
                                 .tau_zx = sums_[5].data()};
   for (const PlacedContact& placed : contacts) {
-    if (placed.flat_tip != nullptr) {
-      add_bars(placed, receptors.first, receptors.last);
-    } else if (placed.layer != nullptr) {
-      add_layer(placed, receptors.first, receptors.last);
+    if (placed.flat_tip != nullptr || placed.layer != nullptr) {
+      add_tabulated(placed, receptors.first, receptors.last);
     } else {
       add_sphere_stress(field(placed), receptors, sums);
     }

@@ -52,13 +52,12 @@ class ReceptorArrays {
 
   [[nodiscard]] ReceptorArguments<Real> blocks(std::size_t first, std::size_t last) noexcept;
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
-  void add_bars(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
-  void add_layer(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
+  /// Adds the stress under a flat tip or a sphere on a layer.
+  void add_tabulated(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   /// The profile of the energy density along the radius, under a sphere on a layer or a pin.
   [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
-  /// Fills stress_profile_ up to a distance. Returns the factor that makes its energy density, with
-  /// unstiffened moduli, that of the skin.
-  double fill_stress_profile(const PlacedContact& placed, double farthest_mm) noexcept;
+  /// Fills stress_profile_ up to a distance.
+  void fill_stress_profile(const PlacedContact& placed, double farthest_mm) noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;

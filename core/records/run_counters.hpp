@@ -1,18 +1,20 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstdint>
-#include <string_view>
+
+#include "core/records/device_counters.hpp"
 
 namespace merkel {
 
-/// All counters of a run. `kRunCounterFields` gives the name, unit and meaning of each; all code
-/// that prints, stores or reads counters iterates over that table.
+/// All counters of a run, including those of its devices. `kRunCounterFields` gives the name, unit
+/// and meaning of each; all code that prints, stores or reads counters iterates over that table.
 ///
 /// \tparam Cell  `std::uint64_t` for a snapshot; an atomic counter where threads update it
 template <class Cell>
-struct RunCountersOf {
+struct RunCountersOf : DeviceCountersOf<Cell> {
   Cell ticks{};
   Cell overruns{};
   Cell longest_overrun_ns{};
@@ -37,6 +39,9 @@ struct RunCountersOf {
   Cell commands_limited{};
   Cell commands_dropped{};
   Cell stimulation_stops{};
+  Cell commands_withheld{};
+  Cell commands_slowed{};
+  Cell stale_stops{};
   Cell probe_count{};
   Cell probes_ended{};
 
@@ -47,22 +52,13 @@ struct RunCountersOf {
 
 using RunCounters = RunCountersOf<std::uint64_t>;
 
-/// A row of a table of counters.
-template <class Struct, class Cell>
-struct CounterField {
-  std::string_view name;
-  std::string_view unit;  ///< empty: a plain count
-  std::string_view meaning;
-  Cell Struct::*cell;
-  bool fault = false;  ///< a value above 0 means that something was late or lost
-};
-
-/// The table of a run's counters. A new counter needs a member above and a row here.
+/// The table of a run's counters: its own, then those of its devices. A new counter needs a member
+/// above and a row here.
 template <class Cell = std::uint64_t>
 inline constexpr auto kRunCounterFields = [] {
   using Counters = RunCountersOf<Cell>;
   using Row = CounterField<Counters, Cell>;
-  return std::array{
+  constexpr std::array kOwn{
       Row{"ticks", "", "ticks simulated", &Counters::ticks},
       Row{"overruns", "", "ticks that ended after the next tick was due", &Counters::overruns,
           true},
@@ -105,9 +101,23 @@ inline constexpr auto kRunCounterFields = [] {
           &Counters::commands_dropped, true},
       Row{"stimulation_stops", "", "number of times that a fault switched stimulation off",
           &Counters::stimulation_stops, true},
+      Row{"commands_withheld", "",
+          "stimulation commands too late to be sent, counted for each sink",
+          &Counters::commands_withheld},
+      Row{"commands_slowed", "", "amplitudes reduced to the slope in wall time, for each sink",
+          &Counters::commands_slowed},
+      Row{"stale_stops", "", "times that the watchdog switched stimulation off, for each sink",
+          &Counters::stale_stops, true},
       Row{"probe_count", "", "probes of the scene", &Counters::probe_count},
       Row{"probes_ended", "", "probes whose stream has ended", &Counters::probes_ended},
   };
+  std::array<Row, kOwn.size() + kDeviceCounterFields<Cell>.size()> all{};
+  std::copy(kOwn.begin(), kOwn.end(), all.begin());
+  std::transform(kDeviceCounterFields<Cell>.begin(), kDeviceCounterFields<Cell>.end(),
+                 all.begin() + kOwn.size(), [](const auto& of) {
+                   return Row{of.name, of.unit, of.meaning, of.cell, of.fault, of.largest};
+                 });
+  return all;
 }();
 
 static_assert(sizeof(RunCounters) == kRunCounterFields<>.size() * sizeof(std::uint64_t),

@@ -23,6 +23,7 @@ struct StimulationCommand {
     kNeuronReset,  ///< a neuron of the patch was reset after a non-finite state
     kSinkFailure,  ///< a receiver of the commands failed; holds until the end of the run
     kEnd,          ///< the run is over
+    kStale,        ///< the simulation or a probe's samples stopped, measured in wall time
   };
 
   std::chrono::nanoseconds time{0};  ///< probe time: a tick's end; for a pulse, its spike's time
@@ -44,7 +45,7 @@ static_assert(sizeof(StimulationCommand) == 32);
   return kind == StimulationCommand::Kind::kPulse ? "pulse" : "update";
 }
 
-/// "", "released", "gap", "neuron_reset", "sink_failure", "end".
+/// "", "released", "gap", "neuron_reset", "sink_failure", "end", "stale".
 [[nodiscard]] constexpr std::string_view name_of(StimulationCommand::Stop stop) noexcept {
   switch (stop) {
     case StimulationCommand::Stop::kNone:
@@ -59,6 +60,8 @@ static_assert(sizeof(StimulationCommand) == 32);
       return "sink_failure";
     case StimulationCommand::Stop::kEnd:
       return "end";
+    case StimulationCommand::Stop::kStale:
+      return "stale";
   }
   return "";
 }

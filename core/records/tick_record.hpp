@@ -20,8 +20,12 @@ struct TickRecord {
   };
 
   std::chrono::nanoseconds time{0};  ///< probe time of the tick's end
-  /// Host time from the tick's deadline to the publication of its spikes; 0 on a virtual clock.
+  /// Host time from the tick's deadline to the publication of its spikes; 0 on a virtual clock
+  /// and while the backlog of the start is caught up.
   std::chrono::nanoseconds latency{0};
+  /// Of the loop at this tick: the deadline is the tick's end plus the delay. The spikes do not
+  /// depend on it.
+  std::chrono::nanoseconds delay{0};
   ContactInput contact;      ///< at the tick's end
   std::uint64_t number = 0;  ///< counts simulated ticks from 1; a jump is a lost record
   std::uint32_t probe = 0;   ///< from 0

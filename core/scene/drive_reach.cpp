@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/contact/huber_stress.hpp"
+#include "core/contact/placed_contact.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
 namespace merkel {
@@ -32,6 +33,50 @@ double last_above(double limit_kPa, double rim_mm,
   return std::max(r, 0.0) + kSpacing_mm;
 }
 
+double radius_of_sphere(const PlacedContact& placed, const SkinParameters& skin, double limit_kPa) {
+  const SkinMaterial material(skin);
+  return last_above(limit_kPa, placed.contact.contact_radius_mm, [&](double r) {
+    const AxisymmetricStress stress =
+        placed.layer != nullptr
+            ? placed.layer->stress(placed.contact, r)
+            : huber_stress(placed.contact, skin.poisson_ratio, r, skin.receptor_depth_mm);
+    return placed.stored_energy(energy_density_kPa(stress, material, skin.energy_density));
+  });
+}
+
+/// The energy density per depth² that bars or a pin cause in skin at rest at kSpacing_mm·k or
+/// farther, maximised over all directions and depths. On flat skin it is the same at all depths; on
+/// a curved finger the longest contact has the maximum.
+std::vector<double> largest_energy_per_depth2(const FlatTipField& tip, const SkinParameters& skin) {
+  const SkinMaterial material(skin);
+  std::vector<double> largest_kPa;
+  for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
+    double largest = 0.0;
+    for (int k = 0; k < kDirections; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / kDirections;
+      const auto deepest = tip.at(r * std::cos(angle), r * std::sin(angle), kDeepest_mm);
+      largest = std::max(largest, energy_density_kPa(deepest.stress * (1.0 / kDeepest_mm), material,
+                                                     skin.energy_density));
+    }
+    largest_kPa.push_back(largest);
+  }
+  for (std::size_t k = largest_kPa.size() - 1; k-- > 0;) {
+    largest_kPa[k] = std::max(largest_kPa[k], largest_kPa[k + 1]);
+  }
+  return largest_kPa;
+}
+
+double radius_of_flat_tip(const PlacedContact& placed, const std::vector<double>& largest_kPa,
+                          double limit_kPa) {
+  const double depth_mm = placed.contact.depth_mm;
+  const auto beyond = std::find_if(largest_kPa.begin(), largest_kPa.end(), [&](double energy) {
+    return placed.stored_energy(energy * depth_mm * depth_mm) <= limit_kPa;
+  });
+  return beyond == largest_kPa.end()
+             ? kInfinite
+             : kSpacing_mm * static_cast<double>(beyond - largest_kPa.begin());
+}
+
 }  // namespace
 
 double DriveReach::energy_of_tolerance_kPa(const SigmoidTransduction& transduction,
@@ -53,49 +98,19 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
   if (!(limit_of_all_kPa > 0.0)) return;
   const double share = static_cast<double>(tips);
   const double limit_kPa = limit_of_all_kPa / (share * share);
-  const SkinMaterial material(skin);
+  const auto largest_kPa = tip.flat_tip() != nullptr
+                               ? largest_energy_per_depth2(*tip.flat_tip(), skin)
+                               : std::vector<double>{};
   radius_mm_.reserve(kDepths + 1);
-  if (tip.sphere() != nullptr) {
-    for (int k = 0; k <= kDepths; ++k) {
-      const ContactState contact = tip.sphere()->at_depth(k * spacing_mm_);
-      radius_mm_.push_back(last_above(limit_kPa, contact.contact_radius_mm, [&](double r) {
-        const AxisymmetricStress stress =
-            tip.layer() != nullptr
-                ? tip.layer()->stress(contact, r)
-                : huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm);
-        return energy_density_kPa(stress, material, skin.energy_density);
-      }));
-    }
-  } else {
-    // The energy density per depth², maximised over all directions and depths. On flat skin it is
-    // the same at all depths; on a curved finger the longest contact has the maximum.
-    std::vector<double> largest_kPa;
-    for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
-      double largest = 0.0;
-      for (int k = 0; k < kDirections; ++k) {
-        const double angle = 2.0 * std::numbers::pi * k / kDirections;
-        const auto deepest =
-            tip.flat_tip()->at(r * std::cos(angle), r * std::sin(angle), kDeepest_mm);
-        largest = std::max(largest, energy_density_kPa(deepest.stress * (1.0 / kDeepest_mm),
-                                                       material, skin.energy_density));
-      }
-      largest_kPa.push_back(largest);
-    }
-    for (std::size_t k = largest_kPa.size() - 1; k-- > 0;) {
-      largest_kPa[k] = std::max(largest_kPa[k], largest_kPa[k + 1]);
-    }
-    for (int k = 0; k <= kDepths; ++k) {
-      const double depth = k * spacing_mm_;
-      const auto beyond = std::find_if(largest_kPa.begin(), largest_kPa.end(), [&](double energy) {
-        return energy * depth * depth <= limit_kPa;
-      });
-      radius_mm_.push_back(beyond == largest_kPa.end()
-                               ? kInfinite
-                               : kSpacing_mm * static_cast<double>(beyond - largest_kPa.begin()));
-    }
-  }
-  for (std::size_t k = 1; k < radius_mm_.size(); ++k) {
-    radius_mm_[k] = std::max(radius_mm_[k], radius_mm_[k - 1]);
+  for (int k = 0; k <= kDepths; ++k) {
+    const double depth_mm = k * spacing_mm_;
+    const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
+                               .flat_tip = tip.flat_tip(),
+                               .layer = tip.layer()};
+    const double radius_mm = tip.flat_tip() != nullptr
+                                 ? radius_of_flat_tip(placed, largest_kPa, limit_kPa)
+                                 : radius_of_sphere(placed, skin, limit_kPa);
+    radius_mm_.push_back(radius_mm_.empty() ? radius_mm : std::max(radius_mm, radius_mm_.back()));
   }
 }
 

@@ -14,6 +14,7 @@ constexpr milliseconds kPersistence{60};
 constexpr std::uint32_t kFewestFrames = 3;  ///< shortest run, in frames
 constexpr int kCatchUp = 5;                 ///< a backlog must shrink by at least 1/5 of the time
 constexpr milliseconds kFirstBatch{200};
+constexpr milliseconds kSettledBatch{60};  ///< by which a batch can be earlier than all before
 
 }  // namespace
 
@@ -30,7 +31,8 @@ bool ArrivalCheck::goes_on(std::optional<Run>& run, Time lateness, Time arrival)
   return run->frames >= kFewestFrames && arrival - run->since >= kPersistence;
 }
 
-ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tolerance) noexcept {
+ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tolerance,
+                                          bool settled) noexcept {
   if (arrival != last_arrival_) {
     if (last_good_) batch_span_ = arrival - last_arrival_;
     last_arrival_ = arrival;
@@ -43,7 +45,8 @@ ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tole
   // All frames of a batch were measured after the previous batch. A later frame of the batch can
   // show that the first one was late.
   const bool early = lateness < -tolerance && estimate > *last_good_ + batch_span_ + tolerance;
-  if (early || lateness < -std::max<Time>(kFirstBatch, tolerance) ||
+  const Time impossible = settled ? kSettledBatch : kFirstBatch;
+  if (early || lateness < -std::max<Time>(impossible, tolerance) ||
       estimate < *last_good_ - kBack) {
     late_.reset();
     return goes_on(wrong_, lateness, arrival) ? Verdict::kReanchor : Verdict::kOutlier;

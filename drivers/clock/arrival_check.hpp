@@ -23,8 +23,9 @@ class ArrivalCheck {
 
   /// \param estimate  estimated host time of the measurement
   /// \param tolerance  largest time that a valid estimate may lie after the arrival
+  /// \param settled  whether the mapping is known, not only assumed from the first frames
   Verdict check(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
-                std::chrono::nanoseconds tolerance) noexcept;
+                std::chrono::nanoseconds tolerance, bool settled) noexcept;
   /// Resets the state: the clock is mapped again.
   void restart() noexcept;
 

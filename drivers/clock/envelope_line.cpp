@@ -8,8 +8,10 @@
 namespace merkel {
 namespace {
 
-constexpr double kMostSlope = 0.02;           ///< between any two oscillators
-constexpr double kHeldUp = 4.0;               ///< times the median distance
+constexpr double kMostSlope = 0.02;  ///< between any two oscillators
+constexpr double kHeldUp = 4.0;      ///< times the median distance
+constexpr std::size_t kFewestForLone = 4;
+constexpr double kLoneLow_ns = 10e6;
 constexpr double kLeastHeldUp_ns = 20'000.0;  ///< below: noise of any transport
 
 bool turns_up(const EnvelopePoint& a, const EnvelopePoint& b, const EnvelopePoint& c) {
@@ -41,6 +43,25 @@ std::optional<double> hull_slope(std::span<const EnvelopePoint> points) {
   return std::nullopt;
 }
 
+/// The points without one that is far below all others: a frame can be late but never early, so its
+/// device time was wrong. The newest one stays: it may be the first on time after a stall.
+std::vector<EnvelopePoint> without_lone_low(std::span<const EnvelopePoint> points, double slope) {
+  std::vector<EnvelopePoint> rest(points.begin(), points.end());
+  if (rest.size() < kFewestForLone) return rest;
+  const auto height = [slope](const EnvelopePoint& point) {
+    return point.y_ns - slope * point.x_ns;
+  };
+  const auto lower = [&](const EnvelopePoint& a, const EnvelopePoint& b) {
+    return height(a) < height(b);
+  };
+  const auto lowest = std::min_element(rest.begin(), rest.end(), lower);
+  std::vector<EnvelopePoint> others = rest;
+  others.erase(others.begin() + (lowest - rest.begin()));
+  if (lowest == rest.end() - 1) return rest;
+  const auto next = std::min_element(others.begin(), others.end(), lower);
+  return height(*next) - height(*lowest) > kLoneLow_ns ? others : rest;
+}
+
 EnvelopeLine least_squares(std::span<const EnvelopePoint> points, double otherwise) {
   const auto n = static_cast<double>(points.size());
   double mean_x = 0.0;
@@ -69,7 +90,8 @@ EnvelopeLine least_squares(std::span<const EnvelopePoint> points, double otherwi
 
 }  // namespace
 
-EnvelopeLine fit_envelope(std::span<const EnvelopePoint> points, double slope) {
+EnvelopeLine fit_envelope(std::span<const EnvelopePoint> all, double slope) {
+  const std::vector<EnvelopePoint> points = without_lone_low(all, slope);
   const std::optional<double> hull = hull_slope(points);
   const double below = hull.value_or(slope);
   const auto height = [below](const EnvelopePoint& point) {

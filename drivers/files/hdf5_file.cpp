@@ -130,6 +130,10 @@ void Hdf5File::attribute(const std::string& path, const char* name, float value)
   write_attribute(path, name, H5T_NATIVE_FLOAT, scalar().id(), &value);
 }
 
+void Hdf5File::attribute(const std::string& path, const char* name, double value) {
+  write_attribute(path, name, H5T_NATIVE_DOUBLE, scalar().id(), &value);
+}
+
 void Hdf5File::attribute(const std::string& path, const char* name, std::int32_t value) {
   write_attribute(path, name, H5T_NATIVE_INT32, scalar().id(), &value);
 }

@@ -29,6 +29,7 @@ class Hdf5File {
   void attribute(const std::string& path, const char* name, const std::string& text);
   void attribute(const std::string& path, const char* name, std::span<const std::string> texts);
   void attribute(const std::string& path, const char* name, float value);
+  void attribute(const std::string& path, const char* name, double value);
   void attribute(const std::string& path, const char* name, std::int32_t value);
   void attribute(const std::string& path, const char* name, std::uint32_t value);
   void attribute(const std::string& path, const char* name, std::span<const std::uint32_t> values);

@@ -124,6 +124,22 @@ Expected<OutputFile, SetupError> OutputFile::create_special(const std::string& p
   }
 }
 
+Expected<void, SetupError> check_not_input(const std::string& path,
+                                           std::span<const std::string> inputs) {
+  struct stat output {};
+  if (::stat(path.c_str(), &output) != 0) return {};
+  if (!S_ISREG(output.st_mode) && !S_ISDIR(output.st_mode)) return {};
+  for (const std::string& name : inputs) {
+    struct stat input {};
+    if (::stat(name.c_str(), &input) != 0) continue;
+    if (input.st_dev != output.st_dev || input.st_ino != output.st_ino) continue;
+    return bad_input("cannot write " + path + ": this command also reads it" +
+                     (name == path ? "" : ", as " + name) +
+                     ", and would destroy its input; give another name");
+  }
+  return {};
+}
+
 Expected<void, SetupError> check_not_taken(const std::string& path, bool overwrite) {
   if (overwrite || !file_exists(path)) return {};
   return bad_input(path + " already exists: add --overwrite, or give another name");

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -103,6 +104,11 @@ std::string recover_file(const std::string& path, const OutputFile::Notice& noti
 [[nodiscard]] std::string recovered_name(const std::string& path,
                                          std::chrono::system_clock::time_point last_written,
                                          int number = 1);
+
+/// Fails if an output is one of the inputs, by whatever name: writing it would destroy the input.
+/// \param inputs  files or folders; those that do not exist are ignored
+[[nodiscard]] Expected<void, SetupError> check_not_input(const std::string& path,
+                                                         std::span<const std::string> inputs);
 
 /// Fails if the file exists, unless `overwrite`: for work that begins long before
 /// OutputFile::create.

@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
@@ -21,11 +22,61 @@ constexpr std::array<std::uint32_t, 5> kColumnChannels = {
     0, ProbeSample::kDepth, ProbeSample::kForce, ProbeSample::kX, ProbeSample::kY};
 constexpr std::string_view kValidity = "# valid_for_s=";
 constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
+constexpr int kNanoPerUnit = 9;
+
+/// A time in a unit of 10^power ns.
+std::optional<std::chrono::nanoseconds> time_of(std::string_view field, int power) {
+  if (power == kNanoPerUnit) return parse_seconds(field);
+  const auto time_ns = parse_number(field, power);
+  if (!time_ns || !(std::fabs(*time_ns) <= 4e18)) return std::nullopt;
+  return std::chrono::nanoseconds{std::llround(*time_ns)};
+}
 
 }  // namespace
 
-const char* TraceReader::name_of(Column column) noexcept {
-  return kColumnNames[static_cast<std::size_t>(column)].c_str();
+/// A column by its name and unit: "force_g". Any other name is an extra column.
+TraceReader::Column TraceReader::column_named(const std::string& name) {
+  Column column{.kind = Kind::kExtra, .name = name};
+  const auto named = csv_column_named(name);
+  if (!named) return column;
+  double factor = named->factor;
+  if (named->kind == CsvColumn::Kind::kTime) {
+    column.kind = Kind::kTime;
+    factor = static_cast<double>(named->nanoseconds);
+  } else if (named->kind == CsvColumn::Kind::kValue) {
+    switch (named->channel) {
+      case DeviceChannel::kForce:
+        column.kind = Kind::kForce;
+        column.shift = kMilliPerUnit;
+        break;
+      case DeviceChannel::kDepth:
+        column.kind = Kind::kDepth;
+        break;
+      case DeviceChannel::kX:
+        column.kind = Kind::kX;
+        break;
+      case DeviceChannel::kY:
+        column.kind = Kind::kY;
+        break;
+      default:
+        return column;
+    }
+  } else {
+    return column;
+  }
+  // A power of ten shifts the decimal point, which adds no rounding error.
+  const auto power = static_cast<int>(std::lround(std::log10(factor)));
+  if (std::fabs(factor / std::pow(10.0, power) - 1.0) < 1e-12) {
+    column.shift += power;
+  } else {
+    column.factor = factor;
+  }
+  return column;
+}
+
+bool TraceReader::has(Kind kind) const noexcept {
+  return std::any_of(columns_.begin(), columns_.end(),
+                     [kind](const Column& column) { return column.kind == kind; });
 }
 
 Expected<TraceReader, SetupError> TraceReader::open(const std::string& path) {
@@ -69,13 +120,16 @@ Expected<void, SetupError> TraceReader::read_header() {
   const std::string extra = listed_extra_columns();
   const std::string unused = extra.empty() ? "" : "the model does not use " + extra;
   const std::string hint = extra.empty() ? "" : "; " + unused;
-  if (std::find(columns_.begin(), columns_.end(), Column::kTime) == columns_.end()) {
-    return bad_input(lines_.where() + "the column time_s is missing: add the times, in seconds" +
-                     hint);
+  if (!has(Kind::kTime)) {
+    return bad_input(
+        lines_.where() +
+        "the column time_s is missing: add the times, in seconds (or time_ms, time_us)" + hint);
   }
   if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
     return bad_input(lines_.where() +
-                     "a column depth_mm or force_N is missing: add the recorded one" + hint);
+                     "a column depth_mm or force_N is missing: add the recorded one; other units "
+                     "are named like force_g and depth_um" +
+                     hint);
   }
   if (!extra.empty()) {
     notices_.push_back(lines_.path() + ": " + unused + ", which sessions keep");
@@ -102,27 +156,23 @@ std::string TraceReader::listed_extra_columns() const {
 }
 
 Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
-  const auto* const found = std::find(kColumnNames.begin(), kColumnNames.end(), name);
-  if (found == kColumnNames.end()) {
-    const auto is_name = [&](const std::string& other) { return other == name; };
-    if (std::any_of(extra_columns_.begin(), extra_columns_.end(), is_name)) {
-      return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
-    }
+  const auto is_name = [&](const Column& other) { return other.name == name; };
+  if (std::any_of(columns_.begin(), columns_.end(), is_name)) {
+    return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
+  }
+  Column column = column_named(name);
+  if (column.kind == Kind::kExtra || has(column.kind)) {
     add_extra_column(name);
     return {};
   }
-  const auto column = static_cast<Column>(found - kColumnNames.begin());
-  if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) {
-    return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
-  }
-  columns_.push_back(column);
-  channels_ |= kColumnChannels[static_cast<std::size_t>(column)];
+  channels_ |= kColumnChannels[static_cast<std::size_t>(column.kind)];
+  columns_.push_back(std::move(column));
   return {};
 }
 
 void TraceReader::add_extra_column(const std::string& name) {
   const bool kept = extra_columns_.size() < ProbeSample::kMostExtra;
-  columns_.push_back(kept ? Column::kExtra : Column::kIgnored);
+  columns_.push_back({.kind = kept ? Kind::kExtra : Kind::kIgnored, .name = name});
   (kept ? extra_columns_ : ignored_columns_)
       .push_back(printable_text(name.empty() ? "column_" + std::to_string(columns_.size()) : name));
 }
@@ -151,25 +201,25 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
   const auto commas = std::count(rest.begin(), rest.end(), ',');
   if (static_cast<std::size_t>(commas) + 1 != columns_.size()) {
     return bad_input(lines_.where() + "this row has " + std::to_string(commas + 1) +
-                     " fields, but the header has " + std::to_string(columns_.size()) +
-                     ": complete or remove it");
+                     (commas == 0 ? " field, but" : " fields, but") + " the header has " +
+                     std::to_string(columns_.size()) + ": complete or remove it");
   }
   std::size_t extra = 0;
-  for (const Column column : columns_) {
+  for (const Column& column : columns_) {
     const std::string_view field = take_field(rest);
-    if (column == Column::kIgnored) continue;
-    if (column == Column::kExtra) {
+    if (column.kind == Kind::kIgnored) continue;
+    if (column.kind == Kind::kExtra) {
       sample.extra[extra] = extra_value(field, extra);
       ++extra;
       continue;
     }
     const auto refuse = [&](const std::string& what) {
-      return bad_input(lines_.where() + name_of(column) + " is \"" + std::string(field) + "\", " +
+      return bad_input(lines_.where() + column.name + " is \"" + std::string(field) + "\", " +
                        what);
     };
-    if (column == Column::kTime) {
-      const auto time = parse_seconds(field);
-      if (!time) return refuse("not a finite number of seconds: correct or remove this row");
+    if (column.kind == Kind::kTime) {
+      const auto time = time_of(field, column.shift);
+      if (!time) return refuse("not a finite time: correct or remove this row");
       if (rows_ > 0 && *time <= last_time_) {
         return refuse(
             *time == last_time_
@@ -180,35 +230,36 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
       sample.time = sample.arrival = last_time_ = *time;
       continue;
     }
-    const auto value = parse_number(field, column == Column::kForce ? kMilliPerUnit : 0);
+    auto value = parse_number(field, column.shift);
     if (!value) return refuse("not a number: correct or remove this row");
     if (!std::isfinite(*value)) return refuse("not finite: correct or remove this row");
-    const auto refuse_beyond = [&](double limit) {
-      return refuse("beyond ±" + shortest_decimal(limit) + ": check its unit");
+    *value *= column.factor;
+    const auto refuse_beyond = [&](const std::string& limit) {
+      return refuse("beyond ±" + limit + ": check its unit");
     };
-    switch (column) {
-      case Column::kDepth:
+    switch (column.kind) {
+      case Kind::kDepth:
         if (!plausible(*value, SampleLimits::kDepth_mm)) {
-          return refuse_beyond(SampleLimits::kDepth_mm);
+          return refuse_beyond(shortest_decimal(SampleLimits::kDepth_mm) + " mm");
         }
         sample.depth_mm = *value;
         break;
-      case Column::kForce:
+      case Kind::kForce:
         sample.force_mN = *value;
         if (!plausible(sample.force_mN, SampleLimits::kForce_mN)) {
-          return refuse_beyond(units::N_from_mN(SampleLimits::kForce_mN));
+          return refuse_beyond(shortest_decimal(units::N_from_mN(SampleLimits::kForce_mN)) + " N");
         }
         break;
-      case Column::kX:
-      case Column::kY:
+      case Kind::kX:
+      case Kind::kY:
         if (!plausible(*value, SampleLimits::kPosition_mm)) {
-          return refuse_beyond(SampleLimits::kPosition_mm);
+          return refuse_beyond(shortest_decimal(SampleLimits::kPosition_mm) + " mm");
         }
-        (column == Column::kX ? sample.x_mm : sample.y_mm) = *value;
+        (column.kind == Kind::kX ? sample.x_mm : sample.y_mm) = *value;
         break;
-      case Column::kTime:
-      case Column::kExtra:
-      case Column::kIgnored:
+      case Kind::kTime:
+      case Kind::kExtra:
+      case Kind::kIgnored:
         break;
     }
   }

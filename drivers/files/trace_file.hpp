@@ -17,7 +17,8 @@
 namespace merkel {
 
 /// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
-/// and `y_mm`, in any order of columns. Up to ProbeSample::kMostExtra further columns are kept in
+/// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
+/// `depth_um`. Up to ProbeSample::kMostExtra further columns are kept in
 /// ProbeSample::extra; the model does not use them. Lines that begin with '#' are comments. Times
 /// are strictly increasing, to the nanosecond; every value is finite. A comment `#
 /// valid_for_s=0.05` sets the validity of the samples after it (ProbeSample::valid_for). Streams:
@@ -43,16 +44,23 @@ class TraceReader {
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:
-  enum class Column { kTime, kDepth, kForce, kX, kY, kExtra, kIgnored };
+  enum class Kind { kTime, kDepth, kForce, kX, kY, kExtra, kIgnored };
+  struct Column {
+    Kind kind = Kind::kExtra;
+    std::string name;     ///< as in the header
+    int shift = 0;        ///< to ns, mm or mN: power of ten of its unit,
+    double factor = 1.0;  ///< and what is not a power of ten
+  };
   explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
   Expected<void, SetupError> read_header();
   Expected<void, SetupError> parse_row(ProbeSample& sample);
   [[nodiscard]] std::string listed_extra_columns() const;
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);
+  [[nodiscard]] bool has(Kind kind) const noexcept;
   void add_extra_column(const std::string& name);
   [[nodiscard]] double extra_value(std::string_view field, std::size_t column);
-  [[nodiscard]] static const char* name_of(Column column) noexcept;
+  [[nodiscard]] static Column column_named(const std::string& name);
 
   LineReader lines_;
   std::vector<Column> columns_;

@@ -1,5 +1,6 @@
 #include "drivers/probes/device_opening.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -9,6 +10,11 @@
 #include "drivers/protocols/protocol_table.hpp"
 
 namespace merkel {
+namespace {
+
+constexpr std::size_t kQuotedCharacters = 60;
+
+}  // namespace
 
 SetupError no_valid_data(const FailedOpening& opening) {
   const auto& counts = opening.counts;
@@ -24,7 +30,8 @@ SetupError no_valid_data(const FailedOpening& opening) {
   }
   if (counts.bytes == 0) {
     return error(device + " has sent nothing for " + seconds +
-                 ": check that it is switched on, streaming, and " + opening.hint);
+                 ": check that it is switched on, streaming, and " + opening.hint +
+                 "; a longer wait is timeout_ms=10000");
   }
   const std::string_view likely = likely_protocol(opening.heard);
   const auto entry = find_protocol(likely);
@@ -42,6 +49,26 @@ SetupError no_valid_data(const FailedOpening& opening) {
   }
   return error(device + " sent " + std::to_string(counts.bytes) + " bytes in " + seconds +
                " that are not " + opening.protocol + " readings: check " + opening.hint);
+}
+
+Unexpected<SetupError> closed_while_opening(const FailedOpening& opening) {
+  if (opening.scheme != "tcp") {
+    return unavailable(opening.name + " was unplugged while it was being opened");
+  }
+  if (opening.heard.empty()) {
+    return unavailable(opening.name +
+                       " closed the connection before it sent anything: check that the program "
+                       "there serves " +
+                       opening.protocol + " to this machine");
+  }
+  const std::string text(opening.heard.begin(),
+                         std::find(opening.heard.begin(), opening.heard.end(), '\n'));
+  const std::string what = text.starts_with("HTTP/") ? ": it is a web server" : "";
+  return unavailable(opening.name + " closed the connection after " +
+                     std::to_string(opening.counts.bytes) + " bytes that are not " +
+                     opening.protocol + " readings, beginning with \"" +
+                     printable_text(text, kQuotedCharacters) + "\"" + what +
+                     "; check the host, the port and the protocol");
 }
 
 Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::string& file,

@@ -26,6 +26,10 @@ struct FailedOpening {
 /// Describes what the device sent and what to do.
 [[nodiscard]] SetupError no_valid_data(const FailedOpening& opening);
 
+/// Describes a device that went away while it was being opened; a network peer closed the
+/// connection.
+[[nodiscard]] Unexpected<SetupError> closed_while_opening(const FailedOpening& opening);
+
 /// Reads the calibration of a device and checks that it is for this one.
 /// \param file  empty: every channel as the device sends it
 /// \param channels  DeviceChannel bits that the device has

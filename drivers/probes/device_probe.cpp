@@ -17,10 +17,14 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
+constexpr milliseconds kBoot{3000};
 constexpr milliseconds kFirstBackoff{50};
+constexpr double kPressed_N = 0.2;
+constexpr double kPressed_mm = 0.5;
 constexpr milliseconds kLongestBackoff{2000};
 constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
+constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
 }  // namespace
 
@@ -31,7 +35,13 @@ DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri&
                    : times == "device" ? ReadingTimes::Rule::kDevice
                                        : ReadingTimes::Rule::kArrival;
   settings.calibration = options.text("calibration", "");
+  // A board that resets when its port is opened is silent until it has booted.
+  const bool boots = uri.scheme == "serial" && !options.given("timeout_ms");
   settings.silence = milliseconds{options.whole("timeout_ms", 2000, 100, 60'000)};
+  settings.quality.share = options.number("bad_share", settings.quality.share, 0.01, 1.01);
+  settings.quality.window =
+      milliseconds{options.whole("bad_window_ms", settings.quality.window.count(), 10, 60'000)};
+  settings.boot = boots ? kBoot : milliseconds{0};
   return settings;
 }
 
@@ -41,6 +51,7 @@ DeviceProbe::DeviceProbe(std::unique_ptr<Transport> transport, std::unique_ptr<P
       transport_(std::move(transport)),
       protocol_(std::move(protocol)),
       times_(settings_.times),
+      quality_(settings_.quality),
       buffer_(4096) {}
 
 DeviceProbe::~DeviceProbe() {
@@ -65,23 +76,35 @@ Expected<void, SetupError> DeviceProbe::listen() {
   protocol_->begin(started, stream_);
   log_.opened(started);
   const auto heard = [&] {
-    return protocol_->ready() && (protocol_->describes_itself() || stream_.counts.readings > 0);
+    return protocol_->ready() && quality_.trusted() &&
+           (protocol_->describes_itself() || stream_.counts.readings > 0);
   };
+  Time deadline = started + settings_.silence + settings_.boot;
+  bool silent = true;
   while (!heard()) {
-    if (now() - started > settings_.silence || !protocol_->error_message().empty()) {
+    if (silent && stream_.counts.bytes > 0) {
+      silent = false;
+      deadline = std::min(deadline, now() + settings_.silence);
+    }
+    if (now() >= deadline || !protocol_->error_message().empty()) {
       return Unexpected<SetupError>(
           no_valid_data({.name = transport_->info().name,
                          .scheme = settings_.uri.substr(0, settings_.uri.find(':')),
                          .protocol = settings_.protocol,
                          .hint = settings_.hint,
-                         .waited = settings_.silence,
+                         .waited = std::chrono::duration_cast<milliseconds>(now() - started),
                          .protocol_error = protocol_->error_message(),
                          .counts = stream_.counts,
                          .heard = heard_}));
     }
-    if (!exchange(std::min(started + settings_.silence, now() + milliseconds{20}))) {
-      return unavailable(settings_.uri + " was unplugged while it was being opened");
+    if (!exchange(std::min(deadline, now() + milliseconds{20}))) {
+      return closed_while_opening({.name = settings_.uri,
+                                   .scheme = settings_.uri.substr(0, settings_.uri.find(':')),
+                                   .protocol = settings_.protocol,
+                                   .counts = stream_.counts,
+                                   .heard = heard_});
     }
+    judge_quality();
     stream_.readings.clear();
     times_.set_wrap(protocol_->clock_wrap());
     times_.observe(std::exchange(stream_.exchanges, {}));
@@ -168,6 +191,8 @@ void DeviceProbe::discard_old_input() {
   }
   stream_.readings.clear();
   stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
+  stream_.counts.without_value = stream_.counts.reordered = 0;
+  judged_ = stream_.counts;
   protocol_->start(now(), stream_);
   log_.started(now(), stream_.counts);
   started_ = true;
@@ -193,7 +218,7 @@ bool DeviceProbe::connect_again(Time until) {
   if (now() < try_again_) return false;
   if (transport_->reopen()) {
     const Time time = now();
-    counts_.outage += time - lost_since_;
+    counts_.outage_ns += static_cast<std::uint64_t>((time - lost_since_).count());
     connected_ = true;
     stream_.outgoing.clear();
     protocol_->begin(time, stream_);
@@ -216,8 +241,14 @@ void DeviceProbe::take_readings() {
   times_.set_wrap(protocol_->clock_wrap());
   times_.observe(std::exchange(stream_.exchanges, {}));
   std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
+  judge_quality();
+  if (!quality_.trusted()) {
+    counts_.withheld += readings.size();
+    readings.clear();
+  }
   if (!readings.empty() && !same_device()) {
     stream_.counts.refused += readings.size();
+    judged_.refused += readings.size();  // valid, but of another device
     readings.clear();
   }
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
@@ -230,12 +261,32 @@ void DeviceProbe::take_readings() {
     frames_at_last_sense_ = stream_.counts.frames;
     bytes_at_last_sense_ = stream_.counts.bytes;
     last_sense_ = time;
-    invalid_data_reported_ = false;
-  } else if (time - last_sense_ > settings_.silence && !invalid_data_reported_ &&
-             stream_.counts.bytes != bytes_at_last_sense_) {
-    notice(info_.name + " no longer sends valid data: check " + settings_.hint);
-    invalid_data_reported_ = true;
+    if (std::exchange(silence_reported_, false)) notice(info_.name + " sends again");
+  } else if (time - last_sense_ > settings_.silence && !silence_reported_) {
+    notice(info_.name + (stream_.counts.bytes == bytes_at_last_sense_
+                             ? " has stopped sending: check that it is switched on and streaming"
+                             : " no longer sends valid data: check " + settings_.hint));
+    silence_reported_ = true;
   }
+}
+
+/// Judges what has arrived since the last call.
+void DeviceProbe::judge_quality() {
+  const ProtocolCounts& counts = stream_.counts;
+  const bool changed =
+      quality_.add(counts.readings - judged_.readings, counts.bad() - judged_.bad(), now());
+  judged_ = counts;
+  if (!changed || !started_) return;
+  if (quality_.trusted()) {
+    notice(info_.name + " sends valid data again: its readings are used again");
+    return;
+  }
+  ++counts_.distrusted;
+  ready_.clear();
+  notice(info_.name + ": " + std::to_string(std::lround(100.0 * quality_.bad_share())) +
+         " % of what it sends is damaged, impossible or out of order: the press is released until "
+         "its data is clean; check " +
+         settings_.hint);
 }
 
 /// Whether the connected device is the one that was opened: calibration and scene belong to that
@@ -272,9 +323,14 @@ void DeviceProbe::tare(const DeviceReading& reading) {
     return notice(info_.name + " was not tared: its readings are not finite");
   }
   channel->zero = *zero;
-  std::array<char, 64> amount{};
-  std::snprintf(amount.data(), amount.size(), "%+.4f %s", shift, force ? "N" : "mm");
-  notice(info_.name + " is tared: " + amount.data() + " is the new zero offset");
+  // A large change may be a press, which a tare would take away from every later reading.
+  const bool pressed = std::fabs(shift) > (force ? kPressed_N : kPressed_mm);
+  const char* const unit = force ? "N" : "mm";
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                " is tared: its zero is %.4f %s, where it read %+.4f %s%s", *zero, unit, shift,
+                unit, pressed ? ": if the probe was pressed, lift it and tare again" : "");
+  notice(info_.name + text.data());
 }
 
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
@@ -292,6 +348,8 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   sample.arrival = reading.arrival;
   if (first_reading_.count() == 0) first_reading_ = reading.arrival;
   ++counts_.readings;
+  counts_.age_ms += (units::ms_from(reading.arrival - time) - counts_.age_ms) /
+                    static_cast<double>(std::min(counts_.readings, kAgeReadings));
   if (reading.arrival > first_reading_) {
     counts_.rate_Hz =
         static_cast<double>(counts_.readings - 1) / units::s_from(reading.arrival - first_reading_);
@@ -318,11 +376,15 @@ void DeviceProbe::publish() {
   counts_.lost = protocol.lost;
   counts_.damaged = protocol.damaged;
   counts_.refused = protocol.refused;
+  counts_.bytes = protocol.bytes;
   counts_.duplicates = protocol.duplicates;
+  counts_.reordered = protocol.reordered;
   counts_.reboots = protocol.reboots;
   times_.describe(counts_);
+  const Time present_outage = connected_ ? Time{0} : now() - lost_since_;
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
+  published_.outage_ns += static_cast<std::uint64_t>(present_outage.count());
 }
 
 std::optional<DeviceCounts> DeviceProbe::device_counts() const {

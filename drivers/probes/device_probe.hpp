@@ -16,6 +16,7 @@
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
 #include "drivers/probes/reading_times.hpp"
+#include "drivers/probes/stream_quality.hpp"
 #include "drivers/probes/tare_request.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
@@ -33,10 +34,13 @@ class DeviceProbe final : public Probe {
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;  ///< file; empty: none
     std::chrono::milliseconds silence{2000};
+    StreamQuality::Parameters quality;
+    std::chrono::milliseconds boot{0};  ///< further patience for the first byte
     std::string hint;  ///< what to check if no valid data arrives ("the baud rate, …")
     HostClock* clock = &HostClock::real();
   };
-  /// Reads the options common to all devices: clock, calibration, timeout_ms.
+  /// Reads the options common to all devices: clock, calibration, timeout_ms, bad_share,
+  /// bad_window_ms.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
 
   /// Listens until the device has reported what it measures. Fails if it sends nothing, invalid
@@ -85,6 +89,7 @@ class DeviceProbe final : public Probe {
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
   [[nodiscard]] bool same_device();
+  void judge_quality();
   void tare(const DeviceReading& reading);
   void count_saturation(const DeviceReading& reading);
   void notice(const std::string& sentence);
@@ -97,6 +102,8 @@ class DeviceProbe final : public Probe {
   ProbeCalibration calibration_;
   ReadingTimes times_;
   DeviceStream stream_;
+  StreamQuality quality_;
+  ProtocolCounts judged_;  ///< the counts up to which quality_ has judged
   PortLog log_;
   Bytes heard_;  ///< the first bytes, to recognise another protocol
   std::vector<std::uint8_t> buffer_;
@@ -117,7 +124,7 @@ class DeviceProbe final : public Probe {
   Time last_sense_{0};  ///< time of the last complete frame
   std::uint64_t frames_at_last_sense_ = 0;
   std::uint64_t bytes_at_last_sense_ = 0;
-  bool invalid_data_reported_ = false;
+  bool silence_reported_ = false;
   bool saturated_ = false;
   Time saturation_again_{0};  ///< when it may be reported again
 

@@ -182,22 +182,12 @@ std::optional<DeviceCounts> FusedProbe::device_counts() const {
       continue;
     }
     sum->port += (sum->port.empty() || counts->port.empty() ? "" : " and ") + counts->port;
-    sum->readings += counts->readings;
-    sum->lost += counts->lost;
-    sum->damaged += counts->damaged;
-    sum->refused += counts->refused;
-    sum->duplicates += counts->duplicates;
-    sum->saturated += counts->saturated;
-    sum->reboots += counts->reboots;
-    sum->outages += counts->outages;
-    sum->outage += counts->outage;
-    sum->clock_outliers += counts->clock_outliers;
-    sum->clock_anchors += counts->clock_anchors;
+    merge(*sum, *counts);
+    sum->age_ms = std::max(sum->age_ms, counts->age_ms);
     sum->clock_mistrusted = sum->clock_mistrusted || counts->clock_mistrusted;
     if (std::abs(counts->clock_rate - 1.0) > std::abs(sum->clock_rate - 1.0)) {
       sum->clock_rate = counts->clock_rate;
     }
-    sum->largest_batch = std::max(sum->largest_batch, counts->largest_batch);
     if (counts->uncertainty_us) {
       sum->uncertainty_us = std::max(sum->uncertainty_us.value_or(0.0), *counts->uncertainty_us);
     }

@@ -1,6 +1,7 @@
 #include "drivers/probes/limited_probe.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "core/units.hpp"
@@ -10,15 +11,16 @@ namespace merkel {
 std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
                          const std::string& name) {
   const double force_N = units::N_from_mN(sample.force_mN);
-  const bool force = sample.has(ProbeSample::kForce) && force_N > limits.force_N;
+  const bool force = sample.has(ProbeSample::kForce) && std::fabs(force_N) > limits.force_N;
   const bool depth = sample.has(ProbeSample::kDepth) && sample.depth_mm > limits.depth_mm;
   if (!force && !depth) return {};
   std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                " reports a press of %.4g %s at %.3f s, beyond the limit of %.4g: "
-                "check the unit, or increase [probe] %s",
-                force ? force_N : sample.depth_mm, force ? "N" : "mm", units::s_from(sample.time),
-                force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
+  std::snprintf(
+      text.data(), text.size(),
+      " reports a press of %.4g %s at %.3f s, beyond the limit of %.4g, so the reading is refused: "
+      "check the unit, or increase [probe] %s",
+      force ? force_N : sample.depth_mm, force ? "N" : "mm", units::s_from(sample.time),
+      force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
   return name + text.data();
 }
 

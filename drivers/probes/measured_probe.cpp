@@ -28,13 +28,13 @@ Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> sam
 void MeasuredProbe::publish(bool first) {
   const SampleTiming& now = *meter_.timing();
   const std::scoped_lock lock(mutex_);
-  if (!first) {
+  if (!first && std::chrono::abs(now.period - timing_->period) > timing_->period / 3) {
     std::array<char, 256> text{};
     std::snprintf(text.data(), text.size(),
-                  ": samples now arrive every %.3g ms with %.3g ms of jitter; the delay increases "
-                  "from %.3g to %.3g ms",
+                  ": samples now arrive every %.3g ms with %.3g ms of jitter, no longer every "
+                  "%.3g ms",
                   units::ms_from(now.period), units::ms_from(now.jitter),
-                  units::ms_from(timing_->delay), units::ms_from(now.delay));
+                  units::ms_from(timing_->period));
     notices_.push_back(info().name + text.data());
   }
   timing_ = now;

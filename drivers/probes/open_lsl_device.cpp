@@ -47,6 +47,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
   }
   UriOptions options(lines);
   DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  // LSL stamps are on this machine's clock already, if need be by LSL's own offset.
+  const auto rule = uri.options.find("clock");
+  if (rule == uri.options.end() || settings.times == ReadingTimes::Rule::kDevice) {
+    settings.times = ReadingTimes::Rule::kHost;
+  }
   auto protocol = make_csv_lines(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (!protocol && uri.options.contains("columns")) {

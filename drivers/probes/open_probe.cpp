@@ -31,6 +31,11 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
 
 Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
   if (text.starts_with("fused:")) return FusedProbe::open(text);
+  if (text.starts_with("/dev/")) {
+    const std::string port(text);
+    return bad_input("\"" + port + "\" is a port, not a probe URI: merkel connect " + port +
+                     " recognises the device at it and writes its URI into a scene");
+  }
   const auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
   if (uri->scheme == "replay") return played(*uri, ReplayProbe::open);

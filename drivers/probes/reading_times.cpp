@@ -14,9 +14,16 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kWidestBatch{50};  ///< longest span of a batch
 constexpr milliseconds kTolerance{20};    ///< at first: largest time after the arrival
 constexpr milliseconds kSettledTolerance{2};
+constexpr milliseconds kLargestTolerance{100};
 constexpr double kJitters = 6.0;    ///< later: the same in units of the settled jitter
 constexpr milliseconds kLatest{5};  ///< largest time after the arrival
 constexpr milliseconds kOutlierLate{25};
+constexpr milliseconds kSpikeAhead{2};           ///< largest step back between readings
+constexpr std::chrono::seconds kQuietAgain{10};  ///< between two notices of wrong times
+constexpr nanoseconds kRateWindow = std::chrono::seconds{2};
+constexpr double kSpanMargin = 1.25;
+constexpr milliseconds kOldestHostTime{2000};  ///< before the arrival
+constexpr milliseconds kForeign{60};  ///< impossible host times for that long: another clock
 
 }  // namespace
 
@@ -27,7 +34,12 @@ void ReadingTimes::observe(std::span<const ClockExchange> exchanges) {
 std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceReading> batch) {
   std::vector<Time> times;
   if (batch.empty()) return times;
-  by_clock_ = batch.front().device_time.has_value() && rule_ != Rule::kArrival;
+  const auto wrong = std::count_if(batch.begin(), batch.end(),
+                                   [](const DeviceReading& next) { return next.wrong_time; });
+  if (wrong > 0) note_wrong_times(static_cast<std::uint64_t>(wrong), batch.back().arrival);
+  by_clock_ = rule_ != Rule::kArrival &&
+              std::any_of(batch.begin(), batch.end(),
+                          [](const DeviceReading& next) { return next.device_time.has_value(); });
   if (!by_clock_) {
     add_by_arrival(batch, times);
     return times;
@@ -37,7 +49,7 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
                                        [](const DeviceReading& next) { return next.rebooted; });
     if (batch.front().rebooted) {
       restart();
-      rates_.restart();
+      rates_.reanchored(batch.front().arrival);
     }
     const auto count = static_cast<std::size_t>(rebooted - batch.begin());
     add_by_clock(batch.first(count), times);
@@ -54,6 +66,7 @@ void ReadingTimes::restart() noexcept {
 
 void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times) {
   for (const DeviceReading& reading : readings) {
+    if (!reading.device_time) continue;
     rates_.observe(clock_.unwrapped(*reading.device_time, reading.arrival), reading.arrival);
   }
   note_rates();
@@ -65,26 +78,68 @@ void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::ve
   }
   // The last reading of a batch informs the clock most: check all, then compute the times.
   std::vector<Checked> checked;
-  for (const DeviceReading& reading : readings) checked.push_back(check(reading));
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    if (is_ahead_of_next(readings.subspan(i), checked)) {
+      ++outliers_;
+      checked.push_back({.arrival = readings[i].arrival, .good = false});
+      continue;
+    }
+    checked.push_back(check(readings[i]));
+  }
   for (const Checked& reading : checked) {
     const Time time = reading.good ? time_of(reading) : time_of_outlier(reading.arrival);
     if (reading.good && time > last_time_) step_ = std::min<Time>(time - last_time_, kWidestBatch);
     last_time_ = time;
     times.push_back(time);
   }
+  static_cast<void>(span_of(readings.size(), readings.back().arrival));
   last_batch_ = readings.back().arrival;
 }
 
+/// Whether the next reading of the batch shows that the first one's time is wrong: the next time
+/// lies before it, but not before the one that precedes it.
+bool ReadingTimes::is_ahead_of_next(std::span<const DeviceReading> readings,
+                                    const std::vector<Checked>& before) const noexcept {
+  if (readings.size() < 2 || !readings[0].device_time || !readings[1].device_time) return false;
+  const Time time = clock_.unwrapped(*readings[0].device_time, readings[0].arrival);
+  const Time next = clock_.unwrapped(*readings[1].device_time, readings[1].arrival);
+  const bool follows = before.empty() || !before.back().good || before.back().device <= next;
+  return time > next + kSpikeAhead && follows;
+}
+
+ReadingTimes::Checked ReadingTimes::check_host_time(const DeviceReading& reading) {
+  const Time stamp = *reading.device_time;
+  const bool good =
+      stamp <= reading.arrival + kLatest && stamp >= reading.arrival - kOldestHostTime;
+  if (good) {
+    foreign_since_.reset();
+    static_cast<void>(clock_.observe(stamp, reading.arrival));  // for its report
+    return {.device = stamp, .arrival = reading.arrival};
+  }
+  ++outliers_;
+  if (!foreign_since_) foreign_since_ = reading.arrival;
+  if (reading.arrival - *foreign_since_ >= kForeign) {
+    rule_ = Rule::kMapped;
+    restart();
+    notices_.emplace_back(
+        "its times are not on this machine's clock: they are mapped to it by their arrival");
+  }
+  return {.device = stamp, .arrival = reading.arrival, .good = false};
+}
+
 ReadingTimes::Checked ReadingTimes::check(const DeviceReading& reading) {
+  if (!reading.device_time) return {.arrival = reading.arrival, .good = false};
+  if (rule_ == Rule::kHost) return check_host_time(reading);
   const Time device = clock_.unwrapped(*reading.device_time, reading.arrival);
   auto estimate = clock_.estimate(device);
   if (rule_ == Rule::kDevice && start_) estimate = start_->second + (device - start_->first);
   const DeviceClock::Report report = clock_.report();
   const Time settled{std::llround(kJitters * report.jitter_us * 1e3)};
   const Time tolerance = report.settled && rule_ == Rule::kMapped
-                             ? std::max<Time>(settled, kSettledTolerance)
+                             ? std::clamp<Time>(settled, kSettledTolerance, kLargestTolerance)
                              : Time{kTolerance};
-  switch (arrivals_.check(estimate.value_or(reading.arrival), reading.arrival, tolerance)) {
+  switch (arrivals_.check(estimate.value_or(reading.arrival), reading.arrival, tolerance,
+                          report.settled)) {
     case ArrivalCheck::Verdict::kGood:
       return {.device = clock_.observe(*reading.device_time, reading.arrival),
               .arrival = reading.arrival};
@@ -98,21 +153,24 @@ ReadingTimes::Checked ReadingTimes::check(const DeviceReading& reading) {
   rates_.reanchored(reading.arrival);
   restart();
   const Time anchored = clock_.observe(*reading.device_time, reading.arrival);
-  static_cast<void>(arrivals_.check(reading.arrival, reading.arrival, tolerance));
+  static_cast<void>(arrivals_.check(reading.arrival, reading.arrival, tolerance, false));
   return {.device = anchored, .arrival = reading.arrival};
 }
 
 ReadingTimes::Time ReadingTimes::time_of(const Checked& reading) {
+  if (rule_ == Rule::kHost) return reading.device;
   const Time mapped = clock_.host_time(reading.device, reading.arrival + kLatest);
   if (rule_ != Rule::kDevice) return mapped;
   if (!start_) start_ = {reading.device, mapped};
   return start_->second + (reading.device - start_->first);
 }
 
-/// One step after the previous reading or, if that is too long ago, at its arrival.
+/// One step after the previous reading; at its arrival if it cannot be that old, because it was
+/// measured after the previous batch.
 ReadingTimes::Time ReadingTimes::time_of_outlier(Time arrival) const noexcept {
+  if (last_time_ == Time{0}) return arrival;  // the first reading
   const Time next = std::min(last_time_ + step_, arrival);
-  return arrival - next > kOutlierLate ? arrival : next;
+  return next < std::min(last_batch_, arrival) - kOutlierLate ? arrival : next;
 }
 
 void ReadingTimes::note_rates() {
@@ -133,9 +191,34 @@ void ReadingTimes::note_rates() {
   notices_.emplace_back(text.data());
 }
 
+void ReadingTimes::note_wrong_times(std::uint64_t count, Time arrival) {
+  outliers_ += count;
+  if (!wrong_time_ || arrival - *wrong_time_ > kQuietAgain) {
+    notices_.emplace_back(
+        "it sends times that no clock can have: their samples are timed by their arrival; check "
+        "the unit of the time column");
+  }
+  wrong_time_ = arrival;
+}
+
+/// The longest time in which a batch can have been measured, by the rate so far.
+ReadingTimes::Time ReadingTimes::span_of(std::size_t readings, Time arrival) noexcept {
+  const auto count = static_cast<double>(readings);
+  const auto elapsed_ns = static_cast<double>((arrival - last_batch_).count());
+  if (last_batch_.count() != 0 && elapsed_ns > 0.0 && arrival - last_batch_ < kRateWindow) {
+    const double weight =
+        interval_ns_ == 0.0 ? 1.0
+                            : elapsed_ns / (elapsed_ns + static_cast<double>(kRateWindow.count()));
+    interval_ns_ += weight * (elapsed_ns / count - interval_ns_);
+  }
+  return std::max<Time>(kWidestBatch, Time{std::llround(kSpanMargin * count * interval_ns_)});
+}
+
 void ReadingTimes::add_by_arrival(std::span<const DeviceReading> readings,
                                   std::vector<Time>& times) {
+  if (readings.empty()) return;
   const auto count = static_cast<std::int64_t>(readings.size());
+  const Time span = span_of(readings.size(), readings.back().arrival);
   for (std::int64_t part = 1; part <= count; ++part) {
     const DeviceReading& reading = readings[static_cast<std::size_t>(part - 1)];
     if (reading.requested) {
@@ -146,7 +229,7 @@ void ReadingTimes::add_by_arrival(std::span<const DeviceReading> readings,
       continue;
     }
     // They were measured one after the other since the previous batch.
-    const Time begin = std::max<Time>(last_batch_, reading.arrival - kWidestBatch);
+    const Time begin = std::max<Time>(last_batch_, reading.arrival - span);
     times.push_back(begin + (reading.arrival - begin) * part / count);
   }
   last_batch_ = readings.back().arrival;

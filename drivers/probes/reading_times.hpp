@@ -27,8 +27,9 @@ namespace merkel {
 class ReadingTimes {
  public:
   /// Source of the times: the device's clock mapped to the host's; the device's clock unmapped,
-  /// from the first reading on; or the arrival.
-  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival };
+  /// from the first reading on; the arrival; or the device's times as they are, because they are on
+  /// the host's clock already (they are mapped if the arrivals show that they are not).
+  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost };
 
   explicit ReadingTimes(Rule rule) noexcept : rule_(rule) {}
 
@@ -53,10 +54,15 @@ class ReadingTimes {
   };
   void restart() noexcept;
   void add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times);
+  [[nodiscard]] bool is_ahead_of_next(std::span<const DeviceReading> readings,
+                                      const std::vector<Checked>& before) const noexcept;
   [[nodiscard]] Checked check(const DeviceReading& reading);
+  [[nodiscard]] Checked check_host_time(const DeviceReading& reading);
   [[nodiscard]] Time time_of(const Checked& reading);
   [[nodiscard]] Time time_of_outlier(Time arrival) const noexcept;
   void note_rates();
+  void note_wrong_times(std::uint64_t count, Time arrival);
+  [[nodiscard]] Time span_of(std::size_t readings, Time arrival) noexcept;
   void add_by_arrival(std::span<const DeviceReading> readings, std::vector<Time>& times);
 
   Rule rule_;
@@ -66,12 +72,15 @@ class ReadingTimes {
   bool by_clock_ = false;                       ///< of the last batch
   bool rates_agree_ = true;                     ///< as last reported to the user
   std::optional<std::pair<Time, Time>> start_;  ///< device and host time of the first reading
+  std::optional<Time> foreign_since_;  ///< arrival of the first of several impossible host times
   Time last_batch_{0};
-  Time last_time_{0};     ///< of any reading
-  Time step_{1'000'000};  ///< between the last two good times
+  Time last_time_{0};         ///< of any reading
+  Time step_{1'000'000};      ///< between the last two good times
+  double interval_ns_ = 0.0;  ///< mean between readings, by their arrivals; 0: not known
   double round_trip_us_ = 0.0;
   std::uint64_t outliers_ = 0;
-  std::uint64_t anchors_ = 0;  ///< times that the clock was mapped again
+  std::optional<Time> wrong_time_;  ///< arrival of the last reading with an impossible time
+  std::uint64_t anchors_ = 0;       ///< times that the clock was mapped again
   std::vector<std::string> notices_;
 };
 

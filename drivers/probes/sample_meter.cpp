@@ -15,9 +15,12 @@ constexpr std::size_t kFewestSteps = 4;  ///< fewest steps of a window
 constexpr std::size_t kMost = 2000;
 constexpr double kQuantile = 0.999;
 constexpr int kOutage = 4;  ///< periods without a sample
+/// While a device is opened, its first samples wait for their reader.
+constexpr milliseconds kOpening{100};
 constexpr microseconds kLeastMargin{50};
 constexpr int kMarginShare = 20;  ///< margin added, as a share of the jitter
-constexpr microseconds kLeastWidening{250};
+constexpr microseconds kLeastChange{250};
+constexpr std::size_t kWindows = 5;  ///< whose median applies
 constexpr milliseconds kLeastStale{50};
 constexpr int kStaleDelays = 3;
 
@@ -43,7 +46,8 @@ bool SampleMeter::add(const ProbeSample& sample) {
   bool changed = false;
   if (!last_) {
     window_begin_ = sample.arrival;
-  } else {
+    opened_ = sample.arrival + kOpening;
+  } else if (sample.arrival >= opened_) {
     steps_.push_back({.interval = sample.time - last_->time,
                       .need = sample.arrival - last_->time,
                       .latency = sample.arrival - sample.time});
@@ -87,21 +91,19 @@ SampleTiming SampleMeter::timing_of_window() const {
 
 bool SampleMeter::close_window() {
   const SampleTiming now = timing_of_window();
-  if (!timing_) {
-    timing_ = now;
-    return true;
-  }
-  const Time allowance = std::max<Time>(kLeastWidening, timing_->delay / 10);
-  const bool tight = now.delay > timing_->delay + allowance;
-  const bool slower = now.period > timing_->period * 3 / 2;
-  const bool widen = tight && (tight_ || slower);
-  tight_ = tight;
-  if (!widen) return false;
-  timing_ = SampleTiming{.period = now.period,
-                         .jitter = now.jitter,
-                         .delay = now.delay,
-                         .delay_of_newest = std::max(now.delay_of_newest, timing_->delay_of_newest),
-                         .stale_after = std::max(now.stale_after, timing_->stale_after)};
+  const bool another_rate =
+      timing_ && (now.period > timing_->period * 3 / 2 || now.period < timing_->period * 2 / 3);
+  if (another_rate) windows_.clear();
+  if (windows_.size() == kWindows) windows_.erase(windows_.begin());
+  windows_.push_back(now);
+  auto sorted = windows_;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end(),
+                   [](const auto& x, const auto& y) { return x.delay < y.delay; });
+  const Time change = timing_ ? std::chrono::abs(middle->delay - timing_->delay) : Time::max();
+  const Time allowance = timing_ ? std::max<Time>(kLeastChange, timing_->delay / 10) : Time::zero();
+  if (change <= allowance && !another_rate) return false;
+  timing_ = *middle;
   return true;
 }
 

@@ -13,9 +13,10 @@ namespace merkel {
 /// Measures period and lateness of a device's samples and derives the necessary buffer.
 ///
 /// The loop interpolates between two samples, so it must wait for the second one: for one period
-/// plus the transport's jitter. The first second gives the 99.9 % quantile of this time. Each later
-/// second is compared with it; if two in a row need more, or the period has changed, the timing
-/// widens. It never shrinks. Outages (more than four periods) do not count as jitter.
+/// plus the transport's jitter. Each second gives the 99.9 % quantile of this time; the median of
+/// the last five seconds applies, so that a stall of the host changes nothing for long. A second
+/// with another period starts anew. Outages (more than four periods) do not count as jitter.
+/// The loop begins with this delay and then measures for itself.
 /// Real-time: no. Thread: probe.
 class SampleMeter {
  public:
@@ -44,8 +45,9 @@ class SampleMeter {
   std::optional<SampleTiming> timing_;
   std::optional<ProbeSample> last_;
   Time window_begin_{0};  ///< arrival
+  Time opened_{0};        ///< arrival after which samples count
   std::vector<Step> steps_;
-  bool tight_ = false;  ///< the previous window needed more than the timing allows
+  std::vector<SampleTiming> windows_;  ///< the last seconds at the present rate
 };
 
 }  // namespace merkel

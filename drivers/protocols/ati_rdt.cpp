@@ -18,8 +18,10 @@ constexpr std::uint16_t kRdtHeader = 0x1234;
 constexpr std::uint16_t kStop = 0;
 constexpr std::uint16_t kStream = 2;
 constexpr std::size_t kRequestBytes = 8;
-constexpr std::uint32_t kOverRange = 0x00020000;  ///< status bit: a gauge is out of range
-constexpr milliseconds kRdtQuiet{500};            ///< a request is one datagram, which may be lost
+/// Status bits of a reading beyond the sensor's range: 17 of a Net Box (transducer saturation); 27
+/// and 30 of an Axia (gage, force or torque out of range).
+constexpr std::uint32_t kOverRange = 1U << 17U | 1U << 27U | 1U << 30U;
+constexpr milliseconds kRdtQuiet{500};  ///< a request is one datagram, which may be lost
 constexpr double kUsualCounts_per_N = 1e6;
 
 std::uint32_t read_u32_be(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
@@ -40,7 +42,7 @@ class AtiRdt final : public Protocol {
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     length_ = 0;
-    sequence_.forget();
+    sequence_.reopened();
     request(kStream, now, stream);
   }
   void end(DeviceStream& stream) override { request(kStop, requested_, stream); }
@@ -86,15 +88,14 @@ class AtiRdt final : public Protocol {
     heard_ = arrival;
     const std::uint32_t number = read_u32_be(record_, 0);
     const std::uint32_t status = read_u32_be(record_, 8);
-    const auto step = sequence_.next(number);
-    if (step.duplicate) {
-      ++stream.counts.duplicates;
-      return;
-    }
+    const auto step = sequence_.next(number, stream);
+    if (step.dropped()) return;
     if (status != status_ && status != 0) {
-      std::array<char, 96> text{};
-      std::snprintf(text.data(), text.size(), "the Net F/T reports status 0x%08X: see its web page",
-                    status);
+      std::array<char, 128> text{};
+      std::snprintf(text.data(), text.size(), "the Net F/T reports status 0x%08X: %s", status,
+                    (status & kOverRange) != 0U
+                        ? "a gage, force or torque is out of range, so its readings are wrong"
+                        : "see its web page");
       stream.notice(text.data());
     }
     status_ = status;
@@ -135,7 +136,10 @@ class AtiRdtDevice final : public SimulatedDevice {
       request_.push_back(byte);
       if (request_.size() < kRequestBytes) continue;
       const std::uint32_t head = read_u32_be(request_, 0);
-      if (head >> 16U == kRdtHeader) streaming_ = (head & 0xFFFFU) == kStream;
+      if (head >> 16U == kRdtHeader) {
+        streaming_ = (head & 0xFFFFU) == kStream;
+        remaining_ = read_u32_be(request_, 4);
+      }
       request_.clear();
     }
   }
@@ -150,12 +154,14 @@ class AtiRdtDevice final : public SimulatedDevice {
     for (const std::int32_t value : {0, 0, counts, 0, 0, 0}) {
       append_be(static_cast<std::uint32_t>(value), 4, out);
     }
+    if (remaining_ > 0 && --remaining_ == 0) streaming_ = false;
   }
   [[nodiscard]] bool started() const noexcept override { return streaming_; }
 
  private:
   Bytes request_;
   bool streaming_ = false;
+  std::uint32_t remaining_ = 0;  ///< of the requested records; 0: until a stop request
   std::uint32_t sequence_ = 0;
 };
 

@@ -1,7 +1,9 @@
 #include "drivers/protocols/csv_columns.hpp"
 
+#include <charconv>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
@@ -11,6 +13,19 @@
 namespace merkel {
 
 using std::chrono::nanoseconds;
+
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+/// A number of more digits than a time has.
+bool is_endless_number(std::string_view text) noexcept {
+  double value = 0.0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool large = result.ec == std::errc::result_out_of_range || std::fabs(value) > 1e20;
+  return large && result.ptr == text.data() + text.size();
+}
+
+}  // namespace
 
 Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
   if (name == "-") return CsvColumn{};
@@ -39,11 +54,32 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     }
     return CsvColumn{.kind = CsvColumn::Kind::kValue, .channel = channel, .factor = *factor};
   }
-  return Unexpected<std::string>(
-      "the column " + std::string(name) +
-      " is unknown; the known ones are time_s, time_ms, time_us, seq, force_N, force_x_N, "
-      "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm with their units, and - to ignore a "
-      "column");
+  return Unexpected<std::string>("the column " + std::string(name) +
+                                 " is unknown; the known ones are " + csv_column_names());
+}
+
+std::string csv_column_names() {
+  return "time_s, time_ms, time_us, seq, force_N, force_x_N, force_y_N, force_z_N, depth_mm, x_mm, "
+         "y_mm, z_mm, and - to ignore a column; forces are in " +
+         std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits);
+}
+
+std::vector<std::string> csv_columns_of_header(std::string_view line, char separator) {
+  std::vector<std::string> names;
+  bool measures = false;
+  for (std::string_view rest = line; !rest.empty();) {
+    const std::string_view cell = take_csv_part(rest, separator);
+    const bool exact = csv_column_named(cell).has_value();
+    const CsvField heading = parse_csv_heading(cell);
+    // A unit alone does not make a heading: "calibrated (g)" may be any line of text.
+    const std::string name = exact                                   ? std::string(cell)
+                             : csv_quantity_of(heading.label) == "-" ? "-"
+                                                                     : csv_column_of(heading);
+    const auto column = csv_column_named(name);
+    measures = measures || (column && column->kind == CsvColumn::Kind::kValue);
+    names.push_back(column ? name : "-");
+  }
+  return measures ? names : std::vector<std::string>{};
 }
 
 Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view names,
@@ -71,20 +107,23 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
       return true;
     case CsvColumn::Kind::kTime: {
       if (column.nanoseconds == 1'000'000'000 && !decimal_comma) {
-        const auto time = parse_seconds(part);
-        if (!time || time->count() < 0) return false;
-        reading.device_time = *time;
-        return true;
+        if (const auto time = parse_seconds(part)) {
+          reading.set_time(static_cast<double>(time->count()));
+          if (!reading.wrong_time) reading.device_time = *time;  // exact
+          return true;
+        }
       }
       const CsvField field = parse_csv_field(part, decimal_comma);
       const auto& count = field.number;
       // A unit may follow the number, but not another number.
-      if (!count || field.unit.find_first_of("0123456789,;") != std::string_view::npos ||
-          !(*count >= 0.0 && *count < 9e15 / static_cast<double>(column.nanoseconds))) {
+      const bool endless = is_endless_number(part);
+      if (!endless &&
+          (!count || field.unit.find_first_of("0123456789,;") != std::string_view::npos)) {
         return false;
       }
-      reading.device_time =
-          nanoseconds{std::llround(*count * static_cast<double>(column.nanoseconds))};
+      const double time_ns =
+          (endless ? kInfinite : *count) * static_cast<double>(column.nanoseconds);
+      reading.set_time(time_ns);
       return true;
     }
     case CsvColumn::Kind::kSequence: {

@@ -27,6 +27,14 @@ struct CsvColumn {
 [[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(
     std::string_view names, char separator);
 
+/// The columns that a header line names, with their units: "force_g,depth_mm", "Force (g); Depth
+/// (mm)". A cell with another meaning is ignored. Empty unless a force, depth or position has its
+/// unit.
+[[nodiscard]] std::vector<std::string> csv_columns_of_header(std::string_view line, char separator);
+
+/// The names and units of columns, for messages.
+[[nodiscard]] std::string csv_column_names();
+
 /// Reads the field of a column into a reading, a sequence number into `number`. False if the field
 /// does not hold what the column requires.
 [[nodiscard]] bool read_csv_column(const CsvColumn& column, std::string_view field,

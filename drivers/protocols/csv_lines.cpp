@@ -1,8 +1,10 @@
 #include "drivers/protocols/csv_lines.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "drivers/protocols/clock_order.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/line_protocol.hpp"
@@ -35,6 +37,7 @@ class CsvLines final : public LineProtocol {
 
   void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {
     lines_.reset(columns_.empty());  // a header may be the first line
+    sequence_.reopened();
     unread_.clear();
   }
 
@@ -81,12 +84,13 @@ class CsvLines final : public LineProtocol {
 
   /// A header names all columns. A repeated header means that the device has restarted.
   bool read_header(std::string_view line) {
+    if (parse_csv_field(line, false).number) return false;
     for (const char separator : {',', ';', '\t', ' '}) {
       if (style_ && style_->separator != separator) continue;
-      auto columns = csv_columns_named(line, separator);
-      if (!columns) continue;
+      const std::vector<std::string> names = csv_columns_of_header(line, separator);
+      if (names.empty()) continue;
       if (columns_.empty()) {
-        use(std::move(*columns));
+        use(columns_of(names));
         if (!style_ && columns_.size() > 1) separator_of_header_ = separator;
       }
       return true;
@@ -141,18 +145,24 @@ class CsvLines final : public LineProtocol {
 
   /// The columns of a line with labels and units; empty if it has none.
   static std::vector<CsvColumn> stated_columns(const std::string& line, const CsvStyle& style) {
-    std::vector<CsvColumn> columns;
-    bool measures = false;
-    for (std::string_view rest = line; !rest.empty();) {
-      const CsvField field =
-          parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
-      const std::string name = csv_column_of(field);
-      auto column = csv_column_named(name.empty() ? "-" : name);
-      if (!column) return {};
-      measures = measures || column->kind == CsvColumn::Kind::kValue;
-      columns.push_back(*column);
+    std::vector<std::string> names;
+    for (const CsvField& field : csv_fields_of(line, style)) {
+      const std::string name = field.number ? csv_column_of(field) : "-";
+      names.push_back(name.empty() ? "-" : name);
     }
+    std::vector<CsvColumn> columns = columns_of(names);
+    const bool measures = std::any_of(columns.begin(), columns.end(), [](const CsvColumn& column) {
+      return column.kind == CsvColumn::Kind::kValue;
+    });
     return measures ? columns : std::vector<CsvColumn>{};
+  }
+
+  /// Columns of known names.
+  static std::vector<CsvColumn> columns_of(const std::vector<std::string>& names) {
+    std::vector<CsvColumn> columns;
+    for (const std::string& name : names)
+      columns.push_back(csv_column_named(name).value_or(CsvColumn{}));
+    return columns;
   }
 
   static std::string unnamed(const std::string& line) {
@@ -197,16 +207,19 @@ class CsvLines final : public LineProtocol {
       return;
     }
     ++stream.counts.frames;
-    if (reading.device_time && restarted(*reading.device_time)) restarted_ = true;
+    if (reading.device_time && clock_.restarted(*reading.device_time, arrival, wrap_)) {
+      restarted_ = true;
+    }
     if (restarted_) {
       sequence_.forget();
+      clock_.forget();
       reading.rebooted = true;
       restarted_ = false;
     }
     if (number) {
-      const auto step = sequence_.next(*number);
-      if (step.duplicate) {
-        ++stream.counts.duplicates;
+      const auto step = sequence_.next(*number, stream);
+      if (step.dropped()) {
+        restarted_ = reading.rebooted;
         return;
       }
       reading.lost = step.lost;
@@ -215,18 +228,8 @@ class CsvLines final : public LineProtocol {
     stream.accept(reading);
   }
 
-  /// True if the device's clock has gone back, other than by wrapping, and stays there. A single
-  /// wrong time is not a restart.
-  bool restarted(nanoseconds time) noexcept {
-    const bool back =
-        last_time_ && time < *last_time_ - kNoise && (!wrap_ || *last_time_ - time < *wrap_ / 2);
-    const bool confirmed = back && went_back_;
-    went_back_ = back && !confirmed;
-    if (!went_back_) last_time_ = time;
-    return confirmed;
-  }
-
   SequenceCounter sequence_;
+  ClockOrder clock_{kNoise};
   unsigned clock_bits_;
   double rate_Hz_;
   std::optional<CsvStyle> style_;
@@ -236,9 +239,7 @@ class CsvLines final : public LineProtocol {
   std::uint32_t channels_ = 0;
   std::string error_message_;
   std::optional<nanoseconds> wrap_;
-  std::optional<nanoseconds> last_time_;
   bool known_ = false;  ///< style and columns
-  bool went_back_ = false;
   bool restarted_ = false;
 };
 

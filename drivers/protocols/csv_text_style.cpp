@@ -53,6 +53,12 @@ bool holds_a_number(std::string_view label) noexcept {
          label.find_first_of(kDigits, mark) != std::string_view::npos;
 }
 
+/// True for a field of text alone, such as "F" or "status".
+bool is_label(const CsvField& field) noexcept {
+  return !field.number && !field.label.empty() && field.unit.empty() &&
+         field.label.find_first_of(kDigits) == std::string_view::npos;
+}
+
 bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) noexcept {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -123,6 +129,7 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
       if (line.find_first_of(kDigits) == std::string::npos) continue;
       ++with_digits;
       std::size_t fields = 0;
+      std::size_t numbers = 0;
       bool good = true;
       std::string_view rest = line;
       // Labels and units may contain blanks; blanks separate only bare numbers and "F=0.1N".
@@ -132,6 +139,11 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
         const bool bare = field.label.empty() && field.unit.empty();
         const bool labelled =
             !field.label.empty() && part.find_first_of(":=") != std::string_view::npos;
+        if (is_label(field) && style.separator != ' ') {
+          ++fields;
+          continue;
+        }
+        ++numbers;
         good = good && field.number &&
                field.unit.find_first_of("0123456789,;") == std::string_view::npos &&
                !holds_a_number(field.label) && (style.separator != ' ' || bare || labelled);
@@ -139,7 +151,7 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
         ++fields;
       }
       comma_used = comma_used || line.find(',') != std::string::npos;
-      if (!good || fields == 0) continue;
+      if (!good || fields > 2 * numbers) continue;
       ++read;
       if (fields_of_first == 0) fields_of_first = fields;
       if (fields == fields_of_first) ++alike;
@@ -160,28 +172,59 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
   return styles;
 }
 
+std::vector<CsvField> csv_fields_of(std::string_view line, const CsvStyle& style) {
+  std::vector<CsvField> fields;
+  for (std::string_view rest = line; !rest.empty();) {
+    CsvField field = parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma);
+    if (field.label.empty() && !fields.empty() && is_label(fields.back())) {
+      field.label = fields.back().label;
+    }
+    fields.push_back(field);
+  }
+  return fields;
+}
+
+std::string csv_quantity_of(std::string_view label) {
+  if (label.empty()) return {};
+  const std::string word = lower(label);
+  if (is_one_of(word, {"force", "load", "f", "fn", "weight", "w", "kraft"})) return "force";
+  if (is_one_of(word, {"fx", "fy", "fz", "force_x", "force_y", "force_z"})) {
+    return std::string("force_") + word.back();
+  }
+  if (is_one_of(word, {"depth", "d", "indentation", "displacement", "disp", "distance", "dist",
+                       "travel", "position", "pos"})) {
+    return "depth";
+  }
+  if (is_one_of(word, {"x", "y", "z"})) return word;
+  if (is_one_of(word, {"t", "time", "timestamp", "millis", "micros", "ms", "us"})) return "time";
+  if (is_one_of(word, {"seq", "n", "count", "sample", "index"})) return "seq";
+  return "-";
+}
+
 std::string csv_column_of(const CsvField& field) {
-  const std::string label = lower(field.label);
+  const std::string quantity = csv_quantity_of(field.label);
   const std::string unit(field.unit);
-  const std::string low_unit = lower(field.unit);
-  if (newtons_per(unit)) {
-    const std::string axis =
-        is_one_of(label, {"fx", "fy", "fz"}) ? std::string("_") + label[1] : "";
-    return "force" + axis + "_" + unit;
-  }
+  if (newtons_per(unit)) return (quantity.starts_with("force") ? quantity : "force") + "_" + unit;
   if (millimetres_per(unit)) {
-    return (is_one_of(label, {"x", "y", "z"}) ? label : std::string("depth")) + "_" + unit;
+    return (is_one_of(quantity, {"x", "y", "z"}) ? quantity : "depth") + "_" + unit;
   }
-  const bool time = is_one_of(label, {"t", "time", "timestamp", "millis", "micros", "ms", "us"});
+  const std::string label = lower(field.label);
+  const std::string low_unit = lower(field.unit);
+  const bool time = quantity == "time";
   if (is_one_of(low_unit, {"s", "ms", "us"}) && (time || label.empty())) return "time_" + low_unit;
   if (time && unit.empty() && (label == "millis" || label == "ms")) return "time_ms";
   if (time && unit.empty() && (label == "micros" || label == "us")) return "time_us";
-  if (is_one_of(label, {"seq", "n", "count", "sample", "index"}) && unit.empty()) return "seq";
-  if (unit.empty() && is_one_of(label, {"", "force", "load", "f", "weight", "depth", "x", "y", "z",
-                                        "fx", "fy", "fz", "time", "t"})) {
-    return {};
-  }
-  return "-";
+  if (quantity == "seq" && unit.empty()) return quantity;
+  return unit.empty() && quantity != "-" ? std::string() : "-";
+}
+
+CsvField parse_csv_heading(std::string_view cell) noexcept {
+  cell = trimmed(cell, " \t\"");
+  const auto mark = cell.find_last_of("([_");
+  if (mark == std::string_view::npos) return {.label = cell, .number = {}, .unit = {}};
+  return {.label = trimmed(cell.substr(0, mark)),
+          .number = {},
+          .unit = trimmed(cell.substr(mark + 1), " \t)]")};
 }
 
 std::string_view name_of_separator(char separator) noexcept {

@@ -29,13 +29,25 @@ struct CsvField {
 /// Reads one field. Text without a number is a label.
 [[nodiscard]] CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept;
 
-/// All styles in which every field of the lines is a number, likeliest first. \param lines  without
-/// their line ends; lines without a digit are ignored
+/// All styles in which the fields of the lines are numbers or labels of the number that follows,
+/// likeliest first. \param lines  without their line ends; lines without a digit are ignored
 [[nodiscard]] std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines);
+
+/// The fields of a line. A field of text alone labels the number after it: "F,1.5" is "F: 1.5"
+/// behind a field to ignore.
+[[nodiscard]] std::vector<CsvField> csv_fields_of(std::string_view line, const CsvStyle& style);
+
+/// The quantity that a label means ("force", "force_x", "depth", "x", "time", "seq"); "-" for any
+/// other label, empty without a label.
+[[nodiscard]] std::string csv_quantity_of(std::string_view label);
 
 /// The column that a field's label and unit name, as in the option `columns` ("force_N"); "-" if
 /// they name something else, empty if there are none.
 [[nodiscard]] std::string csv_column_of(const CsvField& field);
+
+/// The field that a cell of a header means: "force_g", "Force (g)" and "Force [g]" have the label
+/// force and the unit g.
+[[nodiscard]] CsvField parse_csv_heading(std::string_view cell) noexcept;
 
 /// "comma", "semicolon", "tab" or "space".
 [[nodiscard]] std::string_view name_of_separator(char separator) noexcept;

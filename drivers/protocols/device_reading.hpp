@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -38,6 +39,7 @@ struct DeviceReading {
   std::uint32_t lost = 0;      ///< frames lost before this one, by sequence numbers
   bool saturated = false;      ///< a value is at the limit of its format
   bool rebooted = false;       ///< the device has restarted since its last reading
+  bool wrong_time = false;     ///< the transmitted time cannot be a time; device_time is not set
   /// By the device's clock, as transmitted; it may wrap (Protocol::clock_wrap).
   std::optional<std::chrono::nanoseconds> device_time;
   /// Time of reading its last byte, host-monotonic.
@@ -48,6 +50,14 @@ struct DeviceReading {
   void set(DeviceChannel channel, double value) noexcept {
     values[static_cast<std::size_t>(channel)] = value;
     channels |= bit_of(channel);
+  }
+  /// Sets the device time, or `wrong_time`: a time that cannot be one costs the time, not the
+  /// reading.
+  void set_time(double time_ns) noexcept {
+    // 146 years: beyond, differences of times overflow.
+    constexpr double kFarthest_ns = 4.6e18;
+    wrong_time = !(time_ns > -kFarthest_ns && time_ns < kFarthest_ns);
+    if (!wrong_time) device_time = std::chrono::nanoseconds{std::llround(time_ns)};
   }
   [[nodiscard]] bool has(DeviceChannel channel) const noexcept {
     return (channels & bit_of(channel)) != 0U;

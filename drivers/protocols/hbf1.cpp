@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/protocols/clock_order.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
 #include "drivers/protocols/hbf1_hello.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
@@ -24,6 +25,7 @@ constexpr milliseconds kSyncEvery{1000};
 constexpr milliseconds kSyncSpacing{3};
 constexpr milliseconds kSyncPatience{150};
 constexpr int kSyncsARound = 8;
+constexpr int kRestart = 3;  ///< frames that confirm a restart
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
 constexpr nanoseconds kLongestDelay = std::chrono::seconds{60};  ///< longest delay of a frame
 
@@ -39,6 +41,8 @@ class Hbf1Protocol final : public Protocol {
     decoder_.reset(true);
     said_hello_ = false;
     reopened_ = true;
+    sequence_.reopened();
+    clock_.forget();
     syncs_sent_ = 0;
     ask_at_ = sync_at_ = now;
     stream.outgoing.push_back(0);  // ends a partial frame on the device's side
@@ -142,28 +146,33 @@ class Hbf1Protocol final : public Protocol {
     return ahead < kBehind || kClockWrap - ahead < kBehind;
   }
 
-  /// Tracks sequence numbers and restarts. False for a repeated frame.
+  /// Tracks sequence numbers and restarts. False for a repeated frame or a late sample.
   bool follow(const Hbf1Header& header, nanoseconds arrival, DeviceStream& stream) {
     const bool continued = last_arrival_ == nanoseconds{0} || continues(header.time_us, arrival);
-    // The next number with an impossible time is a single wrong time; ReadingTimes handles it.
+    const bool hello = header.type == Hbf1Type::kHello;
     const bool in_order =
         !reopened_ && header.sequence == static_cast<std::uint16_t>(last_sequence_ + 1U);
-    if (!continued && !in_order) {
-      sequence_.forget();
+    in_order_ = in_order ? in_order_ + 1 : 0;
+    // Numbers that go on with impossible times are wrong times; ReadingTimes handles them.
+    const bool clock_restarted =
+        clock_.restarted(microseconds{header.time_us}, arrival, kClockWrap) && in_order_ < kRestart;
+    if (clock_restarted || (!continued && !in_order && (reopened_ || hello))) {
       if (!reopened_) pending_reboot_ = true;
-    }
-    reopened_ = false;
-    last_sequence_ = header.sequence;
-    if (continued || !in_order) {
+      sequence_.forget();
+      clock_.forget();
+      last_time_us_ = header.time_us;
+      last_arrival_ = arrival;
+    } else if (continued) {
       last_time_us_ = header.time_us;
       last_arrival_ = arrival;
     }
+    reopened_ = false;
+    last_sequence_ = header.sequence;
     heard_ = arrival;
-    const auto step = sequence_.next(header.sequence);
-    if (step.duplicate) ++stream.counts.duplicates;
+    const auto step = sequence_.next(header.sequence, stream);
     pending_lost_ += step.lost;
     if (step.restarted) pending_reboot_ = true;
-    return !step.duplicate;
+    return !step.duplicate && !(step.late && header.type == Hbf1Type::kSample);
   }
 
   void read_frame(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
@@ -269,6 +278,8 @@ class Hbf1Protocol final : public Protocol {
   std::uint16_t requested_rate_Hz_;
   Hbf1Decoder decoder_;
   SequenceCounter sequence_{16};
+  ClockOrder clock_{kBehind};
+  int in_order_ = 0;                 ///< frames since the last one out of order
   std::optional<Hbf1Hello> layout_;  ///< of the last HELLO
   std::uint16_t status_ = 0;
   std::string error_message_;

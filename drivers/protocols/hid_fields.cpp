@@ -125,7 +125,8 @@ class HidFields final : public Protocol {
       }
       if (field.has_range && (*raw < field.low || *raw > field.high)) {
         ++stream.counts.frames;
-        ++stream.counts.refused;  // the device has no value
+        ++stream.counts.refused;
+        ++stream.counts.without_value;
         return;
       }
       const double value = static_cast<double>(*raw) * field.scale + field.bias;
@@ -138,14 +139,11 @@ class HidFields final : public Protocol {
               (field.has_range && (*raw == field.high || (field.is_signed && *raw == field.low)));
           break;
         case HidField::Kind::kTime:
-          reading.device_time = nanoseconds{std::llround(value)};
+          reading.set_time(value);
           break;
         case HidField::Kind::kSequence: {
-          const auto step = sequence_.next(static_cast<std::uint32_t>(*raw));
-          if (step.duplicate) {
-            ++stream.counts.duplicates;
-            return;
-          }
+          const auto step = sequence_.next(static_cast<std::uint32_t>(*raw), stream);
+          if (step.dropped()) return;
           reading.lost = step.lost;
           reading.rebooted = step.restarted;
           break;

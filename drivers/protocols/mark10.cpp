@@ -45,12 +45,13 @@ bool parse_line(std::string_view line, double plain_factor, DeviceReading& readi
   return reading.channels != 0U;
 }
 
+/// The errors that Mark-10's user's guides list.
 std::string_view meaning_of_error(std::string_view code) {
-  if (code == "*10") return "unknown command";
-  if (code == "*11") return "command not valid in the present state";
-  if (code == "*12") return "missing or wrong parameter of the command";
-  if (code == "*22") return "command not supported by this model";
-  return "undocumented error";
+  if (code == "*10") return "illegal command";
+  if (code == "*11") return "not applicable: this model or its present mode lacks the command";
+  if (code == "*12") return "invalid specifier: a part of the command is wrong";
+  if (code == "*22") return "value too large: set rate_hz to a rate that this model streams";
+  return "an error that its manual does not list";
 }
 
 class Mark10 final : public LineProtocol {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <string>
+#include <string_view>
 
 #include "core/units.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
@@ -19,6 +21,42 @@ constexpr std::size_t kFrameBytes = 16;
 constexpr std::size_t kConfigBytes = 9;
 constexpr milliseconds kOptoForceQuiet{500};
 constexpr double kSimulatedCounts_per_N = 1024.0;
+
+/// The speeds of the DAQ's manual: Hz, and the code, which is the period in ms.
+struct Speed {
+  int rate_Hz;
+  std::uint8_t code;
+};
+constexpr std::array<Speed, 5> kSpeeds = {{{1000, 1}, {333, 3}, {100, 10}, {30, 33}, {10, 100}}};
+
+/// The zeroing byte of a configuration. Its manual defines 0 (removes the zero that was set) and
+/// 255 (the present load is the new zero). Every configuration has the byte, so one that is neither
+/// keeps the zero of the sensor.
+constexpr std::uint8_t kZeroCleared = 0;
+constexpr std::uint8_t kZeroKept = 1;
+constexpr std::uint8_t kZeroSet = 255;
+
+// The status word, by the DAQ's manual.
+constexpr std::uint16_t kOverloads = 0x03F0;  ///< bits 9 to 4: Fx, Fy, Fz, Tx, Ty, Tz
+
+/// The errors of a status word; empty if it reports overloads only.
+std::string errors_of(std::uint16_t status) {
+  std::string errors;
+  const auto add = [&errors](std::string_view error) {
+    errors += errors.empty() ? "" : ", ";
+    errors += error;
+  };
+  const unsigned daq = status >> 13U & 7U;
+  if (daq != 0U) add(daq == 1U ? "DAQ error" : daq == 2U ? "communication error" : "unknown error");
+  const unsigned sensor = status >> 10U & 7U;
+  if (sensor != 0U) {
+    add(sensor == 1U   ? "sensor not detected"
+        : sensor == 2U ? "sensor failure"
+        : sensor == 4U ? "temperature error"
+                       : "unknown error of the sensor");
+  }
+  return errors;
+}
 
 std::uint16_t sum_of(std::span<const std::uint8_t> bytes) noexcept {
   return static_cast<std::uint16_t>(std::accumulate(bytes.begin(), bytes.end(), 0U));
@@ -36,13 +74,15 @@ void append_u16(std::uint16_t number, Bytes& out) {
 
 class OptoForce final : public Protocol {
  public:
-  OptoForce(std::array<double, 3> counts_per_N, std::uint8_t divisor, std::uint8_t filter)
-      : counts_per_N_(counts_per_N), divisor_(divisor), filter_(filter) {}
+  OptoForce(std::array<double, 3> counts_per_N, Speed speed, std::uint8_t filter,
+            std::uint8_t zeroing)
+      : counts_per_N_(counts_per_N), speed_(speed), filter_(filter), zeroing_(zeroing) {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     length_ = 0;
     synchronised_ = false;
-    configure(now, divisor_, stream);
+    configure(now, speed_.code, stream);
+    zeroing_ = kZeroKept;  // once, at the first start: later, the probe may be pressed
   }
   void end(DeviceStream& stream) override { configure(requested_, 0, stream); }
 
@@ -68,7 +108,7 @@ class OptoForce final : public Protocol {
 
   std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
     if (now - heard_ > kOptoForceQuiet && now - requested_ > kOptoForceQuiet)
-      configure(now, divisor_, stream);
+      configure(now, speed_.code, stream);
     return std::max(heard_, requested_) + kOptoForceQuiet + milliseconds{1};
   }
 
@@ -77,14 +117,13 @@ class OptoForce final : public Protocol {
            bit_of(DeviceChannel::kForceZ);
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{divisor_};
+    return period_of(speed_.rate_Hz);
   }
 
  private:
   void configure(nanoseconds now, std::uint8_t speed, DeviceStream& stream) {
     requested_ = now;
-    constexpr std::uint8_t kKeepZero = 0;
-    Bytes config = {0xAA, 0x00, 0x32, 0x03, speed, filter_, kKeepZero};
+    Bytes config = {0xAA, 0x00, 0x32, 0x03, speed, filter_, zeroing_};
     append_u16(sum_of(config), config);
     stream.outgoing.insert(stream.outgoing.end(), config.begin(), config.end());
   }
@@ -115,20 +154,16 @@ class OptoForce final : public Protocol {
     ++stream.counts.frames;
     heard_ = arrival;
     const std::uint16_t status = read_u16(frame_, 6);
-    if (status != 0 && status_ == 0) {
-      stream.notice("the sensor reports status " + std::to_string(status) +
-                    ": it may be overloaded or disconnected");
-    }
-    status_ = status;
-    const auto step = sequence_.next(read_u16(frame_, 4));
-    if (step.duplicate) {
-      ++stream.counts.duplicates;
-      return;
-    }
+    const std::string errors = errors_of(status);
+    if (!errors.empty() && errors != errors_) stream.notice("the sensor reports: " + errors);
+    errors_ = errors;
+    const auto step = sequence_.next(read_u16(frame_, 4), stream);
+    if (step.dropped()) return;
     DeviceReading reading;
     reading.arrival = arrival;
     reading.lost = step.lost;
     reading.rebooted = step.restarted;
+    reading.saturated = (status & kOverloads) != 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto counts = static_cast<std::int16_t>(read_u16(frame_, 8 + 2 * axis));
       reading.saturated = reading.saturated || counts == INT16_MAX || counts == INT16_MIN;
@@ -139,13 +174,14 @@ class OptoForce final : public Protocol {
   }
 
   std::array<double, 3> counts_per_N_;
-  std::uint8_t divisor_;
+  Speed speed_;
   std::uint8_t filter_;
+  std::uint8_t zeroing_;  ///< of the next configuration
   SequenceCounter sequence_{16};
   std::array<std::uint8_t, kFrameBytes> frame_{};
   std::size_t length_ = 0;
   bool synchronised_ = false;
-  std::uint16_t status_ = 0;
+  std::string errors_;  ///< as last reported
   nanoseconds heard_{0};
   nanoseconds requested_{0};
 };
@@ -203,18 +239,21 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_optoforce(UriOptions& optio
   const std::array<double, 3> counts = {options.number("counts_per_N_x", all, 1e-3, kMost),
                                         options.number("counts_per_N_y", all, 1e-3, kMost),
                                         options.number("counts_per_N_z", all, 1e-3, kMost)};
-  const auto rate_Hz = options.whole("rate_hz", 1000, 10, 1000);
+  const std::string rate = options.word("rate_hz", "1000", "1000|333|100|30|10");
+  const std::string zero = options.word("zero", "keep", "keep|set|clear");
   const auto filter = options.whole("filter", 4, 0, 6);
   if (std::find(counts.begin(), counts.end(), 0.0) != counts.end()) {
     return bad_input(
         "the option counts_per_N is missing: take it from the sensor's calibration sheet");
   }
-  if (1000 % rate_Hz != 0) {
-    return bad_input(
-        "the option rate_hz must divide 1000: 1000, 500, 250, 200, 125, 100, 50, 40, 25, 20 or 10");
-  }
-  return std::make_unique<OptoForce>(counts, static_cast<std::uint8_t>(1000 / rate_Hz),
-                                     static_cast<std::uint8_t>(filter));
+  const auto* const speed =
+      std::find_if(kSpeeds.begin(), kSpeeds.end(),
+                   [&rate](const Speed& each) { return std::to_string(each.rate_Hz) == rate; });
+  if (speed == kSpeeds.end()) return bad_input("the option rate_hz is wrong");
+  const std::uint8_t zeroing = zero == "set"     ? kZeroSet
+                               : zero == "clear" ? kZeroCleared
+                                                 : kZeroKept;
+  return std::make_unique<OptoForce>(counts, *speed, static_cast<std::uint8_t>(filter), zeroing);
 }
 
 std::unique_ptr<SimulatedDevice> make_optoforce_device() {

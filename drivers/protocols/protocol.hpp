@@ -17,14 +17,21 @@ using Bytes = std::vector<std::uint8_t>;
 
 /// Counters of a parser. Every received byte is in a good frame, a damaged one, or unread.
 struct ProtocolCounts {
-  std::uint64_t bytes = 0;       ///< received
-  std::uint64_t frames = 0;      ///< complete and correct, of any kind
-  std::uint64_t readings = 0;    ///< passed on
-  std::uint64_t lost = 0;        ///< missing frames by sequence numbers; unanswered requests
-  std::uint64_t damaged = 0;     ///< frames or lines that are invalid or fail their check
-  std::uint64_t refused = 0;     ///< readings with a non-finite or impossible value
-  std::uint64_t duplicates = 0;  ///< repeated frames
-  std::uint64_t reboots = 0;     ///< restarts of the device while it was open
+  std::uint64_t bytes = 0;          ///< received
+  std::uint64_t frames = 0;         ///< complete and correct, of any kind
+  std::uint64_t readings = 0;       ///< passed on
+  std::uint64_t lost = 0;           ///< missing frames by sequence numbers; unanswered requests
+  std::uint64_t damaged = 0;        ///< frames or lines that are invalid or fail their check
+  std::uint64_t refused = 0;        ///< readings with a non-finite or impossible value
+  std::uint64_t without_value = 0;  ///< of these, readings in which the device says it has none
+  std::uint64_t duplicates = 0;     ///< repeated frames
+  std::uint64_t reordered = 0;      ///< frames older than the newest one: dropped
+  std::uint64_t reboots = 0;        ///< restarts of the device while it was open
+
+  /// Frames that a working device does not send.
+  [[nodiscard]] std::uint64_t bad() const noexcept {
+    return damaged + refused - without_value + reordered;
+  }
 };
 
 /// A request to the device's clock and its answer (SYNC of HBF1).

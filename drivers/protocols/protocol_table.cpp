@@ -20,19 +20,21 @@ constexpr std::uint32_t kDepth = ProbeSample::kDepth;
 constexpr std::uint32_t kForce = ProbeSample::kForce;
 
 const std::array<ProtocolEntry, 7> kTable = {{
-    {"hbf1", "the project's own firmware", 460800, make_hbf1, make_hbf1_device, "",
+    {"hbf1", "the project's own firmware", 500000, make_hbf1, make_hbf1_device, "",
      kDepth | kForce},
     {"csv", "lines of numbers; columns are recognised or named with columns=", 115200,
      make_csv_lines, make_csv_device, "", kDepth | kForce},
     {"mark10", "Mark-10 force gauge, series 5 and 7", 115200, make_mark10,
      [](std::uint32_t) { return make_mark10_device(); }, "", kForce},
-    {"esm", "Mark-10 test stand ESM301, ESM303", 115200, make_esm, make_esm_device, "", kDepth},
+    {"esm", "Mark-10 test stand ESM301, ESM303", 115200, make_esm, make_esm_device, "", kDepth,
+     false, true},
     {"grbl", "GRBL 1.1 CNC machine as indenter", 115200, make_grbl,
-     [](std::uint32_t) { return make_grbl_device(); }, "", kDepth},
+     [](std::uint32_t) { return make_grbl_device(); }, "", kDepth, false, true},
     {"optoforce", "OptoForce DAQ, 3-axis force", 1000000, make_optoforce,
      [](std::uint32_t) { return make_optoforce_device(); }, "counts_per_N=1024", kForce},
     {"zaber", "Zaber linear stage", 115200, make_zaber,
-     [](std::uint32_t) { return make_zaber_device(); }, "um_per_step=0.9765625", kDepth},
+     [](std::uint32_t) { return make_zaber_device(); }, "um_per_step=0.9765625", kDepth, false,
+     true},
 }};
 
 const ProtocolEntry kAtiRdt = {

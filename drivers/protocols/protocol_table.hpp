@@ -27,6 +27,8 @@ struct ProtocolEntry {
   std::uint32_t plays = 0;
   /// True if the protocol needs datagrams and has no framing in a byte stream.
   bool datagrams = false;
+  /// True if the device never sends without a request: lines that merely arrive are of another one.
+  bool only_answers = false;
 };
 
 /// ATI's protocol, only over UDP: not in the table of protocols for byte streams.

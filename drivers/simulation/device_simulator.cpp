@@ -49,6 +49,10 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
   simulator->device_->set_rate(
       simulator->settings_.rate_Hz.value_or(rate_of(simulator->settings_.trace)));
   const Settings& own = simulator->settings_;
+  if (own.trace.size() > 1) {
+    simulator->mean_period_ = (own.trace.back().time - own.trace.front().time) /
+                              static_cast<std::int64_t>(own.trace.size() - 1);
+  }
   if (own.network.empty()) {
     simulator->line_ = std::make_unique<PtyMaster>(own.link);
   } else {

@@ -98,7 +98,7 @@ class DeviceSimulator {
   std::optional<Time> started_;  ///< host time of the start of the press
   Time trace_start_{0};          ///< device time of that start, since the device's last restart
   std::size_t next_ = 0;         ///< next sample of the trace
-  Time mean_period_{1'000'000};  ///< of the trace
+  Time mean_period_{1'000'000};  ///< of the trace; an assumption for a single sample
   Time next_time_{0};            ///< with a set rate: time of the next sample since the start
   Time round_{0};                ///< trace time of earlier rounds
   bool plugged_ = true;

@@ -14,7 +14,7 @@ namespace merkel {
 namespace {
 
 /// The buffer of an inlet. liblsl assumes 100 samples per second for an irregular rate.
-constexpr int kBuffered_s = 10'000;
+constexpr int kOutletBuffer_s = 10'000;
 constexpr std::chrono::milliseconds kFarewell{500};
 constexpr double kLongestWait_s = 3600.0;
 
@@ -23,7 +23,7 @@ constexpr double kLongestWait_s = 3600.0;
 class LslSpikeSink final : public SpikeSink {
  public:
   LslSpikeSink(std::string uri, const lsl::stream_info& info)
-      : uri_(std::move(uri)), outlet_(info, 0, kBuffered_s) {}
+      : uri_(std::move(uri)), outlet_(info, 0, kOutletBuffer_s) {}
 
   /// Waits for an inlet. False on a timeout.
   bool wait_for_consumers(double wait_s) { return outlet_.wait_for_consumers(wait_s); }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/hdf5_file.hpp"
@@ -25,9 +26,15 @@ using Type = Hdf5File::Type;
 constexpr std::size_t kSpikesAtOnce = 4'000'000;  ///< in memory
 
 void write_intervals(Hdf5File& file, const char* name, const char* description,
-                     const std::vector<Interval>& intervals, const char* label,
-                     const char* subject) {
+                     std::vector<Interval> intervals, const char* label, const char* subject) {
   if (intervals.empty()) return;
+  // nwbinspector's check_time_intervals and check_table_time_columns: in order, none before 0.
+  for (Interval& each : intervals) {
+    each.start_s = std::max(each.start_s, 0.0);
+    each.stop_s = std::max(each.stop_s, each.start_s);
+  }
+  std::stable_sort(intervals.begin(), intervals.end(),
+                   [](const Interval& a, const Interval& b) { return a.start_s < b.start_s; });
   std::vector<std::string> columns = {"start_time", "stop_time", label};
   if (subject != nullptr) columns.emplace_back(subject);
   Table table(file, std::string("/intervals/") + name, "TimeIntervals", nwb::kCore, columns,
@@ -46,6 +53,17 @@ void write_intervals(Hdf5File& file, const char* name, const char* description,
     labels.push_back(each.label);
   }
   table.texts(label, labels, "Kind or label");
+}
+
+std::vector<std::string> parts_of(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::string_view rest = text;
+  for (;;) {
+    const auto end = rest.find(separator);
+    parts.emplace_back(rest.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    rest.remove_prefix(end + 1);
+  }
 }
 
 template <class Whole>
@@ -172,6 +190,8 @@ bool write_units(Hdf5File& file, const NwbContent& content, const Findings& foun
       "simulated slowly adapting type I afferents, numbered from 0 in the order of merkel's "
       "neurons 1, 2, …");
   const auto spike_times = table.column("spike_times", Type::kDouble, "Spike times, in seconds");
+  // Times are written to the nanosecond; SpikeInterface takes the clock's period from here.
+  file.attribute("/units/spike_times", "resolution", 1e-9);
   const auto spike_ends = table.index_of("spike_times");
   const auto observed =
       table.column("obs_intervals", Type::kDouble, "When the afferent was simulated", 2);
@@ -200,6 +220,25 @@ bool write_units(Hdf5File& file, const NwbContent& content, const Findings& foun
   return write_spike_times(content, found, *spike_times);
 }
 
+/// What the user tells of the experiment.
+void write_general(Hdf5File& file, const NwbContent& content) {
+  bool subject = false;
+  for (const auto& [name, value] : content.general) {
+    if (name == "experimenter" || name == "keywords") {
+      const std::vector<std::string> texts = parts_of(value, ';');
+      file.texts("/general/" + name, texts);
+    } else if (name == "institution" || name == "lab") {
+      file.text("/general/" + name, value);
+    } else {
+      if (!std::exchange(subject, true)) {
+        file.group("/general/subject");
+        nwb::make_typed(file, "/general/subject", nwb::kCore, "Subject");
+      }
+      file.text("/general/subject/" + name, value);
+    }
+  }
+}
+
 void write_head(Hdf5File& file, const NwbContent& content) {
   nwb::make_typed(file, "/", nwb::kCore, "NWBFile");
   file.attribute("/", "nwb_version", std::string("2.7.0"));
@@ -217,6 +256,7 @@ void write_head(Hdf5File& file, const NwbContent& content) {
   file.text("/general/notes", content.notes);
   file.text("/general/source_script", content.scene_text);
   file.attribute("/general/source_script", "file_name", content.scene);
+  write_general(file, content);
   for (std::size_t i = 0; i < content.probes.size(); ++i) {
     const std::string device = "/general/devices/probe_" + std::to_string(i);
     file.group(device);

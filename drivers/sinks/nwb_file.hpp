@@ -1,13 +1,21 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 
 namespace merkel {
+
+/// What NWB and DANDI want to know of an experiment: `experimenter` and `keywords` (lists,
+/// separated by ";"), the place, and the subject.
+inline constexpr std::array<std::string_view, 8> kNwbFacts = {
+    "experimenter", "institution", "lab", "keywords", "subject_id", "species", "sex", "age"};
 
 /// The content of an NWB file (Neurodata Without Borders 2.7).
 struct NwbContent {
@@ -29,6 +37,8 @@ struct NwbContent {
   std::string scene;  ///< name
   std::string scene_text;
   std::string notes;  ///< the other facts of the run, NAME = VALUE lines
+  /// Facts of the experiment, from the sink's options (kNwbFacts): name and value.
+  std::vector<std::pair<std::string, std::string>> general;
   std::vector<Probe> probes;
   std::vector<Electrode> electrodes;
   std::vector<AfferentRow> afferents;

@@ -13,12 +13,14 @@ constexpr const char* kFolder = "/stimulus/presentation/";
 
 using Stop = StimulationCommand::Stop;
 
-std::vector<std::string> stop_names() {
-  std::vector<std::string> names = {"no stop"};
-  for (int stop = 1; stop <= static_cast<int>(Stop::kEnd); ++stop) {
-    names.emplace_back(name_of(static_cast<Stop>(stop)));
+/// "0 no stop, 1 released, …"
+std::string stop_codes() {
+  std::string codes = "0 no stop";
+  for (int stop = 1; stop <= static_cast<int>(Stop::kStale); ++stop) {
+    codes += ", " + std::to_string(stop) + " ";
+    codes += name_of(static_cast<Stop>(stop));
   }
-  return names;
+  return codes;
 }
 
 std::string path_of(const NwbContent::Electrode& electrode, const char* quantity) {
@@ -90,9 +92,13 @@ ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& el
                                  "holds until the next one",
                   .comments = electrode.description},
                  amplitude_),
-      stops_(file, path_of(electrode, "amplitude") + "/control", Hdf5File::Type::kUint8) {
-  file.texts(path_of(electrode, "amplitude") + "/control_description", stop_names());
-}
+      stops_(file, path_of(electrode, "stop"),
+             {.unit = "n.a.",
+              .conversion = 1.0F,
+              .description =
+                  "electrode " + electrode.name + ": why it was switched off: " + stop_codes(),
+              .comments = electrode.description},
+             amplitude_) {}
 
 bool ElectrodeSeries::add(double time_s, std::string_view fields) {
   const std::string_view kind = take_field(fields);
@@ -109,10 +115,10 @@ bool ElectrodeSeries::add(double time_s, std::string_view fields) {
     pulses_->append(time_s, *amplitude_uA);
     return true;
   }
-  if (!(*stop >= 0.0 && *stop <= static_cast<double>(Stop::kEnd))) return false;
+  if (!(*stop >= 0.0 && *stop <= static_cast<double>(Stop::kStale))) return false;
   amplitude_.append(time_s, *amplitude_uA);
   frequency_.append(time_s, *frequency_Hz);
-  stops_.append(static_cast<std::uint64_t>(*stop));
+  stops_.append(time_s, *stop);
   return kind == name_of(StimulationCommand::Kind::kUpdate);
 }
 

@@ -40,8 +40,9 @@ class ProbeSeries {
 };
 
 /// The stimulation commands of one electrode in /stimulus/presentation: amplitude and frequency of
-/// its updates, and the amplitudes of its single pulses if there are any. The `control` of an
-/// amplitude is the reason for which everything was off (StimulationCommand::Stop).
+/// its updates, the reason for which everything was off (StimulationCommand::Stop; a series of its
+/// own, because Neo refuses files with the `control` of a series), and the amplitudes of its single
+/// pulses if there are any.
 class ElectrodeSeries {
  public:
   ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode);
@@ -54,7 +55,7 @@ class ElectrodeSeries {
   NwbContent::Electrode electrode_;
   TimeSeries amplitude_;
   TimeSeries frequency_;
-  Hdf5File::Column stops_;
+  TimeSeries stops_;
   std::unique_ptr<TimeSeries> pulses_;
 };
 

@@ -21,8 +21,8 @@ namespace merkel {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Channel, name, unit, conversion, meaning)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Probe, name, channels)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Electrode, name, description)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent, scene, scene_text, notes, probes, electrodes,
-                                   afferents)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent, scene, scene_text, notes, general, probes,
+                                   electrodes, afferents)
 
 namespace {
 
@@ -66,8 +66,7 @@ NwbContent::Electrode describe(const Electrode& electrode, const StimulationPara
                          shortest_decimal(units::us_from(limits.phase)) + " µs"};
 }
 
-NwbContent content_of(const SinkSetup& setup, std::string rows) {
-  NwbContent content;
+NwbContent content_of(const SinkSetup& setup, NwbContent content, std::string rows) {
   content.rows = std::move(rows);
   for (const ProbeInfo& info : setup.run.probes) content.probes.push_back(describe(info));
   for (const Electrode& electrode : setup.run.encoding.electrodes) {
@@ -94,9 +93,10 @@ void set_time(const RunOrigin& origin, nanoseconds offset, NwbContent& content) 
 /// Rows of NwbContent: NWB groups spikes by unit, which are known at the end only.
 class NwbSpikeSink final : public RowsSink {
  public:
-  NwbSpikeSink(std::string uri, OutputFile rows, TimeBase time, const SinkSetup& setup)
+  NwbSpikeSink(std::string uri, OutputFile rows, TimeBase time, const SinkSetup& setup,
+               NwbContent content)
       : RowsSink(std::move(uri), std::move(rows), time, setup.overwrite, "the run is"),
-        content_(content_of(setup, this->rows())),
+        content_(content_of(setup, std::move(content), this->rows())),
         probes_(setup.run.probes) {}
 
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
@@ -207,11 +207,18 @@ void convert_recovered_nwb(const std::string& recovered, const SinkSetup& setup)
 OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const TimeBase time = TimeBase::read(options, setup);
+  NwbContent content;
+  for (const std::string_view name : kNwbFacts) {
+    if (std::string value = options.text(name, ""); !value.empty()) {
+      content.general.emplace_back(name, printable_text(value));
+    }
+  }
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
   if (!rows->recovered().empty()) convert_recovered_nwb(rows->recovered(), setup);
-  return std::make_unique<NwbSpikeSink>(uri.text, std::move(*rows), time, setup);
+  return std::make_unique<NwbSpikeSink>(uri.text, std::move(*rows), time, setup,
+                                        std::move(content));
 }
 
 }  // namespace merkel

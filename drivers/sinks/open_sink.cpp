@@ -1,5 +1,6 @@
 #include "drivers/sinks/open_sink.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "drivers/files/dated_name.hpp"
@@ -20,6 +21,7 @@ OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
 struct Scheme {
   std::string_view name;
   std::string_view usage;
+  std::string_view options;
   OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null if the library is missing
   std::string_view remedy;                           ///< how to get the library
   bool file = false;                                 ///< writes a file, so that %t is the time
@@ -28,60 +30,62 @@ struct Scheme {
 };
 
 constexpr Scheme kSchemes[] = {
-    {"csv", "csv:FILE", open_text_sink<TextSpikeSink::Form::kCsv>, "", true},
-    {"gdf", "gdf:FILE", open_text_sink<TextSpikeSink::Form::kGdf>, "", true},
-    {"trace", "trace:FILE.csv", open_trace_sink, "", true},
-    {"phy", "phy:DIR", PhySpikeSink::open, "", true},
-    {"sonata", "sonata:FILE.h5",
+    {"csv", "csv:FILE", "time", open_text_sink<TextSpikeSink::Form::kCsv>, "", true},
+    {"gdf", "gdf:FILE", "time", open_text_sink<TextSpikeSink::Form::kGdf>, "", true},
+    {"trace", "trace:FILE.csv", "time", open_trace_sink, "", true},
+    {"phy", "phy:DIR", "sample_rate (1000000), time", PhySpikeSink::open, "", true},
+    {"sonata", "sonata:FILE.h5", "population (merkel), time",
 #ifdef MERKEL_WITH_HDF5
      open_sonata_sink, "", true, convert_recovered_sonata},
 #else
      nullptr, "HDF5: install libhdf5-dev", true},
 #endif
-    {"nwb", "nwb:FILE.nwb",
+    {"nwb", "nwb:FILE.nwb", "time",
 #ifdef MERKEL_WITH_HDF5
      open_nwb_sink, "", true, convert_recovered_nwb},
 #else
      nullptr, "HDF5: install libhdf5-dev", true},
 #endif
-    {"xdf", "xdf:FILE", open_xdf_sink, "", true},
+    {"xdf", "xdf:FILE", "", open_xdf_sink, "", true},
     {"zmq", "zmq:tcp://127.0.0.1:5557",
+     "topic, stream, hwm (100000), when_full (drop), subscribers, wait_s",
 #ifdef MERKEL_WITH_ZMQ
      open_zmq_sink,
 #else
      nullptr,
 #endif
      "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
-    {"stim-csv", "stim-csv:FILE", open_stim_csv_sink, "", true},
+    {"stim-csv", "stim-csv:FILE", "time", open_stim_csv_sink, "", true},
     {"stim-zmq", "stim-zmq:tcp://127.0.0.1:5558",
+     "topic, stream, hwm (100000), when_full (drop), subscribers, wait_s",
 #ifdef MERKEL_WITH_ZMQ
      open_stim_zmq_sink,
 #else
      nullptr,
 #endif
      "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
-    {"redis", "redis:127.0.0.1:6379",
+    {"redis", "redis:127.0.0.1:6379", "node (merkel), maxlen (100000)",
 #ifdef MERKEL_WITH_HIREDIS
      open_redis_sink,
 #else
      nullptr,
 #endif
      "hiredis: install libhiredis-dev"},
-    {"osc", "osc:HOST:PORT",
+    {"osc", "osc:HOST:PORT", "path",
 #ifdef MERKEL_WITH_LIBLO
      open_osc_sink,
 #else
      nullptr,
 #endif
      "liblo: install liblo-dev"},
-    {"lsl", "lsl:NAME",
+    {"lsl", "lsl:NAME", "wait_s",
 #ifdef MERKEL_WITH_LSL
      open_lsl_sink,
 #else
      nullptr,
 #endif
      kLslLibrary},
-    {"view", "view:8080",
+    {"view", "view:8080", "rate_hz (25), control (0)",
 #ifdef MERKEL_WITH_BEAST
      open_view_sink,
 #else
@@ -98,12 +102,45 @@ void recover_runs(const Scheme& scheme, const Uri& uri, const SinkSetup& setup) 
   }
 }
 
+/// Adds the files of a probe: a recording, or the members of a fused probe.
+void add_files_of_probe(std::string_view text, std::vector<std::string>& files) {
+  const auto uri = Uri::parse(text);
+  if (!uri) return;
+  if (uri->scheme == "replay") files.push_back(uri->path);
+  if (uri->scheme != "fused") return;
+  std::string_view members = text.substr(text.find(':') + 1);
+  while (!members.empty()) {
+    const std::string_view member = members.substr(0, members.find('|'));
+    add_files_of_probe(member, files);
+    members.remove_prefix(std::min(member.size() + 1, members.size()));
+  }
+}
+
+/// The files that a run reads.
+std::vector<std::string> inputs_of(const SinkSetup& setup) {
+  std::vector<std::string> files = setup.inputs;
+  for (const ProbeInfo& probe : setup.run.probes) {
+    add_files_of_probe(probe.uri, files);
+    if (!probe.calibration_file.empty()) files.push_back(probe.calibration_file);
+  }
+  return files;
+}
+
 }  // namespace
 
 std::string sink_schemes() {
   std::string list;
   for (const Scheme& scheme : kSchemes) list.append(list.empty() ? "" : ", ").append(scheme.usage);
   return list;
+}
+
+std::string sink_options_help() {
+  std::string text = "Sinks and their options, SINK?option=value&...:";
+  for (const Scheme& scheme : kSchemes) {
+    text.append("\n  ").append(scheme.usage);
+    if (!scheme.options.empty()) text.append(": ").append(scheme.options);
+  }
+  return text + "\n  time is run, unix or device; %t in a file's name becomes the date and time";
 }
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text,
@@ -119,6 +156,9 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text
     if (scheme.file) {
       recover_runs(scheme, *uri, setup);
       uri->path = dated_name(uri->path, std::chrono::system_clock::now());
+      if (auto safe = check_not_input(uri->path, inputs_of(setup)); !safe) {
+        return Unexpected<SetupError>(safe.error());
+      }
     }
     return scheme.open(*uri, setup);
   }

@@ -24,4 +24,7 @@ namespace merkel {
 /// "csv:FILE, gdf:FILE, …": all schemes, for help texts.
 [[nodiscard]] std::string sink_schemes();
 
+/// All schemes with their options, a line each, for help texts.
+[[nodiscard]] std::string sink_options_help();
+
 }  // namespace merkel

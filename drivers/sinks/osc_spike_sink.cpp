@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -36,12 +37,20 @@ lo_timetag time_tag(std::chrono::nanoseconds utc) {
           .frac = static_cast<std::uint32_t>((rest << 32U) / 1'000'000'000U)};
 }
 
-/// One message per spike, `,ihdii`: neuron, sequence number, probe time in seconds, patch, flags.
-/// Messages are sent in bundles with the time of sending as time tag.
+/// The types of a message. Every OSC program reads `i`; `h` and `d` are optional in OSC 1.0, and
+/// Pure Data and SuperCollider read them wrongly.
+enum class OscTypes : std::uint8_t {
+  kWhole,  ///< `,iiiiii`: neuron, sequence number, seconds and nanoseconds, patch, flags
+  kExact   ///< `,ihdii`: neuron, sequence number, seconds, patch, flags
+};
+constexpr std::string_view kWholeTypes = "iiiiii";
+constexpr std::string_view kExactTypes = "ihdii";
+
+/// One message per spike. Messages are sent in bundles with the time of sending as time tag.
 class OscSpikeSink final : public SpikeSink {
  public:
-  OscSpikeSink(std::string uri, OwnedDescriptor socket, std::string path)
-      : uri_(std::move(uri)), socket_(std::move(socket)), path_(std::move(path)) {}
+  OscSpikeSink(std::string uri, OwnedDescriptor socket, std::string path, OscTypes types)
+      : uri_(std::move(uri)), socket_(std::move(socket)), path_(std::move(path)), types_(types) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
@@ -52,13 +61,7 @@ class OscSpikeSink final : public SpikeSink {
       spikes = spikes.subspan(some.size());
       const Bundle bundle(lo_bundle_new(now));
       for (const SpikeEvent& spike : some) {
-        const lo_message message = lo_message_new();
-        lo_message_add_int32(message, static_cast<std::int32_t>(spike.neuron));
-        lo_message_add_int64(message, ++sequence_);
-        lo_message_add_double(message, units::s_from(spike.time));
-        lo_message_add_int32(message, spike.patch);
-        lo_message_add_int32(message, spike.flags);
-        lo_bundle_add_message(bundle.get(), path_.c_str(), message);
+        lo_bundle_add_message(bundle.get(), path_.c_str(), message_of(spike));
       }
       std::size_t size = lo_bundle_length(bundle.get());
       packet_.resize(size);
@@ -78,9 +81,28 @@ class OscSpikeSink final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return sent_; }
 
  private:
+  lo_message message_of(const SpikeEvent& spike) {
+    const lo_message message = lo_message_new();
+    ++sequence_;
+    lo_message_add_int32(message, static_cast<std::int32_t>(spike.neuron));
+    if (types_ == OscTypes::kExact) {
+      lo_message_add_int64(message, sequence_);
+      lo_message_add_double(message, units::s_from(spike.time));
+    } else {
+      const auto second = std::chrono::floor<std::chrono::seconds>(spike.time);
+      lo_message_add_int32(message, static_cast<std::int32_t>(sequence_ & 0x7FFFFFFF));
+      lo_message_add_int32(message, static_cast<std::int32_t>(second.count()));
+      lo_message_add_int32(message, static_cast<std::int32_t>((spike.time - second).count()));
+    }
+    lo_message_add_int32(message, spike.patch);
+    lo_message_add_int32(message, spike.flags);
+    return message;
+  }
+
   std::string uri_;
   OwnedDescriptor socket_;
   std::string path_;
+  OscTypes types_;
   std::vector<char> packet_;
   std::int64_t sequence_ = 0;
   std::uint64_t sent_ = 0;
@@ -113,6 +135,7 @@ Expected<OwnedDescriptor, std::string> connected_socket(const HostAndPort& to) {
 OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const std::string path = options.text("path", "/merkel/spike");
+  const std::string types = options.word("types", kWholeTypes, "iiiiii|ihdii");
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   const auto address = HostAndPort::parse(uri.path);
   if (!address) {
@@ -132,7 +155,8 @@ OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
   if (!socket) {
     return bad_input("\"" + uri.text + "\": cannot send to this address: " + socket.error());
   }
-  return std::make_unique<OscSpikeSink>(uri.text, std::move(*socket), path);
+  return std::make_unique<OscSpikeSink>(uri.text, std::move(*socket), path,
+                                        types == kExactTypes ? OscTypes::kExact : OscTypes::kWhole);
 }
 
 }  // namespace merkel

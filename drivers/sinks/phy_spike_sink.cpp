@@ -121,7 +121,7 @@ Expected<void, SetupError> PhySpikeSink::write_parameters() {
   for (const auto& [name, value] : time_.facts()) {
     text += name + " = " + (name == "time_zero" ? "'" + value + "'" : value) + "\n";
   }
-  text += "dat_path = ''\nn_channels_dat = " +
+  text += "dat_path = []\nn_channels_dat = " +
           std::to_string(std::max<std::size_t>(1, afferents_.size())) +
           "\ndtype = 'int16'\noffset = 0\nsample_rate = " + shortest_decimal(sample_rate_hz_) +
           "\nhp_filtered = True\n";

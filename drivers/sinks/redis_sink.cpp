@@ -1,14 +1,20 @@
+#include <algorithm>
 #include <array>
+#include <chrono>
+#include <cstdint>
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <hiredis/hiredis.h>
 #include <sys/time.h>
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/files/raw_bytes.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/sink_openers.hpp"
@@ -26,6 +32,9 @@ struct FreeReply {
 using Connection = std::unique_ptr<redisContext, FreeContext>;
 using Reply = std::unique_ptr<redisReply, FreeReply>;
 
+using std::chrono::nanoseconds;
+
+constexpr int kMostBins = 1000;
 constexpr timeval kReplyTimeout{.tv_sec = 1, .tv_usec = 0};
 
 /// Adds entries to Redis streams in batches.
@@ -73,32 +82,75 @@ class StreamWriter {
   int waiting_ = 0;
 };
 
-/// Stimulation commands as entries of Redis streams, as a node of a BRAND graph writes them
-/// (github.com/brandbci/brand). NODE gets one entry per update, with the amplitudes and frequencies
-/// of all electrodes; NODE_pulses one per pulse; NODE_state one at the start and one at the end.
+/// A number as its bytes, little-endian: what NumPy reads by frombuffer.
+template <class Number>
+std::string bytes_of(Number number) {
+  std::string bytes;
+  append_raw(bytes, number);
+  return bytes;
+}
+
+/// A run as entries of Redis streams, as a node of a BRAND graph writes them
+/// (github.com/brandbci/brand, BRAND_spec and DataSyncGuidelines). Every entry of data has `ts`,
+/// the monotonic time of sending in ns as a uint64, and `sync`, the probe time of the data as JSON.
+/// NODE_spikes gets the spikes; NODE_counts the spikes per afferent and bin; NODE one entry per
+/// update of the electrodes; NODE_pulses one per pulse; NODE_state the node's states.
 class RedisSink final : public SpikeSink {
  public:
-  RedisSink(std::string uri, std::string node, StreamWriter streams,
-            const EncodingParameters& encoding)
+  RedisSink(std::string uri, std::string node, StreamWriter streams, const SinkSetup& setup,
+            nanoseconds bin)
       : uri_(std::move(uri)),
         node_(std::move(node)),
         streams_(std::move(streams)),
-        text_(encoding),
-        encoding_("{" + encoding_members(encoding) + "}") {}
+        text_(setup.run.encoding),
+        encoding_("{" + encoding_members(setup.run.encoding) + "}"),
+        bin_(bin),
+        counts_(setup.neurons) {}
 
   /// \return the error, or nothing
   std::string announce() {
-    streams_.add(node_ + "_state",
-                 {{"code", "0"}, {"status", "initialized"}, {"parameters", encoding_}});
+    add_state("NODE_STARTED", {"parameters", encoding_});
     return streams_.settle();
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
-  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kStimulation | kTicks;
+  }
+  [[nodiscard]] bool stimulates() const noexcept override { return true; }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override {
-    return {};
+  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
+    if (ready_) return {};
+    ready_ = true;
+    bin_start_ = origin.start;
+    add_state("NODE_READY");
+    return settled();
+  }
+
+  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    if (spikes.empty()) return {};
+    std::string times;
+    std::string neurons;
+    for (const SpikeEvent& spike : spikes) {
+      append_raw(times, std::int64_t{spike.time.count()});
+      append_raw(neurons, spike.neuron);
+      if (bin_.count() == 0) continue;
+      end_bins(spike.time);
+      if (spike.neuron >= 1 && spike.neuron <= counts_.size()) ++counts_[spike.neuron - 1];
+    }
+    streams_.add(node_ + "_spikes", {{"ts", sending_time()},
+                                     {"sync", sync_of(spikes.back().time)},
+                                     {"time_ns", times},
+                                     {"neuron", neurons}});
+    auto sent = settled();
+    if (sent) delivered_ += spikes.size();
+    return sent;
+  }
+
+  /// The ticks end bins without spikes.
+  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+    if (bin_.count() > 0 && !ticks.empty()) end_bins(ticks.back().time);
+    return settled();
   }
   [[nodiscard]] Expected<void, SinkError> write_commands(
       std::span<const StimulationCommand> commands) override {
@@ -112,10 +164,10 @@ class RedisSink final : public SpikeSink {
     return settled();
   }
   [[nodiscard]] Expected<void, SinkError> close() override {
-    streams_.add(node_ + "_state", {{"code", "0"}, {"status", "done"}});
+    add_state("NODE_SHUTDOWN");
     return settled();
   }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   Expected<void, SinkError> settled() {
@@ -125,8 +177,36 @@ class RedisSink final : public SpikeSink {
         {.sentence = uri_ + " failed: " + error + "; check the Redis server and run again"});
   }
 
+  /// `code` and `status` are the fields of BRAND's own nodes.
+  void add_state(const char* status, const std::pair<std::string_view, std::string>& further = {}) {
+    if (further.first.empty()) {
+      streams_.add(node_ + "_state", {{"code", "0"}, {"status", status}});
+    } else {
+      streams_.add(node_ + "_state", {{"code", "0"}, {"status", status}, further});
+    }
+  }
+
+  /// Sends the bins that end at or before a time. All earlier spikes are counted.
+  void end_bins(nanoseconds time) {
+    // A run that was stopped for long sends no bins for that time.
+    if (time - bin_start_ > kMostBins * bin_) {
+      const nanoseconds skipped = (time - bin_start_) / bin_ * bin_ - bin_;
+      std::fill(counts_.begin(), counts_.end(), std::uint16_t{0});
+      bin_start_ += skipped;
+    }
+    for (; bin_start_ + bin_ <= time; bin_start_ += bin_) {
+      std::string counts;
+      for (std::uint16_t& count : counts_)
+        append_raw(counts, std::exchange(count, std::uint16_t{0}));
+      streams_.add(
+          node_ + "_counts",
+          {{"ts", sending_time()}, {"sync", sync_of(bin_start_ + bin_)}, {"counts", counts}});
+    }
+  }
+
   void add_pulse(const StimulationCommand& command) {
-    streams_.add(node_ + "_pulses", {{"ts", monotonic_ns()},
+    streams_.add(node_ + "_pulses", {{"ts", sending_time()},
+                                     {"sync", sync_of(command.time)},
                                      {"time_ns", std::to_string(command.time.count())},
                                      {"heartbeat", std::to_string(command.heartbeat)},
                                      {"electrode", text_.name(command)},
@@ -143,7 +223,8 @@ class RedisSink final : public SpikeSink {
     frequencies_.append(before).append(shortest_decimal(command.frequency_Hz));
     stops_.append(before).append("\"").append(name_of(command.stop)).append("\"");
     if (command.electrode + 1U != text_.electrodes()) return;
-    streams_.add(node_, {{"ts", monotonic_ns()},
+    streams_.add(node_, {{"ts", sending_time()},
+                         {"sync", sync_of(command.time)},
                          {"time_ns", std::to_string(command.time.count())},
                          {"heartbeat", std::to_string(command.heartbeat)},
                          {"amplitude_uA", amplitudes_ + "]"},
@@ -151,7 +232,13 @@ class RedisSink final : public SpikeSink {
                          {"stop", stops_ + "]"}});
   }
 
-  static std::string monotonic_ns() { return std::to_string(read_clock_pair().monotonic.count()); }
+  static std::string sending_time() {
+    return bytes_of(static_cast<std::uint64_t>(read_clock_pair().monotonic.count()));
+  }
+  /// The label of an entry's data: the time of the newest, in probe time.
+  static std::string sync_of(nanoseconds time) {
+    return "{\"merkel_time_ns\":" + std::to_string(time.count()) + "}";
+  }
 
   std::string uri_;
   std::string node_;
@@ -161,6 +248,11 @@ class RedisSink final : public SpikeSink {
   std::string amplitudes_;  ///< of the current update, as JSON arrays
   std::string frequencies_;
   std::string stops_;
+  bool ready_ = false;
+  nanoseconds bin_;  ///< 0: no counts
+  nanoseconds bin_start_{0};
+  std::vector<std::uint16_t> counts_;  ///< of the present bin, by neuron
+  std::uint64_t delivered_ = 0;
 };
 
 /// The node's name is part of the names of its streams.
@@ -203,10 +295,8 @@ OpenedSink open_redis_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const std::string node = options.text("node", "merkel");
   const std::int64_t longest = options.whole("maxlen", 100'000, 1, 100'000'000);
+  const double bin_ms = options.number("bin_ms", 10.0, 0.0, 10'000.0);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  if (auto some = require_electrodes(uri, setup.run.encoding); !some) {
-    return Unexpected<SetupError>(some.error());
-  }
   if (!is_node_name(node)) {
     return bad_input("\"" + uri.text +
                      "\": the option node must have 1 to 64 letters, digits, '_', '-', '.' or "
@@ -215,7 +305,8 @@ OpenedSink open_redis_sink(const Uri& uri, const SinkSetup& setup) {
   auto connection = connect(uri, setup);
   if (!connection) return Unexpected<SetupError>(connection.error());
   auto sink = std::make_unique<RedisSink>(
-      uri.text, node, StreamWriter(std::move(*connection), longest), setup.run.encoding);
+      uri.text, node, StreamWriter(std::move(*connection), longest), setup,
+      std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double, std::milli>(bin_ms)));
   if (const std::string error = sink->announce(); !error.empty()) {
     return unavailable("\"" + uri.text + "\": the Redis server refused: " + error);
   }

@@ -43,6 +43,8 @@ struct SinkSetup {
   RunDescription run;
   /// Receives messages of a sink while it opens. May be empty.
   std::function<void(const std::string&)> notice = {};
+  /// Files that the run reads, besides those of its probes: they are never replaced.
+  std::vector<std::string> inputs = {};
   TimeZero time_zero = TimeZero::kRun;  ///< for file sinks without the option `time`
   std::shared_ptr<RecordingSwitch> recording = nullptr;  ///< null: no recording on request
   std::shared_ptr<SessionPosition> session = nullptr;    ///< of a played session; else null

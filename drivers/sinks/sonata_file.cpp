@@ -8,6 +8,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/hdf5_file.hpp"
 #include "drivers/files/line_reader.hpp"
+#include "drivers/files/output_file.hpp"
 #include "drivers/sinks/rows_sink.hpp"
 
 namespace merkel {
@@ -56,6 +57,20 @@ bool write_spikes(Hdf5File& file, const SonataContent& content) {
   return outcome == LineReader::Outcome::kEnd;
 }
 
+/// The table of node types, which SONATA's readers want with the file of nodes:
+/// NAME_node_types.csv.
+Expected<void, std::string> write_node_types(const std::string& path, const SonataContent& content,
+                                             bool overwrite) {
+  if (content.afferents.empty()) return {};
+  auto file = OutputFile::create(node_types_name(path), overwrite);
+  if (!file) return Unexpected<std::string>(file.error().sentence);
+  if (file->write("node_type_id population model_type\n0 " + content.population + " virtual\n") &&
+      file->close()) {
+    return {};
+  }
+  return Unexpected<std::string>(file->error());
+}
+
 /// The afferents, as SONATA describes nodes: one type, one group of attributes.
 void write_nodes(Hdf5File& file, const SonataContent& content) {
   if (content.afferents.empty()) return;
@@ -82,14 +97,20 @@ void write_nodes(Hdf5File& file, const SonataContent& content) {
 
 }  // namespace
 
+std::string node_types_name(const std::string& path) {
+  const auto end = path.ends_with(".h5") ? path.size() - 3 : path.size();
+  return path.substr(0, end) + "_node_types.csv";
+}
+
 Expected<void, std::string> write_sonata(const std::string& path, const SonataContent& content,
                                          bool overwrite) {
-  return write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
+  auto written = write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
     file.attribute("/", "magic", kMagic);
     file.attribute("/", "version", kVersion);
     if (!write_spikes(file, content)) file.fail();
     write_nodes(file, content);
   });
+  return written ? write_node_types(path, content, overwrite) : written;
 }
 
 }  // namespace merkel

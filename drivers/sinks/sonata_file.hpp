@@ -18,10 +18,13 @@ struct SonataContent {
 };
 
 /// Writes a SONATA file: /spikes/<population> with timestamps in ms and node_ids from 0, and
-/// /nodes/<population> with positions and field radii of the afferents. Uses bounded memory. On
-/// failure, leaves no file of that name and returns the reason.
+/// /nodes/<population> with positions and field radii of the afferents; beside it the table of node
+/// types. Uses bounded memory. On failure, leaves no incomplete file and returns the reason.
 [[nodiscard]] Expected<void, std::string> write_sonata(const std::string& path,
                                                        const SonataContent& content,
                                                        bool overwrite);
+
+/// The name of the table of node types: "dir/s_node_types.csv" for "dir/s.h5".
+[[nodiscard]] std::string node_types_name(const std::string& path);
 
 }  // namespace merkel

@@ -69,6 +69,9 @@ OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
   if (population.empty() || population.find_first_of("/.") != std::string::npos) {
     return bad_input("\"" + uri.text + "\": the option population must be a name without / and .");
   }
+  if (auto free = check_not_taken(node_types_name(uri.path), setup.overwrite); !free) {
+    return Unexpected<SetupError>(free.error());
+  }
   auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
   if (!rows->recovered().empty()) convert_recovered_sonata(rows->recovered(), setup);

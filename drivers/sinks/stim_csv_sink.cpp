@@ -5,6 +5,7 @@
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
 #include "drivers/sinks/time_base.hpp"
+#include "drivers/sinks/time_file.hpp"
 
 namespace merkel {
 namespace {
@@ -12,21 +13,24 @@ namespace {
 /// Writes stimulation commands as rows of CSV.
 class StimCsvSink final : public SpikeSink {
  public:
-  StimCsvSink(std::string uri, OutputFile file, const EncodingParameters& encoding, TimeBase time)
-      : uri_(std::move(uri)), file_(std::move(file)), text_(encoding), time_(time) {}
+  StimCsvSink(std::string uri, OutputFile file, TimeFile time_file,
+              const EncodingParameters& encoding, TimeBase time)
+      : uri_(std::move(uri)),
+        file_(std::move(file)),
+        time_file_(std::move(time_file)),
+        text_(encoding),
+        time_(time) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     if (std::exchange(header_written_, true)) return {};
     time_.set(origin);
-    std::string header;
-    if (!time_.plain()) {
-      for (const auto& [name, value] : time_.facts()) header += "# " + name + "=" + value + "\n";
-    }
-    const bool written = file_.write(header.append(StimulationText::kCsvHeader));
+    if (!time_file_.write(time_)) return Unexpected<SinkError>({.sentence = time_file_.error()});
+    const bool written = file_.write(StimulationText::kCsvHeader);
     file_.end_header();
     return settle(written);
   }
@@ -41,7 +45,7 @@ class StimCsvSink final : public SpikeSink {
       command.time = time_(command.time);
       text_.append_row(rows_, command);
     }
-    return settle(file_.write(rows_));
+    return settle(file_.write(rows_) && file_.flush());
   }
   [[nodiscard]] Expected<void, SinkError> flush() override { return settle(file_.flush()); }
   [[nodiscard]] Expected<void, SinkError> close() override {
@@ -59,6 +63,7 @@ class StimCsvSink final : public SpikeSink {
 
   std::string uri_;
   OutputFile file_;
+  TimeFile time_file_;
   StimulationText text_;
   TimeBase time_;
   bool header_written_ = false;
@@ -76,7 +81,10 @@ OpenedSink open_stim_csv_sink(const Uri& uri, const SinkSetup& setup) {
   }
   auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
   if (!file) return Unexpected<SetupError>(file.error());
-  return std::make_unique<StimCsvSink>(uri.text, std::move(*file), setup.run.encoding, time);
+  auto time_file = TimeFile::beside(*file, setup);
+  if (!time_file) return Unexpected<SetupError>(time_file.error());
+  return std::make_unique<StimCsvSink>(uri.text, std::move(*file), std::move(*time_file),
+                                       setup.run.encoding, time);
 }
 
 }  // namespace merkel

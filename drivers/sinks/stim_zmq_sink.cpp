@@ -28,6 +28,7 @@ class StimZmqSink final : public SpikeSink {
   [[nodiscard]] ZmqPublisher& publisher() { return publisher_; }
   [[nodiscard]] const std::string& uri() const noexcept override { return publisher_.uri(); }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
 
   /// The electrodes and their limits, for subscribers of the start message.

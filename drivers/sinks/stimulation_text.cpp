@@ -60,6 +60,11 @@ std::string encoding_members(const EncodingParameters& encoding) {
   text.append(R"(,"phase_us":)").append(shortest_decimal(units::us_from(limits.phase)));
   text.append(R"(,"max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
   text.append(R"(,"max_total_uA":)").append(shortest_decimal(limits.max_total_uA));
+  text.append(R"(,"max_slope_uA_per_s":)");
+  text.append(limits.max_slope_uA_per_s ? shortest_decimal(*limits.max_slope_uA_per_s) : "null");
+  text.append(R"(,"max_electrodes":)");
+  text.append(limits.max_electrodes ? std::to_string(*limits.max_electrodes) : "null");
+  text.append(R"(,"watchdog_ms":)").append(shortest_decimal(units::ms_from(limits.watchdog)));
   return text;
 }
 

@@ -18,8 +18,13 @@ void append_number(std::string& text, std::uint32_t number) {
 
 }  // namespace
 
-TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, Form form, TimeBase time)
-    : uri_(std::move(uri)), file_(std::move(file)), form_(form), time_(time) {}
+TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, TimeFile time_file, Form form,
+                             TimeBase time)
+    : uri_(std::move(uri)),
+      file_(std::move(file)),
+      time_file_(std::move(time_file)),
+      form_(form),
+      time_(time) {}
 
 Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const Uri& uri,
                                                                      const std::string& path,
@@ -30,18 +35,19 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const Uri& 
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto file = OutputFile::create(path, setup.overwrite, setup.notice);
   if (!file) return Unexpected<SetupError>(file.error());
-  return std::unique_ptr<SpikeSink>(new TextSpikeSink(uri.text, std::move(*file), form, time));
+  auto time_file = TimeFile::beside(*file, setup);
+  if (!time_file) return Unexpected<SetupError>(time_file.error());
+  return std::unique_ptr<SpikeSink>(
+      new TextSpikeSink(uri.text, std::move(*file), std::move(*time_file), form, time));
 }
 
 Expected<void, SinkError> TextSpikeSink::begin(const RunOrigin& origin) {
   if (std::exchange(header_written_, true)) return {};
   time_.set(origin);
-  std::string header;
-  if (!time_.plain()) {
-    for (const auto& [name, value] : time_.facts()) header += "# " + name + "=" + value + "\n";
-  }
-  if (form_ == Form::kCsv) header += "time_s,neuron\n";
-  const bool written = file_.write(header);
+  if (!time_file_.write(time_)) return Unexpected<SinkError>({.sentence = time_file_.error()});
+  // Neither form has comments: readers differ in what they make of them. Neo, for one, takes the
+  // times of a GDF file for whole numbers if its first line has no ".".
+  const bool written = form_ == Form::kGdf || file_.write("time_s,neuron\n");
   file_.end_header();
   return settle(written);
 }

@@ -7,17 +7,18 @@
 #include "drivers/files/output_file.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 #include "drivers/sinks/time_base.hpp"
+#include "drivers/sinks/time_file.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
 
-/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. If the times are
-/// not the probe's, comment lines (`# time_offset_ns=…`) at the start of the file hold the
-/// conversion.
+/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. The file has one
+/// form after every run; the conversion of its times to the probe's is in the file beside it
+/// (TimeFile).
 class TextSpikeSink final : public SpikeSink {
  public:
   enum class Form {
-    kCsv,  ///< `time_s,neuron`, with this header
+    kCsv,  ///< `time_s,neuron`, with this line as its first
     kGdf,  ///< NEST's: neuron, tab, time in ms; no header
   };
 
@@ -34,11 +35,12 @@ class TextSpikeSink final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  TextSpikeSink(std::string uri, OutputFile file, Form form, TimeBase time);
+  TextSpikeSink(std::string uri, OutputFile file, TimeFile time_file, Form form, TimeBase time);
   Expected<void, SinkError> settle(bool succeeded);
 
   std::string uri_;
   OutputFile file_;
+  TimeFile time_file_;
   Form form_;
   TimeBase time_;
   bool header_written_ = false;

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <chrono>
 #include <cstdint>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,11 +29,13 @@ class RecordedZero {
  public:
   static constexpr std::array kNames = {"time_offset_ns", "start_device_ns"};
 
-  /// Uses a comment line `# NAME=VALUE`.
-  void take_comment(std::string_view line) {
-    const auto equals = line.find('=');
-    if (!line.starts_with("# ") || equals == std::string_view::npos) return;
-    take(line.substr(2, equals - 2), line.substr(equals + 1));
+  /// Uses the file NAME.time beside a text file, if there is one.
+  void take_file_beside(const std::string& path) {
+    std::ifstream file(path + ".time");
+    std::string text(kLongestFile, '\0');
+    file.read(text.data(), kLongestFile);
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    take_all(text);
   }
   /// Uses a fact if it describes the zero.
   void take(std::string_view name, std::string_view value) {
@@ -54,6 +57,8 @@ class RecordedZero {
   }
 
  private:
+  static constexpr std::streamsize kLongestFile = 4096;
+
   static std::optional<std::chrono::nanoseconds> whole(std::string_view text) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

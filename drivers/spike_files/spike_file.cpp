@@ -11,6 +11,7 @@
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/line_reader.hpp"
@@ -31,6 +32,21 @@ std::optional<std::uint32_t> neuron_of(std::string_view field) {
   return neuron;
 }
 
+/// The rest of a file as numbers.
+template <class Number>
+Expected<std::vector<std::int64_t>, SetupError> numbers_of(std::ifstream& file,
+                                                           const std::string& path) {
+  std::vector<std::int64_t> values;
+  Number number = 0;
+  while (file.read(reinterpret_cast<char*>(&number), sizeof number)) {
+    if (!std::in_range<std::int64_t>(number)) {
+      return bad_input(path + " holds a number above 2^63");
+    }
+    values.push_back(static_cast<std::int64_t>(number));
+  }
+  return values;
+}
+
 /// The whole numbers of a one-dimensional NumPy file.
 Expected<std::vector<std::int64_t>, SetupError> read_npy(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -42,20 +58,13 @@ Expected<std::vector<std::int64_t>, SetupError> read_npy(const std::string& path
       static_cast<unsigned char>(head[8]) + 256U * static_cast<unsigned char>(head[9]);
   std::string header(header_bytes, ' ');
   file.read(header.data(), static_cast<std::streamsize>(header_bytes));
-  const std::size_t width = header.find("'<i8'") != std::string::npos   ? 8
-                            : header.find("'<i4'") != std::string::npos ? 4
-                                                                        : 0;
-  if (!file || width == 0) {
-    return bad_input(path + " does not hold whole numbers of 4 or 8 bytes");
-  }
-  std::vector<std::int64_t> values;
-  std::int64_t wide = 0;
-  std::int32_t narrow = 0;
-  while (file.read(width == 8 ? reinterpret_cast<char*>(&wide) : reinterpret_cast<char*>(&narrow),
-                   static_cast<std::streamsize>(width))) {
-    values.push_back(width == 8 ? wide : narrow);
-  }
-  return values;
+  const auto is = [&header](const char* type) { return header.find(type) != std::string::npos; };
+  // Kilosort and SpikeInterface write unsigned times.
+  if (is("'<i8'")) return numbers_of<std::int64_t>(file, path);
+  if (is("'<u8'")) return numbers_of<std::uint64_t>(file, path);
+  if (is("'<i4'")) return numbers_of<std::int32_t>(file, path);
+  if (is("'<u4'")) return numbers_of<std::uint32_t>(file, path);
+  return bad_input(path + " does not hold whole numbers of 4 or 8 bytes");
 }
 
 }  // namespace
@@ -69,13 +78,19 @@ Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path) {
   while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
     std::string_view line = lines->line();
     if (line.empty()) continue;
-    if (line.starts_with("# ")) {
-      zero.take_comment(line);
-      continue;
-    }
+    if (line.starts_with('#')) continue;
     if (file.spikes.empty() && line.starts_with("time_s,neuron")) {
       file.format = "CSV";
       continue;
+    }
+    // NEST 3's recording backend "ascii"; its comment lines are skipped.
+    if (file.spikes.empty() && line == "sender\ttime_ms") {
+      file.format = "NEST";
+      continue;
+    }
+    if (file.spikes.empty() && line.starts_with("sender\ttime_step")) {
+      return bad_input(lines->where() +
+                       "the times are in steps: record with NEST's time_in_steps = false");
     }
     const bool csv = file.format == "CSV";
     const auto tab = line.find('\t');
@@ -88,12 +103,13 @@ Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path) {
       return bad_input(
           lines->where() +
           "this is not a spike: expected a header time_s,neuron and rows of them (CSV), or "
-          "rows of neuron, tab and ms (GDF)");
+          "rows of neuron, tab and ms (GDF, NEST)");
     }
     file.spikes.push_back(
         {.time = csv ? *time_s : nanoseconds{std::llround(*time_ms)}, .neuron = *neuron});
   }
   if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+  zero.take_file_beside(path);
   file.from_start = zero.apply(file.spikes);
   return file;
 }

@@ -19,8 +19,8 @@ using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
 constexpr std::array kKinds = {Kind::kUpdate, Kind::kPulse};
-constexpr std::array kStops = {Stop::kNone,        Stop::kReleased,    Stop::kGap,
-                               Stop::kNeuronReset, Stop::kSinkFailure, Stop::kEnd};
+constexpr std::array kStops = {Stop::kNone,        Stop::kReleased, Stop::kGap,  Stop::kNeuronReset,
+                               Stop::kSinkFailure, Stop::kEnd,      Stop::kStale};
 
 /// The header without the line's end.
 std::string_view header() {
@@ -83,10 +83,7 @@ Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& pa
   while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
     const std::string_view line = lines->line();
     if (line.empty()) continue;
-    if (line.starts_with('#')) {
-      zero.take_comment(line);
-      continue;
-    }
+    if (line.starts_with('#')) continue;
     if (!header_found) {
       if (line != header()) {
         return bad_input(lines->where() + "expected the header " + std::string(header()));
@@ -102,6 +99,7 @@ Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& pa
     file.commands.push_back(std::move(*command));
   }
   if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+  zero.take_file_beside(path);
   file.from_start = zero.apply(file.commands);
   sort_by_time(file.commands);
   return file;

@@ -19,8 +19,11 @@ namespace merkel {
 namespace {
 
 constexpr double kPatience_s = 2.0;
-constexpr int kBuffered_s = 10;  ///< of samples that are not read yet
+constexpr int kInletBuffer_s = 10;  ///< of samples that are not read yet
 constexpr std::size_t kMostChannels = 64;
+constexpr double kSilent_s = 1.0;   ///< without samples: is the stream still announced?
+constexpr double kForgets_s = 2.0;  ///< a stream that does not answer for that long is gone
+constexpr double kWatched_s = 3.0;  ///< of the network, before that is decided
 
 std::string line_of(double time_s, std::span<const double> values) {
   std::array<char, 32> time{};
@@ -30,7 +33,7 @@ std::string line_of(double time_s, std::span<const double> values) {
   return line + "\n";
 }
 
-std::vector<LslStream::Channel> channels_of(const lsl::stream_info& info) {
+std::vector<LslStream::Channel> channels_of(lsl::stream_info& info) {  // desc() is not const
   std::vector<LslStream::Channel> channels;
   lsl::xml_element channel = info.desc().child("channels").child("channel");
   for (int i = 0; i < info.channel_count(); ++i) {
@@ -68,11 +71,15 @@ class LslPort final : public Transport {
       while (waiting_.size() < bytes.size()) {
         const double time_s = inlet_->pull_sample(values_, wait_s);
         if (time_s == 0.0) break;
+        heard_s_ = lsl::local_clock();
+        watch_.reset();
         waiting_ += line_of(time_s, values_);
         wait_s = 0.0;
       }
+      if (waiting_.empty() && is_gone()) throw lsl::lost_error("no longer announced");
     } catch (const std::exception&) {  // the outlet is gone
       inlet_.reset();
+      watch_.reset();
       return Unexpected<Disconnected>(Disconnected{});
     }
     const std::size_t count = std::min(bytes.size(), waiting_.size());
@@ -95,11 +102,13 @@ class LslPort final : public Transport {
       const auto info = find();
       if (!info) return Unexpected<SetupError>(info.error());
       // Without liblsl's own recovery, so that an outage is noticed and the press released.
-      inlet_ = std::make_unique<lsl::stream_inlet>(*info, kBuffered_s, 0, false);
+      inlet_ = std::make_unique<lsl::stream_inlet>(*info, kInletBuffer_s, 0, false);
       inlet_->set_postprocessing(lsl::post_clocksync);  // times in this machine's clock
       inlet_->open_stream(kPatience_s);
-      const lsl::stream_info whole = inlet_->info(kPatience_s);
+      lsl::stream_info whole = inlet_->info(kPatience_s);
       opened_ = true;
+      uid_ = whole.uid();
+      heard_s_ = lsl::local_clock();
       source_id_ = whole.source_id();
       channel_count_ = whole.channel_count();
       info_.serial_number = printable_text(source_id_);
@@ -113,6 +122,21 @@ class LslPort final : public Transport {
   }
 
  private:
+  /// Whether the outlet has left. liblsl itself notices only a connection that is closed, which
+  /// neither a lost network nor every outlet that ends does.
+  [[nodiscard]] bool is_gone() {
+    const double now_s = lsl::local_clock();
+    if (now_s - heard_s_ < kSilent_s) return false;
+    if (!watch_) {
+      watch_ = std::make_unique<lsl::continuous_resolver>("name", name_, kForgets_s);
+      watched_since_s_ = now_s;
+    }
+    if (now_s - watched_since_s_ < kWatched_s) return false;
+    const auto announced = watch_->results();
+    return std::none_of(announced.begin(), announced.end(),
+                        [this](const lsl::stream_info& info) { return info.uid() == uid_; });
+  }
+
   /// Whether an announced stream is the one that was opened first; true before the first opening.
   [[nodiscard]] bool is_same(const lsl::stream_info& info) const {
     return !opened_ || (info.source_id() == source_id_ && info.channel_count() == channel_count_);
@@ -165,6 +189,10 @@ class LslPort final : public Transport {
   bool opened_ = false;    ///< at least once
   std::string source_id_;  ///< of the stream that was opened
   int channel_count_ = 0;
+  std::string uid_;                                  ///< of the outlet that is read
+  double heard_s_ = 0.0;                             ///< LSL's time of the last sample
+  std::unique_ptr<lsl::continuous_resolver> watch_;  ///< while the stream is silent
+  double watched_since_s_ = 0.0;
   std::string waiting_;  ///< lines that have not been read
   std::vector<double> values_;
 };

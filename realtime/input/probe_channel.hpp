@@ -18,6 +18,8 @@ struct ProbeChannel {
   Counter delivered;                  ///< samples put into the queue
   Counter dropped;                    ///< samples dropped because the queue was full
   std::atomic<bool> ended{false};     ///< set after the last sample; none will follow
+  /// Host time of the newest sample: its acquisition, at the latest its arrival.
+  std::atomic<std::int64_t> newest_ns{0};
 
   /// Counted by the simulation thread.
   Counter used;        ///< samples that had arrived when their time was simulated

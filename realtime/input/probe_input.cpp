@@ -1,5 +1,8 @@
 #include "realtime/input/probe_input.hpp"
 
+#include <algorithm>
+
+#include "core/units.hpp"
 #include "realtime/input/probe_channel.hpp"
 
 namespace merkel {
@@ -15,6 +18,7 @@ void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
        next = channel_.samples.front()) {
     (next->time <= simulated_ ? channel_.late : channel_.used).add();
     last_ = *next;
+    if (estimate_) estimate_->add(*last_);
     channel_.samples.pop();
   }
 }
@@ -46,7 +50,7 @@ ProbeInput::Counts ProbeInput::counts() const noexcept {
 
 ContactInput ProbeInput::contact_of(const ProbeSample& sample) const noexcept {
   return {.depth_mm = sample.depth_mm,
-          .force_mN = sample.force_mN,
+          .force_mN = parameters_.invert_force ? -sample.force_mN : sample.force_mN,
           .x_mm = sample.has(ProbeSample::kX) ? sample.x_mm : parameters_.x_mm,
           .y_mm = sample.has(ProbeSample::kY) ? sample.y_mm : parameters_.y_mm};
 }
@@ -56,11 +60,21 @@ ContactInput ProbeInput::released(const ContactInput& last) const noexcept {
 }
 
 ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
-  const Reading reading = reading_at(time);
+  Reading reading = reading_at(time);
+  if (parameters_.contact_N > 0.0 && last_ && last_->has(ProbeSample::kForce)) {
+    apply_threshold(reading.contact);
+  }
   channel_.depth_mm.store(reading.contact.depth_mm, std::memory_order_relaxed);
   channel_.force_mN.store(reading.contact.force_mN, std::memory_order_relaxed);
   channel_.state.store(reading.state, std::memory_order_relaxed);
   return reading;
+}
+
+void ProbeInput::apply_threshold(ContactInput& contact) noexcept {
+  touching_ = contact.force_mN >= (touching_ ? 0.5 : 1.0) * units::mN_from_N(parameters_.contact_N);
+  if (touching_) return;
+  contact.force_mN = std::min(contact.force_mN, 0.0);
+  contact.depth_mm = std::min(contact.depth_mm, 0.0);
 }
 
 ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {

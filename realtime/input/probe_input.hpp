@@ -8,6 +8,7 @@
 #include "core/records/contact_input.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/tick_record.hpp"
+#include "realtime/input/delay_estimate.hpp"
 
 namespace merkel {
 
@@ -20,7 +21,8 @@ struct ProbeChannel;
 /// sample follows within it, the probe is released (depth and force 0) until the next sample's
 /// time. If no sample beyond the requested time has arrived yet, the last one is held. The rule
 /// depends only on the samples, so a recording gives the same result as the live run whenever
-/// nothing was late. Real-time: yes.
+/// nothing was late. A force below contact_N does not touch: depth and force are then 0 or
+/// negative. Real-time: yes.
 class ProbeInput {
  public:
   struct Parameters {
@@ -28,9 +30,14 @@ class ProbeInput {
     std::optional<std::chrono::nanoseconds> stale_after;
     /// Whether to interpolate linearly between two samples; if not, the first of them is held.
     bool interpolate = true;
+    double held_share = 0.001;  ///< share of the ticks that the delay of the loop may hold
+    std::optional<std::chrono::nanoseconds> max_delay;  ///< default: DelayEstimate::ceiling()
     /// Position of the probe if its samples have no position.
     double x_mm = 15.0;
     double y_mm = 10.0;
+    bool invert_force = false;  ///< for a sensor that reports compression as negative
+    /// A measured force that begins a contact, which ends at half of it; 0: any positive force.
+    double contact_N = 0.0;
   };
   using State = TickRecord::State;
   struct Reading {
@@ -46,6 +53,17 @@ class ProbeInput {
 
   ProbeInput(ProbeChannel& channel, const Parameters& parameters) noexcept
       : channel_(channel), parameters_(parameters) {}
+
+  /// Measures from now on how long the loop must wait for the samples. Real-time: no.
+  void measure_delay() {
+    estimate_.emplace(DelayEstimate::Parameters{.interpolate = parameters_.interpolate,
+                                                .held_share = parameters_.held_share,
+                                                .max_delay = parameters_.max_delay});
+  }
+  /// Null if the delay is not measured. Real-time: yes.
+  [[nodiscard]] DelayEstimate* estimate() noexcept MERKEL_REALTIME {
+    return estimate_ ? &*estimate_ : nullptr;
+  }
 
   /// Whether all samples needed for `time` have arrived: one beyond it, or the end of the stream.
   [[nodiscard]] bool ready_for(std::chrono::nanoseconds time) noexcept MERKEL_REALTIME;
@@ -74,11 +92,14 @@ class ProbeInput {
   void consume_until(std::chrono::nanoseconds time) noexcept;
   [[nodiscard]] ContactInput contact_of(const ProbeSample& sample) const noexcept;
   [[nodiscard]] std::chrono::nanoseconds valid_for_last() const noexcept;
+  void apply_threshold(ContactInput& contact) noexcept;
   [[nodiscard]] ContactInput released(const ContactInput& last) const noexcept;
 
   ProbeChannel& channel_;
   Parameters parameters_;
+  std::optional<DelayEstimate> estimate_;
   std::optional<ProbeSample> last_;  ///< the latest sample at or before the time read last
+  bool touching_ = false;            ///< by contact_N
   std::chrono::nanoseconds simulated_ = std::chrono::nanoseconds::min();
 };
 

@@ -1,5 +1,6 @@
 #include "realtime/input/probe_reader.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -61,6 +62,8 @@ void ProbeReader::read_all(const std::stop_token& stop) {
     for (std::size_t i = 0; i < *count; ++i) {
       samples[i].time += parameters_.shift;
       samples[i].arrival += parameters_.shift;
+      channel_.newest_ns.store(std::min(samples[i].time, samples[i].arrival).count(),
+                               std::memory_order_relaxed);
       if (!deliver(samples[i], stop)) return;
       for (SampleTap* const tap : parameters_.taps) push_to_tap(*tap, samples[i], stop);
     }

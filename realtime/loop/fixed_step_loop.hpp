@@ -15,6 +15,7 @@
 #include "core/scene/tactile_model.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/input/probe_input.hpp"
+#include "realtime/loop/delay_control.hpp"
 #include "realtime/loop/loop_statistics.hpp"
 #include "realtime/loop/press_watch.hpp"
 #include "realtime/loop/stimulation_output.hpp"
@@ -41,8 +42,7 @@ class FixedStepLoop {
     std::chrono::nanoseconds start{0};        ///< probe time at which the first tick begins
     std::chrono::nanoseconds wall_offset{0};  ///< wall time − probe time
     std::chrono::nanoseconds delay{0};        ///< jitter buffer
-    /// The current delay in ns, if it may grow during the run; borrowed.
-    const std::atomic<std::int64_t>* growing_delay = nullptr;
+    DelayControl* delay_control = nullptr;    ///< changes the delay during the run; borrowed
     /// Set if the first samples waited while their rate was measured. All ticks are then caught up,
     /// and none counts as an overrun, until the first tick that is on time.
     bool starts_behind = false;
@@ -82,7 +82,7 @@ class FixedStepLoop {
     bool behind_at_start = parameters_.starts_behind;
     for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
       if (exhausted()) break;
-      const auto due = parameters_.start + k * tick + parameters_.wall_offset + delay();
+      const auto due = parameters_.start + k * tick + parameters_.wall_offset + delay(tick);
       const auto started = wait_for(due, tick, stop);
       if (started < due) break;  // stopped
       const std::int64_t behind = std::max<std::int64_t>(0, (started - due) / tick);
@@ -119,13 +119,19 @@ class FixedStepLoop {
   [[nodiscard]] const DeepestPress& deepest_press(std::size_t probe) const noexcept {
     return presses_[probe].press();
   }
+  [[nodiscard]] const PressRange& press_range(std::size_t probe) const noexcept {
+    return presses_[probe].range();
+  }
 
  private:
   static constexpr std::int64_t kMostTicksBehind = 20'000;
 
-  [[nodiscard]] std::chrono::nanoseconds delay() const noexcept {
-    if (parameters_.growing_delay == nullptr) return parameters_.delay;
-    return std::chrono::nanoseconds{parameters_.growing_delay->load(std::memory_order_relaxed)};
+  /// The delay of the next tick.
+  [[nodiscard]] std::chrono::nanoseconds delay(std::chrono::nanoseconds tick) noexcept {
+    if (parameters_.delay_control != nullptr) {
+      parameters_.delay = parameters_.delay_control->step(inputs_, tick);
+    }
+    return parameters_.delay;
   }
   [[nodiscard]] bool exhausted() const noexcept {
     return std::all_of(inputs_.begin(), inputs_.end(),
@@ -144,7 +150,10 @@ class FixedStepLoop {
     const bool waits = now_ < due;
     clock_.wait_until(due);
     now_ = clock_.now();
-    if (waits) statistics_.wake_up.record(now_ - due);
+    if (waits) {
+      statistics_.wake_up.record(now_ - due);
+      if (now_ - due > DelayControl::kStall) DelayControl::add_stall(inputs_, due, now_);
+    }
     return now_;
   }
 
@@ -190,6 +199,7 @@ class FixedStepLoop {
       const ProbeInput::Reading reading = inputs_[i].at(end);
       contacts_[i] = reading.contact;
       records_[i] = {.time = end,
+                     .delay = parameters_.delay,
                      .contact = reading.contact,
                      .number = statistics_.ticks.value() + 1,
                      .probe = static_cast<std::uint32_t>(i),
@@ -218,18 +228,20 @@ class FixedStepLoop {
     }
     const auto computed = clock_.now();
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
-    stimulation_.step(records_, spikes, model_, clock_);
+    const bool commanded = stimulation_.step(records_, spikes, model_, clock_);
     fanout_.publish_watched(model_, end, clock_);
     const auto published = now_ = clock_.now();
-    for (TickRecord& record : records_) record.latency = published - due;
+    for (TickRecord& record : records_)
+      record.latency = on_time_ ? published - due : std::chrono::nanoseconds{0};
     fanout_.publish(std::span<const TickRecord>(records_), clock_);
-    fanout_.published(published - due);
+    fanout_.published(published, published - due);
+    if (on_time_) statistics_.delay.record(parameters_.delay);
     statistics_.tick.record(computed - started);
     statistics_.publish.record(published - computed);
     const auto arrival = inputs_.front().last_arrival();
-    if (arrival && on_time_ && !spikes.empty() &&
-        records_.front().state == ProbeInput::State::kFollowing) {
-      statistics_.sample_to_spike.record(published - *arrival);
+    if (arrival && on_time_ && records_.front().state == ProbeInput::State::kFollowing) {
+      if (!spikes.empty()) statistics_.sample_to_spike.record(published - *arrival);
+      if (commanded) statistics_.sample_to_command.record(published - *arrival);
     }
     if (parameters_.timings != nullptr && !spikes.empty() && on_time_) {
       const TickTiming timing{.end = end,

@@ -3,8 +3,8 @@
 #include <cstddef>
 
 #include "core/records/run_counters.hpp"
-#include "realtime/loop/latency_histogram.hpp"
 #include "realtime/queues/counter.hpp"
+#include "realtime/queues/latency_histogram.hpp"
 
 namespace merkel {
 
@@ -23,6 +23,9 @@ struct LoopStatistics : RunCountersOf<Counter> {
   /// From the arrival of the last sample before a tick's end to the publication of its spikes;
   /// only ticks with spikes.
   LatencyHistogram sample_to_spike;
+  /// The same to the publication of its commands; only ticks with commands.
+  LatencyHistogram sample_to_command;
+  LatencyHistogram delay;  ///< of the loop at every tick that was on time
   /// The stages between a sample and its spikes, for every tick.
   LatencyHistogram
       wake_up;  ///< from the time a tick was due to its beginning; only ticks that waited

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <optional>
 
 #include "core/realtime_tag.hpp"
@@ -15,12 +17,24 @@ struct DeepestPress {
   std::chrono::nanoseconds touch{0};  ///< how long that touch lasted
 };
 
-/// Finds the deepest press of one probe, tick by tick. Real-time: yes. Thread: simulation.
+/// All that a probe reported in a run, as far as it shows a wrong sign, zero or unit.
+struct PressRange {
+  double least_force_mN = 0.0;
+  double most_force_mN = 0.0;
+  double most_depth_mm = 0.0;
+  std::chrono::nanoseconds longest_touch{0};
+  double least_force_of_longest_mN = 0.0;  ///< in the longest touch
+  std::uint64_t brief_touches = 0;         ///< shorter than a finger or a stage can touch: noise
+};
+
+/// Finds the deepest press and the range of the readings of one probe, tick by tick. Real-time:
+/// yes. Thread: simulation.
 class PressWatch {
  public:
   /// \param input  of a tick; \param deepest_mm  deepest press so far, this tick included
   void observe(const ContactInput& input, double deepest_mm, std::chrono::nanoseconds begin,
                std::chrono::nanoseconds end) noexcept MERKEL_REALTIME {
+    observe_range(input, begin, end);
     if (!(input.depth_mm > 0.0 || input.force_mN > 0.0)) {
       began_.reset();
       return;
@@ -44,11 +58,32 @@ class PressWatch {
 
   /// Read after the run.
   [[nodiscard]] const DeepestPress& press() const noexcept { return press_; }
+  [[nodiscard]] const PressRange& range() const noexcept { return range_; }
 
  private:
   static constexpr double kMuchDeeper = 1.05;
+  static constexpr std::chrono::milliseconds kBrief{10};
+
+  void observe_range(const ContactInput& input, std::chrono::nanoseconds begin,
+                     std::chrono::nanoseconds end) noexcept MERKEL_REALTIME {
+    range_.least_force_mN = std::min(range_.least_force_mN, input.force_mN);
+    range_.most_force_mN = std::max(range_.most_force_mN, input.force_mN);
+    range_.most_depth_mm = std::max(range_.most_depth_mm, input.depth_mm);
+    if (!(input.depth_mm > 0.0 || input.force_mN > 0.0)) {
+      if (began_ && begin - *began_ < kBrief) ++range_.brief_touches;
+      return;
+    }
+    if (!began_) least_of_touch_mN_ = input.force_mN;
+    least_of_touch_mN_ = std::min(least_of_touch_mN_, input.force_mN);
+    const std::chrono::nanoseconds touch = end - began_.value_or(begin);
+    if (touch < range_.longest_touch) return;
+    range_.longest_touch = touch;
+    range_.least_force_of_longest_mN = least_of_touch_mN_;
+  }
 
   DeepestPress press_;
+  PressRange range_;
+  double least_of_touch_mN_ = 0.0;
   double deepest_mm_ = 0.0;
   double risen_mm_ = 0.0;                          ///< depth that press_.rise belongs to
   bool deepest_touch_ = false;                     ///< the present touch holds the deepest press

@@ -21,16 +21,18 @@ class StimulationOutput {
       : encoder_(encoder), fanout_(fanout), statistics_(statistics) {}
 
   /// Call after the model's step. \param records  of the tick, one per probe
+  /// \return whether there were commands
   template <Clock C>
-  void step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
+  bool step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
             const TactileModel& model, C& clock) noexcept MERKEL_REALTIME {
-    if (encoder_ == nullptr) return;
+    if (encoder_ == nullptr) return false;
     if (fanout_.commands_failed()) encoder_->fail_safe(StimulationCommand::Stop::kSinkFailure);
-    publish(encoder_->step({.records = records,
-                            .presses = model.presses(),
-                            .spikes = spikes,
-                            .resets = model.resets()}),
-            clock);
+    const auto commands = encoder_->step({.records = records,
+                                          .presses = model.presses(),
+                                          .spikes = spikes,
+                                          .resets = model.resets()});
+    publish(commands, clock);
+    return !commands.empty();
   }
 
   /// The last update of the run: everything off.

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kFlushEvery{200};
 constexpr std::size_t kBatch = 1024;
+constexpr std::chrono::milliseconds kWatchEvery{1};
 
 /// Moves the waiting items of a queue into `batch`, at most kBatch items.
 template <class T>
@@ -57,12 +58,32 @@ std::size_t SinkWriter::write_ticks_and_output() {
   if (channel.ticks) take(channel.ticks->items, ticks_);
   const std::size_t spikes = write_waiting(channel.spikes, spikes_, &SpikeSink::write);
   outcome_.taken += spikes;
-  std::size_t commands = 0;
-  if (channel.commands) {
-    commands = write_waiting(channel.commands->items, commands_, &SpikeSink::write_commands);
-  }
+  const std::size_t commands = write_commands();
   if (!ticks_.empty() && healthy()) keep(sink_.write_ticks(ticks_));
   return spikes + commands + ticks_.size();
+}
+
+std::size_t SinkWriter::write_commands() {
+  if (gate_) return pass_commands();
+  if (!sources_.channel.commands) return 0;
+  return write_waiting(sources_.channel.commands->items, commands_, &SpikeSink::write_commands);
+}
+
+/// Writes what the gate lets through, also if nothing waits: the gate is the watchdog.
+std::size_t SinkWriter::pass_commands() {
+  SpikeChannel& channel = sources_.channel;
+  std::size_t taken = 0;
+  do {
+    take(channel.commands->items, commands_);
+    taken += commands_.size();
+    const auto before = gate_->counts();
+    const auto leaving = gate_->pass(commands_, sources_.watch->moment(newest_));
+    channel.commands_withheld.add(gate_->counts().withheld - before.withheld);
+    channel.commands_slowed.add(gate_->counts().slowed - before.slowed);
+    channel.stale_stops.add(gate_->counts().stale - before.stale);
+    if (!leaving.empty() && healthy()) keep(sink_.write_commands(leaving));
+  } while (!commands_.empty());
+  return taken;
 }
 
 std::size_t SinkWriter::write_samples() {
@@ -157,7 +178,7 @@ void SinkWriter::write_until_ended() {
     }
     if (taken > 0) continue;
     if (ended) break;
-    sources_.channel.beat.wait(seen);
+    sources_.channel.beat.wait(seen, gate_ ? kWatchEvery : PublishBeat::kLongestWait);
   }
   if (healthy()) write_status();
 }
@@ -165,6 +186,11 @@ void SinkWriter::write_until_ended() {
 void SinkWriter::write_all() {
   set_up_helper_thread("merkel-sink");
   spikes_.reserve(kBatch);
+  const RunWatch* const watch = sources_.watch;
+  if (watch != nullptr && watch->guarded() && sources_.channel.commands && sink_.stimulates()) {
+    gate_.emplace(watch->make_gate());
+    newest_.resize(watch->patches());
+  }
   write_until_ended();
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
   if (started_) write_marks();  // those set after the last item

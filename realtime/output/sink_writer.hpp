@@ -1,10 +1,12 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -14,6 +16,7 @@
 #include "realtime/input/frame_tap.hpp"
 #include "realtime/input/probe_reader.hpp"
 #include "realtime/output/mark_box.hpp"
+#include "realtime/output/run_watch.hpp"
 #include "realtime/output/spike_fanout.hpp"
 
 namespace merkel {
@@ -56,6 +59,7 @@ class SinkWriter {
     MarkBox* marks = nullptr;              ///< null if not requested
     std::function<RunStatus()> status;     ///< the run's counters; any thread
     const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: origin 0
+    const RunWatch* watch = nullptr;       ///< for the gate of its commands; null: no gate
   };
 
   SinkWriter(SpikeSink& sink, Sources sources);
@@ -87,6 +91,8 @@ class SinkWriter {
   std::size_t write_waiting(BoundedQueue<T>& queue, std::vector<T>& batch,
                             Expected<void, SinkError> (SpikeSink::*write)(std::span<const T>));
   std::size_t write_ticks_and_output();
+  std::size_t write_commands();
+  std::size_t pass_commands();
   std::size_t write_samples();
   std::size_t write_frames();
   std::size_t write_events();
@@ -101,6 +107,8 @@ class SinkWriter {
   Sources sources_;
   std::vector<SpikeEvent> spikes_;
   std::vector<StimulationCommand> commands_;
+  std::optional<StimulationGate> gate_;
+  std::vector<std::chrono::nanoseconds> newest_;  ///< of each patch, for the gate
   std::vector<TickRecord> ticks_;
   std::vector<LoopEvent> events_;
   std::vector<ProbeSample> samples_;

@@ -11,6 +11,7 @@
 
 #include "core/realtime_tag.hpp"
 #include "core/records/loop_event.hpp"
+#include "core/records/run_counters.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
@@ -47,7 +48,11 @@ struct SpikeChannel {
   std::atomic<bool> commands_failed{
       false};                ///< set by the consumer when it can no longer take commands
   bool takes_spikes = true;  ///< set before the loop starts
-  const PublishBeat& beat;   ///< for waiting until new items are due
+  /// Counted by the consumer: what its gate did with commands (StimulationGate::Counts).
+  Counter commands_withheld;
+  Counter commands_slowed;
+  Counter stale_stops;
+  const PublishBeat& beat;  ///< for waiting until new items are due
 };
 
 /// Sends every spike to every consumer.
@@ -137,10 +142,19 @@ class SpikeFanout {
     }
     return sum;
   }
-  /// Announces to every consumer, without waking it, that a tick's spikes are in the queues,
-  /// `after_due` after the tick was due. Real-time: yes. Thread: simulation.
-  void published(std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
-    beat_.published(after_due);
+  /// Adds what the gates of all consumers did with commands. Thread: any, once the loop runs.
+  void add_gates_to(RunCounters& counters) const {
+    for (const auto& channel : channels_) {
+      counters.commands_withheld += channel->commands_withheld.value();
+      counters.commands_slowed += channel->commands_slowed.value();
+      counters.stale_stops += channel->stale_stops.value();
+    }
+  }
+  /// Announces to every consumer, without waking it, that a tick's spikes are in the queues at
+  /// `time`, `after_due` after the tick was due. Real-time: yes. Thread: simulation.
+  void published(std::chrono::nanoseconds time,
+                 std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
+    beat_.published(time, after_due);
   }
   [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
 

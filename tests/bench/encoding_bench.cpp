@@ -22,6 +22,7 @@ EncodingParameters electrodes(std::int64_t encoder) {
   }
   parameters.stimulation.max_charge_nC = 16.0;
   parameters.stimulation.max_total_uA = 400.0;
+  parameters.stimulation.watchdog = std::chrono::milliseconds{100};
   parameters.stimulation.max_slope_uA_per_s = 5000.0;
   return parameters;
 }

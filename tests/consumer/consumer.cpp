@@ -27,7 +27,7 @@ std::size_t spikes_of_pushes(const merkel::Scene& scene) {
 int main() {
   auto scene = merkel::scene_named("paper");
   if (!scene) return 1;
-  scene->set_probes({"sim:ramp?depth_mm=1.5&hold_s=0.5"});
+  if (!scene->set_probes({"sim:ramp?depth_mm=1.5&hold_s=0.5"})) return 1;
   auto run = merkel::prepare_run(*scene, {.fast = true});
   if (!run) return 1;
 

@@ -26,7 +26,8 @@ RATES = [10, 25, 100, 250, 1000]
 README = pathlib.Path(__file__).resolve().parents[2] / "drivers" / "README.md"
 BEGIN, END = "<!-- rates begin -->", "<!-- rates end -->"
 # Rates of devices with fixed rates; other devices take all.
-OFFERED = {"mark10": [10, 25, 250], "esm": [10, 25], "grbl": [10, 25, 100], "zaber": [10, 25, 100]}
+OFFERED = {"mark10": [10, 25, 250], "esm": [10, 25], "grbl": [10, 25, 100], "optoforce": [10, 100, 1000],
+           "zaber": [10, 25, 100]}
 NETWORK = {"ati_rdt": "udp:127.0.0.1:29731", "csv over UDP": "udp:127.0.0.1:29732",
            "csv over TCP": "tcp:127.0.0.1:29733", "hbf1 over TCP": "tcp:127.0.0.1:29734"}
 PROTOCOLS = ["hbf1", "csv", "mark10", "esm", "grbl", "optoforce", "zaber", *NETWORK]

@@ -48,14 +48,23 @@ def command(program, scene, trace):
     return [program, "run", scene, "--probe", f"replay:{trace}?use=depth", "--fast"]
 
 
+def one_finger(program):
+    """The preset hand with the first of its probes: a trace presses one patch."""
+    text = subprocess.run([program, "scene", "hand"], capture_output=True, text=True, check=True).stdout
+    first, *others = text.split("[[probe]]")[1:]
+    rest = others[-1].partition("\n[")
+    return text[:text.index("[[probe]]")] + "[[probe]]" + first + "\n" + rest[1] + rest[2]
+
+
 def spikes(program, scene, trace):
     """The rows of the spike file, as text, and the command as a reader of the file would write it."""
     path = TRACES / f"{trace}.csv"
     with tempfile.TemporaryDirectory() as folder:
         named = scene
-        if "\n" in scene:
+        text = one_finger(program) if scene == "hand" else scene
+        if "\n" in text:
             named = f"{folder}/scene.toml"
-            pathlib.Path(named).write_text(scene)
+            pathlib.Path(named).write_text(text)
         out = f"{folder}/spikes.csv"
         done = subprocess.run([*command(program, named, path), "--sink", f"csv:{out}"], capture_output=True, text=True)
         if done.returncode != 0:

@@ -6,6 +6,8 @@ import sys
 import tempfile
 import unittest
 
+import merkel
+
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "tools" / "python" / "examples"
 PROGRAM = os.environ["MERKEL_PROGRAM"]
 
@@ -35,8 +37,15 @@ class Examples(unittest.TestCase):
         self.assertNotIn(": 0 Hz", lines[1])
 
     def test_brian2_live(self):
-        printed = self.run_example("brian2_live.py", needs="brian2")
-        self.assertGreater(int(printed.split()[0]), 0)
+        cuneate, afferents = self.run_example("brian2_live.py", needs="brian2").splitlines()
+        self.assertGreater(int(cuneate.split()[0]), 0)
+        arrived, between = int(afferents.split()[0]), int(afferents.split()[3])
+        stream, spikes = merkel.Scene("finger").stream(), 0
+        for tick in range(200):
+            spikes += len(stream.push(tick / 1000, depth_mm=1.5 * min(1.0, tick / 100))[0])
+        self.assertEqual(arrived, spikes)
+        # Nine of ten steps of 0.1 ms are not at a tick.
+        self.assertGreater(between, 0.7 * arrived)
 
     def test_session_table(self):
         session = os.path.join(self.folder, "s.xdf")

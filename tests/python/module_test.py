@@ -5,6 +5,7 @@ import doctest
 import gc
 import os
 import pathlib
+import pickle
 import re
 import subprocess
 import sys
@@ -53,6 +54,48 @@ class Case(unittest.TestCase):
     def assert_same(self, spikes, expected):
         self.assertGreater(len(expected), 10)
         self.assertEqual(list(zip(nanoseconds(spikes["time_s"]).tolist(), spikes["neuron"].tolist())), expected)
+
+
+class Mistakes(Case):
+    def test_a_wrong_keyword_is_an_error_with_the_known_ones(self):
+        scene = merkel.Scene("paper")
+        with self.assertRaisesRegex(merkel.Error, r"run\(\) has no keyword dept_mm; the known ones are depth_mm, force_N, x_mm"):
+            scene.run(dept_mm=[0, 1], rate_hz=1000)
+        with self.assertRaisesRegex(merkel.Error, r"push\(\) has no keyword dept_mm; the known ones are time_s"):
+            scene.stream().push(time_s=0.0, dept_mm=1)
+        self.assertEqual(len(scene.run(depth_mm=np.ones(100), rate_hz=1000).rate(bin_s=0.05)), 2)
+
+
+class Hands(Case):
+    def test_connect_takes_a_list_or_a_dict_of_probes(self):
+        live = "sim:ramp?depth_mm=1.5&hold_s=0.3&live=1"
+        hand = merkel.Scene("hand")
+        for probes in ([live] * 6, {patch: live for patch in ("thumb", "index", "middle", "ring", "little", "palm")}):
+            with merkel.connect(probes, hand) as bridge:
+                patches = {int(patch) for new in bridge for patch in new.spikes["patch"]}
+            self.assertEqual(patches, set(range(6)))
+        with self.assertRaisesRegex(merkel.Error, "no probe of the scene presses on tumb; its probes press on thumb, index"):
+            merkel.connect({"tumb": live}, hand)
+        with self.assertRaisesRegex(merkel.Error, "the scene has 6 probes, but 1 URI was given"):
+            merkel.connect(live, hand)
+
+
+class Pickles(Case):
+    def test_scenes_and_runs_survive_pickle_and_processes(self):
+        scene = merkel.Scene("goodwin")
+        scene.skin.radius_mm = 8.5
+        again = pickle.loads(pickle.dumps(scene))
+        self.assertEqual(again.text, scene.text)
+        self.assertEqual(again.skin.radius_mm, 8.5)
+        depth = np.concatenate([np.linspace(0, 1.5, 100), np.full(200, 1.5)])
+        run = scene.run(depth_mm=depth, rate_hz=1000)
+        same = pickle.loads(pickle.dumps(run))
+        self.assertGreater(len(run.spikes), 10)
+        np.testing.assert_array_equal(same.spikes, run.spikes)
+        np.testing.assert_array_equal(same.afferents, run.afferents)
+        self.assertEqual((same.start_s, same.duration_s, same.counters, same.notices),
+                         (run.start_s, run.duration_s, run.counters, run.notices))
+        np.testing.assert_array_equal(again.run(depth_mm=depth, rate_hz=1000).spikes, run.spikes)
 
 
 class Runs(Case):
@@ -198,6 +241,7 @@ update_ms = 10
 phase_us = 200
 max_charge_nC = 16
 max_total_uA = 250
+watchdog_ms = 100
 max_slope_uA_per_s = 20000
 """
 
@@ -359,11 +403,16 @@ class Bridges(Case):
             outputs += bridge
         commands = np.concatenate([each.stimulation for each in outputs])
         recorded = merkel.load(file)
-        # A session counts from the start of the run.
+        # A session counts from the start of the run, and has the encoder's commands. Those of the bridge passed the gate: the
+        # backlog of the start stayed behind, and amplitudes rise with the slope in wall time.
         commands["time_s"] -= recorded.start_device_s
-        self.assertTrue(np.allclose(commands["time_s"], recorded.stimulation["time_s"], atol=2e-9))
-        for name in ("electrode", "kind", "stop", "amplitude_uA", "frequency_Hz", "heartbeat"):
-            self.assertEqual(commands[name].tolist(), recorded.stimulation[name].tolist(), name)
+        self.assertEqual(commands["heartbeat"].tolist(), list(range(1, len(commands) + 1)))
+        self.assertLess(len(commands), len(recorded.stimulation))
+        made = {(round(each["time_s"] * 1e6), each["electrode"]): each for each in recorded.stimulation}
+        for each in commands[commands["stop"] != 6]:
+            of_encoder = made[round(each["time_s"] * 1e6), each["electrode"]]
+            self.assertEqual(each["stop"], of_encoder["stop"])
+            self.assertLessEqual(each["amplitude_uA"], of_encoder["amplitude_uA"])
         self.assertEqual(commands["amplitude_uA"][-1], 0)
         self.assertEqual(len(np.concatenate([each.spikes for each in outputs])), bridge.counters["spikes"])
 
@@ -379,7 +428,9 @@ class Bridges(Case):
         self.assertTrue(any("read more often" in notice for notice in bridge.notices))
         counters, recorded = bridge.counters, merkel.load(file)
         self.assertEqual(5 + counters["python_spikes_lost"], len(recorded.spikes))
-        self.assertEqual(5 + counters["python_commands_lost"], len(recorded.stimulation))
+        passed, withheld = 5 + counters["python_commands_lost"], counters["commands_withheld"]
+        self.assertLessEqual(passed, len(recorded.stimulation) + counters["stale_stops"])
+        self.assertGreaterEqual(passed + withheld, len(recorded.stimulation))
         self.assertNotIn(4, recorded.stimulation["stop"])  # no failure of a sink
 
     def test_a_mark_is_one_line(self):

@@ -9,6 +9,7 @@ import time
 import h5py
 import neo
 import numpy as np
+import pandas
 import quantities as pq
 
 import merkel_program
@@ -39,6 +40,48 @@ class Files(merkel_program.TestCase):
         segment = neo.io.NestIO(filenames=self.path("s.gdf")).read_segment(
             gid_list=[], t_start=0 * pq.ms, t_stop=1e5 * pq.ms, id_column_gdf=0, time_column_gdf=1)
         self.assertEqual(rows_of(segment), spikes)
+
+    def test_every_run_writes_the_same_form(self):
+        """pandas and NumPy read CSV and GDF as they are, Neo the times of a live GDF exactly.
+
+        (Neo's NestIO takes the times for whole milliseconds if line 1 has no ".".)"""
+        for name, probe in (("fast", ["--fast", "--probe", TRACE]),
+                            ("live", ["--probe", "sim:ramp?wait_s=0&hold_s=0.3&live=1"])):
+            csv, gdf = self.path(name + ".csv"), self.path(name + ".gdf")
+            self.merkel("run", *probe, "--sink", "csv:" + csv, "--sink", "gdf:" + gdf)
+            spikes = spikes_of_csv(csv)
+            self.assertGreater(len(spikes), 10)
+            self.assertEqual(os.path.exists(csv + ".time"), name == "live")
+            frame = pandas.read_csv(csv)
+            self.assertEqual(list(frame.columns), ["time_s", "neuron"])
+            self.assertEqual(frame["neuron"].dtype, np.int64)
+            array = np.genfromtxt(csv, delimiter=",", names=True)
+            self.assertEqual(array.dtype.names, ("time_s", "neuron"))
+            rows = pandas.read_csv(gdf, sep="\t", header=None)
+            for times, neurons, unit in ((frame["time_s"], frame["neuron"], 1e9),
+                                         (array["time_s"], array["neuron"], 1e9),
+                                         (rows[1], rows[0], 1e6)):
+                self.assertEqual([(round(t * unit), int(n)) for t, n in zip(times, neurons)],
+                                 spikes)
+            segment = neo.io.NestIO(filenames=gdf).read_segment(
+                gid_list=[], t_start=0 * pq.ms, t_stop=1e5 * pq.ms, id_column_gdf=0,
+                time_column_gdf=1)
+            self.assertEqual(rows_of(segment), sorted(spikes))
+
+    def test_a_recovered_file_keeps_the_zero_of_its_times(self):
+        uri = "csv:" + self.path("z.csv")
+        program = merkel_program.start("run", "--probe", "sim:taps?interval_s=0.1&tap_s=0.08&"
+                                       "count=1000&live=1", "--sink", uri)
+        part = self.path("z.csv.part")
+        self.assertTrue(merkel_program.wait_for(
+            lambda: os.path.exists(part) and os.path.getsize(part) > 200))
+        program.send_signal(signal.SIGKILL)
+        program.communicate()
+        self.assertTrue(os.path.exists(self.path("z.csv.time")))
+        self.merkel("run", "--fast", "--probe", TRACE, "--sink", uri)
+        recovered, = glob.glob(self.path("z.recovered-*.csv"))
+        self.assertTrue(os.path.exists(recovered + ".time"))
+        self.assertFalse(os.path.exists(self.path("z.csv.time")))
 
     def test_neo_reads_phy(self):
         spikes = self.record("phy:" + self.path("s"))
@@ -73,6 +116,12 @@ class Files(merkel_program.TestCase):
             self.assertEqual(list(nodes["node_group_index"]), list(range(20)))
             self.assertTrue(np.all(nodes["0/x"][:] > 0) and np.all(nodes["0/x"][:] < 30_000))
             self.assertTrue(np.all(nodes["0/field_radius_mm"][:] > 0))
+            # bmtk and libsonata read the table of node types with pandas, separated by spaces.
+            types = pandas.read_csv(self.path("s_node_types.csv"), sep=" ")
+            self.assertEqual(list(types["node_type_id"]), [0])
+            self.assertTrue(np.all(np.isin(nodes["node_type_id"], types["node_type_id"])))
+            self.assertEqual(list(types["population"]), ["finger"])
+            self.assertEqual(list(types["model_type"]), ["virtual"])
             self.assertEqual(group["timestamps"].dtype, np.float64)
             self.assertEqual(group["node_ids"].dtype, np.uint64)
             # Node numbers start at 0.
@@ -109,7 +158,7 @@ class Files(merkel_program.TestCase):
         both = min(len(sonata), len(spikes))
         self.assertGreater(both, 20)
         self.assertEqual(sonata[:both], spikes[:both])
-        for pattern in ("k.recovered-*.csv", "k.recovered-*.gdf", "k.recovered-*/spike_times.npy.part"):
+        for pattern in ("k.recovered-*[0-9].csv", "k.recovered-*.gdf", "k.recovered-*/spike_times.npy.part"):
             self.assertEqual(len(glob.glob(self.path(pattern))), 1, pattern)
 
     def test_times_count_from_the_run_from_1970_or_from_the_device(self):
@@ -122,8 +171,11 @@ class Files(merkel_program.TestCase):
             path = self.path(zero + ".csv")
             self.merkel("export", session, "--time-zero", zero, "--sink", "csv:" + path)
             times[zero] = spikes_of_csv(path)
-            with open(path) as lines:
-                notes = dict(line[2:].strip().split("=") for line in lines if line.startswith("#"))
+            self.assertEqual(os.path.exists(path + ".time"), zero != "device")
+            if os.path.exists(path + ".time"):
+                with open(path + ".time") as lines:
+                    notes = dict(line.strip().split(" = ") for line in lines)
+                self.assertEqual(notes["time_zero"], "run" if zero == "session" else zero)
             if zero != "device":
                 offset = int(notes["time_offset_ns"])
                 shifted = [(t + offset, n) for t, n in times[zero]]

@@ -14,7 +14,8 @@ from merkel_program import SOAK, SOAK_S, spikes_of_csv
 
 # The elements of a bundle, all of one length: size, address, types, arguments (big-endian, padded to 4).
 ELEMENT = np.dtype([("size", ">i4"), ("address", "S16"), ("types", "S8"), ("neuron", ">i4"),
-                    ("sequence", ">i8"), ("time_s", ">f8"), ("patch", ">i4"), ("flags", ">i4")])
+                    ("sequence", ">i4"), ("seconds", ">i4"), ("nanoseconds", ">i4"),
+                    ("patch", ">i4"), ("flags", ">i4")])
 SO_RXQ_OVFL = 40  # asm-generic/socket.h
 
 
@@ -50,7 +51,7 @@ class Receiver:
             elements = np.frombuffer(packet, ELEMENT, offset=16)
             assert (elements["size"] == ELEMENT.itemsize - 4).all()
             assert (elements["address"] == b"/merkel/spike").all()
-            assert (elements["types"] == b",ihdii").all()
+            assert (elements["types"] == b",iiiiii").all()
             yield elements
 
 
@@ -72,8 +73,8 @@ class Osc(merkel_program.TestCase):
         spikes = spikes_of_csv(self.path("s.csv"))
         got = np.concatenate(list(receiver.bundles(0.5)))
         self.assertEqual(list(got["sequence"]), list(range(1, len(spikes) + 1)))
-        self.assertEqual([(round(t * 1e9), n) for t, n in zip(got["time_s"], got["neuron"])],
-                         spikes)
+        self.assertEqual(list(zip(got["seconds"].astype(int) * 10**9 + got["nanoseconds"],
+                                  got["neuron"])), spikes)
 
     def test_hours_of_spikes_lose_none(self):
         # UDP has no flow control, so the speed is limited to this multiple of real time.

@@ -1,4 +1,5 @@
 """Actions of the user: sound, control of a run, replay, saving; and the electrodes' commands."""
+from merkel_program import free_port
 from view_page import PRESS, SLIDE, BrowserPage
 
 ELECTRODES = """[[electrode]]
@@ -17,6 +18,7 @@ frequency_Hz = [0, 300]
 [stimulation]
 max_charge_nC = 16
 max_total_uA = 200
+watchdog_ms = 500
 """
 
 
@@ -35,6 +37,40 @@ class Actions(BrowserPage):
         self.wait("document.querySelectorAll('.electrode.stopped').length === 2")
         self.assertEqual(self.page.ask("document.querySelector('.electrode span').textContent"), "off: end")
         self.assert_no_errors()
+
+    def test_sixteen_electrodes_are_all_visible_and_have_a_course(self):
+        places = ("(() => { const all = [...document.querySelectorAll('.electrode span')].map((e) => e.getBoundingClientRect());"
+                  " const box = document.getElementById('side').getBoundingClientRect();"
+                  " return [all.length, all.every((r) => r.height > 8 && r.left >= box.left && r.right <= box.right + 1 &&"
+                  " r.bottom <= box.bottom && r.bottom <= innerHeight && r.right <= innerWidth)]; })()")
+        painted = ("(() => { const c = document.getElementById('lanes'), d = c.getContext('2d')"
+                   ".getImageData(0, 0, c.width, c.height).data; let n = 0; "
+                   "for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; })()")
+        for size in ((1280, 800), (390, 844)):
+            self.port = free_port()
+            program = self.launch("run", "tools/examples/hand_electrodes.toml", "--sink", f"view:{self.port}")
+            self.page.set_size(*size)
+            self.page.open(f"http://127.0.0.1:{self.port}/")
+            self.wait("globalThis.merkel?.frame?.t > 1.5")
+            self.assertEqual(self.page.ask(places), [16, True], size)
+            self.wait(f"{painted} > 2000")
+            # The plots keep their places above and below the lanes.
+            self.assertTrue(self.page.ask("document.querySelector('#trace .uplot').offsetHeight <= "
+                                          "document.getElementById('trace').clientHeight + 1"))
+            # Each of six probes has its line in the legend; only afferents that have fired have a row.
+            self.assertEqual(self.page.text("curves"), "thumbindexmiddleringlittlepalm")
+            self.assertLess(self.page.ask("merkel.order.rows.length"), 1000)
+            self.screenshot("live_page_electrodes.png" if size[0] > 800 else "live_page_electrodes_phone.png")
+            program.kill()
+            program.communicate()
+        self.assert_no_errors()
+
+    def test_the_depth_of_a_gauge_stands_beside_that_of_the_model(self):
+        program = self.open("goodwin", probe="sim:ramp?wait_s=0&hold_s=600&depth_mm=1.5&force_N=0.5&live=1")
+        self.wait("document.getElementById('depth-of').textContent === 'by the model; gauge 1.50'")
+        self.assertNotEqual(self.page.text("depth"), "1.50")
+        self.wait("document.getElementById('trace').getAttribute('aria-label').includes('Now: probe 0.50 N')")
+        program.terminate()
 
     def test_sound_is_off_until_switched_on(self):
         program = self.open(probe=SLIDE)

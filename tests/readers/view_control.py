@@ -88,9 +88,9 @@ class Control(Page):
             next(frame for frame in frames if frame.points)  # the run has started
             owner.send("tare 0")
             for frame in frames:
-                links.add(frame.probes[0][5] >> 8)
+                links.add(frame.probes[0][-1] >> 8)
                 notices += [news["label"] for news in frame.news if news["kind"] == "mark"]
-        self.summary(program)
+        self.summary(program, code=1)  # more than a second of touch was lost
         self.assertEqual(links, {1, 2})  # connected and unplugged
         self.assertEqual(notices, ["tare probe 1"])
 

@@ -95,7 +95,7 @@ class FirstScreen(BrowserPage):
         passed = (self.page.ask("merkel.frame.number") - frame) / 25
         self.assertLessEqual(self.page.ask(draws) - before, 2 * passed + 2)
         self.page.press("h")
-        self.wait("merkel.dirty === false && document.getElementById('hide-silent').checked")
+        self.wait("merkel.dirty === false && !document.getElementById('hide-silent').checked")
         self.page.press("h")
         program.terminate()
 

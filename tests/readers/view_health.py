@@ -56,7 +56,7 @@ class Health(BrowserPage):
           ]; })""")
         self.assertEqual(titles, [
             "warn Connecting", "bad Connection lost", "bad No data from merkel", "over Run ended", "good Connected, not touching",
-            "good Connected, pressing", "bad Unplugged: thumb", "bad Released: index", "warn Silent: thumb",
+            "good Connected, pressing", "bad Unplugged: thumb", "bad No samples: index", "warn Late: thumb",
             "good Connected, not touching", "warn Too slow: 40 ticks skipped", "good Connected, not touching",
             "warn Repeated overruns", "warn Late samples: 2.0 %"])
         program.terminate()
@@ -71,7 +71,7 @@ class Health(BrowserPage):
           history.add(frame(6, 0.2, 0.24)); history.add(frame(7, 0.24, 0.28, 2)); history.add(frame(8, 0.28, 0.32, 2));
           history.add(frame(9, 0.32, 0.36, 0, [{kind: 'gap', t: 0.33, length_s: 0.01}, {kind: 'mark', t: 0.34, label: 'go'}]));
           return history.spans.map((s) => `${s.kind} ${s.from} ${s.to.toFixed(2)} ${s.label}`); })""")
-        self.assertEqual(spans, ["missed 0.08 0.20 3 frames missed by this page", "released 0.28 0.32 thumb released",
+        self.assertEqual(spans, ["missed 0.08 0.20 3 frames missed by this page", "released 0.28 0.32 thumb: no samples, taken off the skin",
                                  "gap 0.33 0.34 ticks skipped", "mark 0.34 0.34 go"])
         program.terminate()
 

@@ -63,9 +63,9 @@ class Page(merkel_program.TestCase):
         except ConnectionError:
             return False
 
-    def summary(self, program):
+    def summary(self, program, code=0):
         out, err = program.communicate(timeout=60)
-        self.assertEqual(program.returncode, 0, err)
+        self.assertEqual(program.returncode, code, err)
         return json.loads(out)
 
 

@@ -6,11 +6,14 @@ class Skin(BrowserPage):
     def test_the_raster_is_sorted_by_distance_and_hides_the_silent(self):
         program = self.open("goodwin", probe=SLIDE)
         self.wait("merkel.history.spikes.length > 200")
-        self.assertEqual(self.page.ask("merkel.mode"), "density")
         sorted_rows = ("(() => { const {rows, distance} = merkel.order; "
                        "return rows.every((n, i) => i === 0 || distance[rows[i - 1]] <= distance[n]); })()")
         self.assertTrue(self.page.ask(sorted_rows))
-        self.assertEqual(self.page.ask("merkel.order.rows.length"), 450)
+        # It opens on the afferents that fire.
+        self.assertLess(self.page.ask("merkel.order.rows.length"), 450)
+        self.page.press("h")
+        self.wait(f"merkel.order.rows.length === 450 && {sorted_rows}")
+        self.wait("merkel.mode === 'density'")
         self.page.press("h")
         self.wait("merkel.order.rows.length < 450")
         self.page.press(" ")  # Pause: the view stands still.
@@ -86,7 +89,10 @@ class Skin(BrowserPage):
 
     def test_a_hand_is_drawn_as_a_hand_with_its_probes_named(self):
         program = self.open("hand", probe=6 * ["sim:ramp?hold_s=20"])
-        self.wait("merkel.order?.rows.length === 4250")
+        self.wait("merkel.order?.rows.length > 0")
+        self.page.press("h")
+        self.wait("merkel.order.rows.length === 4250")
+        self.page.press("h")
         self.assertEqual(self.page.ask("merkel.finger.layout.kind"), "hand")
         self.assertEqual(self.page.ask("merkel.scene.probes.map((p) => p.name).join()"),
                          "thumb,index,middle,ring,little,palm")

@@ -91,8 +91,8 @@ class Frame:
         self.counters = struct.unpack_from(f"<{count}d", payload, place)
         place += 8 * count
         (probes,) = struct.unpack_from("<I", payload, place)
-        self.probes = [struct.unpack_from("<5fI", payload, place + 4 + 24 * i) for i in range(probes)]
-        place += 4 + 24 * probes
+        self.probes = [struct.unpack_from("<6fI", payload, place + 4 + 28 * i) for i in range(probes)]
+        place += 4 + 28 * probes
         (points,) = struct.unpack_from("<I", payload, place)
         self.points = points
         place += 4 + points * 4 * (2 + 2 * probes)

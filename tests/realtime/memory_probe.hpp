@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -24,6 +25,9 @@ class MemoryProbe final : public Probe {
     info_.period = std::chrono::milliseconds{1};
     info_.replayed = true;
   }
+  /// What device_counts() returns.
+  void counts(const DeviceCounts& counts) { counts_ = counts; }
+  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override { return counts_; }
   /// Delivers at most `samples` samples until `until` returns true.
   void wait_after(std::size_t samples, std::function<bool()> until) {
     wait_after_ = samples;
@@ -52,6 +56,7 @@ class MemoryProbe final : public Probe {
   std::string error_message_;
   std::size_t wait_after_ = 0;
   std::function<bool()> until_;
+  std::optional<DeviceCounts> counts_;
   ProbeInfo info_;
 };
 

@@ -283,6 +283,31 @@ TEST(Pipeline, ASinkReceivesOnlyWhatItRequested) {
   EXPECT_EQ(nothing.status.counters.ticks, 0U);
 }
 
+TEST(Pipeline, TheRunsCountersContainThoseOfItsDevices) {
+  TactileModel::Parameters scene;
+  scene.indenters = {Indenter{}, Indenter{}};
+  auto model = TactileModel::create(scene);
+  Pipeline pipeline(*model, {.fast = true});
+  for (const std::uint64_t value : {100U, 1000U}) {
+    auto probe = std::make_unique<MemoryProbe>(press(200), 7);
+    DeviceCounts counts;
+    for (const auto& field : kDeviceCounterFields<>) counts.*field.cell = value;
+    probe->counts(counts);
+    pipeline.add_probe(std::move(probe), {});
+  }
+  CuriousSink::Content content;
+  pipeline.add_sink(std::make_unique<CuriousSink>(content, SpikeSink::kStatus));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  for (const RunCounters& counters : {content.status.counters, RunCounters{*report}}) {
+    EXPECT_EQ(counters.refused, 1100U);
+    EXPECT_EQ(counters.saturated, 1100U);
+    EXPECT_EQ(counters.damaged, 1100U);
+    EXPECT_EQ(counters.outage_ns, 1100U);
+    EXPECT_EQ(counters.largest_batch, 1000U);
+  }
+}
+
 TEST(Pipeline, ACallbackReceivesEverySpikeOnItsOwnThread) {
   auto model = TactileModel::create({});
   Pipeline pipeline(*model, {.fast = true});
@@ -351,17 +376,19 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   const auto team = SpinningTeam::create(2, {}, 2);
   (*model).share_work(team->get());
   BoundedQueue<TickTiming> timings(10'000);
-  int reported = 0;
   RunProgress last;
+  Pipeline* running = nullptr;
+  // The run ends when it has shown everything, however long a loaded machine needs for it.
+  const auto on_progress = [&](const RunProgress& progress) {
+    last = progress;
+    if (progress.counters.spikes > 30 && timings.front() != nullptr) running->request_stop();
+  };
   Pipeline pipeline(*model, {.realtime = {.priority = 5},
                              .team = team->get(),
                              .timings = &timings,
-                             .on_progress = [&](const RunProgress& progress) {
-                               ++reported;
-                               last = progress;
-                             }});
-  pipeline.add_probe(std::move(*open_probe("sim:ramp?wait_s=0.05&hold_s=1.2&tail_s=0.1&live=1")),
-                     {});
+                             .on_progress = on_progress});
+  running = &pipeline;
+  pipeline.add_probe(std::move(*open_probe("sim:sine?depth_mm=1.5&hold_s=60&live=1")), {});
   MemorySink::Content failing;
   MemorySink::Content working;
   pipeline.add_sink(std::make_unique<MemorySink>(failing, 3));
@@ -385,7 +412,6 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   EXPECT_EQ(report->sinks[0].delivered, 3U);
   EXPECT_EQ(report->sinks[1].delivered, report->spikes);
   EXPECT_EQ(report->sinks[2].delivered, report->spikes);
-  EXPECT_GE(reported, 1);
   EXPECT_GT(last.counters.samples, 0U);
   EXPECT_GT(last.counters.ticks, 0U);
   EXPECT_LE(last.counters.ticks, report->ticks);
@@ -403,8 +429,7 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
     EXPECT_LE(timing.started, timing.computed);
     EXPECT_LE(timing.computed, timing.published);
   }
-  // Only ticks that start on time have a timing: a loaded machine may have none with spikes.
-  EXPECT_TRUE(before > nanoseconds{0} || report->overruns + report->skipped_ticks > 0);
+  EXPECT_GT(before, nanoseconds{0});
 }
 
 TEST(Pipeline, ASilentDeviceIsRefusedWithARemedy) {

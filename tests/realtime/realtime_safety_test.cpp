@@ -329,6 +329,7 @@ StimulationEncoder encoder_of(const TactileModel& model) {
   }
   parameters.stimulation.max_charge_nC = 16.0;
   parameters.stimulation.max_total_uA = 150.0;
+  parameters.stimulation.watchdog = std::chrono::milliseconds{100};
   parameters.stimulation.max_electrodes = 3;
   parameters.stimulation.max_slope_uA_per_s = 2000.0;
   return *StimulationEncoder::create(parameters, encoded_model(model));

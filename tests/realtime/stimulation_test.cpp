@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "core/math/random.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
+#include "realtime/threads/host_time.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
 #include "tests/core/encoding/random_encoding.hpp"
 #include "tests/realtime/memory_probe.hpp"
@@ -256,6 +258,88 @@ TEST(Stimulation, AFailedSinkSwitchesEverythingOffForGood) {
                           [](const auto& command) { return command.amplitude_uA == 0.0; }));
   EXPECT_EQ(outcome.report.stimulation_stops, 1U);
   EXPECT_NE(outcome.report.sinks[1].error_message, "");
+}
+
+/// A device that presses, sends a backlog at first, and dies.
+class DyingDevice final : public Probe {
+ public:
+  DyingDevice() {
+    info_.uri = "dying:";
+    info_.channels = ProbeSample::kDepth;
+    info_.period = milliseconds{1};
+  }
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+    std::this_thread::sleep_for(milliseconds{1});
+    if (next_ == nanoseconds{0}) next_ = host_now() - milliseconds{800};
+    std::size_t count = 0;
+    for (; next_ <= host_now() && count < out.size() && sent_ < 1400; next_ += kTick, ++sent_) {
+      out[count++] = {
+          .time = next_, .arrival = host_now(), .depth_mm = 1.5, .channels = ProbeSample::kDepth};
+    }
+    return count;
+  }
+  [[nodiscard]] std::string error_message() const override { return {}; }
+
+ private:
+  ProbeInfo info_;
+  nanoseconds next_{0};
+  int sent_ = 0;
+};
+
+/// Takes commands as a receiver that acts on them.
+class ReceiverSink final : public SpikeSink {
+ public:
+  explicit ReceiverSink(std::vector<StimulationCommand>& received) : received_(received) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+  [[nodiscard]] bool stimulates() const noexcept override { return true; }
+  Expected<void, SinkError> write(std::span<const SpikeEvent>) override { return {}; }
+  Expected<void, SinkError> write_commands(std::span<const StimulationCommand> commands) override {
+    received_.insert(received_.end(), commands.begin(), commands.end());
+    return {};
+  }
+  Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  std::vector<StimulationCommand>& received_;
+  std::string uri_ = "receiver:";
+};
+
+TEST(Stimulation, AReceiverGetsNoBacklogAndAnOffWhenTheDeviceDies) {
+  auto electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0);
+  electrode.full_force_N = 0.05;
+  EncodingParameters parameters = encoding_of({electrode});
+  parameters.stimulation.max_slope_uA_per_s = 2000.0;
+  TactileModel model = *TactileModel::create({});
+  auto encoder = *StimulationEncoder::create(parameters, encoded_model(model));
+  // Neither the loop's rule for a silent probe nor a short delay helps the watchdog here.
+  Pipeline pipeline(
+      model, {.delay = milliseconds{20}, .duration = milliseconds{2200}, .encoder = &encoder});
+  pipeline.add_probe(std::make_unique<DyingDevice>(), {.stale_after = std::chrono::seconds{100}});
+  Received recorded;
+  std::vector<StimulationCommand> received;
+  pipeline.add_sink(std::make_unique<CommandSink>(recorded));
+  pipeline.add_sink(std::make_unique<ReceiverSink>(received));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report) << report.error().sentence;
+  ASSERT_GT(received.size(), 3U);
+  for (std::size_t k = 0; k < received.size(); ++k) EXPECT_EQ(received[k].heartbeat, k + 1);
+  EXPECT_EQ(received.back().stop, Stop::kEnd);
+  // The recording holds every command of the encoder; the backlog of 0.8 s has not left.
+  EXPECT_GT(recorded.commands.size(), received.size() + 50);
+  EXPECT_GT(report->commands_withheld, 50U);
+  EXPECT_GT(received.front().time, recorded.commands.front().time + milliseconds{500});
+  EXPECT_LE(received.front().amplitude_uA, 2000.0 * 0.012 + 1e-9);
+  const auto stale = std::find_if(received.begin(), received.end(), [](const auto& command) {
+    return command.stop == Stop::kStale && command.amplitude_uA == 0.0;
+  });
+  ASSERT_NE(stale, received.end());
+  EXPECT_GT(report->stale_stops, 0U);
+  EXPECT_EQ(received.at(received.size() - 2).amplitude_uA, 0.0);
+  EXPECT_EQ(recorded.commands.at(recorded.commands.size() - 2).amplitude_uA, 80.0);
 }
 
 }  // namespace

@@ -16,9 +16,9 @@
 
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
+#include "tests/free_ports.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"
-#include "tests/tools/free_ports.hpp"
 #include "tests/tools/lower_limit.hpp"
 #include "tests/tools/program.hpp"
 

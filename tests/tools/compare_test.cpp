@@ -1,3 +1,6 @@
+#include <filesystem>
+#include <string>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -46,13 +49,47 @@ TEST(Compare, MatchesWithinATolerance) {
 
 TEST(Compare, CountsTimesFromTheStartOfTheRun) {
   const TemporaryFolder folder;
-  const std::string a = folder.file("a.csv",
-                                    "# time_offset_ns=5000000000\n# start_device_ns=5000000000\n"
-                                    "time_s,neuron\n0.1,1\n");
-  const std::string b = folder.file("b.csv",
-                                    "# time_offset_ns=0\n# start_device_ns=5000000000\n"
-                                    "time_s,neuron\n5.1,1\n");
+  const std::string a = folder.file("a.csv", "time_s,neuron\n0.1,1\n");
+  const std::string b = folder.file("b.csv", "time_s,neuron\n5.1,1\n");
+  EXPECT_EQ(run_program({"compare", a, b}).exit_code, 1);
+  static_cast<void>(folder.file("a.csv.time",
+                                "time_zero = run\ntime_offset_ns = 5000000000\n"
+                                "start_device_ns = 5000000000\n"));
+  static_cast<void>(
+      folder.file("b.csv.time", "time_offset_ns = 0\nstart_device_ns = 5000000000\n"));
   EXPECT_EQ(run_program({"compare", a, b}).exit_code, 0);
+}
+
+// The forms of NEST 3's recording backend "ascii".
+TEST(Compare, ReadsFilesOfNest3) {
+  const TemporaryFolder folder;
+  const std::string comments = "# NEST version: 3.4\n# RecordingBackendASCII version: 2\n";
+  const std::string nest =
+      folder.file("s.dat", comments + "sender\ttime_ms\n1\t100.000\n2\t300.100\n");
+  const std::string csv = folder.file("s.csv", "time_s,neuron\n0.1,1\n0.3001,2\n");
+  EXPECT_EQ(run_program({"compare", nest, csv}).exit_code, 0);
+  const std::string steps =
+      folder.file("t.dat", comments + "sender\ttime_step\ttime_offset\n1\t1000\t0.0\n");
+  EXPECT_NE(run_program({"compare", steps, csv}).err.find("time_in_steps"), std::string::npos);
+}
+
+TEST(Compare, ReadsUnsignedTimesOfPhyFolders) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path("phy"));
+  static_cast<void>(folder.file("phy/params.py", "sample_rate = 1000.\n"));
+  const auto npy = [](const std::string& type, const std::string& numbers) {
+    std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (1,), }";
+    header.resize(118, ' ');
+    return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + numbers;
+  };
+  static_cast<void>(folder.file("phy/spike_clusters.npy", npy("<u4", {"\x02\x00\x00\x00", 4})));
+  static_cast<void>(
+      folder.file("phy/spike_times.npy", npy("<u8", {"\x64\x00\x00\x00\x00\x00\x00\x00", 8})));
+  const std::string csv = folder.file("s.csv", "time_s,neuron\n0.1,2\n");
+  EXPECT_EQ(run_program({"compare", folder.path("phy"), csv}).exit_code, 0);
+  static_cast<void>(folder.file("phy/spike_times.npy", npy("<u8", std::string(8, '\xff'))));
+  EXPECT_NE(run_program({"compare", folder.path("phy"), csv}).err.find("above 2^63"),
+            std::string::npos);
 }
 
 constexpr const char* kCommands =
@@ -64,11 +101,10 @@ TEST(CompareStimulation, ReportsDifferencesInAmplitudeFrequencyAndStop) {
       folder.file("a.csv", std::string(kCommands) + "0.01,E1,update,20,80,1,\n" +
                                "0.01,E2,update,30,90,1,\n0.015,E2,pulse,50,0,1,\n" +
                                "0.02,E1,update,0,0,2,released\n0.02,E2,update,30,90,2,\n");
-  const std::string b =
-      folder.file("b.csv", "# time_offset_ns=7\n" + std::string(kCommands) +
-                               "0.0100005,E1,update,20.5,80,1,\n" +
-                               "0.01,E2,update,30,93,1,\n0.0150021,E2,pulse,50,0,1,\n" +
-                               "0.02,E1,update,0,0,2,gap\n0.02,E2,update,30,90,2,\n");
+  const std::string b = folder.file(
+      "b.csv", "# a note\n" + std::string(kCommands) + "0.0100005,E1,update,20.5,80,1,\n" +
+                   "0.01,E2,update,30,93,1,\n0.0150021,E2,pulse,50,0,1,\n" +
+                   "0.02,E1,update,0,0,2,gap\n0.02,E2,update,30,90,2,\n");
   const ProgramRun run = run_program({"compare", a, b});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(run.out,
@@ -101,7 +137,7 @@ TEST(CompareStimulation, FindsTheCommandsOfARunItsSessionAndItsReplayEqual) {
   const TemporaryFolder folder;
   const std::string electrodes =
       "preset = \"paper\"\n"
-      "[stimulation]\nmax_charge_nC = 20\nmax_total_uA = 300\n"
+      "[stimulation]\nmax_charge_nC = 20\nmax_total_uA = 300\nwatchdog_ms = 100\n"
       "[[electrode]]\nname = \"E1\"\nfield_mm = [15, 10, 15]\namplitude_uA = [20, 80]\n"
       "frequency_Hz = [0, 200]\n"
       "[[electrode]]\nname = \"E2\"\nencoder = \"pulse_per_spike\"\nfield_mm = [15, 10, 15]\n"

@@ -8,9 +8,10 @@
 
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
+#include "tests/free_ports.hpp"
 #include "tests/temporary_folder.hpp"
-#include "tests/tools/free_ports.hpp"
 #include "tests/tools/program.hpp"
+#include "tests/tools/terminal.hpp"
 #include "tools/connect/recognition.hpp"
 
 namespace merkel {
@@ -42,6 +43,10 @@ TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
        {std::tuple("Force: 0.300 N", "columns=force_N", 115200),
         std::tuple("12;0,300;1", "decimal=comma", 9600),
         std::tuple("F=0.119N D=0.143mm", "columns=force_N,depth_mm", 115200),
+        std::tuple("60.0 g, 1.50 mm", "columns=force_g,depth_mm", 115200),
+        std::tuple("F,123.4,D,0.56", "columns=-,force_g,-,depth_mm", 115200),
+        std::tuple("F=60.0 D=1.50", "columns=force_g,depth_mm", 115200),
+        std::tuple("0.310 N, 17", "columns=force_N,-", 250000),
         std::tuple("0.300", "columns=force_N", 57600)}) {
     const TemporaryFolder folder;
     const LinePrinter gauge(line, baud);
@@ -79,6 +84,80 @@ TEST(Connect, RefusesWhatItCannotRecogniseOrWouldReplace) {
   EXPECT_NE(taken.err.find("already exists: add --overwrite"), std::string::npos) << taken.err;
 }
 
+// The Arduino Uno is silent for 0.8 to 2 s after its port is opened.
+TEST(Connect, WaitsForABoardThatResetsAndBelievesItsHeader) {
+  const TemporaryFolder folder;
+  const LinePrinter board("60.0,1.50", 115200,
+                          {.silence = milliseconds{1500}, .header = "force_g,depth_mm"});
+  const auto connected = run_program({"connect", board.name(), "--out", folder.path("scene.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  const std::string scene = read_file(folder.path("scene.toml"));
+  EXPECT_NE(scene.find("columns=force_g,depth_mm"), std::string::npos) << scene;
+  EXPECT_NE(scene.find("preset = \"goodwin\""), std::string::npos) << scene;
+  EXPECT_NE(connected.out.find("the preset goodwin: the device measures force"), std::string::npos)
+      << connected.out;
+}
+
+TEST(Connect, WaitsForAPortThatIsNotThereYet) {
+  const TemporaryFolder folder;
+  const std::string link = folder.path("ttyACM0");
+  const auto never = run_program({"connect", link, "--wait-s", "0.2"});
+  EXPECT_EQ(never.exit_code, 3);
+  EXPECT_NE(never.err.find("did not appear within 0.2 s"), std::string::npos) << never.err;
+  StartedProgram program({"connect", link, "--wait-s", "30", "--out", folder.path("s.toml")});
+  std::this_thread::sleep_for(milliseconds{300});
+  const LinePrinter gauge("0.300 N, 1.50 mm", 115200, {}, link);
+  const auto connected = program.finish();
+  EXPECT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+}
+
+TEST(Connect, TakesColumnsThatAreTypedAtItsQuestion) {
+  const TemporaryFolder folder;
+  const LinePrinter gauge("60.0,1.50");
+  const std::string out = folder.path("s.toml");
+  TerminalProgram program({"connect", gauge.name(), "--out", out}, 100);
+  ASSERT_TRUE(program.wait_for("listening"));
+  program.type("force_g,depth_furlong\n");
+  program.type("force_g\n");
+  program.type("force_mN,depth_um\n");
+  const ProgramRun run = program.finish();
+  EXPECT_EQ(run.exit_code, 0) << run.err << run.out;
+  EXPECT_NE(run.out.find("the unit of depth_furlong is unknown"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("the lines have 2 columns, but you named 1"), std::string::npos);
+  EXPECT_NE(run.out.find("forces are in N, mN, kN, lbF, ozF, kgF, gF"), std::string::npos);
+  EXPECT_NE(read_file(out).find("columns=force_mN,depth_um"), std::string::npos);
+}
+
+TEST(Connect, ItsCalibrationAdviceForADepthGaugeWorks) {
+  const TemporaryFolder folder;
+  const LinePrinter gauge("D: 1.50 mm");
+  const auto connected = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  std::smatch advice;
+  ASSERT_TRUE(std::regex_search(connected.out, advice,
+                                std::regex("merkel calibrate '([^']+)' gauge.toml (.*)\n")))
+      << connected.out;
+  EXPECT_EQ(advice[2], "--points 0,0.5,1 --channel depth");
+  const auto calibrated = run_program({"calibrate", advice[1], folder.path("gauge.toml"),
+                                       "--points", "0", "--channel", "depth", "--seconds", "0.2"});
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
+}
+
+TEST(Connect, SetsTheThresholdOfContactAboveTheNoiseAtRest) {
+  const TemporaryFolder folder;
+  LinePrinter gauge("0");
+  gauge.drift(0.0, 1e-5);
+  const auto connected =
+      run_program({"connect", gauge.name(), "--yes", "--out", folder.path("s.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  const std::string scene = read_file(folder.path("s.toml"));
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(scene, found, std::regex("contact_N = ([0-9.e-]+)  # six times")))
+      << scene;
+  EXPECT_GT(std::stod(found[1]), 1e-4);
+  EXPECT_LT(std::stod(found[1]), 0.06);
+}
+
 TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   const TemporaryFolder folder;
   const LinePrinter gauge("0.300");
@@ -86,6 +165,7 @@ TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
   EXPECT_EQ(requested.exit_code, 2);
   EXPECT_NE(requested.out.find("1: force_N = 0.3"), std::string::npos) << requested.out;
   EXPECT_NE(requested.out.find("2: depth_mm = 0.3"), std::string::npos) << requested.out;
+  EXPECT_NE(requested.out.find("3: force_g = 0.3"), std::string::npos) << requested.out;
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.toml")));
   // Follows the advice: the URI of the second interpretation.
   std::smatch uri;
@@ -132,8 +212,8 @@ TEST(Recognition, NamesClocksAndCountersByTheirGrowth) {
   }
   const auto readings = readings_of_lines(lines, 0.5);
   ASSERT_FALSE(readings.empty());
-  EXPECT_NE(readings[0].options.find("columns=time_ms,seq,force_N"), std::string::npos)
-      << readings[0].options;
+  EXPECT_NE(readings[0].options().find("columns=time_ms,seq,force_N"), std::string::npos)
+      << readings[0].options();
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
   const DeviceRun live = undisturbed([&press] {
     RunningDevice device(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
                                                    .trace = press,
-                                                   .baud = 460800,
+                                                   .baud = 500000,
                                                    .faults = {.split = true}});
     return run_and_replay(device.uri() + "&clock=device");
   });
@@ -235,7 +235,7 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   std::vector<ProbeSample> trace = dyadic_press(20'000);
   for (ProbeSample& sample : trace) sample.force_mN = 500.0;
   RunningDevice device(DeviceSimulator::Settings{
-      .protocol = *find_protocol("hbf1"), .trace = trace, .baud = 460800});
+      .protocol = *find_protocol("hbf1"), .trace = trace, .baud = 500000});
   const auto tare = run_program({"calibrate", device.uri(), folder.path("c.toml"), "--points",
                                  "0.25", "--seconds", "0.1", "--saturation", "40"});
   EXPECT_EQ(tare.exit_code, 0) << tare.err;

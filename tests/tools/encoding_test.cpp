@@ -58,6 +58,7 @@ update_ms = 10
 phase_us = 200
 max_charge_nC = 16
 max_total_uA = 250
+watchdog_ms = 100
 max_slope_uA_per_s = 20000
 )";
 

@@ -2,6 +2,7 @@
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/command_line.hpp"
 
 namespace merkel {
 namespace {
@@ -36,11 +37,24 @@ TEST(ExitCode, Is1WhereTheRunFailed) {
 
 TEST(ExitCode, Is2ForWrongInputOrUsage) {
   const TemporaryFolder folder;
-  expect({{{"run", folder.file("a.toml", "[skin]\npoison_ratio = 1\n")}, 2, "did you mean poisson"},
-          {{"run", folder.path("none.toml")}, 2, "cannot read the scene"},
-          {{"run", "--fast", "--probe", "replay:" + folder.path("none.csv")}, 2, "cannot read"},
-          {{"run", "--seed", "x"}, 2, "--seed"},
-          {{"run", "--fast", "--sink", "cvs:x"}, 2, "csv"}});
+  expect(
+      {{{"run", folder.file("a.toml", "[skin]\npoison_ratio = 1\n")}, 2, "did you mean poisson"},
+       {{"run", folder.path("none.toml")}, 2, "cannot read the scene"},
+       {{"run", "--fast", "--probe", "replay:" + folder.path("none.csv")}, 2, "cannot read"},
+       {{"run", "--seed", "x"}, 2, "--seed"},
+       {{"run", "hand", "--fast", "--probe", "sim:ramp"},
+        2,
+        "the scene has 6 probes, but 1 URI was given: give one for each, in this order: 1 on thumb "
+        "(sim:ramp), 2 on index"},
+       {{"run", "--probe", "/dev/ttyUSB0"}, 2, "merkel connect /dev/ttyUSB0 recognises"},
+       {{"run", "--fast",
+         folder.file("e.toml",
+                     "[[electrode]]\namplitude_uA = [10, 60]\nfrequency_Hz = [1, 99]\n"
+                     "[stimulation]\nmax_charge_nC = 16\nmax_total_uA = 99\nwatchdog_ms = 100\n"
+                     "update_ms = 33.333\n")},
+        2,
+        "the nearest is 33"},
+       {{"run", "--fast", "--sink", "cvs:x"}, 2, "csv"}});
 }
 
 TEST(ExitCode, Is3WhereADeviceOrTheHostRefused) {
@@ -48,6 +62,12 @@ TEST(ExitCode, Is3WhereADeviceOrTheHostRefused) {
           {{"record", "serial:/dev/ttyNONE?protocol=hbf1", "/tmp/none.csv"},
            3,
            "there is no device"}});
+}
+
+TEST(ExitCode, HelpOfARunListsTheSinksOptions) {
+  const ProgramRun help = run_program({"run", "--help"});
+  EXPECT_NE(help.out.find("view:8080: rate_hz (25), control (0)"), std::string::npos) << help.out;
+  EXPECT_NE(help.out.find("phy:DIR: sample_rate (1000000), time"), std::string::npos) << help.out;
 }
 
 TEST(ExitCode, HelpListsTheCodes) {
@@ -61,6 +81,25 @@ TEST(CommandLineOptions, TakeOneValueAndNameTheirLimits) {
           {{"run", "paper", "extra"}, 2, "unexpected argument: extra"},
           {{"bench", "--step-us", "0"}, 2, "--step-us: must be from 0.1 to 1000, but is 0"},
           {{"bench", "--step-us", "x"}, 2, "--step-us: must be a number, but is x"}});
+}
+
+// The parser of Debian 13 refuses this at start, that of Debian 12 does not.
+TEST(CommandLineOptions, DoNotShareTheNameOfAnArgumentAboveThem) {
+  std::string scene;
+  const auto declare = [&](const std::string& name) {
+    std::vector<std::string> words{"merkel", "fit", "skin"};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    return run_command_line(3, arguments.data(), [&](CommandLine& program) {
+      CommandLine fit = program.subcommand("fit", "", "fit");
+      fit.option("scene", scene, "");
+      CommandLine skin = fit.subcommand("skin", "", "fit skin");
+      skin.option(name, scene, "").runs([] { return 7; });
+    });
+  };
+  EXPECT_EQ(declare("scene"), 7);
+  EXPECT_EQ(declare("--trace"), 7);
+  EXPECT_THROW(declare("--scene"), std::logic_error);
 }
 
 TEST(MistypedWords, AreAnsweredWithTheNearestOne) {

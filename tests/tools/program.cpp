@@ -1,10 +1,13 @@
 #include "tests/tools/program.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
+#include <fstream>
+#include <thread>
 
 #include <fcntl.h>
 #include <spawn.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -38,17 +41,33 @@ void StartedProgram::send(int signal) const {
   if (process_ != 0) ::kill(process_, signal);  // 0 would be this program and its parents
 }
 
+namespace {
+
+/// The largest resident memory of a running process so far; 0 if it has ended. Unlike wait4(), it
+/// does not count what the starting process had resident.
+double peak_memory_MiB_of(int process) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string word; status >> word;) {
+    double kibibytes = 0.0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes / 1024.0;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
 ProgramRun StartedProgram::finish() {
   ProgramRun run;
   if (process_ == 0) return run;
   int status = 0;
-  rusage usage{};
-  ::wait4(process_, &status, 0, &usage);
+  while (::waitpid(process_, &status, WNOHANG) == 0) {
+    run.peak_memory_MiB = std::max(run.peak_memory_MiB, peak_memory_MiB_of(process_));
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
   run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   run.ended_by = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   run.out = read_file(folder_.path("out"));
   run.err = read_file(folder_.path("err"));
-  run.peak_memory_MiB = static_cast<double>(usage.ru_maxrss) / 1024.0;
   return run;
 }
 

@@ -15,7 +15,7 @@ struct ProgramRun {
   int ended_by = 0;    ///< the signal
   std::string out;
   std::string err;
-  double peak_memory_MiB = 0.0;
+  double peak_memory_MiB = 0.0;  ///< sampled once a millisecond
 };
 
 /// The built program merkel, running with arguments in the source folder.

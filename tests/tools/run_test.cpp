@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -70,6 +71,36 @@ TEST(Run, SpikeFilesAreInOrderWithTheContractsHeader) {
     EXPECT_LE(now.second, 20);
     last = now;
   }
+}
+
+TEST(Run, TheExampleOfAHandStimulatesThroughItsSixteenElectrodes) {
+  const TemporaryFolder folder;
+  const auto run =
+      run_program({"run", "tools/examples/hand_electrodes.toml", "--fast", "--duration-s", "1.4",
+                   "--sink", "stim-csv:" + folder.path("stim.csv")});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  const std::string commands = read_file(folder.path("stim.csv"));
+  std::set<std::string> active;
+  std::istringstream lines(commands);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream row(line);
+    std::string field[4];
+    for (std::string& each : field) std::getline(row, each, ',');
+    if (field[2] == "update" && std::stod(field[3]) > 0.0) active.insert(field[1]);
+  }
+  EXPECT_EQ(active.size(), 16U) << commands.substr(0, 400);
+}
+
+TEST(Run, ATraceInGramsAndMicrometresIsRead) {
+  const TemporaryFolder folder;
+  std::string rows = "time_ms,force_g,depth_um\n";
+  for (int k = 0; k < 300; ++k) rows += std::to_string(k) + ",60,1500\n";
+  const auto run =
+      run_program({"run", "--fast", "--json", "--probe", "replay:" + folder.file("t.csv", rows)});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto press = nlohmann::json::parse(run.out)["probes"][0];
+  EXPECT_NEAR(press["deepest_press"]["force_N"], 0.588399, 1e-6);
+  EXPECT_NEAR(press["force_and_depth"]["depth_mm"], 1.5, 1e-12);
 }
 
 TEST(Run, TheSummaryAddsUp) {

@@ -24,7 +24,7 @@ std::vector<ProbeSample> samples_of(const std::string& trace) {
 }
 
 std::vector<SpikeEvent> spikes_of_pipeline(Scene scene, const std::string& trace) {
-  scene.set_probes({"replay:" + trace});
+  EXPECT_TRUE(scene.set_probes({"replay:" + trace}));
   auto run = prepare_run(std::move(scene), {.fast = true});
   EXPECT_TRUE(run);
   Pipeline pipeline(*run->model, run->parameters);

@@ -91,7 +91,13 @@ TEST(SceneKeys, APrintedPresetFiresTheGoldenSpikes) {
     const TemporaryFolder folder;
     const auto printed = run_program({"scene", name});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
-    const auto run = run_program({"run", folder.file("my.toml", printed.out), "--fast", "--probe",
+    // The golden spikes of hand are those of its first probe.
+    std::string text = printed.out;
+    const std::string probe = "[[probe]]";
+    if (const auto second = text.find(probe, text.find(probe) + 1); second != std::string::npos) {
+      text.erase(second, text.find("\n[", text.rfind(probe)) - second);
+    }
+    const auto run = run_program({"run", folder.file("my.toml", text), "--fast", "--probe",
                                   "replay:tests/traces/taps.csv?use=depth", "--sink",
                                   "csv:" + folder.path("s.csv")});
     ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <set>
 #include <string>
+#include <variant>
 
 #include <gtest/gtest.h>
 
@@ -147,6 +149,34 @@ TEST(Fit, RecoversTheParametersThatMadeTheData) {
   EXPECT_NEAR(scene.adaptation.gain_Hz_per_kPa, 24.0, 0.5);
   EXPECT_LT(again->cost_after, 0.3);
   EXPECT_LT(again->parameters[0].relative_error, 0.05);
+}
+
+TEST(Fit, EveryParameterOfANeuronHasItsOwnName) {
+  for (const NeuronKind kind : {NeuronKind::kIntegrateAndFire, NeuronKind::kConnorStevens}) {
+    TactileModel::Parameters model = preset_scene("goodwin-cs")->model;
+    set_kind(model, kind);
+    std::set<std::string> names;
+    std::set<const double*> places;
+    for (const FitParameter& parameter : fit_parameters(kind)) {
+      EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
+      places.insert(parameter.in(model));
+    }
+    EXPECT_EQ(places.size(), names.size());
+  }
+}
+
+TEST(Fit, FitsTheNeuronsCompressionByTheNameOfItsTable) {
+  TactileModel::Parameters scene = preset_scene("goodwin-cs")->model;
+  const double drives_ms = scene.adaptation.compression_ms;
+  const auto before_ms = std::get<ConnorStevensAfferent>(scene.afferent).compression_ms;
+  std::vector<DataSet> sets = {published_recordings().sets[0]};
+  sets[0].points.resize(2);
+  const auto result = fit(scene, sets, {"neuron.compression_ms"}, 1, 10, {});
+  ASSERT_TRUE(result) << result.error().sentence;
+  EXPECT_EQ(result->parameters[0].before, before_ms);
+  EXPECT_EQ(result->parameters[0].after,
+            std::get<ConnorStevensAfferent>(scene.afferent).compression_ms);
+  EXPECT_EQ(scene.adaptation.compression_ms, drives_ms);
 }
 
 TEST(Fit, RefusesWhatItCannotFit) {

@@ -130,11 +130,12 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
   EXPECT_NE(contact.out.find(",0.8047"), std::string::npos) << contact.out;
 
   // Another scene keeps its other keys, also those of the same tables.
-  const auto other = run_program(
-      {"fit", "skin", "--trace", folder.path("p.csv"), "--diameter-mm", "6.35", "--out",
-       folder.path("other.toml"), "--scene",
-       folder.file("mine.toml",
-                   "[skin]\nradius_mm = 9\npoisson_ratio = 0.45\n[probe]\nx_mm = 14\n")});
+  const auto other =
+      run_program({"fit", "skin",
+                   folder.file("mine.toml",
+                               "[skin]\nradius_mm = 9\npoisson_ratio = 0.45\n[probe]\nx_mm = 14\n"),
+                   "--trace", folder.path("p.csv"), "--diameter-mm", "6.35", "--out",
+                   folder.path("other.toml")});
   EXPECT_EQ(other.exit_code, 0) << other.err;
   const auto scene = read_scene(folder.path("other.toml"));
   ASSERT_TRUE(scene) << scene.error().sentence;
@@ -151,9 +152,9 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
     elastic += fmt::format("{:.3f},{:.9g},{:.9g}\n", 0.01 * k, depth_mm,
                            1e-3 * HertzContact(3.0, 9.0, 100.0).at_depth(depth_mm).force_mN);
   }
-  const auto plain = run_program({"fit", "skin", "--trace", folder.file("e.csv", elastic),
-                                  "--radius-mm", "3", "--out", folder.path("plain.toml"), "--scene",
-                                  folder.file("nine.toml", "[skin]\nradius_mm = 9\n")});
+  const auto plain = run_program(
+      {"fit", "skin", folder.file("nine.toml", "[skin]\nradius_mm = 9\n"), "--trace",
+       folder.file("e.csv", elastic), "--radius-mm", "3", "--out", folder.path("plain.toml")});
   EXPECT_EQ(plain.exit_code, 0) << plain.err;
   EXPECT_NE(plain.out.find("no stiffening"), std::string::npos) << plain.out;
   EXPECT_NE(plain.out.find("E0 = 100 kPa"), std::string::npos) << plain.out;

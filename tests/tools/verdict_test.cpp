@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tools/number_text.hpp"
+
 namespace merkel {
 namespace {
 
@@ -78,6 +80,80 @@ TEST(Verdict, MoreThanAHundredthOfTheTicksSkippedFailsTheRun) {
 
 TEST(Verdict, DemotionFailsTheRun) {
   EXPECT_TRUE(outcome([](RunReport& report) { report.demotions = 1; }).failed);
+}
+
+/// What happens to a device in a run of ten seconds.
+Outcome of_device(const std::function<void(RunReport::OfProbe&)>& happen) {
+  return outcome([&happen](RunReport& report) {
+    report.ticks = 10'000;
+    report.probes[0].uri = "serial:x";
+    report.probes[0].device.emplace();
+    happen(report.probes[0]);
+  });
+}
+
+TEST(Verdict, AnUnplugOfMoreThanASecondLosesTouch) {
+  const auto unplugged = [](int outages, std::chrono::milliseconds outage) {
+    return of_device([=](RunReport::OfProbe& probe) {
+      probe.device->outages = static_cast<std::uint64_t>(outages);
+      probe.device->outage_ns =
+          static_cast<std::uint64_t>(std::chrono::nanoseconds{outage}.count());
+      probe.counts.released_ticks = static_cast<std::uint64_t>(outage.count());
+    });
+  };
+  EXPECT_TRUE(unplugged(1, std::chrono::milliseconds{3150}).failed);
+  EXPECT_EQ(unplugged(1, std::chrono::milliseconds{3150}).sentence,
+            "serial:x was unplugged once, for 3.15 s");
+  EXPECT_EQ(unplugged(2, std::chrono::milliseconds{500}).sentence,
+            "serial:x was unplugged 2 times, for 0.5 s in total");
+  EXPECT_FALSE(unplugged(2, std::chrono::milliseconds{500}).failed);
+}
+
+TEST(Verdict, ANegativeCompressionIsNamed) {
+  const auto pressed = [](double force_mN, double depth_mm) {
+    return of_device([=](RunReport::OfProbe& probe) {
+      probe.press_range.least_force_mN = force_mN;
+      probe.press_range.most_depth_mm = depth_mm;
+    });
+  };
+  EXPECT_EQ(pressed(-590.0, 1.5).sentence,
+            "the force of serial:x was never positive: it went down to -0.59 N, while the depth "
+            "reached 1.5 mm");
+  EXPECT_TRUE(pressed(-590.0, 1.5).failed);
+  EXPECT_FALSE(pressed(-590.0, 0.0).failed);
+  EXPECT_EQ(pressed(-3.0, 1.5).sentence, "");  // noise
+}
+
+TEST(Verdict, AContactThatNeverEndsIsNamed) {
+  const Outcome run = of_device([](RunReport::OfProbe& probe) {
+    probe.press_range.longest_touch = std::chrono::seconds{60};
+    probe.press_range.least_force_of_longest_mN = 12.0;
+  });
+  EXPECT_EQ(run.sentence,
+            "the contact of serial:x did not end for 60 s; its smallest force was 0.012 N");
+  EXPECT_FALSE(run.failed_strictly);
+}
+
+TEST(Verdict, AFlickeringContactIsNamed) {
+  EXPECT_EQ(
+      of_device([](RunReport::OfProbe& probe) { probe.press_range.brief_touches = 40; }).sentence,
+      "the contact of serial:x flickered: 40 touches ended within 10 ms");
+}
+
+TEST(Verdict, AForceThatNoFingerBearsIsNamed) {
+  const Outcome run = of_device([](RunReport::OfProbe& probe) {
+    probe.press_range.most_force_mN = 20'000.0;
+    probe.press_range.most_depth_mm = 18.7;
+  });
+  EXPECT_EQ(run.sentence, "serial:x reported 20 N and 18.7 mm, which no finger bears");
+}
+
+TEST(NumberText, HasNoExponentAndNoPluralOfOne) {
+  EXPECT_EQ(number_text(1049.6), "1050");
+  EXPECT_EQ(number_text(99.96), "100");
+  EXPECT_EQ(number_text(3.154), "3.15");
+  EXPECT_EQ(counted(1, "tick"), "1 tick");
+  EXPECT_EQ(counted(0, "tick"), "0 ticks");
 }
 
 TEST(Verdict, LateTicksFailStrictRunsOnly) {

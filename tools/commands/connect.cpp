@@ -1,11 +1,15 @@
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include "core/units.hpp"
@@ -14,12 +18,16 @@
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/connect/reading_choice.hpp"
 #include "tools/connect/recognition.hpp"
+#include "tools/number_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 namespace {
+
+constexpr double kAtRest_N = 0.1;  ///< a device that measures less is not pressed
 
 struct ConnectOptions {
   std::string target;
@@ -29,10 +37,29 @@ struct ConnectOptions {
   bool overwrite = false;
 };
 
+/// Waits for a serial port until it exists.
+Expected<std::string, SetupError> wait_for_port(const std::string& port, double wait_s) {
+  const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(wait_s);
+  std::error_code error;
+  if (!std::filesystem::exists(port, error)) {
+    std::fprintf(stderr, "%s does not exist yet: plug the device in; waiting …\n", port.c_str());
+  }
+  while (!std::filesystem::exists(port, error)) {
+    if (std::chrono::steady_clock::now() >= end) {
+      return unavailable(fmt::format(
+          "{} did not appear within {:g} s: plug the device in, check the name with merkel probes, "
+          "or wait longer with --wait-s",
+          port, wait_s));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  }
+  return "serial:" + port;
+}
+
 /// The given address; without one, the first serial device, waiting until one is plugged in.
 Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
   if (options.target.find(':') != std::string::npos) return options.target;
-  if (!options.target.empty()) return "serial:" + options.target;
+  if (!options.target.empty()) return wait_for_port(options.target, options.wait_s);
   const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(options.wait_s);
   bool announced = false;
   do {
@@ -57,26 +84,6 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
       "/dev/ttyUSB0");
 }
 
-/// Picks one of several interpretations: by the user's answer or, with --yes, the likeliest.
-std::optional<std::size_t> choose(const Recognition& found, const ConnectOptions& options) {
-  if (found.readings.size() < 2) return 0;
-  std::printf("the data can be read in two ways:\n");
-  for (std::size_t i = 0; i < 2; ++i) {
-    std::printf("  %zu: %s\n", i + 1, found.readings[i].meaning.c_str());
-  }
-  if (options.yes) {
-    std::printf("using the first, which is more likely; URI of the other: %s?%s\n",
-                found.address.c_str(), found.readings[1].options.c_str());
-    return 0;
-  }
-  if (::isatty(STDIN_FILENO) == 0) return std::nullopt;
-  std::printf("which one (1 or 2)? ");
-  std::fflush(stdout);
-  const int answer = std::getchar();
-  if (answer != '1' && answer != '2') return std::nullopt;
-  return answer == '1' ? 0 : 1;
-}
-
 /// Recognises the protocol at an address without options. \return the whole URI
 Expected<std::string, SetupError> recognised(const std::string& address,
                                              const ConnectOptions& options) {
@@ -84,18 +91,11 @@ Expected<std::string, SetupError> recognised(const std::string& address,
   const auto found = recognise(address);
   if (!found) return Unexpected<SetupError>(found.error());
   std::printf("received: %s\n", found->received.c_str());
-  const auto chosen = choose(*found, options);
-  if (!chosen) {
-    return bad_input(
-        "both interpretations are possible: run the command in a terminal, add --yes to use "
-        "the first, or use the URI " +
-        address + "?" + found->readings[1].options + " for the second");
-  }
-  const Reading& reading = found->readings[*chosen];
-  std::printf("read as: %s\n", reading.meaning.c_str());
+  const auto reading = choose_reading(*found, options.yes);
+  if (!reading) return Unexpected<SetupError>(reading.error());
+  std::printf("read as: %s\n", reading->meaning.c_str());
   if (found->baud != 0) std::printf("baud rate: %d\n", found->baud);
-  return address + "?" + reading.options +
-         (found->baud != 0 ? "&baud=" + std::to_string(found->baud) : "");
+  return found->uri(*reading);
 }
 
 struct Measurement {
@@ -103,7 +103,18 @@ struct Measurement {
   std::optional<SampleTiming> timing;
   std::optional<DeviceCounts> counts;
   ProbeSample last;
+  double noise_N = 0.0;  ///< rms about the mean
 };
+
+/// The standard deviation.
+double deviation_of(const std::vector<double>& values) {
+  if (values.empty()) return 0.0;
+  const auto count = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
+  double sum = 0.0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum / count);
+}
 
 Expected<Measurement, SetupError> measure(const std::string& uri) {
   auto probe = open_probe(uri);
@@ -114,17 +125,21 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
   }
   Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}, .last = {}};
   std::vector<ProbeSample> samples(1024);
+  std::vector<double> forces_N;
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{6};
   while (!measured.timing && std::chrono::steady_clock::now() < end) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{50});
     if (!count) return unavailable((*probe)->error_message());
     if (*count > 0) measured.last = samples[*count - 1];
+    for (std::size_t i = 0; i < *count; ++i)
+      forces_N.push_back(units::N_from_mN(samples[i].force_mN));
     measured.timing = (*probe)->timing();
     for (const std::string& sentence : (*probe)->take_notices()) {
       std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
     }
   }
   measured.counts = (*probe)->device_counts();
+  measured.noise_N = deviation_of(forces_N);
   if (!measured.timing) return unavailable(uri + " sent too few samples to measure its rate");
   return measured;
 }
@@ -136,9 +151,10 @@ void print(const Measurement& measured) {
   if (last.has(ProbeSample::kDepth)) std::printf(" depth %.4g mm", last.depth_mm);
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
-  std::printf("\nrate: %.4g samples/s with %.3g ms of jitter; loop delay in a run: %.3g ms\n",
+  std::printf("\nrate: %.4g samples/s with %s ms of jitter; loop delay in a run: %s ms\n",
               1e3 / units::ms_from(measured.timing->period),
-              units::ms_from(measured.timing->jitter), units::ms_from(measured.timing->delay));
+              number_text(units::ms_from(measured.timing->jitter)).c_str(),
+              number_text(units::ms_from(measured.timing->delay)).c_str());
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
 }
 
@@ -146,7 +162,9 @@ void print(const Measurement& measured) {
 std::vector<std::string> missing(const Measurement& measured, const std::string& uri) {
   std::vector<std::string> list;
   if (measured.info.calibration_file.empty()) {
-    list.push_back("a calibration: merkel calibrate '" + uri + "' gauge.toml --points 0,0.5,1");
+    const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;
+    list.push_back("a calibration: merkel calibrate '" + uri + "' gauge.toml --points 0,0.5,1" +
+                   (force ? "" : " --channel depth"));
   }
   for (const ProtocolEntry& entry : protocol_table()) {
     const std::string guess(entry.options);
@@ -173,9 +191,40 @@ std::string quoted(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string scene_text(const std::string& uri, const std::vector<std::string>& lacking) {
-  std::string text = "# Written by merkel connect.\n[probe]\nuri = " + quoted(uri) +
-                     "\ntip = \"sphere\"\nradius_mm = 2.0  # set the radius of your probe's tip\n";
+/// The preset for a device, and why.
+struct ChosenModel {
+  std::string preset;
+  std::string why;
+};
+
+ChosenModel model_for(const ProbeInfo& info) {
+  if ((info.channels & ProbeSample::kForce) != 0U) {
+    return {"goodwin",
+            "the device measures force, and these afferents are fitted to recordings "
+            "under known forces"};
+  }
+  return {"finger",
+          "the device measures depth only, and this skin is as soft as a finger's, so "
+          "that a depth gives a finger's force"};
+}
+
+/// The key contact_N for a device at rest; empty if it has no noise, or is being pressed.
+std::string contact_line(const Measurement& measured) {
+  const double force_N = units::N_from_mN(measured.last.force_mN);
+  if (!measured.last.has(ProbeSample::kForce) || measured.noise_N <= 0.0 ||
+      measured.noise_N > 0.1 * kAtRest_N || std::fabs(force_N) > kAtRest_N) {
+    return {};
+  }
+  return fmt::format("contact_N = {:.2g}  # six times the noise of {:.2g} N that was measured\n",
+                     6.0 * measured.noise_N, measured.noise_N);
+}
+
+std::string scene_text(const std::string& uri, const ChosenModel& model, const std::string& contact,
+                       const std::vector<std::string>& lacking) {
+  std::string text = "# Written by merkel connect.\npreset = " + quoted(model.preset) + "  # " +
+                     model.why + "\n\n[probe]\nuri = " + quoted(uri) +
+                     "\ntip = \"sphere\"\nradius_mm = 2.0  # set the radius of your probe's tip\n" +
+                     contact;
   for (const std::string& line : lacking) text += "# missing: " + line + "\n";
   return text;
 }
@@ -198,7 +247,9 @@ int connect(const ConnectOptions& options) {
   const std::vector<std::string> lacking = missing(*measured, *uri);
   for (const std::string& line : lacking) std::printf("missing: %s\n", line.c_str());
 
-  const std::string text = scene_text(*uri, lacking);
+  const ChosenModel model = model_for(measured->info);
+  std::printf("model: the preset %s: %s\n", model.preset.c_str(), model.why.c_str());
+  const std::string text = scene_text(*uri, model, contact_line(*measured), lacking);
   if (const auto scene = parse_scene(text, options.out); !scene) return refuse(scene.error());
   auto file = OutputFile::create(options.out, options.overwrite);
   if (!file) return refuse(file.error());
@@ -221,7 +272,8 @@ void add_connect_command(CommandLine& program) {
               "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT) or whole probe URI; "
               "default: the first serial device")
       .option("--out", options->out, "Scene file to write; default connected.toml")
-      .option("--wait-s", options->wait_s, "How long to wait for a device, s", {0, 86'400})
+      .option("--wait-s", options->wait_s, "How long to wait for a device or for PORT, s",
+              {0, 86'400})
       .flag("--yes", options->yes, "Do not ask: take the likeliest interpretation")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
       .runs([options] { return connect(*options); });

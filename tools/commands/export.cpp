@@ -75,6 +75,7 @@ int export_session(const ExportOptions& options) {
                                 .allow_remote = options.allow_remote,
                                 .run = *run,
                                 .notice = print_notice,
+                                .inputs = {options.session},
                                 .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
                                              : options.time_zero == "device" ? TimeZero::kDevice
                                                                              : TimeZero::kRun});

@@ -35,20 +35,19 @@ std::string report_of(const FitResult& result) {
   std::string text = fmt::format("cost {:.3f} Hz² before, {:.3f} Hz² after; {} evaluations\n\n",
                                  result.cost_before, result.cost_after, result.evaluations);
   text += "| parameter | before | after | standard error |";
-  for (const FittedParameter& parameter : result.parameters) {
-    text += " corr. with " + parameter.name + " |";
+  for (const FittedParameter& fitted : result.parameters) {
+    text += " corr. with " + fitted.parameter.name + " |";
   }
   text += "\n|---|---|---|---|";
   for (std::size_t k = 0; k < result.parameters.size(); ++k) text += "---|";
   text += "\n";
   for (std::size_t k = 0; k < result.parameters.size(); ++k) {
-    const FittedParameter& parameter = result.parameters[k];
-    text +=
-        fmt::format("| {} | {:.6g} | {:.6g} | ", parameter.name, parameter.before, parameter.after);
+    const FittedParameter& fitted = result.parameters[k];
+    text += fmt::format("| {} | {:.6g} | {:.6g} | ", fitted.parameter.name, fitted.before,
+                        fitted.after);
     // The standard error is that of ln p: a small fraction of p, or meaningless.
-    text += parameter.relative_error < 1.0
-                ? fmt::format("{:.1f} % |", 100.0 * parameter.relative_error)
-                : "none: over 100 % |";
+    text += fitted.relative_error < 1.0 ? fmt::format("{:.1f} % |", 100.0 * fitted.relative_error)
+                                        : "none: over 100 % |";
     for (const double correlation : result.correlation[k]) {
       text += std::isfinite(correlation) ? fmt::format(" {:.2f} |", correlation) : " – |";
     }
@@ -59,9 +58,9 @@ std::string report_of(const FitResult& result) {
                   result.measurements, result.parameters.size(), result.condition);
   if (result.determined()) return text + "the data determine all fitted parameters\n";
   std::string open;
-  for (const FittedParameter& parameter : result.parameters) {
-    if (parameter.relative_error < FitResult::kLargestError) continue;
-    open.append(open.empty() ? "" : ", ").append(parameter.name);
+  for (const FittedParameter& fitted : result.parameters) {
+    if (fitted.relative_error < FitResult::kLargestError) continue;
+    open.append(open.empty() ? "" : ", ").append(fitted.parameter.name);
   }
   return text + "the data do not determine " +
          (open.empty() ? std::string("all combinations of these parameters") : open) +
@@ -70,9 +69,8 @@ std::string report_of(const FitResult& result) {
 
 /// Sets the fitted parameters, in the six digits that the report shows.
 void set_fitted(TactileModel::Parameters& model, const FitResult& result) {
-  for (const FittedParameter& parameter : result.parameters) {
-    *FitParameter{parameter.name, parameter.table}.in(model) =
-        std::stod(fmt::format("{:.6g}", parameter.after));
+  for (const FittedParameter& fitted : result.parameters) {
+    *fitted.parameter.in(model) = std::stod(fmt::format("{:.6g}", fitted.after));
   }
 }
 
@@ -82,9 +80,9 @@ std::string scene_of(const FitCommand& command, const Scene& scene, const FitRes
       "# Made by merkel fit " + printable_text(command.scene) +
       (command.data.empty() ? "" : " --data " + printable_text(command.data)) +
       fmt::format("; cost {:.3f} Hz², before {:.3f} Hz².\n", result.cost_after, result.cost_before);
-  for (const FittedParameter& parameter : result.parameters) {
-    text += fmt::format("# fitted: {}.{} = {:.6g}, before {:.6g}\n", parameter.table,
-                        parameter.name, parameter.after, parameter.before);
+  for (const FittedParameter& fitted : result.parameters) {
+    text += fmt::format("# fitted: {}.{} = {:.6g}, before {:.6g}\n", fitted.parameter.table,
+                        fitted.parameter.key, fitted.after, fitted.before);
   }
   return text + scene_text(scene);
 }
@@ -179,7 +177,8 @@ void add_fit_command(CommandLine& program) {
               "by phase, PSTH, spike distances, phase locking, tables and pictures; default fit")
       .list("--parameter", command->parameters,
             "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
-            "these three), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise")
+            "these three), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise; "
+            "of goodwin-cs also neuron.compression_ms")
       .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
       .option("--evaluations", command->evaluations, "Maximum number of evaluations of the model",
               {10, 100000})

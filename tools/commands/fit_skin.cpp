@@ -111,7 +111,7 @@ int fit_skin_command(const FitSkinCommand& command) {
   if (const auto model = TactileModel::create(scene->model); !model) {
     return refuse("the fitted scene cannot be simulated: " + scene->sentence(model.error()));
   }
-  const std::string heading = "# Made by merkel fit skin --scene " + printable_text(command.scene) +
+  const std::string heading = "# Made by merkel fit skin " + printable_text(command.scene) +
                               " --trace " + printable_text(command.trace) +
                               fmt::format(": E* = {:.4g} kPa·e^(d/{:.4g} mm), R² = {:.4f}.\n",
                                           fit->modulus_kPa, fit->stiffening_mm, fit->r2);
@@ -128,7 +128,10 @@ void add_fit_skin_command(CommandLine& fit) {
                  "Fits the modulus and the stiffening of a finger or phantom, E*(d) = E0·e^(d/d1), "
                  "to a press recorded with depth and force; reports residuals, hysteresis and how "
                  "well each is determined, and writes a scene.",
-                 "fit skin --trace press.csv --plate --out skin.toml")
+                 "fit skin finger --trace press.csv --plate --out skin.toml")
+      .option("scene", command->scene,
+              "Scene file (TOML) or preset that gives everything else: curvature, layer, contact "
+              "law, afferents; default finger. The tip becomes that of its first probe")
       .option("--trace", command->trace,
               "Recorded press (CSV with the columns time_s, depth_mm, force_N)")
       .required()
@@ -137,10 +140,6 @@ void add_fit_skin_command(CommandLine& fit) {
       .option("--diameter-mm", command->diameter_mm, "Diameter of the flat pin that pressed, mm",
               {1e-3, 1e3})
       .flag("--plate", command->plate, "The tip was a flat plate")
-      .option(
-          "--scene", command->scene,
-          "Scene file (TOML) or preset that gives everything else: curvature, layer, contact law, "
-          "afferents. The tip becomes that of its first probe")
       .option("--out", command->out, "Scene to write (TOML)")
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_skin_command(*command); });

@@ -18,7 +18,9 @@ int inspect_encoding(const InspectOptions& options) {
         "the scene has no electrodes: add [[electrode]] and [stimulation] to it (merkel scene "
         "--keys explains them)");
   }
-  if (!options.probes.empty()) scene->set_probes(options.probes);
+  if (!options.probes.empty()) {
+    if (auto set = scene->set_probes(options.probes); !set) return refuse(set.error());
+  }
   auto prepared = prepare_run(std::move(*scene), {.fast = true});
   if (!prepared) return refuse(prepared.error());
   if (options.duration_s) {

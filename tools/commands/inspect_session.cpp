@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -145,6 +146,19 @@ int print_marks(SessionReader& session) {
   return for_each_chunk(session, [](const SessionChunk& chunk) { print_rows(chunk.marks); });
 }
 
+/// The delay of the loop, one row for each change.
+int print_delay(SessionReader& session) {
+  std::puts("time_s,delay_s");
+  std::optional<std::chrono::nanoseconds> last;
+  return for_each_chunk(session, [&](const SessionChunk& chunk) {
+    for (const TickRecord& tick : chunk.ticks) {
+      if (last == tick.delay) continue;
+      last = tick.delay;
+      std::puts((seconds(tick.time) + "," + seconds(tick.delay)).c_str());
+    }
+  });
+}
+
 int print_stream(SessionReader& session, const SessionStream& stream) {
   std::string header = header_of(stream.id);
   const std::size_t extra =
@@ -216,6 +230,7 @@ int inspect_session(const InspectSessionOptions& options) {
   if (!options.fact.empty()) return print_fact(*session, options.fact);
   if (options.stream.empty()) return print_overview(*session);
   if (options.stream == "marks") return print_marks(*session);
+  if (options.stream == "delay") return print_delay(*session);
   std::string known;
   for (const SessionStream& stream : session_streams()) {
     if (options.stream == short_name(stream) || options.stream == stream.name) {
@@ -223,7 +238,7 @@ int inspect_session(const InspectSessionOptions& options) {
     }
     known.append(short_name(stream)).append(", ");
   }
-  return refuse("--stream " + options.stream + " is not one of " + known + "marks");
+  return refuse("--stream " + options.stream + " is not one of " + known + "delay, marks");
 }
 
 }  // namespace
@@ -240,7 +255,8 @@ void add_inspect_session_command(CommandLine& inspect) {
       .required()
       .option("--stream", options->stream,
               "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
-              "devices' bytes, in hexadecimal), stimulation, marks")
+              "devices' bytes, in hexadecimal), stimulation, delay (of the loop, at "
+              "each change), marks")
       .option("--fact", options->fact,
               "Print the fact of this name, for example scene_text or probe_calibration")
       .runs([options] { return inspect_session(*options); });

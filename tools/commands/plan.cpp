@@ -17,7 +17,9 @@ struct PlanCommand {
 int plan(const PlanCommand& command) {
   auto scene = given_scene(command.scene);
   if (!scene) return refuse(scene.error());
-  if (!command.probes.empty()) scene->set_probes(command.probes);
+  if (!command.probes.empty()) {
+    if (auto set = scene->set_probes(command.probes); !set) return refuse(set.error());
+  }
   if (command.spike_time_us) scene->spike_time_us = command.spike_time_us;
   const auto made = make_plan(*scene);
   if (!made) return refuse(made.error());

@@ -160,7 +160,8 @@ int replay(const ReplayOptions& options) {
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = std::move(run)};
+                        .run = std::move(run),
+                        .inputs = {options.session}};
   const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
   if (options.realtime) return play(options, *model, numbering, setup, *origin);

@@ -45,7 +45,11 @@ struct RunOptions {
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   auto scene = given_scene(options.scene);
   if (!scene) return scene;
-  if (!options.probes.empty()) scene->set_probes(options.probes);
+  if (!options.probes.empty()) {
+    if (auto set = scene->set_probes(options.probes); !set) {
+      return Unexpected<SetupError>(set.error());
+    }
+  }
   scene->sinks.insert(scene->sinks.end(), options.sinks.begin(), options.sinks.end());
   if (!options.record.empty()) {
     scene->sinks.push_back((options.record.ends_with(".xdf") ? "xdf:" : "trace:") + options.record);
@@ -138,6 +142,7 @@ int run(const RunOptions& options) {
                         .allow_remote = options.allow_remote,
                         .run = std::move(description),
                         .notice = parameters.on_notice,
+                        .inputs = {options.scene},
                         .recording = std::make_shared<RecordingSwitch>()};
   if (auto added = add_sinks(prepared->scene.sinks, setup, pipeline); !added) {
     return refuse(added.error());
@@ -187,7 +192,7 @@ void add_run_command(CommandLine& program) {
       .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
             "Allow sinks to send to other machines and to be reached from them")
-      .notes(std::string(kSimProbeHelp) + "\n" + kReplayProbeHelp)
+      .notes(std::string(kSimProbeHelp) + "\n" + kReplayProbeHelp + "\n" + sink_options_help())
       .runs([options] { return run(*options); });
 }
 

@@ -1,16 +1,20 @@
 #include "tools/connect/csv_readings.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 
 namespace merkel {
 namespace {
 
 constexpr std::size_t kLeastLines = 5;
+constexpr std::size_t kMostReadings = 4;
+constexpr double kHardPress_N = 20.0;
 
 /// Classifies a column of numbers by its growth: a counter, a clock, or a measurement.
 std::string column_by_growth(const std::vector<double>& values, double seconds) {
@@ -30,23 +34,99 @@ std::string column_by_growth(const std::vector<double>& values, double seconds) 
   return {};
 }
 
-/// The columns of lines in a style; empty if the lines differ in their columns.
-std::vector<std::vector<CsvField>> fields_of(const std::vector<std::string>& lines,
-                                             const CsvStyle& style) {
+/// The fields of lines in a style, column by column; lines with other columns are left out.
+std::vector<std::vector<CsvField>> columns_of(const std::vector<std::string>& lines,
+                                              const CsvStyle& style) {
   std::vector<std::vector<CsvField>> columns;
   for (const std::string& line : lines) {
-    std::vector<CsvField> fields;
-    bool numbers = true;
-    for (std::string_view rest = line; !rest.empty();) {
-      fields.push_back(parse_csv_field(take_csv_part(rest, style.separator), style.decimal_comma));
-      numbers = numbers && fields.back().number;
-    }
-    if (!numbers || fields.empty()) continue;
+    const std::vector<CsvField> fields = csv_fields_of(line, style);
+    const auto is_number = [](const CsvField& field) { return field.number.has_value(); };
+    if (std::none_of(fields.begin(), fields.end(), is_number)) continue;
     if (columns.empty()) columns.resize(fields.size());
     if (columns.size() != fields.size()) continue;
     for (std::size_t i = 0; i < fields.size(); ++i) columns[i].push_back(fields[i]);
   }
   return columns;
+}
+
+/// The names in the header among the lines, if one names that many columns.
+std::vector<std::string> headings_of(const std::vector<std::string>& lines, const CsvStyle& style,
+                                     std::size_t columns) {
+  for (const std::string& line : lines) {
+    if (parse_csv_field(line, false).number) continue;
+    std::vector<std::string> names = csv_columns_of_header(line, style.separator);
+    if (names.size() == columns) return names;
+  }
+  return {};
+}
+
+/// A column as far as the lines describe it.
+struct Column {
+  std::string name;      ///< as in the option columns; empty: the unit is not stated
+  std::string quantity;  ///< if the unit is not stated; empty: not stated either
+  double value = 0.0;    ///< the last one
+};
+
+std::vector<Column> described(const std::vector<std::vector<CsvField>>& fields,
+                              const std::vector<std::string>& headings, double seconds) {
+  std::vector<Column> columns;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    std::vector<double> values;
+    for (const CsvField& field : fields[i]) {
+      if (field.number) values.push_back(*field.number);
+    }
+    Column column{.name = "-", .quantity = {}};
+    if (!values.empty()) {
+      column.value = values.back();
+      column.name = headings.empty() ? csv_column_of(fields[i].front()) : headings[i];
+      if (column.name.empty()) column.quantity = csv_quantity_of(fields[i].front().label);
+      if (column.name.empty()) column.name = column_by_growth(values, seconds);
+    }
+    columns.push_back(std::move(column));
+  }
+  return columns;
+}
+
+bool is_measured(std::string_view name) {
+  return name.starts_with("force") || name.starts_with("depth");
+}
+
+/// The names of the columns if forces without a unit are in `force_unit`, and the first column
+/// without a name is `unnamed`.
+std::vector<std::string> names_with(const std::vector<Column>& columns, const std::string& unnamed,
+                                    const std::string& force_unit) {
+  std::vector<std::string> names;
+  bool measures = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
+    return is_measured(column.name) || is_measured(column.quantity);
+  });
+  for (const Column& column : columns) {
+    std::string name = column.name;
+    if (name.empty()) {
+      const std::string quantity = column.quantity.empty() && !measures ? unnamed : column.quantity;
+      measures = measures || is_measured(quantity);
+      name = quantity.empty() || quantity == "time"
+                 ? "-"
+                 : quantity + "_" + (quantity.starts_with("force") ? force_unit : "mm");
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+Reading reading_of(const std::vector<Column>& columns, const std::vector<std::string>& names,
+                   const CsvStyle& style) {
+  std::string list;
+  std::string meaning;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    list += (i == 0 ? "" : ",") + names[i];
+    if (names[i] == "-") continue;
+    meaning +=
+        (meaning.empty() ? "" : ", ") + names[i] + " = " + shortest_decimal(columns[i].value);
+  }
+  return {.columns = list,
+          .style = "&separator=" + std::string(name_of_separator(style.separator)) +
+                   "&decimal=" + (style.decimal_comma ? "comma" : "point"),
+          .meaning = meaning};
 }
 
 }  // namespace
@@ -58,50 +138,32 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
   });
   if (static_cast<std::size_t>(with_digits) < kLeastLines) return readings;
   for (const CsvStyle& style : csv_styles(lines)) {
-    const auto columns = fields_of(lines, style);
-    std::string names;
-    std::string other;  // the same with another unit where none is given
-    std::string meaning;
-    std::string other_meaning;
-    bool certain = true;
-    bool measures = false;
-    for (const auto& column : columns) {
-      std::vector<double> values;
-      for (const CsvField& field : column) values.push_back(*field.number);
-      std::string name = csv_column_of(column.front());
-      if (name.empty()) name = column_by_growth(values, seconds);
-      std::string second = name;
-      if (name.empty() && measures) name = second = "-";
-      if (name.empty()) {
-        name = "force_N";
-        second = "depth_mm";
-        certain = false;
-      }
-      const bool measured = name.starts_with("force") || name.starts_with("depth");
-      measures = measures || measured;
-      const auto add = [](std::string& list, const std::string& item, const char* between) {
-        list += (list.empty() ? "" : between) + item;
-      };
-      add(names, name, ",");
-      add(other, second, ",");
-      const std::string value = shortest_decimal(values.back());
-      add(meaning, name + " = " + value, ", ");
-      add(other_meaning, second + " = " + value, ", ");
-    }
-    if (!measures) continue;
-    const std::string tail = "&separator=" + std::string(name_of_separator(style.separator)) +
-                             "&decimal=" + (style.decimal_comma ? "comma" : "point");
-    readings.push_back({.options = "protocol=csv&columns=" + names + tail, .meaning = meaning});
-    if (!certain) {
-      readings.push_back(
-          {.options = "protocol=csv&columns=" + other + tail, .meaning = other_meaning});
-    }
+    const auto fields = columns_of(lines, style);
+    const auto columns = described(fields, headings_of(lines, style, fields.size()), seconds);
+    const auto add = [&](const std::string& unnamed, const std::string& force_unit) {
+      const std::vector<std::string> names = names_with(columns, unnamed, force_unit);
+      const bool measures = std::any_of(names.begin(), names.end(), is_measured);
+      Reading reading = reading_of(columns, names, style);
+      const bool repeated =
+          std::any_of(readings.begin(), readings.end(), [&](const Reading& other) {
+            return other.columns == reading.columns && other.style == reading.style;
+          });
+      if (measures && !repeated) readings.push_back(std::move(reading));
+    };
+    // No fingertip bears more: such a number is likelier in grams.
+    const bool heavy = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
+      return column.name.empty() && std::fabs(column.value) > kHardPress_N;
+    });
+    add("force", heavy ? "g" : "N");
+    add("depth", heavy ? "g" : "N");
+    add("force", heavy ? "N" : "g");
     // Only commas that could be decimal points allow another interpretation.
     const bool ambiguous = style == CsvStyle{',', false} && columns.size() == 2 &&
-                           columns[0].front().label.empty() && columns[1].front().unit.empty();
-    if (!ambiguous || readings.size() > 1) break;
+                           fields[0].front().label.empty() && fields[1].front().unit.empty() &&
+                           columns[0].name.empty() && columns[1].name.empty();
+    if (!readings.empty() && !ambiguous) break;
   }
-  if (readings.size() > 2) readings.resize(2);
+  if (readings.size() > kMostReadings) readings.resize(kMostReadings);
   return readings;
 }
 

@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/ati_rdt.hpp"
@@ -26,11 +27,16 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::array<int, 9> kBauds = {115200, 460800, 9600,   57600, 1000000,
-                                       19200,  38400,  230400, 921600};
-constexpr milliseconds kListening{700};
+constexpr std::array<int, 11> kBauds = {115200, 500000, 460800, 9600,   57600, 1000000,
+                                        19200,  38400,  230400, 921600, 250000};
+constexpr milliseconds kBoot{
+    3000};  ///< a board that resets when its port is opened is silent so long
+constexpr milliseconds kListening{700};  ///< from the first byte
+constexpr milliseconds kListeningToSlowLines{2500};
+constexpr std::ptrdiff_t kEnoughLines = 8;
 constexpr milliseconds kAsking{900};
-constexpr double kReadable = 0.95;  ///< share of printable bytes in text
+constexpr milliseconds kAtOnce{400};  ///< a device that streams is heard by then
+constexpr double kReadable = 0.95;    ///< share of printable bytes in text
 
 nanoseconds now() {
   return std::chrono::duration_cast<nanoseconds>(
@@ -39,7 +45,8 @@ nanoseconds now() {
 
 struct Heard {
   Bytes bytes;
-  double seconds = 0.0;
+  double seconds = 0.0;    ///< since the first byte
+  nanoseconds silence{0};  ///< before the first byte
 };
 
 /// Opens the port of an address at a baud rate.
@@ -57,23 +64,11 @@ Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int b
                         .datagram_bytes = datagrams ? kAtiRecordBytes : 0});
 }
 
-Heard listen(Transport& port, nanoseconds length) {
-  Heard heard;
-  std::array<std::uint8_t, 4096> buffer{};
-  const nanoseconds begin = now();
-  while (now() - begin < length) {
-    const auto count = port.read(buffer, begin + length - now());
-    if (!count) break;
-    heard.bytes.insert(heard.bytes.end(), buffer.begin(),
-                       buffer.begin() + static_cast<std::ptrdiff_t>(*count));
-  }
-  heard.seconds = std::chrono::duration<double>(now() - begin).count();
-  return heard;
-}
-
-std::vector<std::string> lines_of(std::span<const std::uint8_t> bytes) {
+/// \param whole  the bytes start with the start of a line
+std::vector<std::string> lines_of(std::span<const std::uint8_t> bytes, bool whole = false) {
   std::vector<std::string> lines;
   LineSplitter splitter;
+  splitter.reset(whole);
   for (const std::uint8_t byte : bytes) {
     if (const auto line = splitter.take(byte)) lines.emplace_back(*line);
   }
@@ -85,6 +80,31 @@ bool is_text(std::span<const std::uint8_t> bytes) {
     return (byte >= 0x20 && byte < 0x7F) || byte == '\n' || byte == '\r' || byte == '\t';
   });
   return static_cast<double>(readable) >= kReadable * static_cast<double>(bytes.size());
+}
+
+/// Listens: long enough for the lines of a slow device, and for a board that boots.
+Heard listen(Transport& port) {
+  Heard heard;
+  std::array<std::uint8_t, 4096> buffer{};
+  const nanoseconds begin = now();
+  nanoseconds first{0};
+  nanoseconds end = begin + kBoot;
+  while (now() < end) {
+    const auto count = port.read(buffer, end - now());
+    if (!count) break;
+    if (*count > 0 && heard.bytes.empty()) {
+      first = now();
+      heard.silence = first - begin;
+    }
+    heard.bytes.insert(heard.bytes.end(), buffer.begin(),
+                       buffer.begin() + static_cast<std::ptrdiff_t>(*count));
+    if (heard.bytes.empty()) continue;
+    const bool slow = is_text(heard.bytes) &&
+                      std::count(heard.bytes.begin(), heard.bytes.end(), '\n') < kEnoughLines;
+    end = first + (slow ? kListeningToSlowLines : kListening);
+  }
+  heard.seconds = heard.bytes.empty() ? 0.0 : units::s_from(now() - first);
+  return heard;
 }
 
 /// The text of a line, or the first bytes of a frame in hexadecimal.
@@ -113,8 +133,16 @@ std::string meaning_of(const DeviceReading& reading) {
   return text;
 }
 
-/// Sends a protocol's requests to a port. \return what the protocol decodes, or nothing
-std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& entry,
+Reading reading_by(const ProtocolEntry& entry, const DeviceStream& stream) {
+  return {.protocol = std::string(entry.name),
+          .columns = {},
+          .style = entry.options.empty() ? "" : "&" + std::string(entry.options),
+          .meaning = stream.readings.empty() ? "" : meaning_of(stream.readings.back())};
+}
+
+/// Sends a protocol's requests to a port. \param boots  the device may be silent for a while first
+/// \return what the protocol decodes, or nothing
+std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& entry, bool boots,
                                        std::string& received) {
   const auto uri = Uri::parse("serial:?" + std::string(entry.options));
   UriOptions options(*uri);
@@ -124,53 +152,47 @@ std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& ent
   Bytes heard;
   std::array<std::uint8_t, 4096> buffer{};
   const nanoseconds begin = now();
-  const auto exchange = [&](nanoseconds until) {
-    while (now() < until) {
+  const nanoseconds end = begin + (boots || (*protocol)->describes_itself() ? kBoot : kAsking);
+  const auto exchange = [&](nanoseconds until, const auto& done) {
+    while (now() < until && !done()) {
       const auto wake = (*protocol)->poll(now(), stream);
       if (!port.write(std::exchange(stream.outgoing, {}))) return;
-      const nanoseconds end = wake ? std::min(until, *wake) : until;
-      const auto count = port.read(buffer, std::max(end - now(), nanoseconds{0}));
+      const nanoseconds next = wake ? std::min(until, *wake) : until;
+      const auto count = port.read(buffer, std::max(next - now(), nanoseconds{0}));
       if (!count) return;
       const auto bytes = std::span<const std::uint8_t>(buffer).first(*count);
       if (heard.size() < 4096) heard.insert(heard.end(), bytes.begin(), bytes.end());
       (*protocol)->take(bytes, now(), stream);
-      if (stream.readings.size() > 3) return;
     }
   };
   (*protocol)->begin(begin, stream);
-  exchange(begin + kAsking / 2);
+  exchange(end, [&] { return (*protocol)->ready(); });
   if ((*protocol)->channels() != 0U) (*protocol)->start(now(), stream);
-  exchange(begin + kAsking);
+  exchange(std::max(end, now() + kAsking / 2), [&] { return stream.readings.size() > 3; });
   stream.outgoing.clear();
   (*protocol)->end(stream);
   static_cast<void>(port.write(stream.outgoing));
   if (stream.readings.empty() || stream.counts.frames <= stream.counts.damaged) return std::nullopt;
   received = shown(heard);
-  return Reading{.options = "protocol=" + std::string(entry.name) +
-                            (entry.options.empty() ? "" : "&" + std::string(entry.options)),
-                 .meaning = meaning_of(stream.readings.back())};
+  return reading_by(entry, stream);
 }
 
 /// The possible interpretations of bytes that arrived without a request.
 std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
   const std::string_view likely = likely_protocol(heard.bytes);
-  std::vector<Reading> readings;
   const auto entry = find_protocol(likely);
-  if (entry && likely != "csv" && is_carried(**entry, scheme)) {
+  if (entry && likely != "csv" && !(*entry)->only_answers && is_carried(**entry, scheme)) {
     const auto uri = Uri::parse("serial:?" + std::string((*entry)->options));
     UriOptions options(*uri);
     const auto protocol = (*entry)->make(options);
     DeviceStream stream;
     (*protocol)->begin(now(), stream);
     (*protocol)->take(heard.bytes, now(), stream);
-    readings.push_back(
-        {.options = "protocol=" + std::string(likely) +
-                    ((*entry)->options.empty() ? "" : "&" + std::string((*entry)->options)),
-         .meaning = stream.readings.empty() ? "" : meaning_of(stream.readings.back())});
-    return readings;
+    return {reading_by(**entry, stream)};
   }
-  if (!is_text(heard.bytes)) return readings;
-  return readings_of_lines(lines_of(heard.bytes), heard.seconds);
+  if (!is_text(heard.bytes)) return {};
+  // A board that has just booted is heard from its first line on, which may be a header.
+  return readings_of_lines(lines_of(heard.bytes, heard.silence > kAtOnce), heard.seconds);
 }
 
 SetupError nothing_made(const std::string& address, const std::string& received) {
@@ -198,6 +220,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
         "and its options (merkel probes lists them)");
   }
   std::string received;
+  bool boots = false;
   std::optional<SetupError> unopened;
   Recognition found{.address = address, .baud = 0, .received = {}, .readings = {}};
   // Listen first: many devices send without a request.
@@ -210,10 +233,13 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
       if (uri->scheme == "udp") break;
       return Unexpected<SetupError>(*unopened);
     }
-    const Heard heard = listen(**port, kListening);
+    const Heard heard = listen(**port);
     if (heard.bytes.empty()) break;  // silent at every rate
+    boots = boots || heard.silence > kAtOnce;
     found.readings = readings_of(heard, uri->scheme);
-    if (received.empty() || is_text(heard.bytes)) received = shown(heard.bytes);
+    const bool text = is_text(heard.bytes);
+    if (received.empty() || text) received = shown(heard.bytes);
+    if (found.readings.empty() && text && !lines_of(heard.bytes).empty()) break;  // the right rate
     if (found.readings.empty()) continue;
     found.baud = serial ? baud : 0;
     found.received = shown(heard.bytes);
@@ -222,7 +248,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
   const auto try_to_ask = [&](const ProtocolEntry& entry) {
     auto port = open_port(*uri, entry.baud, entry.datagrams);
     if (!port) return false;
-    auto reading = request_reading(**port, entry, found.received);
+    auto reading = request_reading(**port, entry, boots, found.received);
     if (!reading) return false;
     found.baud = serial ? entry.baud : 0;
     found.readings = {std::move(*reading)};

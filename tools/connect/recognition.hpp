@@ -14,11 +14,17 @@ struct Recognition {
   int baud = 0;                   ///< 0: not a serial line
   std::string received;           ///< one line, or the bytes of a frame
   std::vector<Reading> readings;  ///< likeliest first; a single one is certain
+
+  /// The whole probe URI with one of the readings.
+  [[nodiscard]] std::string uri(const Reading& reading) const {
+    return address + "?" + reading.options() + (baud != 0 ? "&baud=" + std::to_string(baud) : "");
+  }
 };
 
 /// Listens at an address (serial:PORT, udp:HOST:PORT, tcp:HOST:PORT) at one baud rate after the
-/// other. If the device sends nothing, sends the requests of each protocol; none of them moves
-/// anything. Takes up to 20 s. \return an error that quotes the received bytes if no protocol
+/// other, each time for as long as a board takes that resets when its port is opened. If the device
+/// sends nothing readable, sends the requests of each protocol; none of them moves anything. Takes
+/// up to a minute. \return an error that quotes the received bytes if no protocol
 /// matches
 [[nodiscard]] Expected<Recognition, SetupError> recognise(const std::string& address);
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "realtime/loop/latency_histogram.hpp"
+#include "realtime/queues/latency_histogram.hpp"
 #include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {

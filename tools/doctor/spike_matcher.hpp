@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <deque>
 
-#include "realtime/loop/latency_histogram.hpp"
 #include "realtime/loop/tick_timing.hpp"
+#include "realtime/queues/latency_histogram.hpp"
 
 namespace merkel {
 

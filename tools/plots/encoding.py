@@ -11,6 +11,7 @@ SCENE = """preset = "goodwin"
 [stimulation]
 max_charge_nC = 16
 max_total_uA = 1000
+watchdog_ms = 100
 """
 ELECTRODE = """[[electrode]]
 name = "{0}"

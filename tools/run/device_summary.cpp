@@ -4,16 +4,27 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "tools/number_text.hpp"
 
 namespace merkel {
 
 std::string device_text(const DeviceCounts& device) {
   std::string text = fmt::format(
-      "  device: {} readings ({:.1f} per s, up to {} at once), {} lost, {} damaged, {} refused, {} "
-      "duplicate, {} saturated; {} reboots, {} outages of {:.3f} s{}\n",
-      device.readings, device.rate_Hz, device.largest_batch, device.lost, device.damaged,
-      device.refused, device.duplicates, device.saturated, device.reboots, device.outages,
-      units::s_from(device.outage), device.port.empty() ? "" : "; " + device.port);
+      "  device: {} ({:.1f} per s, up to {} at once), {} lost, {} damaged, {} refused, {} "
+      "duplicate, {} saturated; {}, {} of {:.3f} s{}\n",
+      counted(device.readings, "reading"), device.rate_Hz, device.largest_batch, device.lost,
+      device.damaged, device.refused, device.duplicates, device.saturated,
+      counted(device.reboots, "reboot"), counted(device.outages, "outage"),
+      units::s_from(std::chrono::nanoseconds{device.outage_ns}),
+      device.port.empty() ? "" : "; " + device.port);
+  if (device.reordered > 0) {
+    text += fmt::format("  {} frames older than the newest one dropped\n", device.reordered);
+  }
+  if (device.distrusted > 0) {
+    text += fmt::format(
+        "  most of its data was damaged {} times: {} readings not used, the press released\n",
+        device.distrusted, device.withheld);
+  }
   if (device.device_clock) {
     text += fmt::format(
         "  its clock: {:+.1f} ppm, mapped with {:.1f} µs of jitter; frames arrive {:.0f} µs late\n",
@@ -37,28 +48,24 @@ std::string device_text(const DeviceCounts& device) {
 
 nlohmann::json device_json(const std::optional<DeviceCounts>& device) {
   if (!device) return {};
-  return {{"port", device->port},
-          {"readings", device->readings},
-          {"rate_hz", device->rate_Hz},
-          {"largest_batch", device->largest_batch},
-          {"lost", device->lost},
-          {"damaged", device->damaged},
-          {"refused", device->refused},
-          {"duplicates", device->duplicates},
-          {"saturated", device->saturated},
-          {"reboots", device->reboots},
-          {"outages", device->outages},
-          {"outage_s", units::s_from(device->outage)},
-          {"device_clock", device->device_clock},
-          {"drift_ppm", device->drift_ppm},
-          {"jitter_us", device->jitter_us},
-          {"latency_us", device->latency_us},
-          {"clock_outliers", device->clock_outliers},
-          {"clock_anchors", device->clock_anchors},
-          {"clock_rate", device->clock_rate},
-          {"clock_mistrusted", device->clock_mistrusted},
-          {"uncertainty_us",
-           device->uncertainty_us ? nlohmann::json(*device->uncertainty_us) : nlohmann::json()}};
+  nlohmann::json json = {
+      {"port", device->port},
+      {"rate_hz", device->rate_Hz},
+      {"age_ms", device->age_ms},
+      {"outage_s", units::s_from(std::chrono::nanoseconds{device->outage_ns})},
+      {"device_clock", device->device_clock},
+      {"drift_ppm", device->drift_ppm},
+      {"jitter_us", device->jitter_us},
+      {"latency_us", device->latency_us},
+      {"clock_rate", device->clock_rate},
+      {"clock_mistrusted", device->clock_mistrusted},
+      {"uncertainty_us",
+       device->uncertainty_us ? nlohmann::json(*device->uncertainty_us) : nlohmann::json()}};
+  for (const auto& field : kDeviceCounterFields<>) {
+    const std::string_view name = field.name.substr(std::string_view("device_").size());
+    json[std::string(name)] = (*device).*field.cell;
+  }
+  return json;
 }
 
 }  // namespace merkel

@@ -35,6 +35,10 @@ std::string loop_text(const RunReport& report) {
   if (host.sample_to_spike.count > 0) {
     text += "from a sample's arrival to its spike: " + latency_text(host.sample_to_spike) + "\n";
   }
+  if (host.sample_to_command.count > 0) {
+    text +=
+        "from a sample's arrival to its commands: " + latency_text(host.sample_to_command) + "\n";
+  }
   text += "loop: ";
   text.append(name_of(host.wait)).append(" wait");
   if (host.wait == LoopWait::kHybrid) {
@@ -60,6 +64,7 @@ Json loop_json(const RunReport& report) {
   const HostTimeReport& host = *report.host_time;
   return {
       {"sample_to_spike", latency_json(host.sample_to_spike)},
+      {"sample_to_command", latency_json(host.sample_to_command)},
       {"wait", name_of(host.wait)},
       {"margin_us", host.wait == LoopWait::kHybrid ? Json(units::us_from(host.margin)) : Json()},
       {"scheduler", host.rights.fifo ? "fifo" : "normal"},

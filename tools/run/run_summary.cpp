@@ -12,6 +12,7 @@
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
 #include "tools/json_text.hpp"
+#include "tools/number_text.hpp"
 #include "tools/run/afferent_table.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
@@ -121,9 +122,12 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   std::string text;
   const double simulated_s = units::s_from(report.simulated);
   const double wall_s = units::s_from(report.wall);
-  text += fmt::format("simulated {:.3f} s in {:.3f} s ({:.1f} × real time){}\n", simulated_s,
-                      wall_s, wall_s > 0.0 ? simulated_s / wall_s : 0.0,
-                      report.interrupted ? ", interrupted" : "");
+  text += fmt::format("simulated {:.3f} s in {:.3f} s", simulated_s, wall_s);
+  // A live run keeps to the clock, however fast this machine could simulate.
+  if (!report.host_time && wall_s > 0.0) {
+    text += fmt::format(" ({:.1f} × real time)", simulated_s / wall_s);
+  }
+  text += report.interrupted ? ", interrupted\n" : "\n";
   text += fmt::format("counters (ticks of {:g} ms):\n", units::ms_from(model.parameters().tick));
   text += counter_text(report);
   text += loop_text(report);
@@ -140,10 +144,12 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
     if (probe.timing) {
       text += fmt::format(
-          "  a sample every {:.4g} ms with {:.3g} ms of jitter: the loop delay is {:.4g} ms, and the "
-          "press is released after {:.4g} ms of silence\n",
-          units::ms_from(probe.timing->period), units::ms_from(probe.timing->jitter),
-          units::ms_from(report.delay), units::ms_from(probe.stale_after));
+          "  a sample every {:.4g} ms with {} ms of jitter: the loop delay is {:.4g} ms ({} to {}, "
+          "median {}), and the press is released after {:.4g} ms of silence\n",
+          units::ms_from(probe.timing->period), number_text(units::ms_from(probe.timing->jitter)),
+          units::ms_from(report.delay), number_text(units::ms_from(report.smallest_delay)),
+          number_text(units::ms_from(report.largest_delay)),
+          number_text(units::ms_from(report.median_delay)), units::ms_from(probe.stale_after));
     }
     if (probe.device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
@@ -209,7 +215,10 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
                   {"wall_s", units::s_from(report.wall)},
                   {"interrupted", report.interrupted},
                   {"verdict", verdict_json(verdict_of(report, model))},
-                  {"delay_ms", units::ms_from(report.delay)}};
+                  {"delay_ms", units::ms_from(report.delay)},
+                  {"smallest_delay_ms", units::ms_from(report.smallest_delay)},
+                  {"median_delay_ms", units::ms_from(report.median_delay)},
+                  {"largest_delay_ms", units::ms_from(report.largest_delay)}};
   add_counters(summary, report);
   const std::string silence = silence_text(report, model);
   summary["silence"] = silence.empty() ? Json() : Json(silence);

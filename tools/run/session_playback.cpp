@@ -14,6 +14,7 @@ using std::chrono::nanoseconds;
 using HostClock = std::chrono::steady_clock;
 
 constexpr milliseconds kStep{10};
+constexpr milliseconds kLongestStep{50};  ///< a longer one is a stall of the host
 
 }  // namespace
 
@@ -205,6 +206,11 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       continue;
     }
     if (position_.paused) switch_off(StimulationCommand::Stop::kGap);
+    if (now - last > kLongestStep) {
+      // What a stall missed is not sent at once: the playback goes on from where it was.
+      switch_off(StimulationCommand::Stop::kGap);
+      last = now - kStep;
+    }
     if (!position_.paused && place < extent_.end) place += now - last;
     last = now;
     if (place >= extent_.end) {

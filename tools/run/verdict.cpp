@@ -7,6 +7,7 @@
 
 #include "core/units.hpp"
 #include "tools/json_text.hpp"
+#include "tools/number_text.hpp"
 #include "tools/run/force_and_depth.hpp"
 
 namespace merkel {
@@ -16,9 +17,16 @@ using Severity = Finding::Severity;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostFindings = 5;
+constexpr double kOld_ms = 50.0;      ///< mean age at arrival: bursts
 constexpr double kMuch = 0.01;        ///< share of ticks or samples that is reported
 constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
 constexpr double kLostTouch = 0.5;    ///< or this share of a short run
+constexpr double kShortRelease_s = 0.01;
+constexpr double kMisread_mN = -20.0;  ///< a pull that no zero error explains
+constexpr double kEndless_s = 60.0;    ///< no one presses a probe for longer without letting go
+constexpr double kFlicker = 1.0;       ///< brief touches per second: noise
+constexpr double kHardestPress_N = 15.0;
+constexpr double kDeepestPress_mm = 6.0;
 
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -52,8 +60,50 @@ class RunChecks {
   void check_probe(const RunReport::OfProbe& probe) {
     if (!probe.device && !probe.timing) return;  // recordings lose nothing
     check_touch(probe);
+    check_readings(probe);
     check_samples(probe);
     if (probe.device) check_device(probe, *probe.device);
+  }
+
+  /// A wrong sign, zero or unit shows in the readings of the whole run.
+  void check_readings(const RunReport::OfProbe& probe) {
+    const PressRange& range = probe.press_range;
+    const double least_N = units::N_from_mN(range.least_force_mN);
+    if (range.most_force_mN <= 0.0 && range.least_force_mN < kMisread_mN) {
+      const bool deep = range.most_depth_mm > 0.1;
+      add(deep ? Severity::kFailure : Severity::kNote, 1.0,
+          fmt::format(
+              "the force of {} was never positive: it went down to {} N{}", probe.uri,
+              number_text(least_N),
+              deep ? ", while the depth reached " + number_text(range.most_depth_mm) + " mm" : ""),
+          "if the sensor reports compression as negative, set [probe] invert_force = true; otherwise "
+          "tare it");
+    }
+    const double longest_s = units::s_from(range.longest_touch);
+    if (longest_s >= kEndless_s) {
+      add(Severity::kNote, 0.9,
+          fmt::format("the contact of {} did not end for {} s; its smallest force was {} N",
+                      probe.uri, number_text(longest_s),
+                      number_text(units::N_from_mN(range.least_force_of_longest_mN))),
+          "if the probe was free, tare it (in the live page, or with merkel calibrate), or set [probe] "
+          "contact_N above its offset");
+    }
+    const double run_s = static_cast<double>(report_.ticks) * tick_s_;
+    if (static_cast<double>(range.brief_touches) > std::max(10.0, kFlicker * run_s)) {
+      add(Severity::kNote, 0.8,
+          fmt::format("the contact of {} flickered: {} ended within 10 ms", probe.uri,
+                      std::to_string(range.brief_touches) + " touches"),
+          "set [probe] contact_N to several times the noise of the sensor at rest");
+    }
+    const double most_N = units::N_from_mN(range.most_force_mN);
+    if (most_N > kHardestPress_N || range.most_depth_mm > kDeepestPress_mm) {
+      std::string what = most_N > 0.0 ? number_text(most_N) + " N" : "";
+      if (range.most_depth_mm > 0.0) {
+        what += (what.empty() ? "" : " and ") + number_text(range.most_depth_mm) + " mm";
+      }
+      add(Severity::kNote, 0.7, probe.uri + " reported " + what + ", which no finger bears",
+          "check the units of its columns and its calibration");
+    }
   }
 
   void check_press(std::size_t i) {
@@ -85,24 +135,33 @@ class RunChecks {
 
   void check_touch(const RunReport::OfProbe& probe) {
     const double released_s = static_cast<double>(probe.counts.released_ticks) * tick_s_;
-    const double outage_s = probe.device ? units::s_from(probe.device->outage) : 0.0;
+    const double outage_s =
+        probe.device ? units::s_from(nanoseconds{probe.device->outage_ns}) : 0.0;
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
+    const auto severity_of = [run_s](double lost_s) {
+      return lost_s > kLostTouch_s || lost_s > kLostTouch * run_s ? Severity::kFailure
+                                                                  : Severity::kLoss;
+    };
     if (probe.device && probe.device->outages > 0) {
-      add(Severity::kLoss, outage_s / std::max(run_s, outage_s),
-          fmt::format("{} was unplugged {} times, for {:.3g} s in total", probe.uri,
-                      probe.device->outages, outage_s),
+      const std::uint64_t outages = probe.device->outages;
+      add(severity_of(outage_s), outage_s / std::max({run_s, outage_s, 1e-9}),
+          fmt::format("{} was unplugged {}, for {} s{}", probe.uri,
+                      outages == 1 ? "once" : counted(outages, "time"), number_text(outage_s),
+                      outages == 1 ? "" : " in total"),
           "check its cable and plug");
     }
     const double lost_s = released_s - outage_s;
+    if (lost_s <= kShortRelease_s) return;
     const double weight = run_s > 0.0 ? lost_s / run_s : 0.0;
-    if (lost_s > kLostTouch_s || (released_s > 0.0 && weight > kLostTouch)) {
+    if (severity_of(lost_s) == Severity::kFailure) {
       add(Severity::kFailure, weight,
-          fmt::format("touch was lost for {:.3g} s of {:.3g}: no sample of {} arrived in time",
-                      lost_s, run_s, probe.uri),
+          fmt::format("touch was lost for {} s of {}: no sample of {} arrived in time",
+                      number_text(lost_s), number_text(run_s), probe.uri),
           "keep the device streaming, and look for the cause in the clock and delay lines of the summary");
-    } else if (lost_s > 0.01) {
+    } else {
       add(Severity::kLoss, weight,
-          fmt::format("{} was released for {:.3g} s: no sample arrived in time", probe.uri, lost_s),
+          fmt::format("{} was released for {} s: no sample arrived in time", probe.uri,
+                      number_text(lost_s)),
           "keep the device streaming, or increase [loop] stale_after_ms");
     }
   }
@@ -114,7 +173,7 @@ class RunChecks {
       const double period_ms = probe.timing ? units::ms_from(probe.timing->period) : 0.0;
       std::string what =
           fmt::format("{:.0f} % of ticks held the last sample of {}", 100.0 * held, probe.uri);
-      if (probe.timing) what += fmt::format(", which sends one every {:.3g} ms", period_ms);
+      if (probe.timing) what += ", which sends one every " + number_text(period_ms) + " ms";
       add(Severity::kLoss, held, what,
           report_.delay < needed
               ? fmt::format(
@@ -132,8 +191,8 @@ class RunChecks {
     }
     if (probe.dropped > 0) {
       add(Severity::kLoss, share(probe.dropped, probe.samples_in),
-          fmt::format("{} samples of {} were dropped: the simulation did not keep up",
-                      probe.dropped, probe.uri),
+          fmt::format("{} of {} {} dropped: the simulation did not keep up",
+                      counted(probe.dropped, "sample"), probe.uri, was(probe.dropped)),
           "simplify the scene: see merkel plan");
     }
   }
@@ -142,9 +201,27 @@ class RunChecks {
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
-          fmt::format("{}: {} readings were lost, {} damaged and {} impossible", probe.uri,
-                      device.lost, device.damaged, device.refused),
+          fmt::format("{}: {} {} lost, {} damaged and {} impossible", probe.uri,
+                      counted(device.lost, "reading"), was(device.lost), device.damaged,
+                      device.refused),
           "check the baud rate, the cable and the units");
+    }
+    if (device.distrusted > 0) {
+      add(Severity::kLoss, share(device.withheld, device.readings + device.withheld),
+          fmt::format("most of what {} sent was damaged, {} times: its press was released, {} "
+                      "readings were not used",
+                      probe.uri, device.distrusted, device.withheld),
+          "check the baud rate, the cable and what else is on its line or port");
+    }
+    if (device.age_ms > kOld_ms) {
+      add(Severity::kLoss, 0.0,
+          fmt::format("the samples of {} arrive in bursts of up to {}: they are {:.0f} ms old on "
+                      "average, which delays the spikes",
+                      probe.uri, device.largest_batch, device.age_ms),
+          probe.uri.starts_with("tcp:")
+              ? "set TCP_NODELAY at the sender, and the packing time of a serial server to 0"
+              : "send each sample at once (flush after every line), and set the latency timer of "
+                "an FTDI adapter to 1 ms");
     }
     if (device.clock_mistrusted) {
       add(Severity::kLoss, 0.0,
@@ -156,7 +233,8 @@ class RunChecks {
     }
     if (device.saturated > 0) {
       add(Severity::kNote, share(device.saturated, device.readings),
-          fmt::format("{} readings of {} are at the end of its range", device.saturated, probe.uri),
+          fmt::format("{} of {} {} at the end of its range", counted(device.saturated, "reading"),
+                      probe.uri, was(device.saturated)),
           "press less, or use a sensor with a larger range");
     }
   }
@@ -166,8 +244,8 @@ class RunChecks {
     if (report_.skipped_ticks > 0) {
       const double skipped = share(report_.skipped_ticks, all);
       add(skipped > kMuch ? Severity::kFailure : Severity::kLoss, skipped,
-          fmt::format("{} of {} ticks were skipped: the simulation fell behind",
-                      report_.skipped_ticks, all),
+          fmt::format("{} of {} {} skipped: the simulation fell behind", report_.skipped_ticks,
+                      counted(all, "tick"), was(report_.skipped_ticks)),
           "simplify the scene (merkel plan), or check this machine with merkel doctor");
     }
     if (report_.demotions > 0) {
@@ -177,8 +255,8 @@ class RunChecks {
     }
     if (report_.overruns > 0) {
       add(Severity::kLoss, share(report_.overruns, all),
-          fmt::format("{} ticks ended late, the longest by {:.3g} ms", report_.overruns,
-                      1e-6 * static_cast<double>(report_.longest_overrun_ns)),
+          fmt::format("{} ended late, the longest by {} ms", counted(report_.overruns, "tick"),
+                      number_text(1e-6 * static_cast<double>(report_.longest_overrun_ns))),
           report_.overruns_by_late_wake_up > report_.overruns_by_long_compute
               ? "find out with merkel doctor why this machine wakes the loop up late"
               : "simplify the scene (merkel plan): the model takes longer than a tick");
@@ -194,7 +272,8 @@ class RunChecks {
     const std::uint64_t missing = sink.dropped + sink.lost();
     if (missing > 0) {
       add(Severity::kFailure, share(missing, sink.spikes_in),
-          fmt::format("{} of {} spikes did not reach {}", missing, sink.spikes_in, sink.uri),
+          fmt::format("{} of {} did not reach {}", missing, counted(sink.spikes_in, "spike"),
+                      sink.uri),
           "make the receiver faster, or also record a session (xdf:FILE)");
     }
   }
@@ -202,8 +281,9 @@ class RunChecks {
   void check_stimulation() {
     if (report_.commands_dropped == 0) return;
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
-        fmt::format("{} of {} stimulation commands were lost, so stimulation was stopped",
-                    report_.commands_dropped, report_.commands),
+        fmt::format("{} of {} {} lost, so stimulation was stopped", report_.commands_dropped,
+                    counted(report_.commands, "stimulation command"),
+                    was(report_.commands_dropped)),
         "make the receiver of the command sink faster");
   }
 
@@ -237,9 +317,11 @@ std::string verdict_text(const std::vector<Finding>& findings, const RunReport& 
     std::uint64_t late = 0;
     for (const RunReport::OfProbe& probe : report.probes) late += probe.counts.late;
     std::string text = "verdict: no losses";
-    text += late == 0 ? ": no sample was late" : fmt::format(": only {} samples were late", late);
+    text += late == 0 ? ": no sample was late"
+                      : fmt::format(": only {} {} late", counted(late, "sample"), was(late));
     if (!report.sinks.empty()) {
-      text += fmt::format(", all {} spikes were delivered", report.spikes);
+      text += report.spikes == 1 ? ", the one spike was delivered"
+                                 : fmt::format(", all {} spikes were delivered", report.spikes);
     } else if (report.spikes > 0) {
       text += ". The spikes were not stored: add --sink csv:spikes.csv";
     }

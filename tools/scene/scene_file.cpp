@@ -202,10 +202,23 @@ Expected<void, ParameterError> check(const Scene& scene) {
 }
 }  // namespace
 
-void Scene::set_probes(const std::vector<std::string>& uris) {
+Expected<void, SetupError> Scene::set_probes(const std::vector<std::string>& uris) {
+  if (uris.size() < probes.size()) {
+    std::string list;
+    for (std::size_t i = 0; i < probes.size(); ++i) {
+      const std::string& patch = model.patches[model.indenters[i].patch].name;
+      list += (i == 0 ? "" : ", ") + std::to_string(i + 1) + (patch.empty() ? "" : " on " + patch) +
+              " (" + probes[i].uri + ")";
+    }
+    return bad_input("the scene has " + std::to_string(probes.size()) + " probes, but " +
+                     std::to_string(uris.size()) + (uris.size() == 1 ? " URI was" : " URIs were") +
+                     " given: give one for each, in this order: " + list +
+                     "; for fewer, write a scene with only their [[probe]] tables");
+  }
   probes.resize(uris.size(), probes.back());
   model.indenters.resize(uris.size(), model.indenters.back());
   for (std::size_t i = 0; i < uris.size(); ++i) probes[i].uri = uris[i];
+  return {};
 }
 
 void Scene::set_seed(std::uint64_t seed) {

@@ -42,8 +42,9 @@ struct Scene {
   std::string notice;                            ///< for the user; empty: none
   std::map<std::string, std::uint32_t> line_of;  ///< line of each key in the file
 
-  /// Sets the probes; additional ones copy the settings of the scene's last probe.
-  void set_probes(const std::vector<std::string>& uris);
+  /// Sets the probes; additional ones copy the settings of the scene's last probe. Fails with the
+  /// scene's probes if there are fewer URIs.
+  [[nodiscard]] Expected<void, SetupError> set_probes(const std::vector<std::string>& uris);
   /// Sets all seeds: the network's, and that of each patch, increasing by one.
   void set_seed(std::uint64_t seed);
   /// "file:line: key reason", for the user.

@@ -47,13 +47,28 @@ FieldTable Scene::OfProbe::fields() {
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.y_mm; }},
       {"control", "", one_of(kControls), "the reading that drives the contact", at<&P::control>,
        "force if the probe measures it, else depth"},
-      {"max_force_N", "N", positive(1e6), "a larger measured force ends the run",
+      {"invert_force", "", any_value(), "true: the sensor reports compression as a negative force",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.invert_force; }},
+      {"contact_N", "N", not_negative(1e3),
+       "a measured force from here on touches, until it falls below half of it; above the noise of the "
+       "sensor, which merkel connect measures; 0: any positive force touches",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact_N; }},
+      {"max_force_N", "N", positive(1e6),
+       "a larger measured force is refused: a device's reading is dropped and counted, a recording ends",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.force_N; }},
-      {"max_depth_mm", "mm", positive(1e6), "a larger measured depth ends the run",
+      {"max_depth_mm", "mm", positive(1e6),
+       "a larger measured depth is refused: a device's reading is dropped and counted, a recording ends",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.depth_mm; }},
       {"delay_ms", "ms", not_negative(1e6),
        "jitter buffer: how far a live run lags behind the samples", at<&P::delay>,
-       "one sample period plus the measured jitter"}};
+       "measured: the smallest that holds at most held_share of the ticks"},
+      {"held_share", "", from_to(0.0, 0.5),
+       "share of the ticks that may hold the last sample because the next one is late",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.held_share; }},
+      {"max_delay_ms", "ms", positive(1e6),
+       "the measured delay never exceeds it; later samples are held and counted",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.max_delay; },
+       "50 ms for a probe above 100 Hz, else three sample periods"}};
   return {"probe", kFields};
 }
 

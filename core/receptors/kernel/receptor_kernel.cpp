@@ -103,13 +103,11 @@ void sigmoid_currents(const SigmoidConstants<float>& c, const ReceptorArguments<
 }
 
 template <class Real>
-SphereField<Real>::SphereField(const ContactState& contact, double x_mm, double y_mm,
-                               const SkinMaterial& skin, EnergyDensity kind,
+SphereField<Real>::SphereField(const ContactState& contact, double pressure2, double x_mm,
+                               double y_mm, const SkinMaterial& skin, EnergyDensity kind,
                                double receptor_depth_mm) {
   const auto real = [](double value) { return static_cast<Real>(value); };
   const double a = contact.contact_radius_mm;
-  // In stiffer skin, the same stress stores less energy.
-  const double p2 = contact.peak_pressure_kPa * contact.peak_pressure_kPa / contact.stiffening;
   const double nu = skin.poisson_ratio();
   x = real(x_mm);
   y = real(y_mm);
@@ -122,9 +120,10 @@ SphereField<Real>::SphereField(const ContactState& contact, double x_mm, double 
   one_minus_nu = real(1.0 - nu);
   one_plus_nu = real(1.0 + nu);
   third = real((1.0 - 2.0 * nu) / 3.0);
-  p0 = real(contact.peak_pressure_kPa / std::sqrt(contact.stiffening));
-  distortional = real(p2 / (12.0 * skin.shear_modulus_kPa()));
-  volumetric = real(kind == EnergyDensity::kFull ? p2 / (18.0 * skin.bulk_modulus_kPa()) : 0.0);
+  p0 = real(std::sqrt(pressure2));
+  distortional = real(pressure2 / (12.0 * skin.shear_modulus_kPa()));
+  volumetric =
+      real(kind == EnergyDensity::kFull ? pressure2 / (18.0 * skin.bulk_modulus_kPa()) : 0.0);
 }
 
 template struct SphereField<double>;

@@ -12,9 +12,10 @@ namespace merkel {
 template <class Real>
 struct SphereField {
   SphereField() = default;
+  /// \param pressure2  square of the peak pressure that stores the same energy in skin at rest
   /// \param receptor_depth_mm  > 0
-  SphereField(const ContactState& contact, double x_mm, double y_mm, const SkinMaterial& skin,
-              EnergyDensity kind, double receptor_depth_mm);
+  SphereField(const ContactState& contact, double pressure2, double x_mm, double y_mm,
+              const SkinMaterial& skin, EnergyDensity kind, double receptor_depth_mm);
 
   Real x = 0, y = 0;   ///< position of the axis
   Real z = 1;          ///< depth of the receptors

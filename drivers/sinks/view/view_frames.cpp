@@ -70,11 +70,13 @@ void ViewFrames::add(std::span<const TickRecord> ticks) {
     if (std::exchange(jumped_, false)) sent_ = next_point_ = tick.time - tick_;
     Probe& probe = probes_[tick.probe];
     probe.press = probe.tip.press(tick.contact);
+    probe.gauge_depth_mm = tick.contact.depth_mm;
     probe.state = tick.state;
     probe.worst = std::max(probe.worst, tick.state);
     newest_ = tick.time;
     if (tick.probe + 1 != probes_.size()) continue;
-    ++latency_[latency_bin(tick.latency)];
+    // The backlog of the start has no latency.
+    if (tick.latency.count() > 0) ++latency_[latency_bin(tick.delay + tick.latency)];
     if (tick.time >= next_point_) add_point(tick.time);
   }
 }
@@ -213,6 +215,7 @@ void ViewFrames::append_probes(std::string& bytes) const {
     append_float(bytes, probe.press.x_mm);
     append_float(bytes, probe.press.y_mm);
     append_float(bytes, probe.press.contact.contact_radius_mm);
+    append_float(bytes, probe.gauge_depth_mm);
     append_raw(bytes, static_cast<std::uint32_t>(probe.state) |
                           static_cast<std::uint32_t>(probe.link) << 8U);
   }

@@ -28,12 +28,14 @@ namespace merkel {
 ///   u32 number · u32 flags (Flag) · f64 origin_s (probe time of the start) ·
 ///   f64 from_s, to_s: the time span of the frame, from the start ·
 ///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
-///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, u32 state
-///     (TickRecord::State in the low byte, RunControl::Link above it) ·
+///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, gauge_depth_mm
+///     (as the probe measured it; 0: it does not), u32 state (TickRecord::State in the low byte,
+///     RunControl::Link above it) ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
 ///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
 ///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
-///   u32 n · u32×n ticks by latency from 1 µs up, 8 bins per decade ·
+///   u32 n · u32×n ticks by time from the touch to its spikes, from 1 µs up,
+///     8 bins per decade ·
 ///   u32 watched · per neuron u32 number, u32 samples, per sample f32 seconds before to_s, drive,
 ///     potential ·
 ///   u32 electrodes · per electrode f32 amplitude_uA, f32 frequency_Hz, u32 stop
@@ -73,6 +75,7 @@ class ViewFrames {
   struct Probe {
     TipContact tip;
     Press press;
+    double gauge_depth_mm = 0.0;
     TickRecord::State state = TickRecord::State::kFollowing;
     TickRecord::State worst = TickRecord::State::kFollowing;  ///< since the last point
     RunControl::Link link = RunControl::Link::kRecording;

@@ -51,7 +51,8 @@ Json json_of(const PatchParameters& parameters) {
 }
 
 Json json_of(const Indenter& indenter) {
-  Json json = {{"patch", indenter.patch}};
+  const bool force = indenter.control == Indenter::Control::kForce;
+  Json json = {{"patch", indenter.patch}, {"control", force ? "force" : "depth"}};
   switch (indenter.tip) {
     case Indenter::Tip::kSphere:
       json.update({{"tip", "sphere"}, {"radius_mm", indenter.radius_mm}});
@@ -103,7 +104,7 @@ Json json_of(const RunDescription& run) {
                                   {"amplitude_uA", electrode.amplitude_uA},
                                   {"frequency_Hz", electrode.frequency_Hz}});
   }
-  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kEnd;
+  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kStale;
        stop = static_cast<StimulationCommand::Stop>(static_cast<int>(stop) + 1)) {
     json["stops"].push_back(name_of(stop));
   }

@@ -35,6 +35,7 @@ class ViewSpikeSink final : public SpikeSink {
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kTicks | kStatus | kEvents | kMarks | kNeurons | kStimulation;
   }
+  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { desk_->attach(control); }
 
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {

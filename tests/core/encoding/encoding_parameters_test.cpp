@@ -19,6 +19,7 @@ EncodingParameters valid() {
   parameters.electrodes = {electrode};
   parameters.stimulation.max_charge_nC = 16.0;
   parameters.stimulation.max_total_uA = 300.0;
+  parameters.stimulation.watchdog = std::chrono::milliseconds{100};
   return parameters;
 }
 
@@ -98,7 +99,8 @@ TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
             "electrode[E1].patch is not a patch of the scene");
   EXPECT_EQ(
       fault_with_model([](auto& p) { p.stimulation.update = std::chrono::microseconds{2500}; }),
-      "stimulation.update_ms must be a multiple of the tick, 1 ms (loop.tick_us)");
+      "stimulation.update_ms must be a multiple of the tick, 1 ms (loop.tick_us): the nearest is "
+      "3");
 }
 
 }  // namespace

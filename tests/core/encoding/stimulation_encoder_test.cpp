@@ -165,6 +165,25 @@ TEST(StimulationEncoder, StopsOnlyThePatchOfTheFault) {
   EXPECT_EQ(commands[1].amplitude_uA, 50.0);
 }
 
+TEST(StimulationEncoder, ADepthThatIsNotANumberWinsOverEveryOther) {
+  EncodedModel model = grid_model();
+  model.patch_of_probe = {0, 0};
+  const auto press = [](double depth_mm) {
+    return Press{.contact = {.depth_mm = depth_mm}, .x_mm = 15.0, .y_mm = 10.0};
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<TickRecord> records = {{.time = kTick, .probe = 0},
+                                           {.time = kTick, .probe = 1}};
+  for (const auto& presses : {std::vector{press(nan), press(1.0)}, {press(1.0), press(nan)}}) {
+    auto encoder = *StimulationEncoder::create(
+        encoding_of({electrode_at("E1", EncoderKind::kOkorokova, 15.0, 10.0, 3.0)}), model);
+    const auto commands = encoder.step({.records = records, .presses = presses});
+    ASSERT_EQ(commands.size(), 1U);
+    EXPECT_EQ(commands[0].amplitude_uA, 0.0);
+    EXPECT_EQ(encoder.clippings().invalid, 1U);
+  }
+}
+
 TEST(StimulationEncoder, ClearsItsHistoryAtAFault) {
   for (const EncoderKind kind :
        {EncoderKind::kRate, EncoderKind::kRecruited, EncoderKind::kOkorokova}) {

@@ -144,6 +144,17 @@ TEST(StimulationLimiter, PulsesOfATickShareTheBudgetThatTrainsLeave) {
   EXPECT_NEAR(pulses[1].amplitude_uA, 20.0, 1e-9);
   // At the next update the train leaves room for pulses of the requested strength.
   EXPECT_NEAR(limited(limiter, milliseconds{11}, {40.0, 0.0, 0.0})[0], 25.0, 1e-9);
+  // No pulse has followed, so the train after it has the whole budget.
+  EXPECT_EQ(limited(limiter, milliseconds{21}, {40.0, 0.0, 0.0})[0], 40.0);
+}
+
+TEST(StimulationLimiter, RoundsTheIntervalBetweenPulsesUp) {
+  StimulationLimiter limiter(kWide, {{80.0, 300.0}});  // 3333333 1/3 ns
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(milliseconds{1}, 80.0), pulse(nanoseconds{4'333'333}, 80.0),
+                        pulse(nanoseconds{4'333'334}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
+  EXPECT_EQ(pulses[1].time, nanoseconds{4'333'334});
 }
 
 /// One random run of the limiter, checked by the auditor.

@@ -78,6 +78,7 @@ inline EncodingParameters encoding_of(std::vector<Electrode> electrodes) {
   EncodingParameters parameters{.electrodes = std::move(electrodes), .stimulation = {}};
   parameters.stimulation.max_charge_nC = 16.0;
   parameters.stimulation.max_total_uA = 1e5;
+  parameters.stimulation.watchdog = std::chrono::milliseconds{100};
   return parameters;
 }
 

@@ -250,6 +250,25 @@ TEST(DriveReach, BoundsTheNeglectedCurrent) {
   }
 }
 
+TEST(DriveReach, TwoTipsAtOnePlaceTogetherKeepTheTolerance) {
+  const Reference reference;
+  constexpr double kLimit_kPa = 0.01;
+  for (const auto shape : {Indenter::Tip::kSphere, Indenter::Tip::kPin}) {
+    const TipContact tip({.tip = shape}, reference.skin);
+    const DriveReach reach(tip, reference.skin, kLimit_kPa, 2);
+    for (const double depth_mm : {0.5, 1.0, 2.0}) {
+      const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
+                                 .flat_tip = tip.flat_tip()};
+      const auto energy_kPa = [&](double r_mm) {
+        return reference.energy({.x_mm = r_mm}, {placed, placed});
+      };
+      const double radius_mm = reach.radius_mm(depth_mm);
+      EXPECT_LE(energy_kPa(radius_mm + 0.001), kLimit_kPa) << depth_mm;
+      EXPECT_GT(energy_kPa(radius_mm - 0.15), kLimit_kPa) << depth_mm;
+    }
+  }
+}
+
 TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
   const Reference reference;
   const SkinMaterial material(reference.skin);

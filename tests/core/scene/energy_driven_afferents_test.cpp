@@ -26,7 +26,7 @@ TactileModel::Parameters fingertip(NeuronKind kind = NeuronKind::kIntegrateAndFi
   return parameters;
 }
 
-TactileModel model_of(const TactileModel::Parameters& parameters) {
+TactileModel driven_model(const TactileModel::Parameters& parameters) {
   auto model = TactileModel::create(parameters);
   EXPECT_TRUE(model) << model.error().key << " " << model.error().reason;
   return std::move(*model);
@@ -45,7 +45,7 @@ std::vector<SpikeEvent> press(TactileModel& model, const ContactInput& input, na
 constexpr ContactInput kPress{.depth_mm = 1.0, .force_mN = 196.0, .x_mm = 15.0, .y_mm = 10.0};
 
 TEST(EnergyDriven, TheFingertipHas450AfferentsOf28Receptors) {
-  const TactileModel model = model_of(fingertip());
+  const TactileModel model = driven_model(fingertip());
   EXPECT_EQ(model.neurons(), 450U);
   EXPECT_EQ(model.receptors(), 12'600U);
 }
@@ -54,7 +54,7 @@ TEST(EnergyDriven, TheDriveIsTheAdaptedMeanOfTheEnergyDensities) {
   TactileModel::Parameters parameters = fingertip();
   parameters.patches.front().centres = {{15.0, 10.0}, {17.0, 10.0}, {25.0, 4.0}};
   parameters.accuracy.cull_tolerance = 0.0;
-  TactileModel model = model_of(parameters);
+  TactileModel model = driven_model(parameters);
   static_cast<void>(press(model, kPress, microseconds{1000}));
   const auto contact = model.press(0, kPress).contact;
   const SkinMaterial material(parameters.skin);
@@ -75,9 +75,9 @@ TEST(EnergyDriven, TheDriveIsTheAdaptedMeanOfTheEnergyDensities) {
 
 TEST(EnergyDriven, CullingBarelyChangesTheDrive) {
   TactileModel::Parameters parameters = fingertip();
-  TactileModel culled = model_of(parameters);
+  TactileModel culled = driven_model(parameters);
   parameters.accuracy.cull_tolerance = 0.0;
-  TactileModel all = model_of(parameters);
+  TactileModel all = driven_model(parameters);
   static_cast<void>(press(culled, kPress, microseconds{1000}));
   static_cast<void>(press(all, kPress, microseconds{1000}));
   const auto& fewer = culled.patches().front().drive();
@@ -87,12 +87,41 @@ TEST(EnergyDriven, CullingBarelyChangesTheDrive) {
   }
 }
 
+TEST(EnergyDriven, CullingOnStiffeningSkinKeepsItsTolerance) {
+  constexpr double kTolerance_kPa = 0.01;
+  constexpr ContactInput kDeepPress{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
+  for (const auto tip : {Indenter::Tip::kSphere, Indenter::Tip::kPin}) {
+    TactileModel::Parameters parameters = fingertip();
+    parameters.skin.stiffening_mm = 0.5;
+    parameters.indenters.front().tip = tip;
+    parameters.accuracy.cull_tolerance = kTolerance_kPa;
+    TactileModel culled = driven_model(parameters);
+    parameters.accuracy.cull_tolerance = 0.0;
+    TactileModel all = driven_model(parameters);
+    static_cast<void>(press(culled, kDeepPress, microseconds{1000}));
+    static_cast<void>(press(all, kDeepPress, microseconds{1000}));
+    const auto& fewer = culled.patches().front().drive();
+    double largest_error_kPa = 0.0;
+    for (std::size_t n = 0; n < 450; ++n) {
+      largest_error_kPa =
+          std::max(largest_error_kPa,
+                   std::fabs(fewer.output()[n] - all.patches().front().drive().output()[n]));
+    }
+    EXPECT_LE(largest_error_kPa, kTolerance_kPa) << static_cast<int>(tip);
+    if (tip == Indenter::Tip::kSphere) {
+      // Neither more nor fewer than needed: 146, where the press of skin at rest would reach all.
+      EXPECT_GE(largest_error_kPa, 0.1 * kTolerance_kPa);
+      EXPECT_LE(fewer.afferents_reached(), 160U);
+    }
+  }
+}
+
 TEST(EnergyDriven, ForceControlFollowsTheCurvatureOfFingerAndIndenter) {
   for (const double radius : {1.44, 5.0, std::numeric_limits<double>::infinity()}) {
     TactileModel::Parameters parameters = fingertip();
     parameters.indenters.front().radius_mm = radius;
     parameters.indenters.front().control = Indenter::Control::kForce;
-    const TactileModel model = model_of(parameters);
+    const TactileModel model = driven_model(parameters);
     const double effective = 1.0 / (1.0 / radius + 1.0 / 7.0);
     const double reduced = SkinMaterial(parameters.skin).reduced_modulus_kPa();
     EXPECT_NEAR(model.press(0, kPress).contact.contact_radius_mm,
@@ -106,7 +135,7 @@ TEST(EnergyDriven, AContactBesideTheApexOfTheFingerIsShifted) {
   const ContactInput beside{.depth_mm = 0.5, .x_mm = 17.0, .y_mm = 9.0};
   for (const double radius : {2.0, 7.0, std::numeric_limits<double>::infinity()}) {
     parameters.indenters.front().radius_mm = radius;
-    const Press made = model_of(parameters).press(0, beside);
+    const Press made = driven_model(parameters).press(0, beside);
     const double k = 1.0 / radius;
     const double kept = k / (k + 1.0 / 7.0);
     EXPECT_NEAR(made.x_mm, 15.0 + 2.0 * kept, 1e-12);
@@ -115,7 +144,7 @@ TEST(EnergyDriven, AContactBesideTheApexOfTheFingerIsShifted) {
     // Along the finger, its own radius decides.
     TactileModel::Parameters long_finger = parameters;
     long_finger.skin.radius_along_mm = 14.0;
-    const Press along = model_of(long_finger).press(0, beside);
+    const Press along = driven_model(long_finger).press(0, beside);
     EXPECT_NEAR(along.x_mm, 15.0 + 2.0 * k / (k + 1.0 / 14.0), 1e-12);
     EXPECT_EQ(along.y_mm, made.y_mm);
   }
@@ -125,7 +154,7 @@ TEST(EnergyDriven, ReplaysBitIdenticallyOnEveryInstructionSet) {
   for (const auto kind : {NeuronKind::kIntegrateAndFire, NeuronKind::kConnorStevens}) {
     TactileModel::Parameters parameters = fingertip(kind);
     parameters.patches.front().receptors.count = 100;
-    TactileModel model = model_of(parameters);
+    TactileModel model = driven_model(parameters);
     const auto spikes = on_every_simd_target([&] {
       model.reset();
       return press(model, kPress, microseconds{300'000});
@@ -136,9 +165,9 @@ TEST(EnergyDriven, ReplaysBitIdenticallyOnEveryInstructionSet) {
 
 TEST(EnergyDriven, ALongerTickChangesLittleUnderASteadyPress) {
   TactileModel::Parameters parameters = fingertip();
-  TactileModel fine = model_of(parameters);
+  TactileModel fine = driven_model(parameters);
   parameters.tick = microseconds{5000};
-  TactileModel coarse = model_of(parameters);
+  TactileModel coarse = driven_model(parameters);
   // After the onset, which falls within one tick, the drive and the noise are the same.
   const auto after_onset = [](const std::vector<SpikeEvent>& spikes) {
     return static_cast<double>(std::count_if(spikes.begin(), spikes.end(), [](const auto& spike) {
@@ -155,7 +184,7 @@ TEST(EnergyDriven, HodgkinHuxleyNeuronsCanHaveFieldsToo) {
   parameters.patches.front().layout = ReceptorLayout::kFields;
   EXPECT_EQ(TactileModel::create(parameters).error().key, "network.gain");
   parameters.network.gain = 0.0;
-  TactileModel model = model_of(parameters);
+  TactileModel model = driven_model(parameters);
   EXPECT_EQ(model.neurons(), 450U);
   EXPECT_GT(press(model, kPress, microseconds{200'000}).size(), 100U);
 }
@@ -166,7 +195,7 @@ TEST(EnergyDriven, PatchesDifferInNoise) {
   parameters.patches.push_back(parameters.patches.front());
   parameters.indenters.push_back(parameters.indenters.front());
   parameters.indenters.back().patch = 1;
-  TactileModel model = model_of(parameters);
+  TactileModel model = driven_model(parameters);
   const ContactInput both[] = {kPress, kPress};
   std::vector<nanoseconds> first;
   std::vector<nanoseconds> second;

@@ -33,6 +33,7 @@ step_us = 100
 [probe]
 delay_ms = 300
 [loop]
+scheduler = "normal"  # an emulated processor is too slow for real time
 stale_after_ms = 200
 max_catch_up_ticks = 1000000
 """
@@ -241,7 +242,7 @@ def check_parts(parts):
     def device(name):
         code, out, err = parts.get(name, (-1, "", "it did not run"))
         print(f"{name}:")
-        check(code == 0, f"merkel ends well {err.strip() if code else ''}")
+        check(code == 0, f"merkel ends well {err.strip() + out if code else ''}")
         if code != 0:
             return None, err
         summary = json_of(out)

@@ -142,6 +142,66 @@ TEST(DeviceClock, MappedTimesKeepTheDevicesPace) {
   EXPECT_LE(reached.widest_step, 1.11);
 }
 
+TEST(DeviceClock, AMovedEstimateIsApproachedAtATenthOfThePace) {
+  DeviceClock clock;
+  nanoseconds last_host{0};
+  double narrowest_ms = 1e9;
+  double widest_ms = 0.0;
+  nanoseconds error{0};
+  const auto ask = [&](double t, double there_s, double back_s) {
+    const nanoseconds device = seconds{7} + nanoseconds{std::llround((t + there_s) * 1e9)};
+    clock.observe({.sent = Device::host(t),
+                   .received = Device::host(t + there_s + back_s),
+                   .device_received = device,
+                   .device_sent = device});
+  };
+  const auto run = [&](int from, int to) {
+    narrowest_ms = 1e9;
+    widest_ms = 0.0;
+    for (int k = from; k < to; ++k) {
+      const nanoseconds device =
+          clock.observe(seconds{7} + milliseconds{k}, Device::host(k * 0.001 + 0.0005));
+      const nanoseconds host = clock.host_time(device);
+      const double step_ms = static_cast<double>((host - last_host).count()) * 1e-6;
+      if (k > 0) {
+        narrowest_ms = std::min(narrowest_ms, step_ms);
+        widest_ms = std::max(widest_ms, step_ms);
+      }
+      last_host = host;
+      error = host - Device::host(k * 0.001);
+    }
+  };
+  run(0, 3000);
+  EXPECT_NEAR(narrowest_ms, 1.0, 1e-5);
+  EXPECT_NEAR(widest_ms, 1.0, 1e-5);
+  ask(3.0, 0.0, 0.040);  // half of this trip is 20 ms too late
+  run(3000, 3150);
+  EXPECT_NEAR(widest_ms, 1.1, 1e-5);
+  EXPECT_LT(error, milliseconds{16});
+  run(3150, 4000);
+  EXPECT_NEAR(static_cast<double>(error.count()) * 1e-6, 20.0, 0.01);
+  ask(4.0, 0.0001, 0.0001);
+  run(4000, 5000);
+  EXPECT_NEAR(narrowest_ms, 0.9, 1e-5);
+  EXPECT_LT(std::fabs(static_cast<double>(error.count())), 10'000.0);
+}
+
+TEST(DeviceClock, HalfOfASlowTripIsNoWrongAnswer) {
+  const auto error_ms = [](nanoseconds wrong_by) {
+    DeviceClock clock;
+    // The first frame is held up by 80 ms.
+    const nanoseconds device = clock.observe(seconds{7}, Device::host(0.080));
+    clock.observe({.sent = Device::host(0.100),
+                   .received = Device::host(0.160),
+                   .device_received = seconds{7} + milliseconds{158} + wrong_by,
+                   .device_sent = seconds{7} + milliseconds{158} + wrong_by});
+    return static_cast<double>((clock.host_time(device) - Device::host(0.0)).count()) * 1e-6;
+  };
+  EXPECT_NEAR(error_ms(nanoseconds{0}), -28.0, 1e-6);
+  EXPECT_NEAR(error_ms(milliseconds{40}), 80.0, 1e-6);  // 62 ms beyond half of the trip
+  EXPECT_NEAR(error_ms(milliseconds{-300}), 80.0, 1e-6);
+}
+
 TEST(DeviceClock, FramesHeldUpForSecondsMoveNothing) {
   Random random(7);
   DeviceClock clock;

@@ -58,6 +58,23 @@ TEST(TraceReader, TakesForcesInNewtons) {
   EXPECT_FALSE((*samples)[0].has(ProbeSample::kDepth));
 }
 
+TEST(TraceReader, ReadsTheUnitsThatDevicesUse) {
+  const TemporaryFolder folder;
+  const auto samples = read_all(folder.file(
+      "t.csv", "time_ms,force_g,depth_um,x_um,y_in\n0,60.0,1500,10000,0.5\n0.25,-1,100,0,0\n"));
+  ASSERT_TRUE(samples) << samples.error().sentence;
+  ASSERT_EQ(samples->size(), 2U);
+  EXPECT_NEAR((*samples)[0].force_mN, 588.399, 1e-9);
+  EXPECT_EQ((*samples)[0].depth_mm, 1.5);
+  EXPECT_EQ((*samples)[0].x_mm, 10.0);
+  EXPECT_DOUBLE_EQ((*samples)[0].y_mm, 12.7);
+  EXPECT_EQ((*samples)[1].time, std::chrono::microseconds{250});
+  const auto micro = read_all(folder.file("u.csv", "time_us,force_mN\n0,1\n1000001,250.1\n"));
+  ASSERT_TRUE(micro) << micro.error().sentence;
+  EXPECT_EQ((*micro)[1].time, std::chrono::microseconds{1'000'001});
+  EXPECT_EQ((*micro)[1].force_mN, 250.1);
+}
+
 TEST(TraceReader, AcceptsCrLfAByteOrderMarkAndNoFinalLineEnd) {
   const TemporaryFolder folder;
   const auto samples =
@@ -69,20 +86,22 @@ TEST(TraceReader, AcceptsCrLfAByteOrderMarkAndNoFinalLineEnd) {
 TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
   EXPECT_EQ(sentence_about(""),
             "t.csv is empty: a trace begins with a header such as time_s,depth_mm");
-  EXPECT_EQ(sentence_about("time_s,dept_mm\n"),
-            "t.csv:1: a column depth_mm or force_N is missing: add the recorded one; the "
-            "model does not use dept_mm (did you mean depth_mm?)");
+  EXPECT_EQ(
+      sentence_about("time_s,dept_mm\n"),
+      "t.csv:1: a column depth_mm or force_N is missing: add the recorded one; other "
+      "units are named like force_g and depth_um; the model does not use dept_mm (did you mean depth_mm?)");
   EXPECT_EQ(sentence_about("depth_mm\n1\n"),
-            "t.csv:1: the column time_s is missing: add the times, in seconds");
+            "t.csv:1: the column time_s is missing: add the times, in seconds (or time_ms, "
+            "time_us)");
   EXPECT_EQ(sentence_about("time_s,x_mm\n"),
-            "t.csv:1: a column depth_mm or force_N is missing: add the recorded one");
+            "t.csv:1: a column depth_mm or force_N is missing: add the recorded one; other "
+            "units are named like force_g and depth_um");
   EXPECT_EQ(sentence_about("time_s,time_s,depth_mm\n"),
             "t.csv:1: the column time_s is repeated: keep one");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,nan\n"),
             "t.csv:2: depth_mm is \"nan\", not finite: correct or remove this row");
-  EXPECT_EQ(
-      sentence_about("time_s,depth_mm\n0,1\ninf,1\n"),
-      "t.csv:3: time_s is \"inf\", not a finite number of seconds: correct or remove this row");
+  EXPECT_EQ(sentence_about("time_s,depth_mm\n0,1\ninf,1\n"),
+            "t.csv:3: time_s is \"inf\", not a finite time: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,deep\n"),
             "t.csv:2: depth_mm is \"deep\", not a number: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n0.5,0\n"),
@@ -99,9 +118,9 @@ TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
             "t.csv:3: time_s is \"1.0\", the same time as in the previous row (resolution: 1 ns): "
             "remove one");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1\n"),
-            "t.csv:2: this row has 1 fields, but the header has 2: complete or remove it");
+            "t.csv:2: this row has 1 field, but the header has 2: complete or remove it");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,5000\n"),
-            "t.csv:2: depth_mm is \"5000\", beyond ±1000: check its unit");
+            "t.csv:2: depth_mm is \"5000\", beyond ±1000 mm: check its unit");
 }
 
 TEST(TraceReader, RefusesWhatIsNoTable) {

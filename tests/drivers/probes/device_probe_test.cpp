@@ -152,7 +152,7 @@ TEST(DeviceProbe, ComesBackAfterItWasUnplugged) {
            h.samples.back().sequence > 800;
   });
   EXPECT_TRUE(heard.was_told("is disconnected"));
-  EXPECT_GT(heard.counts.outage, milliseconds{100});
+  EXPECT_GT(nanoseconds{heard.counts.outage_ns}, milliseconds{100});
   EXPECT_EQ(heard.counts.reboots, 0U);
   // The device kept counting, so the number of missed samples is exact.
   EXPECT_EQ(heard.samples.back().sequence + 1 - heard.samples.size(), heard.counts.lost);
@@ -226,6 +226,19 @@ TEST(DeviceProbe, ASilentDeviceIsNamed) {
             std::string::npos);
 }
 
+TEST(DeviceProbe, AnOutageWithoutReturnHasItsLength) {
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1",
+                       {.unplug_at = milliseconds{150}, .unplug_for = std::chrono::hours{1}},
+                       folder.path("tty"));
+  const auto probe = opened(device.uri());
+  ASSERT_NE(probe, nullptr);
+  const Heard heard =
+      listen(*probe, [](const Heard& h) { return h.counts.outage_ns > 100'000'000; });
+  EXPECT_EQ(heard.counts.outages, 1U);
+  EXPECT_GT(heard.counts.outage_ns, 100'000'000U);
+}
+
 TEST(DeviceProbe, PortsThatCannotBeOpenedSayWhy) {
   EXPECT_NE(refusal("serial:/dev/ttyNONE7?protocol=hbf1").find("there is no device"),
             std::string::npos);
@@ -277,7 +290,7 @@ TEST(DeviceProbe, LibserialportItselfReadsThePress) {
     GTEST_SKIP() << "this libserialport resolves names, so none leads to a pseudo-terminal";
   }
   sp_free_port(found);
-  auto port = open_serial_port({.device = name, .baud = 460800});
+  auto port = open_serial_port({.device = name, .baud = 500000});
   ASSERT_TRUE(port.has_value()) << port.error().sentence;
   EXPECT_NE((*port)->info().note.find("low-latency flag set"), std::string::npos);
   const auto uri = Uri::parse("serial:x?protocol=hbf1");

@@ -31,7 +31,7 @@ class NotingProbe final : public Probe {
   }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override {
     calls_.insert("device_counts");
-    return DeviceCounts{.readings = 7};
+    return DeviceCounts{{.readings = 7}};
   }
   [[nodiscard]] bool is_timed() const noexcept override {
     calls_.insert("is_timed");

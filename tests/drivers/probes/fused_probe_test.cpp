@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "tests/drivers/probes/read_samples.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
@@ -21,6 +22,7 @@ class ScriptedProbe final : public Probe {
     info_.channels = channels;
   }
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override { return counts; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        milliseconds patience) override {
     if (next_ == samples_.size()) {
@@ -31,6 +33,8 @@ class ScriptedProbe final : public Probe {
     samples[0].arrival = std::chrono::steady_clock::now().time_since_epoch();
     return std::size_t{1};
   }
+
+  std::optional<DeviceCounts> counts;
 
  private:
   ProbeInfo info_;
@@ -111,6 +115,40 @@ TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
   EXPECT_GT(force_mN, 250.0);
   ASSERT_TRUE((*probe)->device_counts());
   EXPECT_GT((*probe)->device_counts()->readings, 200U);
+}
+
+TEST(FusedProbe, ItsCountsAreThoseOfAllMembers) {
+  auto force = std::make_unique<ScriptedProbe>(ProbeSample::kForce, std::vector<ProbeSample>{});
+  auto depth = std::make_unique<ScriptedProbe>(ProbeSample::kDepth, std::vector<ProbeSample>{});
+  force->counts = DeviceCounts{{.refused = 2, .duplicates = 30, .largest_batch = 7}, "one"};
+  depth->counts = DeviceCounts{{.refused = 5, .duplicates = 70, .largest_batch = 4}, "two"};
+  depth->counts->clock_rate = 0.5;
+  depth->counts->uncertainty_us = 8.0;
+  std::vector<std::unique_ptr<Probe>> members;
+  members.push_back(std::move(force));
+  members.push_back(std::move(depth));
+  const auto probe = FusedProbe::fuse("fused:test", std::move(members));
+  ASSERT_TRUE(probe);
+  const DeviceCounts counts = *(*probe)->device_counts();
+  EXPECT_EQ(counts.refused, 7U);
+  EXPECT_EQ(counts.duplicates, 100U);
+  EXPECT_EQ(counts.largest_batch, 7U);
+  EXPECT_EQ(counts.port, "one and two");
+  EXPECT_EQ(counts.clock_rate, 0.5);
+  EXPECT_EQ(counts.uncertainty_us, 8.0);
+}
+
+TEST(LimitedProbe, CountsTheSamplesOfADeviceThatItRefuses) {
+  std::vector<ProbeSample> samples =
+      script(ProbeSample::kForce, milliseconds{1}, milliseconds{1}, 10);
+  for (std::size_t k = 0; k < 4; ++k) samples[2 * k].force_mN = 60'000.0;
+  auto scripted = std::make_unique<ScriptedProbe>(ProbeSample::kForce, samples);
+  scripted->counts = DeviceCounts{{.refused = 100}};
+  LimitedProbe probe(std::move(scripted), {});
+  EXPECT_EQ(read_samples(probe, 6).size(), 6U);
+  EXPECT_EQ(probe.device_counts()->refused, 104U);
+  EXPECT_EQ(probe.take_notices().size(), 1U);
+  EXPECT_TRUE(probe.take_notices().empty());
 }
 
 TEST(FusedProbe, MembersThatCannotBeFusedAreNamed) {

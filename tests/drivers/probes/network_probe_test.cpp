@@ -12,13 +12,18 @@
 #include "drivers/probes/open_probe.hpp"
 #include "tests/drivers/probes/read_samples.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
+#include "tests/free_ports.hpp"
 
 namespace merkel {
 namespace {
 
 using std::chrono::milliseconds;
 
+std::string free_port() { return std::to_string(free_ports(1)[0]); }
+
+/// Port 0 of a network address stands for a free one.
 DeviceSimulator::Settings settings(std::string_view protocol, std::string network) {
+  if (network.ends_with(":0")) network.replace(network.size() - 1, 1, free_port());
   return {.protocol = *find_protocol(protocol),
           .trace = dyadic_press(20'000),
           .network = std::move(network)};
@@ -29,7 +34,8 @@ class NetworkProbe : public testing::TestWithParam<std::pair<const char*, const 
 TEST_P(NetworkProbe, ReadsItsSimulatedDevice) {
   const auto [protocol, address] = GetParam();
   RunningDevice device(settings(protocol, address));
-  EXPECT_TRUE(device.uri().starts_with(address)) << device.uri();
+  const std::string_view host(address, std::string_view(address).size() - 1);
+  EXPECT_TRUE(device.uri().starts_with(host)) << device.uri();
   auto probe = open_probe(device.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
   const auto samples = read_samples(**probe, 300);
@@ -44,20 +50,21 @@ TEST_P(NetworkProbe, ReadsItsSimulatedDevice) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Loopback, NetworkProbe,
-                         testing::Values(std::pair("ati_rdt", "udp:127.0.0.1:29821"),
-                                         std::pair("csv", "udp:127.0.0.1:29822"),
-                                         std::pair("csv", "tcp:127.0.0.1:29823"),
-                                         std::pair("hbf1", "tcp:127.0.0.1:29824")));
+                         testing::Values(std::pair("ati_rdt", "udp:127.0.0.1:0"),
+                                         std::pair("csv", "udp:127.0.0.1:0"),
+                                         std::pair("csv", "tcp:127.0.0.1:0"),
+                                         std::pair("hbf1", "tcp:127.0.0.1:0")));
 
 TEST(NetworkProbe, DatagramsOfOthersAreIgnoredAndCounted) {
-  RunningDevice device(settings("csv", "udp:127.0.0.1:29825"));
+  const std::uint16_t port = free_ports(1)[0];
+  RunningDevice device(settings("csv", "udp:127.0.0.1:" + std::to_string(port)));
   auto probe = open_probe(device.uri());
   ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
   ASSERT_GE(read_samples(**probe, 20).size(), 20U);
   const int stranger = ::socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_port = htons(29825);
+  address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   const std::string lie = "1,1,900,900\r\n";
   for (int k = 0; k < 50; ++k) {
@@ -258,7 +265,7 @@ TEST(NetworkProbe, AFloodOfStrangersDoesNotDrownTheDevice) {
 }
 
 TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
-  DeviceSimulator::Settings faulty = settings("hbf1", "tcp:127.0.0.1:29826");
+  DeviceSimulator::Settings faulty = settings("hbf1", "tcp:127.0.0.1:0");
   faulty.faults = {.unplug_at = milliseconds{200}, .unplug_for = milliseconds{200}};
   RunningDevice device(std::move(faulty));
   auto probe = open_probe(device.uri());
@@ -269,11 +276,12 @@ TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
 }
 
 TEST(NetworkProbe, WrongAddressesAreNamed) {
+  const std::string closed = "tcp:127.0.0.1:" + free_port() + "?protocol=csv&columns=force_N";
   for (const auto& [uri, sentence] :
        {std::pair("udp:127.0.0.1:29827?protocol=mark10", "is not available over udp"),
         std::pair("tcp:127.0.0.1:29827?protocol=ati_rdt", "is not available over tcp"),
         std::pair("udp:127.0.0.1?protocol=csv", "a host and a port are needed"),
-        std::pair("tcp:127.0.0.1:29828?protocol=csv&columns=force_N", "cannot reach"),
+        std::pair(closed.c_str(), "cannot reach"),
         std::pair("serial:/dev/null?protocol=ati_rdt", "only available over udp:")}) {
     const auto probe = open_probe(uri);
     ASSERT_FALSE(probe.has_value()) << uri;

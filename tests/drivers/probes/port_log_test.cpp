@@ -93,7 +93,7 @@ TEST(PortLog, SaysWhatWasDamagedLostAndUnplugged) {
   Keeper keeper;
   const Listening listening(*probe, 0, keeper);
   std::vector<ProbeSample> samples;
-  for (int reads = 0; reads < 100 && probe->device_counts()->outage.count() == 0; ++reads) {
+  for (int reads = 0; reads < 100 && probe->device_counts()->outage_ns == 0; ++reads) {
     const auto more = read_samples(*probe, 50);
     EXPECT_GE(more.size(), 50U);
     samples.insert(samples.end(), more.begin(), more.end());

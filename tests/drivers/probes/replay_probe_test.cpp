@@ -51,7 +51,7 @@ TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
   auto count = (*probe)->read(samples, kPatience);
   for (; count; count = (*probe)->read(samples, kPatience)) total += *count;
   EXPECT_EQ(count.error(), ProbeError::kBadData);
-  EXPECT_NE((*probe)->error_message().find("t.csv:402: this row has 1 fields"), std::string::npos);
+  EXPECT_NE((*probe)->error_message().find("t.csv:402: this row has 1 field,"), std::string::npos);
   EXPECT_GE(total, 150U);
 }
 

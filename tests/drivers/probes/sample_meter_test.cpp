@@ -58,24 +58,37 @@ TEST(SampleMeter, AnOutageIsNoJitter) {
   EXPECT_EQ(meter.timing()->delay, before.delay);
 }
 
-TEST(SampleMeter, ASlowerRateWidensAndAFasterOneChangesNothing) {
+TEST(SampleMeter, FollowsAnotherRate) {
   SampleMeter meter;
   Stream stream(meter);
   stream.run(10.0, 0.2, 1.5);
-  EXPECT_EQ(stream.run(2.0, 0.2, 5.0), 0);
+  EXPECT_GE(stream.run(2.0, 0.2, 5.0), 1);
+  EXPECT_NEAR(units::ms_from(meter.timing()->delay), 2.4, 0.3);
   EXPECT_GE(stream.run(200.0, 0.2, 5.0), 1);
   EXPECT_NEAR(units::ms_from(meter.timing()->delay), 200.4, 0.5);
   EXPECT_GE(meter.timing()->stale_after, milliseconds{600});
 }
 
-TEST(SampleMeter, OneBadSecondWidensNothingTwoDo) {
+TEST(SampleMeter, OneBadSecondChangesNothingLastingJitterDoes) {
   SampleMeter meter;
   Stream stream(meter);
-  stream.run(1.0, 0.2, 2.0);
+  stream.run(1.0, 0.2, 3.2);
   EXPECT_EQ(stream.run(1.0, 8.0, 0.9), 0);
   EXPECT_EQ(stream.run(1.0, 0.2, 3.0), 0);
-  EXPECT_EQ(stream.run(1.0, 8.0, 3.5), 1);
+  EXPECT_EQ(stream.run(1.0, 8.0, 4.5), 1);
   EXPECT_GT(units::ms_from(meter.timing()->delay), 8.0);
+  EXPECT_GE(stream.run(1.0, 0.2, 6.0), 1);
+  EXPECT_LT(units::ms_from(meter.timing()->delay), 2.0);
+}
+
+TEST(SampleMeter, ABadFirstSecondIsForgotten) {
+  SampleMeter meter;
+  Stream stream(meter);
+  stream.run(1.0, 400.0, 1.5);
+  EXPECT_GT(units::ms_from(meter.timing()->delay), 100.0);
+  stream.run(1.0, 0.2, 3.0);
+  EXPECT_LT(units::ms_from(meter.timing()->delay), 2.0);
+  EXPECT_EQ(meter.timing()->stale_after, milliseconds{50});
 }
 
 TEST(SampleMeter, AShortStreamIsMeasuredAtItsEnd) {

@@ -57,6 +57,21 @@ TEST(AtiRdt, AStatusIsReportedOnceAndOverRangeIsSaturated) {
   EXPECT_TRUE(talk.stream.readings[2].saturated);
 }
 
+// An Axia sets bit 31 with every error.
+TEST(AtiRdt, TheRangeBitsOfAnAxiaAreSaturationAndItsOtherErrorsAreNot) {
+  Talk talk("ati_rdt");
+  talk.take(record(1, 0, 0x88000000));
+  talk.take(record(2, 0, 0xC0000000));
+  talk.take(record(3, 0, 0x80000001));
+  ASSERT_EQ(talk.stream.notices.size(), 3U);
+  EXPECT_NE(talk.stream.notices[0].find("gage, force or torque is out of range"),
+            std::string::npos);
+  EXPECT_TRUE(talk.stream.readings[0].saturated);
+  EXPECT_TRUE(talk.stream.readings[1].saturated);
+  EXPECT_FALSE(talk.stream.readings[2].saturated);
+  EXPECT_NE(talk.stream.notices[2].find("web page"), std::string::npos);
+}
+
 TEST(AtiRdt, AsksAgainWhenTheRequestWasLost) {
   Talk talk("ati_rdt");
   talk.stream.outgoing.clear();
@@ -80,6 +95,19 @@ TEST(AtiRdt, ItsSimulatedDeviceIsRead) {
   ASSERT_EQ(talk.stream.readings.size(), 100U);
   EXPECT_NEAR(talk.stream.readings[99][DeviceChannel::kForceZ], 0.495, 1e-6);
   EXPECT_EQ(talk.stream.counts.lost, 0U);
+}
+
+TEST(AtiRdt, ItsSimulatedDeviceSendsAsManyRecordsAsRequested) {
+  const auto device = make_ati_rdt_device(ProbeSample::kForce);
+  const Bytes three = {0x12, 0x34, 0x00, 0x02, 0, 0, 0, 3};
+  Bytes wire;
+  device->boot(milliseconds{0}, wire);
+  device->take(three, milliseconds{0}, wire);
+  for (int k = 0; k < 10; ++k) {
+    device->measure({.force_mN = 5.0, .channels = ProbeSample::kForce}, milliseconds{k}, wire);
+  }
+  EXPECT_EQ(wire.size(), 3 * kAtiRecordBytes);
+  EXPECT_FALSE(device->started());
 }
 
 }  // namespace

@@ -90,6 +90,28 @@ TEST(CsvInTheWild, AHeaderInAnyStyleNamesTheColumns) {
   }
 }
 
+TEST(CsvInTheWild, AHeaderMayHaveUnitsInBrackets) {
+  for (const char* text : {"Force (g);Depth [um]\n60;1500\n61;1500\n",
+                           "note, F_g, depth_um\n9,60,1500\n9,61,1500\n"}) {
+    Talk talk("csv", "");
+    talk.take(text);
+    ASSERT_EQ(talk.stream.readings.size(), 2U) << text;
+    EXPECT_NEAR(talk.stream.readings[0][DeviceChannel::kForce], 0.588399, 1e-9);
+    EXPECT_NEAR(talk.stream.readings[0][DeviceChannel::kDepth], 1.5, 1e-12);
+  }
+}
+
+TEST(CsvInTheWild, ALabelMayBeAColumnOfItsOwn) {
+  Talk talk("csv", "columns=-,force_g,-,depth_mm");
+  talk.take("x\nF,123.4,D,0.56\nF,123.5,D,0.57\n");
+  ASSERT_EQ(talk.stream.readings.size(), 2U);
+  EXPECT_NEAR(talk.stream.readings[1][DeviceChannel::kDepth], 0.57, 1e-12);
+  Talk stated("csv", "");
+  stated.take("x\nF,123.4 g,D,0.56 mm\nF,123.4 g,D,0.56 mm\nF,123.4 g,D,0.56 mm\n");
+  ASSERT_EQ(stated.stream.readings.size(), 3U);
+  EXPECT_NEAR(stated.stream.readings[0][DeviceChannel::kDepth], 0.56, 1e-12);
+}
+
 TEST(CsvInTheWild, ItsRateCanBeNamed) {
   Talk talk("csv", "columns=force_N&rate_hz=80");
   EXPECT_EQ(talk.protocol->period(), std::chrono::microseconds{12'500});

@@ -50,17 +50,33 @@ TEST(CsvLines, AHeaderNamesTheColumns) {
 
 TEST(CsvLines, AClockThatGoesBackIsARebootUnlessItWraps) {
   Talk talk("csv", "columns=time_us,force_N");
-  talk.take("x\n4294967290,1\n4,1\n1000000,1\n0,1\n10000,1\n");
+  talk.take("x\n4294967290,1\n4,1\n1000000,1\n0,1\n10000,1\n20000,1\n30000,1\n");
   EXPECT_EQ(talk.stream.counts.reboots, 1U);
-  EXPECT_EQ(talk.stream.readings.size(), 5U);
-  EXPECT_TRUE(talk.stream.readings[4].rebooted);
+  EXPECT_EQ(talk.stream.readings.size(), 7U);
+  EXPECT_TRUE(talk.stream.readings[5].rebooted);
 }
 
 TEST(CsvLines, OneWrongTimeIsNoReboot) {
   Talk talk("csv", "columns=time_us,force_N");
-  talk.take("x\n1000000,1\n0,1\n1002000,1\n9000000,1\n1004000,1\n1006000,1\n");
-  EXPECT_EQ(talk.stream.readings.size(), 6U);
-  EXPECT_EQ(talk.stream.counts.reboots, 1U);  // two times below 9 s: accepted as a restart
+  talk.take("x\n1000000,1\n0,1\n1002000,1\n9000000,1\n1004000,1\n1006000,1\n1008000,1\n");
+  EXPECT_EQ(talk.stream.readings.size(), 7U);
+  EXPECT_EQ(talk.stream.counts.reboots, 0U);
+}
+
+TEST(CsvLines, ATimeThatCannotBeOneCostsTheTimeNotTheReading) {
+  Talk talk("csv", "columns=time_s,force_N");
+  talk.take(
+      "x\n1.000,1\n4892832000,1\n123456789012345678901234567890,1\n-5,1\n1e400,1\n"
+      "1.004,1\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 0U);
+  ASSERT_EQ(talk.stream.readings.size(), 6U);
+  EXPECT_TRUE(talk.stream.readings[1].wrong_time);  // 2125, as a time since 1970
+  EXPECT_TRUE(talk.stream.readings[2].wrong_time);
+  EXPECT_EQ(talk.stream.readings[3].device_time, std::chrono::seconds{-5});
+  EXPECT_TRUE(talk.stream.readings[4].wrong_time);
+  EXPECT_FALSE(talk.stream.readings[5].wrong_time);
+  talk.take("1.2.3,1\nabc,1\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 2U);
 }
 
 TEST(CsvLines, BadOptionsAreNamed) {
@@ -81,7 +97,10 @@ TEST(Mark10, ReadsWhatTheGaugeDisplays) {
     EXPECT_NEAR(talk.stream.readings[i][DeviceChannel::kForce], forces[i], 1e-6);
   }
   talk.take("*10\r\n");
-  EXPECT_NE(talk.stream.notices.at(0).find("unknown command"), std::string::npos);
+  EXPECT_NE(talk.stream.notices.at(0).find("illegal command"), std::string::npos);
+  talk.take("*22\r\n*11\r\n");
+  EXPECT_NE(talk.stream.notices.at(1).find("value too large"), std::string::npos);
+  EXPECT_NE(talk.stream.notices.at(2).find("not applicable"), std::string::npos);
   talk.take("4.2.8 N\r\nN\r\n12\r\n3 N 4 N x\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 4U);
   talk.take("1 stone\r\n");
@@ -172,13 +191,49 @@ const Bytes kOptoForceFrame = {0xAA, 0x07, 0x08, 0x0A, 0x2D, 0x6A, 0x00, 0x00,
 
 TEST(OptoForce, ReadsTheCapturedFrame) {
   Talk talk("optoforce", "counts_per_N=10&rate_hz=100");
-  const Bytes config = {0xAA, 0x00, 0x32, 0x03, 0x0A, 0x04, 0x00, 0x00, 0xED};
+  const Bytes config = {0xAA, 0x00, 0x32, 0x03, 0x0A, 0x04, 0x01, 0x00, 0xEE};
   EXPECT_EQ(talk.stream.outgoing, config);
   talk.take(kOptoForceFrame);
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceX), -0.9);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceY), -0.5);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceZ), 0.7);
+}
+
+// Byte 6 of a configuration: 0 removes the sensor's zero, 255 sets it.
+TEST(OptoForce, KeepsTheZeroOfTheSensorUnlessAskedToChangeItAndChangesItOnce) {
+  const auto zeroing = [](const std::string& options) {
+    Talk talk("optoforce", "counts_per_N=10" + options);
+    talk.protocol->begin(talk.now, talk.stream);  // after an unplug
+    talk.protocol->end(talk.stream);
+    const Bytes& sent = talk.stream.outgoing;
+    return sent.size() == 27 ? Bytes{sent[6], sent[15], sent[24]} : Bytes{};
+  };
+  EXPECT_EQ(zeroing(""), (Bytes{1, 1, 1}));
+  EXPECT_EQ(zeroing("&zero=set"), (Bytes{255, 1, 1}));
+  EXPECT_EQ(zeroing("&zero=clear"), (Bytes{0, 1, 1}));
+}
+
+TEST(OptoForce, AnOverloadOfAnyAxisIsSaturationAndErrorsAreNamed) {
+  Talk talk("optoforce");
+  auto take = [&talk, count = 0](std::uint16_t status) mutable {
+    Bytes frame = kOptoForceFrame;
+    frame[5] = static_cast<std::uint8_t>(++count);
+    frame[6] = static_cast<std::uint8_t>(status >> 8U);
+    frame[7] = static_cast<std::uint8_t>(status & 0xFFU);
+    unsigned sum = 0;
+    for (std::size_t i = 0; i < 14; ++i) sum += frame[i];
+    frame[14] = static_cast<std::uint8_t>(sum >> 8U);
+    frame[15] = static_cast<std::uint8_t>(sum & 0xFFU);
+    talk.take(frame);
+    return talk.stream.readings.back().saturated;
+  };
+  EXPECT_FALSE(take(0));
+  for (unsigned bit = 4; bit <= 9; ++bit) EXPECT_TRUE(take(static_cast<std::uint16_t>(1U << bit)));
+  EXPECT_TRUE(talk.stream.notices.empty());  // the probe reports saturation
+  EXPECT_FALSE(take(0x2800));                // DAQ error 1, sensor error 2
+  ASSERT_EQ(talk.stream.notices.size(), 1U);
+  EXPECT_NE(talk.stream.notices[0].find("DAQ error, sensor failure"), std::string::npos);
 }
 
 TEST(OptoForce, FindsItsFramesAgainAfterDamage) {
@@ -215,7 +270,7 @@ TEST(OptoForce, EverySingleFlippedBitBehindTheHeaderIsNoticed) {
 
 TEST(OptoForce, WantsItsCalibration) {
   EXPECT_NE(refusal("optoforce", "rate_hz=100").find("counts_per_N"), std::string::npos);
-  EXPECT_NE(refusal("optoforce", "counts_per_N=10&rate_hz=300").find("divide 1000"),
+  EXPECT_NE(refusal("optoforce", "counts_per_N=10&rate_hz=250").find("1000|333|100|30|10"),
             std::string::npos);
 }
 

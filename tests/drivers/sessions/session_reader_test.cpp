@@ -3,6 +3,8 @@
 #include <array>
 #include <filesystem>
 #include <limits>
+#include <set>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -203,6 +205,21 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   EXPECT_EQ(all.frames[0].port, 2U);
   EXPECT_EQ(all.frames[0].frame, kFrames[0]);
   EXPECT_EQ(all.frames[1].frame, kFrames[1]);
+}
+
+TEST(SessionFormat, EveryChannelHasItsOwnLabelAndSaysWhatItIs) {
+  for (const SessionStream& stream : session_streams()) {
+    std::set<std::string_view> labels;
+    for (const SessionStream::Channel& channel : stream.channels) {
+      EXPECT_TRUE(labels.insert(channel.label).second) << stream.name << " " << channel.label;
+      EXPECT_FALSE(channel.unit.empty() && channel.meaning.empty())
+          << stream.name << " " << channel.label;
+      EXPECT_EQ(channel.unit.find(' '), std::string_view::npos) << channel.unit;
+    }
+  }
+  const auto spikes = session_streams()[0].channels;
+  EXPECT_EQ(spikes[1].label, "neuron");
+  EXPECT_EQ(spikes[1].meaning, "number in the model, across all patches, from 1");
 }
 
 TEST(SessionReader, ReadsSessionsOfVersionsWithoutStimulationCommands) {

@@ -17,18 +17,31 @@ namespace merkel {
 /// A gauge of no known kind that prints a line every 5 ms at one baud rate.
 class LinePrinter {
  public:
-  explicit LinePrinter(std::string line, int baud = 115200) : line_(std::move(line)), baud_(baud) {
+  struct Boot {
+    std::chrono::milliseconds silence{0};  ///< from the first opening of its port
+    std::string header;                    ///< its first line; empty: none
+  };
+  explicit LinePrinter(std::string line, int baud = 115200)
+      : LinePrinter(std::move(line), baud, {}, {}) {}
+  LinePrinter(std::string line, int baud, Boot boot, std::string link = {})
+      : pty_(std::move(link)), line_(std::move(line)), baud_(baud) {
     EXPECT_TRUE(pty_.plug_in());
-    thread_ = std::jthread([this](const std::stop_token& stop) {
+    thread_ = std::jthread([this, boot = std::move(boot)](const std::stop_token& stop) {
+      while (!stop.stop_requested() && !pty_.heard()) std::this_thread::sleep_for(kInterval);
+      for (auto waited = kInterval; waited < boot.silence && !stop.stop_requested();
+           waited += kInterval) {
+        std::this_thread::sleep_for(kInterval);
+      }
+      bool header = !boot.header.empty();
       while (!stop.stop_requested()) {
-        std::string text = next_line() + "\r\n";
+        std::string text = (std::exchange(header, false) ? boot.header : next_line()) + "\r\n";
         if (pty_.baud() != baud_) {
           for (char& c : text) c = static_cast<char>(c ^ 0x95);
         }
         const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-        if (pty_.heard()) pty_.write(bytes);
+        pty_.write(bytes);
         std::uint8_t waste[256];
-        static_cast<void>(pty_.read(waste, std::chrono::milliseconds{5}));
+        static_cast<void>(pty_.read(waste, kInterval));
       }
     });
   }
@@ -52,6 +65,8 @@ class LinePrinter {
   }
 
  private:
+  static constexpr std::chrono::milliseconds kInterval{5};
+
   std::string next_line() {
     const std::scoped_lock lock(mutex_);
     if (step_ != 0.0) line_ = std::to_string(number_ += step_);

@@ -8,6 +8,7 @@
 
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/json_text.hpp"
+#include "tests/free_ports.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"
 
@@ -86,17 +87,22 @@ TEST(OpenSink, ARefusedRunLeavesNoFiles) {
 }
 
 TEST(OpenSink, APortInUseIsNamed) {
-  const auto zmq = open_sink("zmq:tcp://127.0.0.1:25559", setup());
+  const auto ports = free_ports(2);
+  const std::string zmq_port = std::to_string(ports[0]);
+  const auto zmq = open_sink("zmq:tcp://127.0.0.1:" + zmq_port, setup());
   ASSERT_TRUE(zmq) << zmq.error().sentence;
-  EXPECT_TRUE(has(refusal("zmq:tcp://localhost:25559"), "in use"));
-  const auto view = open_sink("view:45560", setup());
+  EXPECT_TRUE(has(refusal("zmq:tcp://localhost:" + zmq_port), "in use"));
+  const std::string page = "view:" + std::to_string(ports[1]);
+  const auto view = open_sink(page, setup());
   ASSERT_TRUE(view) << view.error().sentence;
-  EXPECT_TRUE(has(refusal("view:45560"), "in use"));
-  EXPECT_TRUE(has(refusal("view:45560"), "view:45561"));
+  EXPECT_TRUE(has(refusal(page), "in use"));
+  EXPECT_TRUE(has(refusal(page), "view:" + std::to_string(ports[1] + 1)));
 }
 
 TEST(OpenSink, WithoutASubscriberInTimeSaysSo) {
-  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:25562?subscribers=1&wait_s=0.01"), "in time"));
+  EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:" + std::to_string(free_ports(1)[0]) +
+                          "?subscribers=1&wait_s=0.01"),
+                  "in time"));
 }
 
 TEST(OpenSink, AFullDiskEndsASinkWithASentence) {

@@ -1,12 +1,14 @@
 #include <array>
 #include <chrono>
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <lo/lo.h>
 
 #include "drivers/sinks/open_sink.hpp"
+#include "tests/free_ports.hpp"
 
 namespace merkel {
 namespace {
@@ -36,12 +38,13 @@ int take(const char*, const char*, lo_arg** arguments, int, lo_message message, 
   return 0;
 }
 
-TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {
+TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {  // the option types=ihdii
   const lo_server server = lo_server_new(nullptr, nullptr);
   ASSERT_NE(server, nullptr);
   std::vector<Received> received;
   lo_server_add_method(server, "/merkel/spike", "ihdii", take, &received);
-  auto sink = open_sink("osc:127.0.0.1:" + std::to_string(lo_server_get_port(server)), 20, false);
+  auto sink = open_sink(
+      "osc:127.0.0.1:" + std::to_string(lo_server_get_port(server)) + "?types=ihdii", 20, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
   std::vector<SpikeEvent> spikes;
   for (std::uint32_t k = 0; k < 50; ++k) {
@@ -68,8 +71,39 @@ TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {
   lo_server_free(server);
 }
 
+int take_whole(const char*, const char* types, lo_arg** arguments, int count, lo_message,
+               void* all) {
+  std::vector<std::int32_t> numbers;
+  for (int i = 0; i < count; ++i) {
+    EXPECT_EQ(types[i], 'i');
+    numbers.push_back(value<std::int32_t>(arguments[i]));
+  }
+  static_cast<std::vector<std::vector<std::int32_t>>*>(all)->push_back(numbers);
+  return 0;
+}
+
+// Pure Data's [oscparse] and SuperCollider know the required types of OSC 1.0 only: i, f, s, b.
+TEST(OscSpikeSink, ByDefaultAllArgumentsAreOfTypeI) {
+  const lo_server server = lo_server_new(nullptr, nullptr);
+  ASSERT_NE(server, nullptr);
+  std::vector<std::vector<std::int32_t>> received;
+  lo_server_add_method(server, "/merkel/spike", "iiiiii", take_whole, &received);
+  auto sink = open_sink("osc:127.0.0.1:" + std::to_string(lo_server_get_port(server)), 20, false);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  const std::array<SpikeEvent, 2> spikes{
+      SpikeEvent{.time = std::chrono::nanoseconds{12'345'678'901}, .neuron = 7, .patch = 2},
+      SpikeEvent{.time = std::chrono::nanoseconds{-1}, .neuron = 8}};
+  ASSERT_TRUE((*sink)->write(spikes));
+  while (received.size() < 2 && lo_server_recv_noblock(server, 2000) > 0) {
+  }
+  ASSERT_EQ(received.size(), 2U);
+  EXPECT_EQ(received[0], (std::vector<std::int32_t>{7, 1, 12, 345'678'901, 2, 0}));
+  EXPECT_EQ(received[1], (std::vector<std::int32_t>{8, 2, -1, 999'999'999, 0, 0}));
+  lo_server_free(server);
+}
+
 TEST(OscSpikeSink, AMissingReceiverIsNoError) {
-  auto sink = open_sink("osc:127.0.0.1:25999", 20, false);
+  auto sink = open_sink("osc:127.0.0.1:" + std::to_string(free_ports(1)[0]), 20, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
   for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write(spikes));

@@ -37,8 +37,8 @@ TEST(PeriodicClock, DoesNotWaitForAPastDeadline) {
 TEST(PublishBeat, ReturnsAtOnceWhenATickWasPublished) {
   PublishBeat beat;
   std::uint64_t seen = 0;
-  beat.published(microseconds{10});
-  beat.published(microseconds{10});
+  beat.published({}, microseconds{10});
+  beat.published({}, microseconds{10});
   beat.wait(seen);
   EXPECT_EQ(seen, 2U);
 }

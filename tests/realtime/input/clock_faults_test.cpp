@@ -24,6 +24,7 @@ using FaultyClock = std::function<double(double t_s, int k)>;
 
 struct Outcome {
   std::uint64_t released = 0;       ///< ticks of 1 ms without touch
+  std::uint64_t held = 0;           ///< ticks without a newer sample
   std::uint64_t released_late = 0;  ///< of these, after the first 2 s
   double farthest_ms = 0.0;  ///< largest distance of a sample's time from its arrival, after 2 s
   DeviceCounts counts;
@@ -113,8 +114,8 @@ TEST(ClockFaults, AClockThatJumpsIsReanchoredWithin100Ms) {
 
 TEST(ClockFaults, AWrongRateOfAnyFactorCostsAtMostASecondAndIsReported) {
   for (const double rate_Hz : {1000.0, 100.0}) {
-    for (const double factor :
-         {0.0, 1e-6, 1e-3, 0.1, 0.5, 0.8, 0.85, 0.9, 0.95, 1.06, 1.15, 1.5, 2.0, 10.0, 1e3, 1e6}) {
+    for (const double factor : {-1e6, -372.0, -1.0, -0.5, 0.0,  1e-6, 1e-3, 0.1,  0.5, 0.8,
+                                0.85, 0.9,    0.95, 1.06, 1.15, 1.5,  2.0,  10.0, 1e3, 1e6}) {
       const Outcome outcome = touch(rate_Hz, [&](double t_s, int) { return 500.0 + t_s * factor; });
       EXPECT_LE(outcome.released, 1000U) << factor << ", " << rate_Hz << " Hz";
       EXPECT_EQ(outcome.released_late, 0U) << factor << ", " << rate_Hz << " Hz";
@@ -131,6 +132,83 @@ TEST(ClockFaults, ACorrectedRateIsTrustedAgain) {
   EXPECT_EQ(outcome.notices.size(), 2U);
   EXPECT_TRUE(outcome.counts.device_clock);
   EXPECT_EQ(outcome.released_late, 0U);
+}
+
+/// Ten seconds of a press whose reader is held up for 0 to 200 ms now and then, with a buffer that
+/// allows for it: whatever is missing then is the mapping's fault.
+Outcome touch_under_load(double share_of_stalls, double rate_Hz, const FaultyClock& clock,
+                         std::uint64_t seed) {
+  Random random(seed);
+  ReadingTimes times(ReadingTimes::Rule::kMapped);
+  times.set_wrap(microseconds{std::int64_t{1} << 32U});
+  ProbeChannel channel(100'000);
+  ProbeInput input(channel, {.stale_after = milliseconds{100}});
+  const nanoseconds delay = milliseconds{260};
+  const nanoseconds start = seconds{1000};
+  Outcome outcome;
+  nanoseconds last{0};
+  nanoseconds tick = start;
+  nanoseconds reader = start;
+  std::vector<DeviceReading> batch;
+  for (int k = 0; k < static_cast<int>(kLength_s * rate_Hz);) {
+    // The reader wakes up and takes what has arrived since.
+    const bool stalls = random.uniform() < share_of_stalls;
+    reader += stalls ? units::nanoseconds_from_s(0.2 * random.uniform()) : milliseconds{1};
+    batch.clear();
+    for (; start + units::nanoseconds_from_s(k / rate_Hz + 0.0002) <= reader; ++k) {
+      DeviceReading reading;
+      reading.arrival = reader;
+      const double wire_us = std::fmod(1e6 * clock(k / rate_Hz, k), 4294967296.0);
+      reading.device_time =
+          microseconds{static_cast<std::int64_t>(wire_us < 0.0 ? wire_us + 4294967296.0 : wire_us)};
+      batch.push_back(reading);
+    }
+    for (; tick + delay < reader; tick += milliseconds{1}) {
+      const auto state = input.at(tick).state;
+      if (tick < start + milliseconds{5}) continue;
+      if (state == ProbeInput::State::kReleased) ++outcome.released;
+      if (state == ProbeInput::State::kHeld) ++outcome.held;
+    }
+    for (nanoseconds time : times.of(batch)) {
+      time = std::max(time, last + nanoseconds{1});
+      last = time;
+      EXPECT_TRUE(channel.samples.try_push(
+          {.time = time, .arrival = reader, .depth_mm = 1.0, .channels = ProbeSample::kDepth}));
+    }
+    for (std::string& sentence : times.take_notices()) outcome.notices.push_back(sentence);
+  }
+  times.describe(outcome.counts);
+  return outcome;
+}
+
+TEST(ClockFaults, OneWrongTimeUnderLoadCostsNoTouch) {
+  for (const double share : {0.0, 0.005, 0.02, 0.1, 0.5, 1.0}) {
+    for (const double size_s : {0.0, 0.02, -0.02, 0.15, -0.15, 0.5, -0.5, 40.0, -40.0}) {
+      for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        const int bad = static_cast<int>(400 * seed);
+        const Outcome outcome = touch_under_load(
+            share, 1000.0,
+            [&](double t_s, int k) { return 500.0 + t_s + (k == bad ? size_s : 0.0); }, seed);
+        EXPECT_EQ(outcome.released, 0U) << size_s << " s, stalls " << share << ", seed " << seed;
+        EXPECT_LE(outcome.held, 20U) << size_s << " s, stalls " << share << ", seed " << seed;
+        EXPECT_TRUE(outcome.counts.device_clock) << size_s << " s, stalls " << share;
+        EXPECT_NEAR(outcome.counts.clock_rate, 1.0, 0.1) << size_s << " s, stalls " << share;
+      }
+    }
+  }
+}
+
+TEST(ClockFaults, AWrongOscillatorUnderLoadCostsNoTouch) {
+  for (const double share : {0.0, 0.02, 0.5}) {
+    for (const double factor : {0.85, 0.95, 0.99, 1.01, 1.05, 1.15}) {
+      for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        const Outcome outcome = touch_under_load(
+            share, 1000.0, [&](double t_s, int) { return 500.0 + t_s * factor; }, seed);
+        EXPECT_EQ(outcome.released, 0U) << factor << ", stalls " << share << ", seed " << seed;
+        EXPECT_LE(outcome.held, 20U) << factor << ", stalls " << share << ", seed " << seed;
+      }
+    }
+  }
 }
 
 TEST(ClockFaults, ManyWrongTimesCostNoTouch) {

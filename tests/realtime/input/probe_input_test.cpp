@@ -1,5 +1,7 @@
 #include "realtime/input/probe_input.hpp"
 
+#include <iterator>
+
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
@@ -44,6 +46,30 @@ TEST_F(ProbeInputTest, InterpolatesBetweenTheSamplesAroundTheTime) {
   EXPECT_EQ(input_.counts().late, 0U);
 }
 
+TEST(ProbeInputForce, TouchesFromTheThresholdToHalfOfIt) {
+  ProbeChannel channel{100};
+  ProbeInput input{channel, {.interpolate = false, .contact_N = 0.01}};
+  const double forces_mN[] = {3.0, 9.0, 10.0, 6.0, 5.0, 4.9, 9.0, -3.0, 12.0};
+  const double touching_mN[] = {0.0, 0.0, 10.0, 6.0, 5.0, 0.0, 0.0, -3.0, 12.0};
+  for (std::size_t k = 0; k < std::size(forces_mN); ++k) {
+    const double time_ms = static_cast<double>(k);
+    ASSERT_TRUE(channel.samples.try_push({.time = ms(time_ms),
+                                          .depth_mm = 1.0,
+                                          .force_mN = forces_mN[k],
+                                          .channels = ProbeSample::kForce | ProbeSample::kDepth}));
+    const ContactInput contact = input.at(ms(time_ms)).contact;
+    EXPECT_EQ(contact.force_mN, touching_mN[k]) << k;
+    EXPECT_EQ(contact.depth_mm, touching_mN[k] > 0.0 ? 1.0 : 0.0) << k;
+  }
+}
+
+TEST(ProbeInputForce, MayBeInverted) {
+  ProbeChannel channel{10};
+  ProbeInput input{channel, {.invert_force = true}};
+  ASSERT_TRUE(channel.samples.try_push({.force_mN = -590.0, .channels = ProbeSample::kForce}));
+  EXPECT_EQ(input.at(nanoseconds{0}).contact.force_mN, 590.0);
+}
+
 TEST_F(ProbeInputTest, BeforeTheFirstSampleTheFirstIsUsed) {
   arrives(10, 0.7);
   expect(0, 0.7, State::kFollowing);
@@ -80,6 +106,43 @@ TEST_F(ProbeInputTest, ReleasesAfterTooLongASilenceAndResumes) {
   expect(199, 0.0, State::kReleased);
   expect(200, 1.0, State::kFollowing);
   EXPECT_EQ(input_.counts().released_ticks, 3U);
+}
+
+TEST_F(ProbeInputTest, AContactSpansAGapThatIsJustWithinTheValidity) {
+  arrives(0, 1.0);
+  arrives(50, 2.0);
+  expect(25, 1.5, State::kFollowing);
+  arrives(100.000001, 3.0);
+  expect(75, 2.0, State::kHeld);
+  expect(100, 2.0, State::kHeld);
+}
+
+TEST(ProbeInput, HoldsASampleUpToTheEndOfItsOwnValidity) {
+  ProbeChannel channel(1000);
+  ProbeInput input(channel, {});
+  ASSERT_TRUE(channel.samples.try_push(
+      {.depth_mm = 1.0, .channels = ProbeSample::kDepth, .valid_for = ms(20)}));
+  EXPECT_EQ(input.at(ms(19)).state, State::kHeld);
+  const auto last = input.at(ms(20));
+  EXPECT_EQ(last.state, State::kHeld);
+  EXPECT_EQ(last.contact.depth_mm, 1.0);
+  const auto after = input.at(ms(20) + nanoseconds{1});
+  EXPECT_EQ(after.state, State::kReleased);
+  EXPECT_EQ(after.contact.depth_mm, 0.0);
+}
+
+TEST(ProbeInput, HoldsTheLastSampleWithoutValidityFor50MsAfterTheEnd) {
+  ProbeChannel channel(1000);
+  ProbeInput input(channel, {});
+  ASSERT_TRUE(channel.samples.try_push({.depth_mm = 1.0, .channels = ProbeSample::kDepth}));
+  // Before the end, it holds without limit.
+  const auto before = input.at(ms(10));
+  EXPECT_EQ(before.state, State::kHeld);
+  channel.ended = true;
+  const auto last = input.at(ms(50));
+  EXPECT_EQ(last.state, State::kEnded);
+  EXPECT_EQ(last.contact.depth_mm, 1.0);
+  EXPECT_EQ(input.at(ms(50) + nanoseconds{1}).contact.depth_mm, 0.0);
 }
 
 TEST_F(ProbeInputTest, AReplayedSilenceGivesTheLiveResult) {

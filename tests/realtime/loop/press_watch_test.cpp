@@ -38,5 +38,23 @@ TEST(PressWatch, TheRiseIsThatOfTheDeepestTouch) {
   EXPECT_EQ(press.touch, milliseconds{2});
 }
 
+TEST(PressWatch, TheRangeShowsSignOffsetAndFlicker) {
+  PressWatch watch;
+  milliseconds begin{0};
+  const auto force = [&](double force_mN) {
+    watch.observe({.force_mN = force_mN}, 0.0, begin, begin + milliseconds{1});
+    begin += milliseconds{1};
+  };
+  for (const double force_mN : {-590.0, 0.3, -0.3, 0.3, 0.0}) force(force_mN);
+  EXPECT_EQ(watch.range().least_force_mN, -590.0);
+  EXPECT_EQ(watch.range().most_force_mN, 0.3);
+  EXPECT_EQ(watch.range().brief_touches, 2U);
+  for (int k = 0; k < 50; ++k) force(k == 20 ? 12.0 : 40.0);
+  force(0.0);
+  EXPECT_EQ(watch.range().longest_touch, milliseconds{50});
+  EXPECT_EQ(watch.range().least_force_of_longest_mN, 12.0);
+  EXPECT_EQ(watch.range().brief_touches, 2U);
+}
+
 }  // namespace
 }  // namespace merkel

@@ -12,17 +12,41 @@ True
 Times are in s, lengths in mm, forces in N. Neurons are numbered from 1, probes and patches from 0. Errors
 raise merkel.Error with the message that the program would print.
 """
+import functools as _functools
+import re as _re
+
 from ._merkel import Bridge, Error, Output, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect
 
 __all__ = ["Bridge", "Error", "Output", "Run", "Scene", "Session", "Stream", "Table", "__version__", "connect", "load", "presets"]
 
 
+def _named(function):
+    """Reports a wrong keyword as the program reports a wrong key of a scene: with the known ones."""
+    signature = (function.__doc__ or "").partition("\n")[0]
+    known = [name for name in _re.findall(r"(\w+): ", signature) if name != "self"]
+
+    @_functools.wraps(function)
+    def checked(*arguments, **keywords):
+        for name in keywords:
+            if name not in known:
+                raise Error(f"{function.__name__}() has no keyword {name}; the known ones are {', '.join(known)}")
+        return function(*arguments, **keywords)
+    return checked
+
+
+for _class, _names in ((Scene, ("run",)), (Stream, ("push",)), (Bridge, ("read", "mark", "tare")), (Run, ("rate", "psth", "times"))):
+    for _name in _names:
+        setattr(_class, _name, _named(getattr(_class, _name)))
+
+
 def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False,
             most_unread=1_000_000):
     """Starts the real-time pipeline: probe -> model -> sinks, and spikes and stimulation to Python.
 
-    probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"), scene a Scene, a preset or a scene
+    probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"). For a scene with several probes it is a
+    list of URIs, one for each, or a dict from patches to URIs: {"thumb": "serial:…", "index": "serial:…"}; the
+    probes that the dict leaves out keep the scene's own URI. scene is a Scene, a preset or a scene
     file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run. Beyond most_unread unread spikes (and as many commands), new
     ones are lost for Python only: Bridge.counters counts them.
 
@@ -33,5 +57,18 @@ def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False,
     """
     if not isinstance(scene, Scene):
         scene = Scene(scene)
-    return _connect(probe, scene, sinks=list(sinks), duration_s=duration_s, overwrite=overwrite,
+    return _connect(_uris(probe, scene), scene, sinks=list(sinks), duration_s=duration_s, overwrite=overwrite,
                     allow_remote=allow_remote, most_unread=most_unread)
+
+
+def _uris(probe, scene):
+    """One URI for each probe of a scene."""
+    if isinstance(probe, str):
+        return [probe]
+    if not isinstance(probe, dict):
+        return list(probe)
+    patches = [scene[f"probe[{i}].patch"] for i in range(scene.probes)]
+    unknown = [patch for patch in probe if patch not in patches]
+    if unknown:
+        raise Error(f"no probe of the scene presses on {unknown[0]}; its probes press on {', '.join(map(str, patches))}")
+    return [probe.get(patch, scene[f"probe[{i}].uri"]) for i, patch in enumerate(patches)]

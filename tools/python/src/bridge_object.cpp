@@ -33,6 +33,7 @@ class BridgeObject::Outlet final : public SpikeSink {
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kTicks | kStimulation;
   }
+  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { bridge_.control_ = &control; }
   [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
     keep(spikes, bridge_.unread_.spikes, bridge_.spikes_lost_);
@@ -268,11 +269,11 @@ block ends the run.)")
 
   module.def(
       "connect",
-      [](const std::string& probe, const SceneObject& scene, const std::vector<std::string>& sinks,
-         std::optional<double> duration_s, bool overwrite, bool allow_remote,
-         std::size_t most_unread) {
+      [](const std::vector<std::string>& probes, const SceneObject& scene,
+         const std::vector<std::string>& sinks, std::optional<double> duration_s, bool overwrite,
+         bool allow_remote, std::size_t most_unread) {
         Scene of_probe = scene.scene();
-        of_probe.set_probes({probe});
+        or_throw(of_probe.set_probes(probes));
         const py::gil_scoped_release no_gil;
         return std::make_unique<BridgeObject>(std::move(of_probe),
                                               BridgeObject::Options{.sinks = sinks,
@@ -281,7 +282,7 @@ block ends the run.)")
                                                                     .allow_remote = allow_remote,
                                                                     .most_unread = most_unread});
       },
-      py::arg("probe"), py::arg("scene"), py::kw_only(),
+      py::arg("probes"), py::arg("scene"), py::kw_only(),
       py::arg("sinks") = std::vector<std::string>(), py::arg("duration_s") = py::none(),
       py::arg("overwrite") = false, py::arg("allow_remote") = false,
       py::arg("most_unread") = BridgeObject::Options{}.most_unread);

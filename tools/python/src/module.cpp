@@ -94,6 +94,9 @@ them. An invalid value raises Error and leaves the scene unchanged.)")
           [](const SceneObject& scene) { return std::make_unique<StreamObject>(scene.scene()); },
           "Builds the model and returns a Stream to push samples into.")
       .def("__copy__", [](const SceneObject& scene) { return scene; })
+      .def(py::pickle(
+          [](const SceneObject& scene) { return py::str(scene_text(scene.scene())); },
+          [](const py::str& text) { return SceneObject::of_text(text.cast<std::string>()); }))
       .def("__deepcopy__", [](const SceneObject& scene, const py::dict&) { return scene; })
       .def("__repr__", [](const SceneObject& scene) {
         const std::string& file = scene.scene().file;

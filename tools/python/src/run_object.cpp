@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include <pybind11/stl.h>
@@ -78,7 +81,7 @@ RunObject run_scene(Scene scene, const RunOptions& options) {
   if (options.press.given() && !options.probes.empty()) {
     throw Error("pass either a press or a probe, not both");
   }
-  if (!options.probes.empty()) scene.set_probes(options.probes);
+  if (!options.probes.empty()) or_throw(scene.set_probes(options.probes));
   if (options.seed) scene.set_seed(*options.seed);
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
   RunPreparation preparation{.fast = true, .probes = probes_of(options, scene)};
@@ -169,6 +172,44 @@ py::array_t<double> RunObject::psth(double bin_s) const {
   return rates;
 }
 
+namespace {
+
+/// The bytes of rows, for pickle.
+template <class Row>
+py::bytes bytes_of(const std::vector<Row>& rows) {
+  static_assert(std::is_trivially_copyable_v<Row>);
+  return {reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(Row)};
+}
+
+template <class Row>
+void read_rows(const py::handle& bytes, std::vector<Row>& rows) {
+  const auto text = bytes.cast<std::string_view>();
+  if (text.size() % sizeof(Row) != 0)
+    throw Error("this pickled Run is of another version of merkel");
+  rows.resize(text.size() / sizeof(Row));
+  if (!rows.empty()) std::memcpy(rows.data(), text.data(), text.size());
+}
+
+py::tuple state_of(const RunObject& run) {
+  return py::make_tuple(bytes_of(run.spikes), bytes_of(run.stimulation), bytes_of(run.afferents),
+                        run.start_s, run.duration_s, run.counters, run.notices);
+}
+
+RunObject run_of(const py::tuple& state) {
+  if (state.size() != 7) throw Error("this pickled Run is of another version of merkel");
+  RunObject run;
+  read_rows(state[0], run.spikes);
+  read_rows(state[1], run.stimulation);
+  read_rows(state[2], run.afferents);
+  run.start_s = state[3].cast<double>();
+  run.duration_s = state[4].cast<double>();
+  run.counters = state[5].cast<std::map<std::string, std::uint64_t>>();
+  run.notices = state[6].cast<std::vector<std::string>>();
+  return run;
+}
+
+}  // namespace
+
 void add_run(py::module_& module) {
   py::class_<RunObject>(module, "Run", R"(The result of a batch run.)")
       .def_property_readonly(
@@ -193,6 +234,7 @@ void add_run(py::module_& module) {
            "Rates in Hz in bins of bin_s seconds from start_s: (bins, afferents).")
       .def("psth", &RunObject::psth, py::arg("bin_s"),
            "Mean rate of an afferent in Hz in bins of bin_s seconds from start_s: (bins,).")
+      .def(py::pickle(&state_of, &run_of))
       .def("__repr__", [](const RunObject& run) {
         return "<Run: " + std::to_string(run.spikes.size()) + " spikes of " +
                std::to_string(run.afferents.size()) + " afferents in " +

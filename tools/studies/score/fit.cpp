@@ -128,16 +128,20 @@ std::vector<FitParameter> fit_parameters(NeuronKind kind) {
   TactileModel::Parameters model;
   set_kind(model, kind);
   std::vector<FitParameter> all;
-  for (const BoundField& key : fitted_keys(model)) {
-    all.push_back({std::string(key.field->key), std::string(key.table)});
+  for (const BoundField& field : fitted_keys(model)) {
+    const std::string table(field.table);
+    const std::string key(field.field->key);
+    const bool taken = std::any_of(all.begin(), all.end(),
+                                   [&](const FitParameter& earlier) { return earlier.key == key; });
+    all.push_back({.table = table, .key = key, .name = taken ? table + "." + key : key});
   }
   return all;
 }
 
 double* FitParameter::in(TactileModel::Parameters& model) const {
   const BoundFields keys = fitted_keys(model);
-  const auto found = std::find_if(keys.begin(), keys.end(), [&](const BoundField& key) {
-    return key.field->key == name && key.table == table;
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const BoundField& field) {
+    return field.field->key == key && field.table == table;
   });
   return std::get<double*>(found->value);
 }
@@ -201,10 +205,8 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   }
 
   for (std::size_t k = 0; k < at.size(); ++k) {
-    result.parameters.push_back({.name = (*parameters)[k].name,
-                                 .table = (*parameters)[k].table,
-                                 .before = std::exp(start[k]),
-                                 .after = std::exp(at[k])});
+    result.parameters.push_back(
+        {.parameter = (*parameters)[k], .before = std::exp(start[k]), .after = std::exp(at[k])});
   }
   Eigen::MatrixXd slopes(measured.size(), static_cast<Eigen::Index>(at.size()));
   for (std::size_t k = 0; k < at.size(); ++k) {

@@ -13,8 +13,9 @@ namespace merkel {
 
 /// A parameter of a scene that can be fitted.
 struct FitParameter {
-  std::string name;   ///< for example "fast_weight"
   std::string table;  ///< table of a scene file: "afferent" or "neuron"
+  std::string key;    ///< for example "fast_weight"
+  std::string name;   ///< the key; with its table if an earlier parameter has the same key
   /// Its value in a model. The model's neurons must have it.
   [[nodiscard]] double* in(TactileModel::Parameters& model) const;
 };
@@ -23,8 +24,7 @@ struct FitParameter {
 
 /// A fitted parameter and its standard error.
 struct FittedParameter {
-  std::string name;
-  std::string table;
+  FitParameter parameter;
   double before = 0.0;
   double after = 0.0;
   double relative_error = 0.0;  ///< standard error of ln p, from the curvature of the cost

@@ -24,7 +24,7 @@ export function readFrame(buffer, scene) {
   const origin_s = r.f64(), from = r.f64(), t = r.f64();
   const counters = r.list(() => r.f64());
   const probes = r.list(() => {
-    const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32() };
+    const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32(), gauge_depth: r.f32() };
     const state = r.u32();
     return { ...probe, state: state & 255, link: state >> 8 };
   });

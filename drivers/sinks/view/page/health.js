@@ -49,11 +49,11 @@ function ofProbes(scene, frame, heldFor_s) {
   }
   const released = named((p) => p.state === kReleased);
   if (released.length) {
-    return { level: 'bad', title: `Released: ${quoted(released)}`, advice: 'No samples, so no contact is simulated. Check the device and its cable.' };
+    return { level: 'bad', title: `No samples: ${quoted(released)}`, advice: 'Its press is taken off the skin until samples arrive. Check the device and its cable.' };
   }
   const silent = named((p, i) => p.state === kHeld && heldFor_s[i] > 0.02);
   if (silent.length) {
-    return { level: 'warn', title: `Silent: ${quoted(silent)}`, advice: 'The last sample is held. If the probe stays silent, the press is released.' };
+    return { level: 'warn', title: `Late: ${quoted(silent)}`, advice: 'The next sample has not arrived, so the last one is kept. If none follows, the press is taken off the skin.' };
   }
   return null;
 }
@@ -94,4 +94,4 @@ export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
     : { level: 'good', title: `${what}, not touching`, advice: '' };
 }
 
-export const kStateNames = { [kFollowing]: 'following', [kHeld]: 'held', [kReleased]: 'released', [kEnded]: 'ended' };
+export const kStateNames = { [kFollowing]: 'following', [kHeld]: 'late', [kReleased]: 'no samples', [kEnded]: 'ended' };

@@ -71,6 +71,7 @@ export class History {
     this.watched.clear();
     this.spans = [];            // {from, to, kind, probe, label}
     this.open = this.scene.probes.map(() => null);
+    this.fired = new Uint32Array(this.scene.neurons);    // spikes of each afferent since the beginning
     this.number = 0;
     this.t = 0;
     this.started = false;
@@ -88,6 +89,7 @@ export class History {
     this.t = frame.t;
     for (const point of frame.points) this.#addPoint(point);
     this.spikes.append(frame.spikes);
+    for (const n of frame.spikes.n) ++this.fired[n - 1];
     for (const { n: afferent, samples } of frame.watched) {
       if (!this.watched.has(afferent)) this.watched.set(afferent, new Columns({ t: Float64Array, drive: Float32Array, potential: Float32Array }));
       for (const sample of samples) this.watched.get(afferent).push(sample);
@@ -112,7 +114,7 @@ export class History {
       this.open[i] = null;
       if (state === 0 || state === 3) return;
       const kind = state === 1 ? 'held' : 'released';
-      const span = { from: point.t, to: point.t, kind, state, probe: i, label: `${probe.name} ${kind === 'held' ? 'late, held' : 'released'}` };
+      const span = { from: point.t, to: point.t, kind, state, probe: i, label: `${probe.name}: ${kind === 'held' ? 'sample late, last one kept' : 'no samples, taken off the skin'}` };
       this.open[i] = span;
       this.spans.push(span);
     });

@@ -1,5 +1,5 @@
 // The page: receives frames, keeps their data, and draws at most once per screen refresh.
-import { byId, follow, setText } from './canvas.js';
+import { byId, follow, setAttribute, setText } from './canvas.js';
 import { Connection } from './connection.js';
 import { Controls } from './controls.js';
 import { Details } from './details.js';
@@ -40,7 +40,7 @@ class Page {
     this.trace = new Trace(byId('trace'));
     this.latency = new Latency(byId('latency'));
     this.numbers = new Numbers(() => { this.dirty = true; });
-    this.electrodes = new Electrodes(byId('electrodes'));
+    this.electrodes = new Electrodes(byId('electrodes'), byId('lanes'));
     this.sound = new Sound();
     this.details = new Details(byId('details'), (afferents) => {
       this.connection?.send('watch', ...afferents);
@@ -53,7 +53,7 @@ class Page {
       state: (socket) => { this.socket = socket; this.dirty = true; },
     });
     this.controls = new Controls((...words) => this.connection.send(...words));
-    this.readings = [this.#readSkin(), this.#readRaster()];
+    this.readings = [this.#readSkin(), this.#readRaster(), this.#readLanes()];
     this.received_ms = performance.now();
     setInterval(() => this.#watchSilence(), 1000);
   }
@@ -67,11 +67,11 @@ class Page {
     this.trend.clear();
     this.finger.setScene(scene);
     this.order = new RowOrder(scene, this.finger.layout);
+    this.electrodes.setScene(scene);    // before the trace, which fills the rest of its section
     this.trace.setScene(scene);
     this.details.setScene(scene, this.finger.layout);
     this.controls.setScene(scene);
     this.numbers.setScene(scene);
-    this.electrodes.setScene(scene);
     this.heldSince = scene.probes.map(() => null);
     byId('scene').textContent = scene.scene;
     document.title = `merkel: ${scene.scene}`;
@@ -93,7 +93,7 @@ class Page {
     if (frame.discard && this.paused) this.togglePause();
     this.history.add(frame, this.paused ? this.paused.t : frame.t);
     this.trend.add(frame);
-    this.electrodes.take(frame);
+    this.electrodes.take(frame, this.paused ? this.paused.t : frame.t);
     frame.probes.forEach((probe, i) => { this.heldSince[i] = probe.state === 1 ? this.heldSince[i] ?? frame.t : null; });
     if (!this.paused) this.order.follow(frame.probes);
     if (!this.paused) this.sound.play(frame, this.details.afferents);
@@ -152,11 +152,11 @@ class Page {
 
   #drawPictures(frame, time) {
     const hideSilent = byId('hide-silent').checked, { hz, most } = this.rates, pins = this.details.afferents;
-    const inWindow = hideSilent ? this.history.counts(time.from, time.to) : null;
-    this.order.update({ by: byId('order').value, hideSilent, counts: inWindow, now: time.now });
+    this.order.update({ by: byId('order').value, hideSilent, counts: this.history.fired, now: time.now });
     this.finger.draw({ rates: hz, most, probes: frame.probes, pins });
     drawLegend(most);
     this.trace.draw(this.history.points, time, this.history.spans);
+    this.electrodes.draw(time, this.trace.margins());
     this.mode = this.raster.draw({
       spikes: this.history.spikes, time, order: this.order, margins: this.trace.margins(), spans: this.history.spans, pins,
     });
@@ -169,6 +169,17 @@ class Page {
     this.latency.draw(frame.latency);
     setText(byId('clock'), frame.t.toFixed(1));
     setText(byId('spikes'), String(frame.counters.spikes));
+    this.#describePlots();
+  }
+
+  /// What the plots show, for screen readers.
+  #describePlots() {
+    const { scene, rates } = this, frame = this.shown();
+    const presses = frame.probes.map((p, i) => `${scene.probes[i].name} ${p.force.toFixed(2)} N, ${p.depth.toFixed(2)} mm`).join('; ');
+    const firing = `${rates.active} of ${scene.neurons} afferents fire, ${rates.total.toFixed(0)} spikes per second`;
+    setAttribute(byId('trace'), 'aria-label', `Force and depth against time. Now: ${presses}`);
+    setAttribute(byId('raster'), 'aria-label', `Spike raster of ${this.order.rows.length} afferents. Now: ${firing}`);
+    setAttribute(byId('skin'), 'aria-label', `Receptive fields on the skin, coloured by rate, and the contact. Now: ${firing}`);
   }
 
   /// Drawing times of the last pictures, ms, in increasing order; for the console and for measurements.
@@ -208,6 +219,12 @@ class Page {
     return follow(byId('raster'), byId('raster-value'), {
       describe: (x, y) => { const at = hit(x, y); return at ? `${at.t.toFixed(3)} s, ${this.#describe(at.afferent)}` : ''; },
       choose: (x, y) => { const at = hit(x, y); if (at) this.details.choose(at.afferent); },
+    });
+  }
+
+  #readLanes() {
+    return follow(byId('lanes'), byId('courses-value'), {
+      describe: (x, y) => (this.scene ? this.electrodes.describe(x, y, this.time(), this.trace.margins()) : ''),
     });
   }
 

@@ -6,6 +6,16 @@ import { drawSpans } from './raster.js';
 const kDashes = [[], [6, 4], [2, 3], [8, 3, 2, 3], [1, 4], [10, 6]];
 const kMostPoints = 2400;    // for all curves together
 
+/// A line as in the plot, and the name of its probe.
+function curveOf(probe, i) {
+  const item = document.createElement('span'), line = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  line.setAttribute('viewBox', '0 0 26 4');
+  line.setAttribute('aria-hidden', 'true');
+  line.innerHTML = `<path d="M0 2h26" stroke="currentColor" stroke-width="2" fill="none" stroke-dasharray="${kDashes[i % kDashes.length].join(' ')}"/>`;
+  item.append(line, probe.name);
+  return item;
+}
+
 export class Trace {
   constructor(place) { this.place = place; this.arrays = []; }
 
@@ -14,6 +24,7 @@ export class Trace {
   make() {
     if (!this.scene) return;
     if (this.plot) this.plot.destroy();
+    byId('curves').replaceChildren(...(this.scene.probes.length > 1 ? this.scene.probes.map((probe, i) => curveOf(probe, i)) : []));
     const value = (u, v) => (v == null ? '–' : v.toFixed(3));
     const series = [{ label: 'time, s', value }];
     this.scene.probes.forEach((probe, i) => {

@@ -1,5 +1,6 @@
-// A replacement for the part of liblsl's C++ interface that merkel's inlet and its test use; streams
-// stay within the process. Debian has no liblsl. If it is installed, the same test uses the library.
+// A replacement for the part of liblsl's C++ interface that merkel's inlet and its test use;
+// streams stay within the process. Debian has no liblsl. If it is installed, the same test uses the
+// library.
 #pragma once
 
 #include <algorithm>
@@ -97,6 +98,7 @@ class stream_info {
         format_(format) {}
   [[nodiscard]] std::string name() const { return name_; }
   [[nodiscard]] std::string source_id() const { return source_; }
+  [[nodiscard]] std::string uid() const { return name_ + source_; }
   [[nodiscard]] std::string hostname() const {
     char text[256] = {};
     ::gethostname(text, sizeof text - 1);
@@ -105,7 +107,7 @@ class stream_info {
   [[nodiscard]] int channel_count() const { return channels_; }
   [[nodiscard]] double nominal_srate() const { return rate_; }
   [[nodiscard]] channel_format_t channel_format() const { return format_; }
-  [[nodiscard]] xml_element desc() const { return description_; }
+  [[nodiscard]] xml_element desc() { return description_; }  // not const, as in liblsl
 
  private:
   std::string name_;
@@ -165,12 +167,26 @@ inline std::vector<stream_info> resolve_stream(const std::string& property,
   return found;
 }
 
+class continuous_resolver {
+ public:
+  continuous_resolver(std::string property, std::string value, double /*forget_s*/ = 5.0)
+      : property_(std::move(property)), value_(std::move(value)) {}
+  [[nodiscard]] std::vector<stream_info> results() const {
+    return resolve_stream(property_, value_, 0, 0.0);
+  }
+
+ private:
+  std::string property_;
+  std::string value_;
+};
+
 class stream_inlet {
  public:
   explicit stream_inlet(const stream_info& info, int /*buffered_s*/ = 360, int /*chunk*/ = 0,
                         bool /*recover*/ = true) {
     for (const auto& line : lines()) {
-      if (line->info.name() == info.name() && line->info.source_id() == info.source_id()) line_ = line;
+      if (line->info.name() == info.name() && line->info.source_id() == info.source_id())
+        line_ = line;
     }
     if (!line_) throw lost_error("the outlet is gone");
   }

@@ -1,4 +1,4 @@
-#include "realtime/loop/latency_histogram.hpp"
+#include "realtime/queues/latency_histogram.hpp"
 
 #include <algorithm>
 #include <thread>

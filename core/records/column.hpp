@@ -1,0 +1,78 @@
+#pragma once
+
+#include <limits>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+
+namespace merkel {
+
+/// A column of a record: a whole number, an enumerator, a physical number, an instant or a length
+/// of time, as the type of its member says.
+template <class Access>
+struct Column {
+  std::string_view name;
+  std::string_view unit;  ///< empty: a plain number
+  std::string_view meaning;
+  Access access;  ///< access(record) refers to the member, in a constant or changeable record
+  /// Of whole numbers and lengths of time: the valid values. The type of the member limits them
+  /// too.
+  double least = -std::numeric_limits<double>::infinity();
+  double largest = std::numeric_limits<double>::infinity();
+  /// Of an instant: the column of its whole seconds, in formats whose numbers cannot represent all
+  /// its nanoseconds. The column `name` then has the rest.
+  std::string_view name_of_seconds = {};
+  bool later = false;  ///< files of older versions lack it; it is then 0
+};
+
+template <class Access>
+constexpr Column<Access> column(std::string_view name, std::string_view unit,
+                                std::string_view meaning, Access access) {
+  return {name, unit, meaning, access};
+}
+
+/// A whole number within limits, or an enumerator.
+template <class Access>
+constexpr Column<Access> limited_column(std::string_view name, std::string_view meaning,
+                                        Access access, double least, double largest) {
+  return {name, "", meaning, access, least, largest};
+}
+
+/// An instant in ns.
+template <class Access>
+constexpr Column<Access> time_column(std::string_view name, std::string_view name_of_seconds,
+                                     std::string_view meaning, Access access) {
+  Column<Access> made{name, "ns", meaning, access};
+  made.name_of_seconds = name_of_seconds;
+  return made;
+}
+
+/// A column that files of older versions lack. Its values are not negative.
+template <class Access>
+constexpr Column<Access> later_column(Column<Access> made) {
+  made.later = true;
+  made.least = 0.0;
+  return made;
+}
+
+/// Calls work(column) for each column, in order.
+template <class Columns, class Work>
+constexpr void for_each_column(const Columns& columns, const Work& work) {
+  std::apply([&](const auto&... each) { (work(each), ...); }, columns);
+}
+
+/// Columns of a record, for the record of which it is a member.
+template <class Columns, class Outer>
+constexpr auto columns_within(const Columns& columns, Outer outer) {
+  const auto moved = [outer](const auto& inner) {
+    const auto access = [ outer, of = inner.access ](auto& record) -> auto& {
+      return of(outer(record));
+    };
+    return Column<std::remove_const_t<decltype(access)>>{
+        inner.name,  inner.unit,    inner.meaning,         access,
+        inner.least, inner.largest, inner.name_of_seconds, inner.later};
+  };
+  return std::apply([&](const auto&... each) { return std::tuple(moved(each)...); }, columns);
+}
+
+}  // namespace merkel

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cstdint>
+#include <tuple>
+
+#include "core/records/column.hpp"
+#include "core/records/loop_event.hpp"
+#include "core/records/probe_sample.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
+#include "core/records/tick_record.hpp"
+
+namespace merkel {
+
+// The columns of each kind of record. The header of a session, its writer and its reader follow
+// from them: a new member needs a row here.
+
+template <class Enumerator>
+constexpr double number_of(Enumerator last) noexcept {
+  return static_cast<double>(last);
+}
+
+inline constexpr auto kSpikeColumns = std::tuple(
+    time_column(
+        "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
+    limited_column(
+        "neuron", "number in the model, across all patches, from 1",
+        [](auto& r) -> auto& { return r.neuron; }, 1.0, INT32_MAX),
+    column(
+        "patch", "", "number of the patch, from 0", [](auto& r) -> auto& { return r.patch; }),
+    column(
+        "flags", "", "bits: 1 input held, 2 after a reset",
+        [](auto& r) -> auto& { return r.flags; }));
+
+inline constexpr auto kTickColumns = std::tuple(
+    column(
+        "number", "", "of the tick, from 1", [](auto& r) -> auto& { return r.number; }),
+    column(
+        "probe", "", "from 0", [](auto& r) -> auto& { return r.probe; }),
+    time_column(
+        "time_ns", "time_s", "probe time of the tick's end",
+        [](auto& r) -> auto& { return r.time; }),
+    column(
+        "latency_ns", "ns", "host time from the tick's deadline to its spikes",
+        [](auto& r) -> auto& { return r.latency; }),
+    column(
+        "depth_mm", "mm", "", [](auto& r) -> auto& { return r.contact.depth_mm; }),
+    column(
+        "force_mN", "mN", "", [](auto& r) -> auto& { return r.contact.force_mN; }),
+    column(
+        "x_mm", "mm", "", [](auto& r) -> auto& { return r.contact.x_mm; }),
+    column(
+        "y_mm", "mm", "", [](auto& r) -> auto& { return r.contact.y_mm; }),
+    column(
+        "late", "", "samples found after their time was simulated",
+        [](auto& r) -> auto& { return r.late; }),
+    limited_column(
+        "state", "0 following, 1 held, 2 released, 3 ended",
+        [](auto& r) -> auto& { return r.state; }, 0.0, number_of(TickRecord::State::kEnded)),
+    later_column(column(
+        "delay_ns", "ns", "of the loop", [](auto& r) -> auto& { return r.delay; })));
+
+inline constexpr auto kSampleColumns =
+    std::tuple(time_column(
+                   "time_ns", "time_s", "of the measurement, in probe time",
+                   [](auto& r) -> auto& { return r.time; }),
+               time_column(
+                   "arrival_ns", "arrival_s", "at the host, in probe time",
+                   [](auto& r) -> auto& { return r.arrival; }),
+               column(
+                   "depth_mm", "mm", "", [](auto& r) -> auto& { return r.depth_mm; }),
+               column(
+                   "force_mN", "mN", "", [](auto& r) -> auto& { return r.force_mN; }),
+               column(
+                   "x_mm", "mm", "", [](auto& r) -> auto& { return r.x_mm; }),
+               column(
+                   "y_mm", "mm", "", [](auto& r) -> auto& { return r.y_mm; }),
+               column(
+                   "sequence", "", "counts the device's samples, including lost ones",
+                   [](auto& r) -> auto& { return r.sequence; }),
+               column(
+                   "channels", "", "bits: 1 depth, 2 force, 4 x, 8 y",
+                   [](auto& r) -> auto& { return r.channels; }),
+               later_column(column(
+                   "valid_for_ns", "ns", "how long it holds alone",
+                   [](auto& r) -> auto& { return r.valid_for; })));
+
+inline constexpr auto kEventColumns = std::tuple(
+    time_column(
+        "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
+    column(
+        "length_ns", "ns", "of a gap, or of the silence before a resume",
+        [](auto& r) -> auto& { return r.length; }),
+    column(
+        "subject", "", "probe from 0, or neuron from 1",
+        [](auto& r) -> auto& { return r.subject; }),
+    limited_column(
+        "kind", "0 release, 1 resume, 2 gap, 3 neuron_reset",
+        [](auto& r) -> auto& { return r.kind; }, 0.0, number_of(LoopEvent::Kind::kNeuronReset)));
+
+inline constexpr auto kCommandColumns = std::tuple(
+    time_column(
+        "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
+    column(
+        "electrode", "", "from 0, in the order of the scene",
+        [](auto& r) -> auto& { return r.electrode; }),
+    limited_column(
+        "kind", "0 update, 1 pulse", [](auto& r) -> auto& { return r.kind; }, 0.0,
+        number_of(StimulationCommand::Kind::kPulse)),
+    column(
+        "amplitude_uA", "uA", "of one phase", [](auto& r) -> auto& { return r.amplitude_uA; }),
+    column(
+        "frequency_Hz", "Hz", "of the pulse train",
+        [](auto& r) -> auto& { return r.frequency_Hz; }),
+    column(
+        "heartbeat", "", "number of the update, from 1",
+        [](auto& r) -> auto& { return r.heartbeat; }),
+    limited_column(
+        "stop", "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end, 6 stale",
+        [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kStale)));
+
+}  // namespace merkel

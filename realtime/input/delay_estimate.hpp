@@ -1,0 +1,151 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/realtime_tag.hpp"
+#include "core/records/probe_sample.hpp"
+#include "realtime/queues/latency_histogram.hpp"
+
+namespace merkel {
+
+/// How long the loop must wait for the samples of one device, measured over the last seconds.
+///
+/// A tick between two samples needs the second one, so a sample needs the time from its predecessor
+/// to its arrival; without interpolation, from itself to its arrival. The estimate is the quantile
+/// of these needs over a sliding window of eight slots. A host that stalled delays every arrival:
+/// the time of such a stall is not charged to the device. Silences of more than four periods are
+/// outages and do not count. Real-time: yes, after construction. Thread: simulation.
+class DelayEstimate {
+ public:
+  using Time = std::chrono::nanoseconds;
+  static constexpr Time kSlot{500'000'000};
+  static constexpr std::size_t kSlots = 8;
+
+  struct Parameters {
+    bool interpolate = true;
+    double held_share = 0.001;      ///< share of the needs that may exceed the estimate
+    std::optional<Time> max_delay;  ///< default: see ceiling()
+  };
+
+  explicit DelayEstimate(const Parameters& parameters)
+      : parameters_(parameters), slots_(kSlots * kBuckets), sum_(kBuckets) {}
+
+  /// The host did not run between two instants of its clock.
+  void add_stall(Time begin, Time end) noexcept MERKEL_REALTIME {
+    stalls_[next_stall_++ % stalls_.size()] = {.begin = begin, .end = end};
+  }
+
+  /// Adds the next sample, in order of time.
+  void add(const ProbeSample& sample) noexcept MERKEL_REALTIME {
+    if (last_) {
+      const Time interval = sample.time - *last_;
+      const bool outage = period_.count() > 0 && interval > kOutage * period_;
+      const bool opening = sample.arrival < first_arrival_ + kOpening;
+      if (!outage && !opening && interval.count() > 0) count(sample, interval);
+    } else {
+      first_arrival_ = sample.arrival;
+    }
+    last_ = sample.time;
+  }
+
+  /// The smallest delay that holds at most the share of the ticks; none before enough samples.
+  [[nodiscard]] std::optional<Time> needed() const noexcept MERKEL_REALTIME {
+    if (samples_ < kFewest) return std::nullopt;
+    const auto allowed =
+        static_cast<std::uint64_t>(parameters_.held_share * static_cast<double>(samples_));
+    std::uint64_t above = 0;
+    for (std::size_t bucket = kBuckets; bucket-- > 0;) {
+      above += sum_[bucket];
+      if (above > allowed) {
+        return Time{static_cast<std::int64_t>(LatencyHistogram::highest_of(bucket))} + kMargin;
+      }
+    }
+    return kMargin;
+  }
+
+  /// The longest delay that the loop accepts: by default 50 ms for a device faster than 100 Hz,
+  /// else three of its periods.
+  [[nodiscard]] Time ceiling() const noexcept MERKEL_REALTIME {
+    return parameters_.max_delay.value_or(ceiling(period_));
+  }
+  [[nodiscard]] static constexpr Time ceiling(Time period) noexcept {
+    return period < kSlowPeriod ? kUsualCeiling : kSlowPeriods * period;
+  }
+
+ private:
+  static constexpr std::size_t kBuckets = LatencyHistogram::kBuckets;
+  static constexpr std::uint64_t kFewest = 4;
+  static constexpr int kOutage = 4;  ///< periods without a sample
+  /// While a device is opened, its first samples wait for their reader.
+  static constexpr Time kOpening{100'000'000};
+  static constexpr Time kMargin{20'000};
+  static constexpr Time kSlowPeriod{10'000'000};
+  static constexpr Time kUsualCeiling{50'000'000};
+  static constexpr int kSlowPeriods = 3;
+
+  struct Stall {
+    Time begin{0};
+    Time end{0};
+  };
+
+  /// The part of a sample's way to the host during which the host stalled.
+  [[nodiscard]] Time stalled(const ProbeSample& sample) const noexcept {
+    Time sum{0};
+    for (const Stall& stall : stalls_) {
+      // After a stall the readers need some time for their backlog.
+      const bool concerned =
+          sample.arrival >= stall.begin && sample.arrival <= stall.end + (stall.end - stall.begin);
+      if (!concerned) continue;
+      const Time begin = std::max(stall.begin, sample.time);
+      sum += std::max(std::min(sample.arrival, stall.end) - begin, Time{0});
+    }
+    return sum;
+  }
+
+  void count(const ProbeSample& sample, Time interval) noexcept {
+    period_ += (interval - period_) / (period_.count() == 0 ? 1 : kPeriodMemory);
+    while (sample.arrival >= slot_end_) turn(sample.arrival);
+    const Time least = parameters_.interpolate ? interval : Time{0};
+    const Time need = sample.arrival - sample.time - stalled(sample) + least;
+    const auto bucket =
+        LatencyHistogram::bucket_of(static_cast<std::uint64_t>(std::max(need, least).count()));
+    ++slots_[slot_ * kBuckets + bucket];
+    ++sum_[bucket];
+    ++samples_;
+  }
+
+  /// Begins the next slot and forgets the oldest one.
+  void turn(Time now) noexcept {
+    if (slot_end_.count() == 0 || now - slot_end_ > kSlot * kSlots) slot_end_ = now;
+    slot_end_ += kSlot;
+    slot_ = (slot_ + 1) % kSlots;
+    for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
+      std::uint32_t& old = slots_[slot_ * kBuckets + bucket];
+      sum_[bucket] -= old;
+      samples_ -= old;
+      old = 0;
+    }
+  }
+
+  static constexpr int kPeriodMemory = 16;  ///< samples
+
+  Parameters parameters_;
+  std::vector<std::uint32_t> slots_;  ///< the needs of each slot, by bucket
+  std::vector<std::uint32_t> sum_;    ///< of all slots
+  std::size_t slot_ = 0;
+  std::uint64_t samples_ = 0;
+  Time slot_end_{0};
+  Time period_{0};
+  std::optional<Time> last_;
+  Time first_arrival_{0};
+  std::array<Stall, 8> stalls_{};
+  std::size_t next_stall_ = 0;
+};
+
+}  // namespace merkel

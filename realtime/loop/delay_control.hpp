@@ -1,0 +1,79 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <span>
+
+#include "core/realtime_tag.hpp"
+#include "realtime/input/delay_estimate.hpp"
+#include "realtime/input/probe_input.hpp"
+
+namespace merkel {
+
+/// The delay of the loop: follows the slowest device, up and down.
+///
+/// The delay only moves the instants at which ticks run. It grows by at most half a tick per tick,
+/// so that ticks and heartbeats go on while it grows, and shrinks by a fiftieth: then ticks run
+/// slightly early, when their samples have arrived. The grid and the samples of each tick stay the
+/// same, and so do the spikes. Real-time: yes. Thread: simulation, except where noted.
+class DelayControl {
+ public:
+  using Time = std::chrono::nanoseconds;
+
+  /// \param current  in ns; read and written; other threads may read it
+  /// \param wanted   in ns; what the slowest device needs, also beyond its ceiling; written
+  DelayControl(std::atomic<std::int64_t>& current, std::atomic<std::int64_t>& wanted) noexcept
+      : current_(current), wanted_(wanted) {}
+
+  /// The delay of the next tick.
+  [[nodiscard]] Time step(std::span<ProbeInput> inputs, Time tick) noexcept MERKEL_REALTIME {
+    const Time now{current_.load(std::memory_order_relaxed)};
+    if (ticks_++ % kLookEvery == 0) look(inputs, now);
+    if (target_ == now) return now;
+    const Time next = std::clamp(target_, now - tick / kShrinkTicks, now + tick / kGrowTicks);
+    current_.store(next.count(), std::memory_order_relaxed);
+    return next;
+  }
+
+  /// Reports that the host did not run between two instants.
+  static void add_stall(std::span<ProbeInput> inputs, Time begin,
+                        Time end) noexcept MERKEL_REALTIME {
+    for (ProbeInput& input : inputs) {
+      if (input.estimate() != nullptr) input.estimate()->add_stall(begin, end);
+    }
+  }
+  /// A later wake-up is a stall of the host.
+  static constexpr Time kStall{500'000};
+
+ private:
+  static constexpr std::uint64_t kLookEvery = 16;  ///< ticks
+  static constexpr int kShrinkTicks = 50;
+  static constexpr int kGrowTicks = 2;
+
+  void look(std::span<ProbeInput> inputs, Time now) noexcept {
+    Time needed{0};
+    Time wanted{0};
+    bool known = false;
+    for (ProbeInput& input : inputs) {
+      if (input.estimate() == nullptr) continue;
+      const auto of_probe = input.estimate()->needed();
+      known = known || of_probe;
+      const Time ceiling = input.estimate()->ceiling();
+      // Until enough samples are measured, the delay of the start applies.
+      const Time need = of_probe.value_or(std::min(now, ceiling));
+      if (need > ceiling) wanted = std::max(wanted, need);
+      needed = std::max(needed, std::min(need, ceiling));
+    }
+    wanted_.store(wanted.count(), std::memory_order_relaxed);
+    target_ = known ? needed : now;
+  }
+
+  std::atomic<std::int64_t>& current_;
+  std::atomic<std::int64_t>& wanted_;
+  Time target_{0};
+  std::uint64_t ticks_ = 0;
+};
+
+}  // namespace merkel

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/encoding/encoding_parameters.hpp"
+#include "core/encoding/stimulation_gate.hpp"
+#include "realtime/clocks/publish_beat.hpp"
+#include "realtime/input/probe_channel.hpp"
+
+namespace merkel {
+
+/// The signs of life of a run, from which the sinks' gates decide whether commands may leave. Each
+/// gate reads them by itself, so they do not depend on the loop.
+class RunWatch {
+ public:
+  /// \param beat   of the loop's fan-out
+  /// \param delay  of the loop in ns
+  /// Both borrowed.
+  RunWatch(const PublishBeat& beat, const std::atomic<std::int64_t>& delay)
+      : beat_(beat), delay_(delay) {}
+
+  /// The parameters of the gates. Call it before the sinks start. Without it there are no gates.
+  void guard(const EncodingParameters& encoding, std::chrono::nanoseconds tick,
+             std::size_t patches) {
+    encoding_ = &encoding;
+    tick_ = tick;
+    devices_of_patch_.resize(patches);
+  }
+  /// Adds a device that presses on a patch. Call it before the sinks start.
+  void add_device(std::size_t patch, const ProbeChannel& channel) {
+    if (patch < devices_of_patch_.size()) devices_of_patch_[patch].push_back(&channel);
+  }
+  /// Wall time − probe time. Thread: simulation, before the first tick.
+  void set_wall_offset(std::chrono::nanoseconds offset) noexcept {
+    wall_offset_.store(offset.count(), std::memory_order_relaxed);
+  }
+
+  [[nodiscard]] bool guarded() const noexcept { return encoding_ != nullptr; }
+  [[nodiscard]] StimulationGate make_gate() const { return StimulationGate(*encoding_, tick_); }
+  [[nodiscard]] std::size_t patches() const noexcept { return devices_of_patch_.size(); }
+  /// The present moment. Thread: any. \param newest  one per patch; filled
+  [[nodiscard]] StimulationGate::Moment moment(
+      std::span<std::chrono::nanoseconds> newest) const noexcept;
+
+ private:
+  const PublishBeat& beat_;
+  const std::atomic<std::int64_t>& delay_;
+  const EncodingParameters* encoding_ = nullptr;
+  std::chrono::nanoseconds tick_{0};
+  std::atomic<std::int64_t> wall_offset_{0};
+  std::vector<std::vector<const ProbeChannel*>> devices_of_patch_;
+};
+
+}  // namespace merkel

@@ -1,0 +1,80 @@
+#include "tools/connect/reading_choice.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include <unistd.h>
+
+#include "drivers/files/csv_text.hpp"
+#include "drivers/protocols/csv_columns.hpp"
+
+namespace merkel {
+namespace {
+
+/// A line from the terminal without its end; empty at the end of input.
+std::optional<std::string> typed_line() {
+  std::string line;
+  int c = std::getchar();
+  if (c == EOF) return std::nullopt;
+  for (; c != '\n' && c != EOF; c = std::getchar()) line += static_cast<char>(c);
+  return line;
+}
+
+/// Lets the user choose an interpretation, or type the columns. Empty at the end of input.
+std::optional<Reading> asked(const Recognition& found) {
+  const Reading& likeliest = found.readings.front();
+  const auto columns = std::count(likeliest.columns.begin(), likeliest.columns.end(), ',') + 1;
+  std::printf("columns are %s\n", csv_column_names().c_str());
+  while (true) {
+    std::printf("which one (1 to %zu), or type the columns, for example %s: ",
+                found.readings.size(), likeliest.columns.c_str());
+    std::fflush(stdout);
+    const auto answer = typed_line();
+    if (!answer) return std::nullopt;
+    if (const auto number = parse_number(*answer)) {
+      const double last = static_cast<double>(found.readings.size());
+      if (*number >= 1.0 && *number <= last) {
+        return found.readings[static_cast<std::size_t>(*number) - 1];
+      }
+      continue;
+    }
+    const auto named = csv_columns_named(*answer, ',');
+    if (!named) {
+      std::printf("%s\n", named.error().c_str());
+    } else if (static_cast<std::ptrdiff_t>(named->size()) != columns) {
+      std::printf("the lines have %td columns, but you named %zu\n", columns, named->size());
+    } else {
+      Reading reading = likeliest;
+      reading.columns = *answer;
+      std::erase(reading.columns, ' ');
+      reading.meaning = reading.columns;
+      return reading;
+    }
+  }
+}
+
+}  // namespace
+
+Expected<Reading, SetupError> choose_reading(const Recognition& found, bool likeliest) {
+  if (found.readings.size() < 2) return found.readings.front();
+  std::printf("the lines do not state all units; they can be read in several ways:\n");
+  for (std::size_t i = 0; i < found.readings.size(); ++i) {
+    std::printf("  %zu: %s\n", i + 1, found.readings[i].meaning.c_str());
+  }
+  const std::string other = found.uri(found.readings[1]);
+  if (likeliest) {
+    std::printf("using the first, which is the likeliest; URI of the second: %s\n", other.c_str());
+    return found.readings.front();
+  }
+  const auto reading = ::isatty(STDIN_FILENO) != 0 ? asked(found) : std::nullopt;
+  if (reading) return *reading;
+  return bad_input(
+      "several interpretations are possible: run the command in a terminal, add --yes to use the "
+      "first, or use the URI " +
+      other + " for the second, or with the columns that you know; columns are " +
+      csv_column_names());
+}
+
+}  // namespace merkel
