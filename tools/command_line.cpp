@@ -183,6 +183,25 @@ CommandLine& CommandLine::required() {
   return *this;
 }
 
+CommandTree CommandLine::tree() const {
+  CommandTree tree{
+      .name = app_->get_name(), .what = app_->get_description(), .options = {}, .commands = {}};
+  for (const CLI::Option* const option : app_->get_options()) {
+    const bool argument = option->get_positional();
+    if (!argument && option->get_lnames().empty()) continue;
+    const bool text = option->get_type_name() == "TEXT";
+    const auto value = text ? CommandTree::Value::kText : CommandTree::Value::kNumber;
+    tree.options.push_back(
+        {.name = argument ? option->get_name(true) : "--" + option->get_lnames().front(),
+         .help = option->get_description(),
+         .value = option->get_expected_max() == 0 ? CommandTree::Value::kNone : value});
+  }
+  for (CLI::App* const command : app_->get_subcommands([](const CLI::App*) { return true; })) {
+    tree.commands.push_back(CommandLine(command, choice_).tree());
+  }
+  return tree;
+}
+
 int run_command_line(int argc, char** argv, const std::function<void(CommandLine&)>& declare) {
   CLI::App program(
       "A real-time bridge from a haptic probe to tactile spikes.\n"

@@ -14,6 +14,20 @@ class Option;
 
 namespace merkel {
 
+/// The commands and options of a command line, as declared.
+struct CommandTree {
+  enum class Value { kNone, kNumber, kText };
+  struct Option {
+    std::string name;  ///< "--depth-mm", or "scene" for a positional argument
+    std::string help;
+    Value value = Value::kNone;
+  };
+  std::string name;
+  std::string what;
+  std::vector<Option> options;
+  std::vector<CommandTree> commands;
+};
+
 /// The options of the program or of one of its subcommands. An option is bound to the variable that
 /// it sets; the variable must live until the command runs. (Only command_line.cpp includes the
 /// option parser, whose header is slow to compile.)
@@ -51,6 +65,8 @@ class CommandLine {
   CommandLine& notes(const std::string& text);
   /// Makes the option declared last mandatory.
   CommandLine& required();
+  /// What has been declared so far, with everything below.
+  [[nodiscard]] CommandTree tree() const;
 
  private:
   friend int run_command_line(int argc, char** argv,

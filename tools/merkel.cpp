@@ -53,6 +53,8 @@ int main(int argc, char** argv) {
       merkel::add_bench_command(program);
       merkel::add_chart_command(program);
       merkel::add_plan_command(program);
+      merkel::add_self_test_command(program);
+      merkel::add_completion_command(program);
     });
   } catch (const std::exception& error) {
     return merkel::fail(error.what());

@@ -24,3 +24,9 @@ grep -x "ExecStart=$work/prefix/bin/merkel run /etc/merkel/%i.toml" \
 if command -v help2man >/dev/null; then
   zcat "$work/prefix/share/man/man1/merkel.1.gz" | grep -qF '.SH "MERKEL SIMULATE-PROBE"'
 fi
+# What belongs to it: completion, documents, the node of BRAND.
+for place in bash-completion/completions/merkel fish/vendor_completions.d/merkel.fish zsh/vendor-completions/_merkel \
+  doc/merkel/README.md doc/merkel/tools/scene/README.md; do
+  [ -s "$work/prefix/share/$place" ] || { echo "share/$place is not installed" >&2; exit 1; }
+done
+"$work/prefix/libexec/merkel/brand_node" --help | grep -q BRAND

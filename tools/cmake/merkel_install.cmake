@@ -34,6 +34,36 @@ if(TARGET merkel)
   install(FILES ${PROJECT_BINARY_DIR}/merkel@.service
     DESTINATION lib/systemd/system COMPONENT runtime)
 
+  # Shell completion, as the program prints it.
+  if(NOT CMAKE_CROSSCOMPILING)
+    set(completions)
+    foreach(place bash-completion/completions/merkel fish/vendor_completions.d/merkel.fish zsh/vendor-completions/_merkel)
+      string(REGEX MATCH "^[a-z]+" shell ${place})
+      set(completion ${PROJECT_BINARY_DIR}/completion/${place})
+      cmake_path(GET completion PARENT_PATH folder)
+      cmake_path(GET place PARENT_PATH installed)
+      file(MAKE_DIRECTORY ${folder})
+      add_custom_command(OUTPUT ${completion} COMMAND merkel completion ${shell} > ${completion} VERBATIM)
+      list(APPEND completions ${completion})
+      install(FILES ${completion}
+        DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/${installed} COMPONENT runtime OPTIONAL)
+    endforeach()
+    add_custom_target(merkel_completion ALL DEPENDS ${completions})
+  endif()
+
+  # The documents, with the folders that their links name.
+  set(folders core drivers realtime tools tests)
+  list(TRANSFORM folders PREPEND ${PROJECT_SOURCE_DIR}/)
+  list(TRANSFORM folders APPEND /README.md)
+  file(GLOB_RECURSE documents RELATIVE ${PROJECT_SOURCE_DIR} ${folders})
+  foreach(document README.md CHANGELOG.md ${documents})
+    cmake_path(GET document PARENT_PATH folder)
+    install(FILES ${PROJECT_SOURCE_DIR}/${document}
+      DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT runtime)
+  endforeach()
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/tools/brand_node
+    DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/merkel COMPONENT runtime)
+
   find_program(MERKEL_HELP2MAN help2man)
   find_program(MERKEL_GZIP gzip)
   if(MERKEL_HELP2MAN AND MERKEL_GZIP)

@@ -31,6 +31,8 @@ void add_fit_skin_command(CommandLine& fit);
 void add_bench_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);
+void add_self_test_command(CommandLine& program);
+void add_completion_command(CommandLine& program);
 
 /// scene_named() for a command: prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);

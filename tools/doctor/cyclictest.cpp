@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "tools/child_process.hpp"
+#include "tools/scratch_folder.hpp"
 
 namespace merkel {
 namespace {
@@ -68,10 +69,9 @@ std::optional<LatencySummary> parse_cyclictest(const std::string& json) {
 std::optional<LatencySummary> run_cyclictest(std::chrono::nanoseconds duration,
                                              std::chrono::nanoseconds interval,
                                              const RealtimeRights& rights) {
-  namespace fs = std::filesystem;
-  std::string folder = (fs::temp_directory_path() / "merkel-doctor-XXXXXX").string();
-  if (::mkdtemp(folder.data()) == nullptr) return std::nullopt;
-  const std::string file = folder + "/cyclictest.json";
+  const ScratchFolder folder("doctor");
+  if (!folder.made()) return std::nullopt;
+  const std::string file = folder.file("cyclictest.json");
   const auto seconds =
       std::max<std::int64_t>(1, std::chrono::duration_cast<std::chrono::seconds>(duration).count());
   const auto interval_us = std::chrono::duration_cast<microseconds>(interval).count();
@@ -91,8 +91,6 @@ std::optional<LatencySummary> run_cyclictest(std::chrono::nanoseconds duration,
   const int exit_code = ChildProcess(words).wait();
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
   if (exit_code != 0) return std::nullopt;
   return parse_cyclictest(text.str());
 }

@@ -1,14 +1,13 @@
 #include "tools/studies/report/plot_runner.hpp"
 
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <vector>
 
 #include <unistd.h>
 
 #include "tools/child_process.hpp"
-#include "tools/studies/report/plot_scripts.hpp"
+#include "tools/embedded_text.hpp"
+#include "tools/scratch_folder.hpp"
 
 namespace merkel {
 namespace {
@@ -35,19 +34,14 @@ bool python_has(const std::string& module) {
 
 Expected<void, SetupError> run_script(const std::string& script,
                                       const std::vector<std::string>& arguments) {
-  namespace fs = std::filesystem;
-  std::string folder = (fs::temp_directory_path() / "merkel-plots-XXXXXX").string();
-  if (::mkdtemp(folder.data()) == nullptr) {
-    return unavailable("cannot make a temporary folder for the plot scripts");
+  const ScratchFolder folder("plots");
+  if (!folder.made()) return unavailable("cannot make a temporary folder for the plot scripts");
+  for (const EmbeddedText& file : kPlotScripts) {
+    std::ofstream(folder.file(std::string(file.name))) << file.text;
   }
-  for (std::size_t i = 0; i < kPlotScriptCount; ++i) {
-    std::ofstream(fs::path(folder) / kPlotScripts[i].name) << kPlotScripts[i].text;
-  }
-  std::vector<std::string> command = {python(), (fs::path(folder) / (script + ".py")).string()};
+  std::vector<std::string> command = {python(), folder.file(script + ".py")};
   command.insert(command.end(), arguments.begin(), arguments.end());
   const int code = run_and_wait(command);
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
   if (code != 0) return unavailable("the script " + script + ".py failed: see above");
   return {};
 }

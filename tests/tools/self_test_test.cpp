@@ -1,0 +1,62 @@
+#include "tools/self_test/self_test.hpp"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "core/simd/simd_target.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/tools/program.hpp"
+#include "tools/embedded_text.hpp"
+#include "tools/scene/scene_presets.hpp"
+
+namespace merkel {
+namespace {
+
+TEST(SelfTest, HasTheGoldenSpikesOfEveryPreset) {
+  std::vector<std::string> names;
+  for (const EmbeddedText& golden : kGoldenSpikes) {
+    names.emplace_back(golden.name.substr(0, golden.name.find('.')));
+    EXPECT_EQ(golden.text, read_file("tests/golden/" + std::string(golden.name)));
+  }
+  std::vector<std::string> presets = preset_names();
+  std::sort(names.begin(), names.end());
+  std::sort(presets.begin(), presets.end());
+  EXPECT_EQ(names, presets);
+}
+
+TEST(SelfTest, NamesTheFirstRowThatDiffers) {
+  const std::string_view golden = "# a comment\ntime_s,neuron\n0.1,3\n0.2,4\n";
+  EXPECT_EQ(spike_rows_differ(golden, "# another\ntime_s,neuron\n0.1,3\n0.2,4"), "");
+  EXPECT_EQ(spike_rows_differ(golden, "time_s,neuron\n0.1,3\n0.3,4\n"),
+            "row 2 is 0.3,4, not 0.2,4");
+  EXPECT_EQ(spike_rows_differ(golden, "time_s,neuron\n0.1,3\n"), "row 2 is missing, not 0.2,4");
+  EXPECT_EQ(spike_rows_differ(golden, "time_s,neuron\n0.1,3\n0.2,4\n0.3,1\n"),
+            "row 3 is 0.3,1, not missing");
+}
+
+TEST(SelfTest, AnInstructionSetThatTheProcessorLacksFails) {
+  const TemporaryFolder folder;
+  const SelfCheck check = check_golden_spikes("no-such-set", folder.path(""));
+  EXPECT_FALSE(check.passed);
+  EXPECT_NE(check.finding.find("does not support"), std::string::npos) << check.finding;
+}
+
+TEST(SelfTest, AFolderThatCannotBeWrittenFails) {
+  const SelfCheck check = check_golden_spikes(simd_target(), "/proc/none");
+  EXPECT_FALSE(check.passed);
+  EXPECT_FALSE(check_loopback_device("/proc/none").passed);
+}
+
+TEST(SelfTest, PassesWithEveryInstructionSetAndALoopbackDevice) {
+  const ProgramRun run = run_program({"self-test", "--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  const auto result = nlohmann::json::parse(run.out);
+  EXPECT_TRUE(result["passed"]);
+  EXPECT_EQ(result["checks"].size(), simd_targets().size() + 1);
+  for (const auto& check : result["checks"]) EXPECT_TRUE(check["passed"]) << check.dump();
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,10 @@
+# cmake -DNAME=kPlotScripts -DOUT=file.cpp -DFILES="a.py;b.py" -P embed_texts.cmake: files as C++ text.
+set(code "#include \"tools/embedded_text.hpp\"\nnamespace merkel {\nnamespace {\n")
+string(APPEND code "constexpr EmbeddedText ${NAME}Files[] = {\n")
+foreach(file IN LISTS FILES)
+  get_filename_component(name ${file} NAME)
+  file(READ ${file} text)
+  string(APPEND code "{\"${name}\", R\"embedded(${text})embedded\"},\n")
+endforeach()
+string(APPEND code "};\n}\nconst std::span<const EmbeddedText> ${NAME}(${NAME}Files);\n}\n")
+file(WRITE ${OUT} "${code}")
