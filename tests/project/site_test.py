@@ -11,6 +11,8 @@ try:
 except ImportError as error:
     print(f"skipped: {error} (tools/install_packages site)")
     sys.exit(77)
+import check_links
+import cpp_headers
 import python_stubs
 import stage
 
@@ -49,6 +51,38 @@ class Stubs(unittest.TestCase):
         for line in [".. py:class:: A", "   .. py:method:: f(n: int=...) -> str", "   .. py:property:: p", "      :type: float",
                      "      In s.", ".. py:function:: g() -> None"]:
             self.assertIn(line + "\n", page)
+
+
+class Headers(unittest.TestCase):
+    XML = """<doxygen><compounddef kind="namespace"><compoundname>merkel</compoundname>
+      <memberdef kind="function"><name>f</name><argsstring>(int n)</argsstring><location file="a.hpp" line="9"/></memberdef>
+      <memberdef kind="function"><name>f</name><argsstring>()</argsstring><location file="a.hpp" line="8"/></memberdef>
+      <memberdef kind="enum"><name>E</name><location file="b.hpp" line="1"/></memberdef></compounddef>
+      <compounddef kind="class"><compoundname>merkel::C</compoundname><location file="a.hpp" line="3"/></compounddef>
+      <compounddef kind="struct"><compoundname>merkel::C::Inside</compoundname><location file="a.hpp" line="4"/></compounddef></doxygen>"""
+
+    def test_a_header_shows_what_it_declares_in_its_order(self):
+        with tempfile.TemporaryDirectory() as folder:
+            top = pathlib.Path(folder)
+            (top / "xml").mkdir()
+            (top / "xml/all.xml").write_text(self.XML)
+            cpp_headers.stage(top, top / "xml", ["a.hpp"])
+            lines = (top / "a.rst").read_text().split("\n")
+            self.assertEqual([line for line in lines if line.startswith("..")],
+                             [".. doxygenclass:: merkel::C", ".. doxygenfunction:: merkel::f()", ".. doxygenfunction:: merkel::f(int n)"])
+            with self.assertRaisesRegex(SystemExit, "nothing in c.hpp"):
+                cpp_headers.stage(top, top / "xml", ["c.hpp"])
+
+
+class BuiltLinks(unittest.TestCase):
+    def test_links_without_a_target_are_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            top = pathlib.Path(folder)
+            (top / "a.html").write_text('<p id="here"><a href="#here"><a href="b.html#there"><a href="https://x.org/">'
+                                        '<a href="#gone"><a href="c.html"><img src="d.png">')
+            (top / "b.html").write_text('<a name="there"><a href="a.html#gone">')
+            self.assertEqual(list(check_links.broken(top)),
+                             ["a.html: #gone", "a.html: c.html", "a.html: d.png", "b.html: a.html#gone"])
 
 
 class Notebooks(unittest.TestCase):

@@ -17,8 +17,9 @@ SOURCE = HERE.parent.parent
 
 def _project():
     text = (HERE / "pyproject.toml").read_text()
-    return {key: re.search(rf'^{key} = "(.*)"$', text, re.M).group(1)
-            for key in ("name", "version", "description", "requires-python")}
+    version = re.search(r"project\(merkel VERSION ([0-9.]+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
+    return {"version": version} | {key: re.search(rf'^{key} = "(.*)"$', text, re.M).group(1)
+                                   for key in ("name", "description", "requires-python")}
 
 
 def _tag():
@@ -53,13 +54,21 @@ def _build_package(build):
     return build / "python" / "merkel"
 
 
-def _add(wheel, record, name, data):
-    digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
-    record.append(f"{name},sha256={digest},{len(data)}")
-    info = zipfile.ZipInfo(name, (2026, 1, 1, 0, 0, 0))
-    info.compress_type = zipfile.ZIP_DEFLATED
-    info.external_attr = 0o644 << 16
-    wheel.writestr(info, data)
+def write_wheel(path, info, files):
+    """Writes a wheel with its RECORD. The same files (name → bytes) always give the same bytes."""
+    record = []
+    with zipfile.ZipFile(path, "w") as wheel:
+        def add(name, data):
+            entry = zipfile.ZipInfo(name, (2026, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            wheel.writestr(entry, data)
+        for name, data in files.items():
+            digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            record.append(f"{name},sha256={digest},{len(data)}")
+            add(name, data)
+        record.append(f"{info}/RECORD,,")
+        add(f"{info}/RECORD", ("\n".join(record) + "\n").encode())
 
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
@@ -78,15 +87,10 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     project = _project()
     info = f"{project['name']}-{project['version']}.dist-info"
     name = f"{project['name']}-{project['version']}-{_tag()}.whl"
-    record = []
-    with zipfile.ZipFile(pathlib.Path(wheel_directory) / name, "w") as wheel:
-        for file in files:
-            _add(wheel, record, f"merkel/{file.name}", file.read_bytes())
-        _add(wheel, record, f"{info}/LICENSE", (SOURCE / "LICENSE").read_bytes())
-        _add(wheel, record, f"{info}/METADATA", _metadata().encode())
-        _add(wheel, record, f"{info}/WHEEL", _wheel().encode())
-        record.append(f"{info}/RECORD,,")
-        wheel.writestr(f"{info}/RECORD", "\n".join(record) + "\n")
+    contents = {f"merkel/{file.name}": file.read_bytes() for file in files}
+    contents |= {f"{info}/LICENSE": (SOURCE / "LICENSE").read_bytes(), f"{info}/METADATA": _metadata().encode(),
+                 f"{info}/WHEEL": _wheel().encode()}
+    write_wheel(pathlib.Path(wheel_directory) / name, info, contents)
     return name
 
 

@@ -6,7 +6,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 project = "merkel"
 author = "The merkel authors"
 project_copyright = author
-release = version = re.search(r"VERSION ([0-9.]+)", (HERE / "CMakeLists.txt").read_text()).group(1)
+release = version = re.search(r"project\(merkel VERSION ([0-9.]+)", (HERE / "CMakeLists.txt").read_text()).group(1)
 
 extensions = ["myst_parser", "breathe", "sphinx.ext.githubpages"]
 include_patterns = ["**/*.md", "*.md", "**/*.rst"]

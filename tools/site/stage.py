@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 
+import cpp_headers
 import notebooks
 import python_stubs
 
@@ -94,22 +95,13 @@ def stage_headers(folder):
     headers = public_headers()
     if not headers:
         sys.exit("tools/cmake/public_headers.cmake lists no headers")
-    names = []
-    for header in headers:
-        name = pathlib.PurePosixPath(header).stem
-        title = f"<merkel/{name}.hpp>"
-        names.append(name)
-        (folder / f"{name}.rst").write_text(
-            f"{title}\n{'=' * len(title)}\n\n.. doxygenfile:: {header}\n   :sections: briefdescription detaileddescription "
-            "innerclass enum func define typedef var public-type public-func public-attrib public-static-func "
-            "public-static-attrib user-defined\n")
-    listed = "\n   ".join(names)
-    (folder / "index.rst").write_text(f"C++\n===\n\n.. toctree::\n\n   {listed}\n")
     settings = (SITE / "Doxyfile").read_text()
     top = folder.parent.parent
     inputs = " ".join(str(top / header) for header in headers)
     (top / "Doxyfile").write_text(
         f"{settings}INPUT = {inputs}\nOUTPUT_DIRECTORY = {top}\nSTRIP_FROM_PATH = {top}\nINCLUDE_PATH = {top}\n")
+    subprocess.check_call(["doxygen", top / "Doxyfile"])
+    cpp_headers.stage(folder, top / "xml", headers)
 
 
 def main():
