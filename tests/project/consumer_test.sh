@@ -29,4 +29,4 @@ for place in bash-completion/completions/merkel fish/vendor_completions.d/merkel
   doc/merkel/README.md doc/merkel/tools/scene/README.md; do
   [ -s "$work/prefix/share/$place" ] || { echo "share/$place is not installed" >&2; exit 1; }
 done
-"$work/prefix/libexec/merkel/brand_node" --help | grep -q BRAND
+"$work/prefix/share/doc/merkel/examples/brand_node" --help | grep -q BRAND

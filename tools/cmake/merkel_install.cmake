@@ -62,7 +62,7 @@ if(TARGET merkel)
       DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT runtime)
   endforeach()
   install(PROGRAMS ${PROJECT_SOURCE_DIR}/tools/brand_node
-    DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/merkel COMPONENT runtime)
+    DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT runtime)
 
   find_program(MERKEL_HELP2MAN help2man)
   find_program(MERKEL_GZIP gzip)
