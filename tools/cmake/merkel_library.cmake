@@ -85,7 +85,7 @@ function(merkel_join_sources target)
 endfunction()
 
 # merkel_library(merkel_scene tools/scene [merkel_drivers]): settings of the library of a folder, which
-# programs link as merkel::scene; precompiled headers are those of the third argument, if given. Each .hpp file below it must compile alone (target <library>_verify_…).
+# programs link as merkel::scene; precompiled headers are those of the third argument, if given.
 function(merkel_library target folder)
   get_filename_component(name ${folder} NAME)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
@@ -94,8 +94,7 @@ function(merkel_library target folder)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF
-    EXPORT_NAME ${name}
-    VERIFY_INTERFACE_HEADER_SETS ON)
+    EXPORT_NAME ${name})
   target_include_directories(${target} PUBLIC
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/merkel/private>)
