@@ -3,6 +3,7 @@ import re
 
 import nbformat
 from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
 from nbconvert import MarkdownExporter
 
 
@@ -21,14 +22,22 @@ def read(text):
     return notebook
 
 
+def printed(notebook):
+    """The text that the cells of a notebook printed."""
+    return "".join(output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", []))
+
+
 def stage(scripts, folder, working_folder):
-    """Executes every notebook, and writes NAME.md, its pictures and NAME.ipynb. An error in a cell is raised."""
+    """Executes every notebook, and writes NAME.md, its pictures and NAME.ipynb. An error in a cell ends the program."""
     folder.mkdir()
     for script in sorted(scripts.glob("*.py")):
         notebook = read(script.read_text())
-        NotebookClient(notebook, timeout=600, startup_timeout=600, kernel_name="python3",
-                       resources={"metadata": {"path": str(working_folder)}}).execute()
         name = script.stem
+        try:
+            NotebookClient(notebook, timeout=600, startup_timeout=600, kernel_name="python3",
+                           resources={"metadata": {"path": str(working_folder)}}).execute()
+        except CellExecutionError as error:
+            raise SystemExit(f"tools/site: the notebook {script.name} fails:\n{printed(notebook)}{error.evalue}\n{error}")
         nbformat.write(notebook, folder / f"{name}.ipynb")
         exporter = MarkdownExporter()
         page, resources = exporter.from_notebook_node(

@@ -24,7 +24,7 @@ table = np.column_stack([time_s, depth_mm, force_N])
 np.savetxt(folder / "press.csv", table, delimiter=",", header="time_s,depth_mm,force_N", comments="", fmt="%.6f")
 
 # %%
-done = subprocess.run(["merkel", "fit", "skin", "--trace", folder / "press.csv", "--radius-mm", str(radius_mm), "--scene", "paper",
+done = subprocess.run(["merkel", "fit", "skin", "paper", "--trace", folder / "press.csv", "--radius-mm", str(radius_mm),
                        "--out", folder / "mine.toml"], capture_output=True, text=True)
 print((done.stdout + done.stderr).replace(str(folder), "FOLDER"))
 assert done.returncode == 0
