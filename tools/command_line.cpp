@@ -25,6 +25,7 @@ constexpr const char* kExitCodes =
 /// nearest known name; empty if every argument is known.
 std::string unknown_word(const CLI::App& program, int argc, char** argv) {
   const CLI::App* app = &program;
+  std::string command = "merkel";
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const bool option = word.starts_with("--");
@@ -41,13 +42,15 @@ std::string unknown_word(const CLI::App& program, int argc, char** argv) {
     }
     const std::string bare = option ? word.substr(0, word.find('=')) : word;
     if (std::find(names.begin(), names.end(), bare) != names.end()) {
-      if (!option) app = app->get_subcommand(bare);
+      if (!option) {
+        app = app->get_subcommand(bare);
+        command += " " + bare;
+      }
       continue;
     }
     // Everything after the last subcommand is one of its arguments.
     if (names.empty() || word == "--") continue;
     const std::string nearest = nearest_name(bare, names);
-    const std::string command = app == &program ? "merkel" : "merkel " + app->get_name();
     return std::string("there is no ") + (option ? "option " : "command ") + bare +
            (nearest.empty() ? ": " + command + " --help lists them"
                             : ": did you mean " + nearest + "?");
