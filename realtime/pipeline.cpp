@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdio>
+#include <semaphore>
 #include <span>
 #include <thread>
 #include <type_traits>
@@ -82,6 +83,7 @@ struct Pipeline::Parts {
   RunWatch watch{fanout.beat(), delay_ns};
   std::atomic<bool> started{false};  ///< the first tick is about to be simulated
   std::atomic<bool> done{false};     ///< the last tick was simulated
+  std::binary_semaphore ended{0};    ///< released after `done`: ends a pause between two looks
   std::atomic<bool> stop{false};
   std::atomic<bool> hurry{false};
   RunSinks sinks;  ///< its threads use all of the above
@@ -230,6 +232,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
                         clock, model, probes.inputs(), fanout, statistics, events);
   const ThreadUsage before = ThreadUsage::of_this_thread();
   started.store(true, std::memory_order_release);
+  started.notify_one();
   const nanoseconds loop_start = PeriodicClock::now();
   loop.run(stop);
   report.wall = PeriodicClock::now() - loop_start;
@@ -245,6 +248,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
     report.probes[i].press_range = loop.press_range(i);
   }
   done.store(true, std::memory_order_release);
+  ended.release();
 }
 
 /// Recordings keep their own time origin; with devices, the origin is the start of the run.
@@ -262,7 +266,7 @@ void Pipeline::Parts::set_origin(nanoseconds start) {
 
 /// Attends to events, notices, failures and progress while the loop runs.
 void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, RunReport& report) {
-  while (!started.load(std::memory_order_acquire)) std::this_thread::sleep_for(milliseconds{1});
+  started.wait(false, std::memory_order_acquire);
   const nanoseconds loop_start = PeriodicClock::now();
   for (const std::string& sentence : host.rights.missing) {
     if (parameters.on_missing_right) parameters.on_missing_right(sentence);
@@ -272,7 +276,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
     sinks.report_failures(parameters.on_sink_failure);
-    std::this_thread::sleep_for(milliseconds{parameters.fast ? 1 : 20});
+    static_cast<void>(ended.try_acquire_for(milliseconds{parameters.fast ? 1 : 20}));
     const nanoseconds now = PeriodicClock::now();
     if (host.rights.fifo && !done.load(std::memory_order_acquire) &&
         share.too_large(now, processor_time(simulation))) {

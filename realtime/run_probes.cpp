@@ -92,7 +92,7 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
         if (channel.delivered.value() > 0) break;
         return unavailable("the probe " + info.uri + no_sample(entry->probe->device_counts()));
       }
-      std::this_thread::sleep_for(milliseconds{1});
+      std::this_thread::sleep_for(std::chrono::microseconds{info.replayed ? 50 : 1000});
     }
   }
   for (std::size_t i = 0; i < entries_.size(); ++i) {

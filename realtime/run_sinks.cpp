@@ -145,7 +145,7 @@ void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomi
                        [](const auto& entry) { return entry->writer->done(); });
   };
   while (!all_done() && PeriodicClock::now() < deadline && !hurry.load(std::memory_order_relaxed)) {
-    std::this_thread::sleep_for(milliseconds{1});
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
   }
   for (const auto& entry : entries_) {
     if (!entry->writer->done()) entry->writer->give_up();

@@ -161,10 +161,11 @@ CommandLine& CommandLine::option(const std::string& name, std::optional<std::uin
 CommandLine& CommandLine::list(const std::string& name, std::vector<std::string>& values,
                                const std::string& help) {
   check_name(*app_, name);
-  last_ = app_->add_option(name, values, help)
-              ->expected(1)
-              ->allow_extra_args(false)  // else it takes the scene that follows, too
-              ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  last_ =
+      app_->add_option(name, values, help)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  if (name.starts_with('-')) {
+    last_->expected(1)->allow_extra_args(false);  // else it takes the scene that follows, too
+  }
   return *this;
 }
 

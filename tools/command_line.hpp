@@ -55,7 +55,7 @@ class CommandLine {
                       const std::string& help, Range range);
   CommandLine& option(const std::string& name, std::optional<std::uint64_t>& value,
                       const std::string& help);
-  /// An option that can be repeated.
+  /// An option that can be repeated, or all positional arguments.
   CommandLine& list(const std::string& name, std::vector<std::string>& values,
                     const std::string& help);
   /// Numbers separated by commas. \param count  how many; 0: any number

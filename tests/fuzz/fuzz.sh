@@ -96,4 +96,5 @@ seconds=${MERKEL_FUZZ_SECONDS:-}
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
   tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
   core/contact/bar_contact.cpp core/math/gauss_legendre.cpp
+fuzz table 2048 "" table_fuzz.cpp tools/batch/text_table.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

@@ -1,6 +1,7 @@
 """Every example of tools/python/examples runs. Those whose packages are missing are skipped, with the reason."""
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 import tempfile
@@ -52,6 +53,29 @@ class Examples(unittest.TestCase):
         subprocess.run([PROGRAM, "run", "finger", "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
                         "xdf:" + session], check=True, capture_output=True)
         self.assertIn("spikes", self.run_example("session_table.py", session, needs="pandas"))
+
+    def test_three_rigs(self):
+        def free_port():
+            with socket.socket() as probe:
+                probe.bind(("127.0.0.1", 0))
+                return probe.getsockname()[1]
+
+        endpoints = {rig: f"tcp://127.0.0.1:{free_port()}" for rig in ("left", "right", "foot")}
+        subscriber = subprocess.Popen([sys.executable, str(EXAMPLES / "three_rigs.py"),
+                                       *(f"{rig}={endpoint}" for rig, endpoint in endpoints.items())],
+                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(subscriber.kill)
+        rigs = [subprocess.Popen([PROGRAM, "run", scene, "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
+                                  f"zmq:{endpoint}?topic={rig}&subscribers=1&wait_s=30"], stdout=subprocess.DEVNULL)
+                for (rig, endpoint), scene in zip(endpoints.items(), ("paper", "finger", "goodwin"))]
+        self.assertEqual([rig.wait(60) for rig in rigs], [0, 0, 0])
+        out, error = subscriber.communicate(timeout=60)
+        if "No module named 'zmq'" in error:
+            self.skipTest("zmq is not installed")
+        trace = "replay:tests/traces/taps.csv"
+        counts = [len(merkel.Scene(scene).run(probe=trace).spikes) for scene in ("paper", "finger", "goodwin")]
+        self.assertEqual(out, "".join(f"{rig}: {count} spikes received, 0 lost on the way\n"
+                                      for rig, count in zip(endpoints, counts)), error)
 
     def test_every_example_is_tested(self):
         tested = {name[len("test_"):] + ".py" for name in dir(self) if name.startswith("test_")}

@@ -48,6 +48,8 @@ StopSignal::StopSignal(std::atomic<bool>& flag) {
   handle_with(stop_running);
 }
 
+bool StopSignal::requested() const noexcept { return g_signals.load() > 0; }
+
 StopSignal::~StopSignal() {
   handle_with(SIG_DFL);
   g_flag.store(nullptr);

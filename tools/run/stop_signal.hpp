@@ -17,6 +17,9 @@ class StopSignal {
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
   ~StopSignal();
+
+  /// True if a signal has arrived during its lifetime.
+  [[nodiscard]] bool requested() const noexcept;
 };
 
 }  // namespace merkel

@@ -334,6 +334,16 @@ std::string verdict_text(const std::vector<Finding>& findings, const RunReport& 
   return text;
 }
 
+std::string findings_text(const std::vector<Finding>& findings) {
+  if (findings.empty()) return "ok";
+  std::string text;
+  for (const Finding& finding : findings) {
+    text.append(text.empty() ? "" : "; ").append(finding.sentence).append(": ");
+    text.append(finding.remedy);
+  }
+  return text;
+}
+
 Json verdict_json(const std::vector<Finding>& findings) {
   auto list = Json::array();
   for (const Finding& finding : findings) {

@@ -31,6 +31,8 @@ struct Finding {
 /// The findings as text, one per line; without findings, a line that all went well.
 [[nodiscard]] std::string verdict_text(const std::vector<Finding>& findings,
                                        const RunReport& report);
+/// The same as one line of a table: the findings, or "ok".
+[[nodiscard]] std::string findings_text(const std::vector<Finding>& findings);
 [[nodiscard]] Json verdict_json(const std::vector<Finding>& findings);
 
 /// True if a run with these findings has failed. \param strict  any loss is a failure

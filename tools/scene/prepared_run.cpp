@@ -6,6 +6,7 @@
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "tools/scene/scene_encoder.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -19,6 +20,15 @@ std::string leave_one_core(LoopSettings& loop) {
   const std::string all = std::to_string(loop.threads--);
   return "loop.threads = " + all + " is reduced to " + std::to_string(loop.threads) +
          ": one of this machine's cores is left to other threads; the spikes are the same";
+}
+
+/// Everything that a model is made of: the scene's keys and the readings that drive its contacts.
+std::string model_key_of(const Scene& scene) {
+  std::string key = scene_text(scene);
+  for (const Indenter& indenter : scene.model.indenters) {
+    key += indenter.control == Indenter::Control::kDepth ? 'd' : 'f';
+  }
+  return key;
 }
 
 /// The longest delay of the scene's probes.
@@ -42,6 +52,20 @@ Expected<std::vector<std::unique_ptr<Probe>>, SetupError> open_probes(const Scen
 
 }  // namespace
 
+std::unique_ptr<TactileModel> ModelCache::take(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  if (key != key_ || !model_) return nullptr;
+  model_->reset();
+  return std::move(model_);
+}
+
+void ModelCache::keep(std::string key, std::unique_ptr<TactileModel> model) {
+  const std::lock_guard lock(mutex_);
+  key_ = std::move(key);
+  model_ = std::move(model);
+  if (model_) model_->share_work(nullptr);
+}
+
 Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<ProbeInfo>& probes) {
   const bool force = std::all_of(probes.begin(), probes.end(), [](const ProbeInfo& probe) {
     return (probe.channels & ProbeSample::kForce) != 0U;
@@ -62,20 +86,28 @@ Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<Probe
 }
 
 Expected<Simulation, SetupError> make_simulation(Scene& scene, const std::vector<ProbeInfo>& probes,
-                                                 const RealtimeSettings& workers) {
+                                                 const RealtimeSettings& workers,
+                                                 ModelCache* models) {
   if (auto chosen = choose_controls(scene, probes); !chosen) {
     return Unexpected<SetupError>(chosen.error());
   }
-  auto model = TactileModel::create(scene.model);
-  if (!model) return bad_input(scene.sentence(model.error()));
-  auto encoder = encoder_of(scene, *model);
+  Simulation simulation;
+  if (models != nullptr) {
+    simulation.model_key = model_key_of(scene);
+    simulation.model = models->take(simulation.model_key);
+  }
+  if (!simulation.model) {
+    auto model = TactileModel::create(scene.model);
+    if (!model) return bad_input(scene.sentence(model.error()));
+    simulation.model = std::make_unique<TactileModel>(std::move(*model));
+  }
+  auto encoder = encoder_of(scene, *simulation.model);
   if (!encoder) return Unexpected<SetupError>(encoder.error());
   auto team = SpinningTeam::create(
       scene.loop.threads, [workers](int worker) { set_up_worker_thread(workers, worker); });
   if (!team) return Unexpected<SetupError>(team.error());
-  Simulation simulation{.model = std::make_unique<TactileModel>(std::move(*model)),
-                        .encoder = std::move(*encoder),
-                        .team = std::move(*team)};
+  simulation.encoder = std::move(*encoder);
+  simulation.team = std::move(*team);
   if (scene.loop.threads > 1) simulation.model->share_work(simulation.team.get());
   return simulation;
 }
@@ -102,7 +134,8 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
         std::make_unique<LimitedProbe>(std::move(preparation.probes[i]), scene.probes[i].limits));
   }
   auto simulation = make_simulation(
-      scene, infos, preparation.fast ? RealtimeSettings{.fifo = false} : scene.loop.realtime);
+      scene, infos, preparation.fast ? RealtimeSettings{.fifo = false} : scene.loop.realtime,
+      preparation.models);
   if (!simulation) return Unexpected<SetupError>(simulation.error());
   static_cast<Simulation&>(run) = std::move(*simulation);
   run.parameters = {.fast = preparation.fast,

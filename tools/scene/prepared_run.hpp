@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,9 +19,29 @@
 
 namespace merkel {
 
+/// Keeps the model of a finished run for the next run of the same scene: building one takes longer
+/// than simulating a short press. The spikes are those of a new model. A copy is empty. Thread:
+/// any.
+class ModelCache {
+ public:
+  ModelCache() = default;
+  ModelCache(const ModelCache& /*other*/) : ModelCache() {}
+  ModelCache& operator=(const ModelCache& /*other*/) { return *this; }
+
+  /// The model made for `key`, at rest; null if there is none.
+  [[nodiscard]] std::unique_ptr<TactileModel> take(const std::string& key);
+  void keep(std::string key, std::unique_ptr<TactileModel> model);
+
+ private:
+  std::mutex mutex_;
+  std::string key_;
+  std::unique_ptr<TactileModel> model_;
+};
+
 /// The model and loop settings of a scene.
 struct Simulation {
   std::unique_ptr<TactileModel> model;
+  std::string model_key;                        ///< of the model in a cache; empty without a cache
   std::unique_ptr<StimulationEncoder> encoder;  ///< null: the scene has no electrodes
   std::unique_ptr<SpinningTeam> team;           ///< shares the work of a tick
 };
@@ -28,10 +49,12 @@ struct Simulation {
 /// Chooses the reading that drives each contact and builds what simulates the scene.
 /// \param probes   one per indenter; uses channels and URI
 /// \param workers  of the threads of the team
+/// \param models   may hold the model; null: none
 /// Returns the first error as a sentence. Real-time: no.
 [[nodiscard]] Expected<Simulation, SetupError> make_simulation(Scene& scene,
                                                                const std::vector<ProbeInfo>& probes,
-                                                               const RealtimeSettings& workers);
+                                                               const RealtimeSettings& workers,
+                                                               ModelCache* models = nullptr);
 
 /// A scene prepared to run: its simulation and its probes.
 ///
@@ -57,6 +80,7 @@ struct RunPreparation {
   bool fast = false;  ///< virtual clock; recordings only
   /// Replace the scene's probes; one per indenter.
   std::vector<std::unique_ptr<Probe>> probes = {};
+  ModelCache* models = nullptr;  ///< may hold the model of an earlier run; borrowed
 };
 
 /// Opens the scene's probes, chooses the reading that drives each contact and builds the model.

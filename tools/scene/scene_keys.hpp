@@ -24,6 +24,12 @@ struct SceneSection {
   std::string heading;  ///< "[skin]" or "[[probe]]"
   std::string meaning;
   BoundFields keys;
+
+  /// The heading without brackets.
+  [[nodiscard]] std::string table() const {
+    const auto begin = heading.find_first_not_of('[');
+    return heading.substr(begin, heading.find(']') - begin);
+  }
 };
 /// All tables of a scene except its sinks, in reading order, borrowed from it.
 [[nodiscard]] std::vector<SceneSection> sections_of(Scene& scene);

@@ -17,8 +17,9 @@ import re as _re
 
 from ._merkel import Bridge, Error, Output, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect
+from ._batch import Batch, Result, batch
 
-__all__ = ["Bridge", "Error", "Output", "Run", "Scene", "Session", "Stream", "Table", "__version__", "connect", "load", "presets"]
+__all__ = ["Batch", "Bridge", "Error", "Output", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "presets"]
 
 
 def _named(function):

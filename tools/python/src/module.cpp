@@ -14,7 +14,9 @@
 #include "tools/python/src/scene_object.hpp"
 #include "tools/python/src/session_object.hpp"
 #include "tools/python/src/stream_object.hpp"
+#include "tools/scene/machine_facts.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel::python {
@@ -39,22 +41,36 @@ std::vector<std::string> list_of(const py::object& text_or_list) {
   return text_or_list.cast<std::vector<std::string>>();
 }
 
-RunObject run(const SceneObject& scene, py::object depth_mm, py::object force_N, py::object x_mm,
+/// A dict from names of keys to values; texts and words as str, all others as in a scene file.
+SceneOverrides overrides_of(const py::object& given) {
+  if (given.is_none()) return {};
+  SceneOverrides overrides;
+  for (const auto& [key, value] : given.cast<py::dict>()) {
+    std::string text = py::str(value).cast<std::string>();
+    if (py::isinstance<py::bool_>(value)) text = value.cast<bool>() ? "true" : "false";
+    overrides.emplace_back(py::str(key).cast<std::string>(), std::move(text));
+  }
+  return overrides;
+}
+
+RunObject run(SceneObject& scene, py::object depth_mm, py::object force_N, py::object x_mm,
               py::object y_mm, py::object time_s, std::optional<double> rate_hz,
               const py::object& probe, std::optional<std::uint64_t> seed,
               std::optional<double> duration_s, const std::vector<std::string>& sinks,
               bool overwrite) {
-  return run_scene(scene.scene(), {.press = {.depth_mm = std::move(depth_mm),
-                                             .force_N = std::move(force_N),
-                                             .x_mm = std::move(x_mm),
-                                             .y_mm = std::move(y_mm),
-                                             .time_s = std::move(time_s),
-                                             .rate_hz = rate_hz},
-                                   .probes = list_of(probe),
-                                   .seed = seed,
-                                   .duration_s = duration_s,
-                                   .sinks = sinks,
-                                   .overwrite = overwrite});
+  return run_scene(scene.scene(),
+                   {.press = {.depth_mm = std::move(depth_mm),
+                              .force_N = std::move(force_N),
+                              .x_mm = std::move(x_mm),
+                              .y_mm = std::move(y_mm),
+                              .time_s = std::move(time_s),
+                              .rate_hz = rate_hz},
+                    .probes = list_of(probe),
+                    .seed = seed,
+                    .duration_s = duration_s,
+                    .sinks = sinks,
+                    .overwrite = overwrite},
+                   scene.models());
 }
 
 void add_scene_class(py::module_& module) {
@@ -62,13 +78,23 @@ void add_scene_class(py::module_& module) {
 
 Read and set keys by name, scene["skin.radius_mm"], or as attributes, scene.skin.radius_mm. For a repeated
 table: scene["probe[1].x_mm"]. Scene.keys() lists all keys; `merkel scene --keys` explains
-them. An invalid value raises Error and leaves the scene unchanged.)")
-      .def(py::init([](const std::filesystem::path& name_or_file) {
-             return SceneObject::named(name_or_file.string());
+them. An invalid value raises Error and leaves the scene unchanged. overrides sets several keys at once:
+Scene("finger", overrides={"skin.radius_mm": 9}).)")
+      .def(py::init([](const std::filesystem::path& name_or_file, const py::object& overrides) {
+             SceneObject scene = SceneObject::named(name_or_file.string());
+             scene.override_keys(overrides_of(overrides));
+             return scene;
            }),
-           py::arg("name_or_file") = "paper")
-      .def_static("from_text", &SceneObject::of_text, py::arg("text"),
-                  "Parses the text of a scene file (TOML). Errors name the line.")
+           py::arg("name_or_file") = "paper", py::kw_only(), py::arg("overrides") = py::none())
+      .def_static(
+          "from_text",
+          [](const std::string& text, const py::object& overrides) {
+            SceneObject scene = SceneObject::of_text(text);
+            scene.override_keys(overrides_of(overrides));
+            return scene;
+          },
+          py::arg("text"), py::kw_only(), py::arg("overrides") = py::none(),
+          "Parses the text of a scene file (TOML). Errors name the line.")
       .def_property_readonly(
           "text", [](const SceneObject& scene) { return scene_text(scene.scene()); },
           "The scene as a complete, commented scene file.")
@@ -80,6 +106,11 @@ them. An invalid value raises Error and leaves the scene unchanged.)")
           "afferents",
           [](const SceneObject& scene) { return array_of(afferent_rows(scene.scene().model)); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_property(
+          "keep_model", [](SceneObject& scene) { return scene.models() != nullptr; },
+          &SceneObject::keep_model,
+          "True: a run keeps its model in memory for the next run of the unchanged scene, which starts sooner. "
+          "Default: False.")
       .def_property_readonly(
           "probes", [](const SceneObject& scene) { return scene.scene().probes.size(); },
           "Number of probes.")
@@ -109,6 +140,7 @@ them. An invalid value raises Error and leaves the scene unchanged.)")
 PYBIND11_MODULE(_merkel, module) {
   module.doc() = "Tactile spikes from a haptic probe. See help(merkel).";
   module.attr("__version__") = MERKEL_VERSION;
+  module.attr("_git_hash") = kGitHash;
   py::register_exception<Error>(module, "Error", PyExc_RuntimeError);
   register_rows();
   add_tables(module);

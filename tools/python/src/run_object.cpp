@@ -11,9 +11,11 @@
 #include <pybind11/stl.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/studies/plan/plan.hpp"
 
@@ -77,14 +79,14 @@ std::string failure_of(const Expected<RunReport, SetupError>& report) {
   return {};
 }
 
-RunObject run_scene(Scene scene, const RunOptions& options) {
+RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) {
   if (options.press.given() && !options.probes.empty()) {
     throw Error("pass either a press or a probe, not both");
   }
   if (!options.probes.empty()) or_throw(scene.set_probes(options.probes));
   if (options.seed) scene.set_seed(*options.seed);
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
-  RunPreparation preparation{.fast = true, .probes = probes_of(options, scene)};
+  RunPreparation preparation{.fast = true, .probes = probes_of(options, scene), .models = models};
 
   RunObject result;
   const py::gil_scoped_release no_gil;
@@ -122,7 +124,15 @@ RunObject run_scene(Scene scene, const RunOptions& options) {
   result.start_s = units::s_from(report->start);
   result.duration_s = units::s_from(report->simulated);
   result.counters = counters_of(*report);
+  result.verdict = findings_text(verdict_of(*report, *run.model));
+  if (models != nullptr) models->keep(run.model_key, std::move(run.model));
   return result;
+}
+
+std::string RunObject::spike_hash() const {
+  SpikeHash hash;
+  for (const SpikeRow& spike : spikes) hash.add(std::llround(spike.time_s * 1e9), spike.neuron);
+  return hash.text();
 }
 
 py::array_t<double> RunObject::times(std::uint32_t neuron) const {
@@ -192,11 +202,11 @@ void read_rows(const py::handle& bytes, std::vector<Row>& rows) {
 
 py::tuple state_of(const RunObject& run) {
   return py::make_tuple(bytes_of(run.spikes), bytes_of(run.stimulation), bytes_of(run.afferents),
-                        run.start_s, run.duration_s, run.counters, run.notices);
+                        run.start_s, run.duration_s, run.counters, run.notices, run.verdict);
 }
 
 RunObject run_of(const py::tuple& state) {
-  if (state.size() != 7) throw Error("this pickled Run is of another version of merkel");
+  if (state.size() != 8) throw Error("this pickled Run is of another version of merkel");
   RunObject run;
   read_rows(state[0], run.spikes);
   read_rows(state[1], run.stimulation);
@@ -205,6 +215,7 @@ RunObject run_of(const py::tuple& state) {
   run.duration_s = state[4].cast<double>();
   run.counters = state[5].cast<std::map<std::string, std::uint64_t>>();
   run.notices = state[6].cast<std::vector<std::string>>();
+  run.verdict = state[7].cast<std::string>();
   return run;
 }
 
@@ -227,6 +238,11 @@ void add_run(py::module_& module) {
       .def_readonly("duration_s", &RunObject::duration_s, "Simulated time, in s.")
       .def_readonly("counters", &RunObject::counters, "The run's counters, by name.")
       .def_readonly("notices", &RunObject::notices, "Messages for the user.")
+      .def_readonly("verdict", &RunObject::verdict,
+                    "What was lost and what to do, as `merkel run` reports it; ok if nothing was.")
+      .def_property_readonly(
+          "spike_hash", &RunObject::spike_hash,
+          "A hash of the times and neurons of all spikes: equal runs have the same one.")
       .def(
           "times", &RunObject::times, py::arg("neuron"),
           "Spike times of one neuron, counted from 1, in s: (spikes,). Raises Error if there is no such neuron.")

@@ -12,6 +12,7 @@
 #include "realtime/pipeline.hpp"
 #include "tools/python/src/array_source.hpp"
 #include "tools/python/src/records.hpp"
+#include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel::python {
@@ -25,7 +26,10 @@ struct RunObject {
   double duration_s = 0.0;
   std::map<std::string, std::uint64_t> counters;
   std::vector<std::string> notices;
+  std::string verdict;
 
+  /// SpikeHash of the spikes.
+  [[nodiscard]] std::string spike_hash() const;
   /// Spike times of one neuron, from 1. \throws Error where there is no such neuron
   [[nodiscard]] pybind11::array_t<double> times(std::uint32_t neuron) const;
   /// Rates in Hz: (bins, afferents).
@@ -48,7 +52,9 @@ struct RunOptions {
 };
 
 /// Runs a scene as `merkel run --fast` does, without the GIL. \throws Error
-[[nodiscard]] RunObject run_scene(Scene scene, const RunOptions& options);
+/// \param models  may hold the model, and keeps it; null: none
+[[nodiscard]] RunObject run_scene(Scene scene, const RunOptions& options,
+                                  ModelCache* models = nullptr);
 
 /// The counters of a run, by name.
 [[nodiscard]] std::map<std::string, std::uint64_t> counters_of(const RunCounters& counters);

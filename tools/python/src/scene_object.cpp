@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <type_traits>
 #include <variant>
@@ -14,57 +13,13 @@
 #include "core/parameters/nearest_name.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel::python {
 namespace {
 
 namespace py = pybind11;
-
-/// A key of a scene by its name in Python.
-struct NamedKey {
-  std::string name;
-  BoundField key;
-};
-
-/// "[skin]" and "[[probe]]" without brackets.
-std::string table_of(const SceneSection& section) {
-  const auto begin = section.heading.find_first_not_of('[');
-  return section.heading.substr(begin, section.heading.find(']') - begin);
-}
-
-std::vector<NamedKey> keys_of(Scene& scene) {
-  std::vector<NamedKey> keys;
-  const std::vector<SceneSection> sections = sections_of(scene);
-  std::map<std::string, int> seen;
-  for (const SceneSection& section : sections) {
-    const std::string table = table_of(section);
-    const int number = seen[table]++;
-    const std::string prefix = number == 0 ? table : table + "[" + std::to_string(number) + "]";
-    for (const BoundField& key : section.keys) {
-      keys.push_back({prefix + "." + std::string(key.field->key), key});
-    }
-  }
-  return keys;
-}
-
-/// "probe[0].x_mm" is "probe.x_mm".
-std::string without_first_index(std::string name) {
-  if (const auto place = name.find("[0]."); place != std::string::npos) name.erase(place, 3);
-  return name;
-}
-
-BoundField find(Scene& scene, const std::string& given) {
-  const std::string name = without_first_index(given);
-  std::vector<std::string> names;
-  for (const NamedKey& each : keys_of(scene)) {
-    if (each.name == name) return each.key;
-    names.push_back(each.name);
-  }
-  const std::string nearest = nearest_name(name, names);
-  throw Error("the scene has no key " + given +
-              (nearest.empty() ? ": Scene.keys() lists them" : ": did you mean " + nearest + "?"));
-}
 
 struct ToPython {
   const BoundField& key;
@@ -175,13 +130,6 @@ struct FromPython {
   }
 };
 
-/// An error message without its "NAME:LINE: " prefix, because the user wrote no file.
-std::string without_place(const std::string& sentence, const std::string& name) {
-  if (!sentence.starts_with(name + ":")) return sentence;
-  const auto place = sentence.find(": ");
-  return place == std::string::npos ? sentence : sentence.substr(place + 2);
-}
-
 /// One table of a scene, for `scene.skin.radius_mm`.
 struct Table {
   py::object scene;
@@ -206,7 +154,7 @@ SceneObject SceneObject::of_text(const std::string& text) {
 }
 
 py::object SceneObject::get(const std::string& name) {
-  const BoundField key = find(scene_, name);
+  const BoundField key = or_throw(key_named(scene_, name));
   return std::visit(
       [&](const auto& value) -> py::object {
         if constexpr (std::is_same_v<decltype(value), const Choice&>) {
@@ -220,7 +168,7 @@ py::object SceneObject::get(const std::string& name) {
 
 void SceneObject::set(const std::string& name, const py::handle& value) {
   Scene changed = scene_;
-  const BoundField key = find(changed, name);
+  const BoundField key = or_throw(key_named(changed, name));
   try {
     const bool fits = std::visit(
         [&](const auto& to) {
@@ -242,24 +190,23 @@ void SceneObject::set(const std::string& name, const py::handle& value) {
   } catch (const py::cast_error&) {
     throw Error(name + " cannot be " + py::repr(value).cast<std::string>() + ": it is too large");
   }
-  // Through its text, so that the scene is what a file of these keys is.
-  auto parsed = parse_scene(scene_text(changed), "scene");
-  if (!parsed) throw Error(without_place(parsed.error().sentence, "scene"));
-  parsed->file = scene_.file;
-  parsed->line_of.clear();
-  scene_ = std::move(*parsed);
+  scene_ = or_throw(scene_of_keys(changed));
+}
+
+void SceneObject::override_keys(const SceneOverrides& overrides) {
+  scene_ = or_throw(with_overrides(scene_, overrides));
 }
 
 std::vector<std::string> SceneObject::keys() {
   std::vector<std::string> names;
-  for (NamedKey& each : keys_of(scene_)) names.push_back(std::move(each.name));
+  for (NamedKey& each : named_keys(scene_)) names.push_back(std::move(each.name));
   return names;
 }
 
 bool SceneObject::has_table(const std::string& table) {
   const auto sections = sections_of(scene_);
   return std::any_of(sections.begin(), sections.end(),
-                     [&](const SceneSection& section) { return table_of(section) == table; });
+                     [&](const SceneSection& section) { return section.table() == table; });
 }
 
 py::object table_named(const py::object& scene, const std::string& name) {

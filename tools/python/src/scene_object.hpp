@@ -1,11 +1,14 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <pybind11/pybind11.h>
 
+#include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
+#include "tools/scene/scene_overrides.hpp"
 
 namespace merkel::python {
 
@@ -23,6 +26,8 @@ class SceneObject {
   /// \throws Error where the value has the wrong type or is out of range, and the scene stays as it
   /// was
   void set(const std::string& key, const pybind11::handle& value);
+  /// Sets keys to values as in a scene file, all or none. \throws Error
+  void override_keys(const SceneOverrides& overrides);
   /// All names, in the order of a scene file.
   [[nodiscard]] std::vector<std::string> keys();
   [[nodiscard]] bool has_table(const std::string& table);
@@ -30,8 +35,16 @@ class SceneObject {
   [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
   [[nodiscard]] Scene& scene() noexcept { return scene_; }
 
+  /// Where runs keep their model; null: they do not.
+  [[nodiscard]] ModelCache* models() noexcept { return models_ ? &*models_ : nullptr; }
+  void keep_model(bool keep) {
+    models_.reset();
+    if (keep) models_.emplace();
+  }
+
  private:
   Scene scene_;
+  std::optional<ModelCache> models_;
 };
 
 /// Adds the tables of scenes, as in `scene.skin.radius_mm`, to the module.

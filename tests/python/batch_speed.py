@@ -1,0 +1,45 @@
+"""How batches scale: jobs of a second of goodwin on one and on all cores, and the overhead of a job.
+
+batch_speed.py MERKEL, with PYTHONPATH as the tests have it. One core: the batch is pinned to it."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+import merkel
+
+PROGRAM = sys.argv[1]
+JOBS = 64
+SCENE, PROBE = "goodwin", "sim:taps?depth_mm=1&count=20"
+CORES = sorted(os.sched_getaffinity(0))
+
+
+def pinned(cores, run):
+    os.sched_setaffinity(0, cores)
+    begin = time.perf_counter()
+    run()
+    taken = time.perf_counter() - begin
+    os.sched_setaffinity(0, CORES)
+    return taken
+
+
+def python(cores, duration_s):
+    jobs = [{"scene": SCENE, "probe": f"{PROBE}&x_mm={10 + number / 100}", "duration_s": duration_s} for number in range(JOBS)]
+    return pinned(cores, lambda: [merkel.batch(jobs, cores=len(cores), keep="table", progress=False)])
+
+
+def program(cores, duration_s):
+    with tempfile.TemporaryDirectory() as folder:
+        table = pathlib.Path(folder, "jobs.csv")
+        table.write_text("scene,probe,duration_s\n" + "".join(f"{SCENE},{PROBE}&x_mm={10 + number / 100},{duration_s}\n"
+                                                              for number in range(JOBS)))
+        return pinned(cores, lambda: subprocess.run([PROGRAM, "batch", table, "--out", folder + "/out"], check=True,
+                                                    stderr=subprocess.DEVNULL))
+
+
+for name, batch in (("merkel batch", program), ("merkel.batch", python)):
+    one, all_cores, longer = batch(CORES[:1], 1.0), batch(CORES, 1.0), batch(CORES[:1], 2.0)
+    print(f"{name}: {JOBS} jobs of 1 s: {one:.2f} s on one core, {all_cores:.2f} s on {len(CORES)}: {one / all_cores:.2f} times; "
+          f"overhead of a job {1e3 * (2 * one - longer) / JOBS:.1f} ms")

@@ -1,0 +1,234 @@
+#include "tools/batch/batch_job.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "core/parameters/nearest_name.hpp"
+#include "core/records/spike_hash.hpp"
+#include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "realtime/output/spike_callback.hpp"
+#include "tools/run/stop_signal.hpp"
+#include "tools/run/verdict.hpp"
+#include "tools/scene/machine_facts.hpp"
+#include "tools/scene/scene_presets.hpp"
+#include "tools/studies/plan/plan.hpp"
+
+namespace merkel {
+namespace {
+
+const std::vector<std::string>& job_columns() {
+  static const std::vector<std::string> columns = {"scene", "probe", "seed", "duration_s", "name"};
+  return columns;
+}
+
+/// The path of a recording, without the options of its URI.
+std::string file_of(const std::string& probe) {
+  constexpr std::string_view kReplay = "replay:";
+  if (!probe.starts_with(kReplay)) return {};
+  return probe.substr(kReplay.size(), probe.find('?') - kReplay.size());
+}
+
+/// The content of a file; empty if it cannot be read, which its run reports.
+std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  if (file) content << file.rdbuf();
+  return content.str();
+}
+
+/// Hashes of files by name: many jobs share a recording.
+class FileHashes {
+ public:
+  const std::string& operator()(const std::string& path) {
+    const auto [at, added] = known_.try_emplace(path);
+    if (added && !path.empty()) {
+      SpikeHash hash;
+      hash.add(content_of(path));
+      at->second = hash.text();
+    }
+    return at->second;
+  }
+
+ private:
+  std::map<std::string, std::string> known_;
+};
+
+std::string id_of(const BatchJob& job, const BatchKeep& keep, FileHashes& files) {
+  SpikeHash hash;
+  const auto all = {std::string(MERKEL_VERSION),
+                    std::string(kGitHash),
+                    job.scene,
+                    preset_scene(job.scene) ? std::string() : files(job.scene),
+                    job.probe,
+                    files(file_of(job.probe)),
+                    job.seed ? std::to_string(*job.seed) : std::string(),
+                    job.duration_s ? shortest_decimal(*job.duration_s) : std::string(),
+                    keep.format};
+  for (const std::string& each : all) hash.add(each);
+  for (const auto& [name, value] : job.overrides) {
+    hash.add(name);
+    hash.add(value);
+  }
+  return hash.text();
+}
+
+void set_cell(const std::string& column, const std::string& cell, BatchJob& job) {
+  if (cell.empty() || column == "name") return;
+  const auto number = parse_number(cell);
+  if (column == "scene") {
+    job.scene = cell;
+  } else if (column == "probe") {
+    job.probe = cell;
+  } else if (column == "seed") {
+    if (!number || !(*number >= 0.0 && *number < 9e15) || *number != std::floor(*number)) {
+      job.error = "seed must be a whole number from 0 on, but is " + cell;
+    } else {
+      job.seed = static_cast<std::uint64_t>(*number);
+    }
+  } else if (column == "duration_s") {
+    if (!number || !(*number >= 1e-6 && *number <= 1e9)) {
+      job.error = "duration_s must be a number of seconds from 1e-6 to 1e9, but is " + cell;
+    } else {
+      job.duration_s = *number;
+    }
+  } else {
+    job.overrides.emplace_back(column, cell);
+  }
+}
+
+Json failure(const std::string& sentence) { return {{"status", "failed"}, {"error", sentence}}; }
+
+Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& models) {
+  auto base = scene_named(job.scene);
+  if (!base) return Unexpected<SetupError>(base.error());
+  auto scene = with_overrides(*base, job.overrides);
+  if (!scene) return Unexpected<SetupError>(scene.error());
+  if (!job.probe.empty()) {
+    if (auto set = scene->set_probes({job.probe}); !set) return Unexpected<SetupError>(set.error());
+  }
+  if (job.seed) scene->set_seed(*job.seed);
+  if (scene->spike_time_us) {
+    if (auto plan = make_plan(*scene); !plan) return Unexpected<SetupError>(plan.error());
+  }
+  return prepare_run(std::move(*scene), {.fast = true, .models = &models});
+}
+
+double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+}  // namespace
+
+Expected<BatchKeep, SetupError> keep_in(const std::string& folder, const std::string& format) {
+  const std::vector<std::pair<std::string, std::string>> known = {{"table", ""},    {"nwb", "nwb"},
+                                                                  {"xdf", "xdf"},   {"csv", "csv"},
+                                                                  {"sonata", "h5"}, {"gdf", "gdf"}};
+  std::string list;
+  for (const auto& [name, extension] : known) {
+    if (name == format) return BatchKeep{folder, extension.empty() ? "" : name, extension};
+    list.append(list.empty() ? "" : ", ").append(name);
+  }
+  return bad_input("--keep " + format + " is not one of " + list);
+}
+
+Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, const BatchKeep& keep) {
+  for (const std::string& column : table.columns) {
+    const auto& known = job_columns();
+    if (column.find('.') != std::string::npos ||
+        std::find(known.begin(), known.end(), column) != known.end()) {
+      continue;
+    }
+    const std::string nearest = nearest_name(column, known);
+    return bad_input("the jobs have a column \"" + column + "\"" +
+                     (nearest.empty() ? ": the columns are scene, probe, seed, duration_s, name "
+                                        "and keys of scenes such as skin.radius_mm"
+                                      : ": did you mean " + nearest + "?"));
+  }
+  std::vector<BatchJob> jobs;
+  FileHashes files;
+  for (const auto& row : table.rows) {
+    BatchJob job{.scene = "paper"};
+    for (std::size_t i = 0; i < row.size(); ++i) set_cell(table.columns[i], row[i], job);
+    job.id = id_of(job, keep, files);
+    jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+const std::vector<std::string>& outcome_columns() {
+  static const std::vector<std::string> columns = {
+      "status",      "error",   "spikes",  "firing",     "rate_hz", "busiest_hz",
+      "simulated_s", "verdict", "version", "spike_hash", "file",    "run_s"};
+  return columns;
+}
+
+Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& models) {
+  const auto begin = std::chrono::steady_clock::now();
+  if (!job.error.empty()) return failure(job.error);
+  auto run = prepare(job, models);
+  if (!run) return failure(run.error().sentence);
+  const TactileModel& model = *run->model;
+  Pipeline pipeline(*run->model, run->parameters);
+  run->add_probes_to(pipeline);
+  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
+                        .overwrite = true,
+                        .run = std::move(run->description),
+                        .inputs = {job.scene}};
+  std::vector<std::string> sinks = run->scene.sinks;
+  const std::string file = keep.format.empty() ? "" : job.id + "." + keep.extension;
+  if (!file.empty()) sinks.push_back(keep.format + ":" + keep.folder + "/" + file);
+  for (const std::string& uri : sinks) {
+    auto sink = open_sink(uri, setup);
+    if (!sink) return failure(sink.error().sentence);
+    pipeline.add_sink(std::move(*sink));
+  }
+  SpikeHash hash;
+  pipeline.add_sink(std::make_unique<SpikeCallback>(
+      "hash", [&](std::span<const SpikeEvent> spikes) { hash.add(spikes); }));
+  bool stopped = false;
+  Expected<RunReport, SetupError> report = [&] {
+    const StopSignal stop(pipeline);
+    sigset_t ending;
+    sigset_t before;
+    sigemptyset(&ending);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&ending, signal);
+    ::pthread_sigmask(SIG_UNBLOCK, &ending, &before);
+    auto done = pipeline.run();
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    stopped = stop.requested();
+    return done;
+  }();
+  if (stopped && (!report || report->interrupted)) return {};
+  if (!report) return failure(report.error().sentence);
+  if (!report->error_message.empty()) return failure(report->error_message);
+  for (const RunReport::OfSink& sink : report->sinks) {
+    if (!sink.error_message.empty()) return failure(sink.error_message);
+  }
+  const auto& counts = report->spikes_of_neuron;
+  const double span_s = std::max(units::s_from(report->simulated), 1e-9);
+  const auto busiest = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
+  const auto silent = std::count(counts.begin(), counts.end(), 0U);
+  const auto afferents = static_cast<double>(std::max<std::size_t>(1, counts.size()));
+  Json outcome = {{"status", "done"},
+                  {"error", ""},
+                  {"spikes", report->spikes},
+                  {"firing", counts.size() - static_cast<std::size_t>(silent)},
+                  {"rate_hz", rounded(static_cast<double>(report->spikes) / afferents / span_s)},
+                  {"busiest_hz", rounded(static_cast<double>(busiest) / span_s)},
+                  {"simulated_s", units::s_from(report->simulated)},
+                  {"verdict", findings_text(verdict_of(*report, model))},
+                  {"version", std::string(MERKEL_VERSION) + " " + kGitHash},
+                  {"spike_hash", hash.text()},
+                  {"file", file}};
+  models.keep(run->model_key, std::move(run->model));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  outcome["run_s"] = rounded(took.count());
+  return outcome;
+}
+
+}  // namespace merkel

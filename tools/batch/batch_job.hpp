@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "tools/batch/text_table.hpp"
+#include "tools/json_text.hpp"
+#include "tools/scene/prepared_run.hpp"
+#include "tools/scene/scene_overrides.hpp"
+
+namespace merkel {
+
+/// One run of a batch: a line of the jobs' table.
+struct BatchJob {
+  std::string id;     ///< a hash of everything that determines its result, files included
+  std::string scene;  ///< preset or file
+  std::string probe;  ///< URI; empty: the scene's
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration_s;
+  SceneOverrides overrides;
+  std::string error;  ///< why it cannot run; empty: it can
+};
+
+/// What becomes of the runs of a batch.
+struct BatchKeep {
+  std::string folder;
+  std::string format;     ///< scheme of a file sink; empty: only the row of the table
+  std::string extension;  ///< of its files
+};
+/// Of a format's name. Fails with the known ones.
+[[nodiscard]] Expected<BatchKeep, SetupError> keep_in(const std::string& folder,
+                                                      const std::string& format);
+
+/// The jobs of a table with the columns scene, probe, seed, duration_s and name, and keys of scenes
+/// such as skin.radius_mm; an empty cell keeps the scene's own value. Fails where a column is none
+/// of these.
+[[nodiscard]] Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table,
+                                                                  const BatchKeep& keep);
+
+/// The columns of the result table after those of the jobs.
+[[nodiscard]] const std::vector<std::string>& outcome_columns();
+
+/// Runs a job as `merkel run --fast` does. \return its outcome by column; with status "failed" and
+/// the error where it fails; null if it was interrupted (SIGINT, SIGTERM)
+[[nodiscard]] Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& models);
+
+}  // namespace merkel
