@@ -1,0 +1,119 @@
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/core.h>
+
+#include "core/units.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "tools/commands/command.hpp"
+#include "tools/number_text.hpp"
+#include "tools/run/merged_sessions.hpp"
+
+namespace merkel {
+namespace {
+
+struct MergeOptions {
+  std::vector<std::string> sessions;
+  std::vector<std::string> sinks;
+  std::string mark;
+  double limit_ms = 10.0;
+  bool accept_unknown = false;
+  bool overwrite = false;
+};
+
+/// Prints how the sessions were aligned. Fails if they were not aligned well enough.
+Expected<void, SetupError> check_alignment(const MergeOptions& options,
+                                           const MergedSessions& merged) {
+  for (const MergedSessions::Alignment& each : merged.alignments) {
+    const std::string offset = fmt::format("{:+.9f}", units::s_from(each.offset));
+    if (!each.residual) {
+      if (!options.accept_unknown) {
+        return bad_input(
+            "how well " + each.session + " is aligned (" + each.how + ") is unknown: " +
+            (options.mark.empty()
+                 ? "a host's clock was not synchronised, or the session is of an older version; "
+                   "align by a mark that all sessions have, --by-mark LABEL, or accept it with "
+                   "--accept-unknown"
+                 : "use a mark that was set at least twice, or accept it with --accept-unknown"));
+      }
+      std::fprintf(stderr, "%s: %s s by %s, residual unknown\n", each.session.c_str(),
+                   offset.c_str(), each.how.c_str());
+      continue;
+    }
+    const double residual_ms = units::ms_from(*each.residual);
+    if (residual_ms > options.limit_ms) {
+      return bad_input(fmt::format(
+          "{} is aligned ({}) only to within {} ms, and the limit is {} ms: {}, or accept it with "
+          "--limit-ms",
+          each.session, each.how, number_text(residual_ms), number_text(options.limit_ms),
+          options.mark.empty() ? "align by a mark that all sessions have, --by-mark LABEL"
+                               : "check that the marks are the same events"));
+    }
+    std::fprintf(stderr, "%s: %s s by %s, residual %s ms\n", each.session.c_str(), offset.c_str(),
+                 each.how.c_str(), number_text(residual_ms).c_str());
+  }
+  return {};
+}
+
+int merge(const MergeOptions& options) {
+  if (options.sessions.size() < 2) return refuse("name at least two sessions to merge");
+  for (const std::string& uri : options.sinks) {
+    if (!uri.starts_with("xdf:")) continue;
+    return refuse(
+        "a session holds one scene, so merged sessions cannot be written as one: use another "
+        "sink, such as nwb:FILE");
+  }
+  const auto merged = merge_sessions(options.sessions, options.mark);
+  if (!merged) return refuse(merged.error());
+  if (auto aligned = check_alignment(options, *merged); !aligned) return refuse(aligned.error());
+  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  for (const std::string& uri : options.sinks) {
+    auto sink = open_sink(uri, {.neurons = merged->neurons,
+                                .overwrite = options.overwrite,
+                                .run = merged->run,
+                                .notice =
+                                    [](const std::string& line) {
+                                      std::fprintf(stderr, "merkel: %s\n", line.c_str());
+                                    },
+                                .inputs = options.sessions});
+    if (!sink) return refuse(sink.error());
+    sinks.push_back(std::move(*sink));
+  }
+  for (const auto& sink : sinks) {
+    if (auto written = write_merged(*merged, *sink); !written) {
+      return fail(written.error().sentence);
+    }
+  }
+  std::fprintf(stderr, "%zu spikes of %u afferents of %zu sessions merged%s\n",
+               merged->spikes.size(), merged->neurons, options.sessions.size(),
+               merged->complete ? "" : "; one recording is incomplete and ends earlier");
+  return kDone;
+}
+
+}  // namespace
+
+void add_merge_command(CommandLine& program) {
+  auto options = std::make_shared<MergeOptions>();
+  program
+      .subcommand("merge",
+                  "Puts sessions of several rigs on one clock, that of the first, and writes them "
+                  "to any of the file sinks. Afferents are numbered through all sessions; the "
+                  "names of their patches begin with the name of their session.",
+                  "merge left.xdf right.xdf --sink nwb:both.nwb")
+      .list("sessions", options->sessions, "Sessions, as recorded by --sink xdf:FILE")
+      .required()
+      .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
+      .required()
+      .option("--by-mark", options->mark,
+              "Align by the marks with this label, which all sessions have equally often; default: "
+              "by the UTC time that the hosts recorded")
+      .option("--limit-ms", options->limit_ms, "Largest residual of the alignment, ms", {0, 1e9})
+      .flag("--accept-unknown", options->accept_unknown, "Also merge if the residual is unknown")
+      .flag("--overwrite", options->overwrite, "Replace existing files")
+      .runs([options] { return merge(*options); });
+}
+
+}  // namespace merkel
