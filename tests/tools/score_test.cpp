@@ -151,6 +151,30 @@ TEST(Fit, RecoversTheParametersThatMadeTheData) {
   EXPECT_LT(again->parameters[0].relative_error, 0.05);
 }
 
+TEST(Fit, ThreadsChangeNoBitOfAScoreOrAFit) {
+  const TactileModel::Parameters goodwin = preset_scene("goodwin")->model;
+  Recordings recordings = published_recordings();
+  recordings.sets.resize(3);
+  const auto one = score_sets(goodwin, recordings.sets, 2, {}, 1);
+  const auto three = score_sets(goodwin, recordings.sets, 2, {}, 3);
+  ASSERT_TRUE(one && three);
+  for (std::size_t s = 0; s < 3; ++s) {
+    EXPECT_EQ((*one)[s].predicted, (*three)[s].predicted);
+    EXPECT_EQ((*one)[s].rmse, (*three)[s].rmse);
+  }
+  recordings.sets.resize(1);
+  std::vector<double> fitted;
+  for (const std::size_t threads : {1U, 3U}) {
+    TactileModel::Parameters scene = goodwin;
+    scene.adaptation.gain_Hz_per_kPa *= 1.3;
+    const auto result = fit(scene, recordings.sets, {"gain_Hz_per_kPa"}, 2, 12, {}, threads);
+    ASSERT_TRUE(result);
+    EXPECT_LT(result->cost_after, result->cost_before);
+    fitted.push_back(scene.adaptation.gain_Hz_per_kPa);
+  }
+  EXPECT_EQ(fitted[0], fitted[1]);
+}
+
 TEST(Fit, EveryParameterOfANeuronHasItsOwnName) {
   for (const NeuronKind kind : {NeuronKind::kIntegrateAndFire, NeuronKind::kConnorStevens}) {
     TactileModel::Parameters model = preset_scene("goodwin-cs")->model;

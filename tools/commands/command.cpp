@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "realtime/threads/spinning_team.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
@@ -12,6 +13,10 @@ Expected<Scene, SetupError> given_scene(const std::string& name_or_file) {
     std::fprintf(stderr, "merkel: %s\n", scene->notice.c_str());
   }
   return scene;
+}
+
+std::size_t jobs_or_cores(const std::optional<double>& jobs) {
+  return static_cast<std::size_t>(jobs.value_or(SpinningTeam::available_cores()));
 }
 
 std::string joined(const std::vector<std::string>& words) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,9 @@ void add_completion_command(CommandLine& program);
 
 /// scene_named() for a command: prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);
+
+/// The value of an option --jobs; by default, the number of cores that the program may use.
+[[nodiscard]] std::size_t jobs_or_cores(const std::optional<double>& jobs);
 
 /// The words, separated by ", ".
 [[nodiscard]] std::string joined(const std::vector<std::string>& words);

@@ -28,6 +28,7 @@ struct FitCommand {
   std::vector<std::string> parameters;
   double trials = 16;
   double evaluations = 200;
+  std::optional<double> threads;
   bool overwrite = false;
 };
 
@@ -96,7 +97,7 @@ Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene
   if (names.empty()) names = {"gain_Hz_per_kPa", "fast_weight", "slow_weight"};
   const auto result =
       fit(scene.model, recordings.sets, names, static_cast<std::size_t>(command.trials),
-          static_cast<int>(command.evaluations), folder.progress);
+          static_cast<int>(command.evaluations), folder.progress, jobs_or_cores(command.threads));
   if (!result) return Unexpected<SetupError>(result.error());
   set_fitted(scene.model, *result);
   if (!out.write(scene_of(command, scene, *result)) || !out.close()) {
@@ -182,6 +183,9 @@ void add_fit_command(CommandLine& program) {
       .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
       .option("--evaluations", command->evaluations, "Maximum number of evaluations of the model",
               {10, 100000})
+      .option("--jobs", command->threads,
+              "Number of threads; default: one per core. The result does not depend on it",
+              {1, 1024})
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_command(*command); });
   add_fit_skin_command(fit);

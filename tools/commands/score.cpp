@@ -22,6 +22,7 @@ struct ScoreCommand {
   std::string data;
   std::string folder = "score";
   double trials = 50;
+  std::optional<double> threads;
   bool overwrite = false;
 };
 
@@ -80,16 +81,17 @@ std::string declines(const std::vector<SetScore>& scores, Sets sets) {
 
 class Scorecard {
  public:
-  Scorecard(const ReportFolder& folder, std::size_t trials, const TactileModel::Parameters& scene,
-            const Recordings& recordings, std::string data)
+  Scorecard(const ReportFolder& folder, std::size_t trials, std::size_t threads,
+            const TactileModel::Parameters& scene, const Recordings& recordings, std::string data)
       : folder_(folder),
         trials_(trials),
+        threads_(threads),
         scene_(scene),
         recordings_(recordings),
         data_(std::move(data)) {}
 
   Expected<std::string, SetupError> make(const Scene& named) {
-    const auto scores = score_sets(scene_, recordings_.sets, trials_, folder_.progress);
+    const auto scores = score_sets(scene_, recordings_.sets, trials_, folder_.progress, threads_);
     if (!scores) return bad_input(named.sentence(scores.error()));
     const auto part = [&](const std::string& heading, Sets sets) {
       const std::string body = table_of_sets(*scores, sets) + declines(*scores, sets);
@@ -247,6 +249,7 @@ class Scorecard {
 
   const ReportFolder& folder_;
   std::size_t trials_;
+  std::size_t threads_;
   const TactileModel::Parameters& scene_;
   const Recordings& recordings_;
   std::string data_;  ///< file of the recordings; empty: the bundled ones
@@ -259,7 +262,8 @@ int score(const ScoreCommand& command) {
   if (!recordings) return refuse(recordings.error());
   const ReportPart parts[] = {{"scorecard", [&](const ReportFolder& folder) {
                                  return Scorecard(folder, static_cast<std::size_t>(command.trials),
-                                                  scene->model, *recordings, command.data)
+                                                  jobs_or_cores(command.threads), scene->model,
+                                                  *recordings, command.data)
                                      .make(*scene);
                                }}};
   return make_report({.folder = command.folder,
@@ -287,6 +291,9 @@ void add_score_command(CommandLine& program) {
               "Recordings (JSON; format in tools/README.md) instead of the published ones")
       .option("--out", command->folder, "Folder to write to")
       .option("--trials", command->trials, "Repetitions of each press", {1, 10000})
+      .option("--jobs", command->threads,
+              "Number of threads; default: one per core. The result does not depend on it",
+              {1, 1024})
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return score(*command); });
 }

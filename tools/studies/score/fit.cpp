@@ -150,7 +150,8 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     const std::vector<DataSet>& given,
                                     const std::vector<std::string>& names, std::size_t trials,
                                     int most_evaluations,
-                                    const std::function<void(double)>& progress) {
+                                    const std::function<void(double)>& progress,
+                                    std::size_t threads) {
   if (!scene.energy_driven()) {
     return bad_input(
         "only neurons driven by energy density can be fitted: start from goodwin, finger or "
@@ -164,7 +165,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   const auto traces = fit_traces(scene, sets);
   if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
 
-  FitAnswers answers(*traces, trials);
+  FitAnswers answers(*traces, trials, threads);
   const Eigen::VectorXd measured = answers.measured();
   const Eigen::VectorXd weights = answers.weights();
   const auto with = [&](const std::vector<double>& logarithms) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
@@ -55,11 +56,13 @@ struct FitResult {
 /// The cost is the mean over all data sets of the mean square error, in Hz²; a decline that is
 /// wrong by 1 % counts as 1 Hz. All evaluations have the same noise. The stimuli's energy densities
 /// are computed once: the fitted parameters do not change them. Sets with fit = false are ignored.
-/// Fails where a name is unknown or the scene's neurons are driven otherwise.
+/// The result is the same for any number of threads. Fails where a name is unknown or the scene's
+/// neurons are driven otherwise.
 [[nodiscard]] Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                                   const std::vector<DataSet>& sets,
                                                   const std::vector<std::string>& names,
                                                   std::size_t trials, int most_evaluations,
-                                                  const std::function<void(double)>& progress);
+                                                  const std::function<void(double)>& progress,
+                                                  std::size_t threads = 1);
 
 }  // namespace merkel

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/units.hpp"
+#include "tools/studies/score/parallel_items.hpp"
 #include "tools/studies/score/trials.hpp"
 
 namespace merkel {
@@ -42,9 +43,14 @@ Expected<std::vector<FitTrace>, ParameterError> fit_traces(const TactileModel::P
 
 Eigen::VectorXd FitAnswers::of(const TactileModel::Parameters& parameters) {
   Eigen::VectorXd answers(static_cast<Eigen::Index>(traces_.size()));
-  for (std::size_t i = 0; i < traces_.size(); ++i) {
-    answers[static_cast<Eigen::Index>(i)] = answer(parameters, traces_[i]);
+  TactileModel::Parameters own = parameters;
+  for (const FitTrace& trace : traces_) {
+    own.step = trace.step;
+    if (!tables_.contains(own.step)) tables_.emplace(own.step, *rate_current_table_of(own));
   }
+  for_each_item(traces_.size(), threads_, [&](std::size_t /*worker*/, std::size_t i) {
+    answers[static_cast<Eigen::Index>(i)] = answer(parameters, traces_[i]);
+  });
   ++evaluations_;
   return answers;
 }
@@ -65,14 +71,10 @@ Eigen::VectorXd FitAnswers::weights() const {
   return values;
 }
 
-double FitAnswers::answer(const TactileModel::Parameters& parameters, const FitTrace& trace) {
+double FitAnswers::answer(const TactileModel::Parameters& parameters, const FitTrace& trace) const {
   TactileModel::Parameters own = parameters;
   own.step = trace.step;
-  if (table_step_ != own.step) {
-    table_ = *rate_current_table_of(own);
-    table_step_ = own.step;
-  }
-  Afferents neurons = *Afferents::create(own, 0, trials_, table_);
+  Afferents neurons = *Afferents::create(own, 0, trials_, tables_.at(own.step));
   std::vector<std::vector<double>> times(trials_);
   SpikeBuffer spikes(trials_ * 4);
   std::vector<double> before(trials_, 0.0);

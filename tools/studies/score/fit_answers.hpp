@@ -1,6 +1,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -31,8 +33,9 @@ struct FitTrace {
 class FitAnswers {
  public:
   /// \param traces  outlive the object.  \param trials  repetitions of each
-  FitAnswers(const std::vector<FitTrace>& traces, std::size_t trials)
-      : traces_(traces), trials_(trials) {}
+  /// \param threads  that share the traces; the responses are the same for any number
+  FitAnswers(const std::vector<FitTrace>& traces, std::size_t trials, std::size_t threads)
+      : traces_(traces), trials_(trials), threads_(threads) {}
 
   [[nodiscard]] Eigen::VectorXd of(const TactileModel::Parameters& parameters);
   [[nodiscard]] Eigen::VectorXd measured() const;
@@ -41,12 +44,13 @@ class FitAnswers {
   [[nodiscard]] int evaluations() const noexcept { return evaluations_; }
 
  private:
-  [[nodiscard]] double answer(const TactileModel::Parameters& parameters, const FitTrace& trace);
+  [[nodiscard]] double answer(const TactileModel::Parameters& parameters,
+                              const FitTrace& trace) const;
 
   const std::vector<FitTrace>& traces_;
   std::size_t trials_;
-  std::shared_ptr<const RateCurrentTable> table_;
-  std::chrono::nanoseconds table_step_{0};
+  std::size_t threads_;
+  std::map<std::chrono::nanoseconds, std::shared_ptr<const RateCurrentTable>> tables_;  ///< by step
   int evaluations_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include "core/scene/afferents.hpp"
 #include "core/units.hpp"
+#include "tools/studies/score/parallel_items.hpp"
 #include "tools/studies/score/trials.hpp"
 
 namespace merkel {
@@ -97,35 +99,56 @@ double root_mean_square_error(const std::vector<double>& a, const std::vector<do
 
 Expected<std::vector<SetScore>, ParameterError> score_sets(
     const TactileModel::Parameters& scene, const std::vector<DataSet>& sets, std::size_t trials,
-    const std::function<void(double)>& progress) {
-  std::size_t points = 0;
-  for (const DataSet& set : sets) points += set.points.size();
+    const std::function<void(double)>& progress, std::size_t threads) {
+  struct Point {
+    const DataSet::Point* point;
+    Answer answer{.value = kNone, .count_sd = kNone};
+    bool skipped = false;
+    std::optional<ParameterError> error;
+  };
+  std::vector<Point> points;
+  for (const DataSet& set : sets) {
+    for (const DataSet::Point& point : set.points) points.push_back({.point = &point});
+  }
+  std::vector<std::optional<Trials>> models(std::max<std::size_t>(1, threads));
+  std::mutex mutex;
   std::size_t done = 0;
+  for_each_item(points.size(), threads, [&](std::size_t worker, std::size_t i) {
+    const Stimulus& stimulus = points[i].point->stimulus;
+    if (std::isinf(stimulus.indenter.radius_mm) && std::isinf(scene.skin.radius_mm)) {
+      points[i].skipped = true;
+      return;
+    }
+    std::optional<Trials>& model = models[worker];
+    if (!model || !model->fits(stimulus)) {
+      auto made = Trials::create(scene, stimulus, trials);
+      if (!made) {
+        points[i].error = made.error();
+        return;
+      }
+      model.emplace(std::move(*made));
+    }
+    points[i].answer = answer_of(stimulus, model->run(stimulus));
+    const std::lock_guard lock(mutex);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(points.size()));
+  });
   std::vector<SetScore> scores;
-  std::optional<Trials> model;
+  auto next = points.begin();
   for (const DataSet& set : sets) {
     SetScore score;
     score.set = &set;
     std::vector<double> measured;
     std::vector<double> answered;
-    for (const DataSet::Point& point : set.points) {
-      if (std::isinf(point.stimulus.indenter.radius_mm) && std::isinf(scene.skin.radius_mm)) {
+    for (std::size_t k = 0; k < set.points.size(); ++k, ++next) {
+      if (next->error) return Unexpected<ParameterError>(*next->error);
+      score.predicted.push_back(next->answer.value);
+      score.count_sd.push_back(next->answer.count_sd);
+      if (next->skipped) {
         ++score.skipped;
-        score.predicted.push_back(kNone);
-        score.count_sd.push_back(kNone);
         continue;
       }
-      if (!model || !model->fits(point.stimulus)) {
-        auto made = Trials::create(scene, point.stimulus, trials);
-        if (!made) return Unexpected<ParameterError>(made.error());
-        model.emplace(std::move(*made));
-      }
-      const Answer answer = answer_of(point.stimulus, model->run(point.stimulus));
-      score.predicted.push_back(answer.value);
-      score.count_sd.push_back(answer.count_sd);
-      answered.push_back(answer.value);
-      measured.push_back(point.measured);
-      if (progress) progress(static_cast<double>(++done) / static_cast<double>(points));
+      answered.push_back(next->answer.value);
+      measured.push_back(next->point->measured);
     }
     score.rmse = answered.empty() ? kNone : root_mean_square_error(answered, measured);
     score.r2 = squared_correlation(answered, measured);

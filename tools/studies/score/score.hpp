@@ -28,7 +28,7 @@ struct SetScore {
 /// Scores the data sets. \param progress  called with the completed fraction
 [[nodiscard]] Expected<std::vector<SetScore>, ParameterError> score_sets(
     const TactileModel::Parameters& scene, const std::vector<DataSet>& sets, std::size_t trials,
-    const std::function<void(double)>& progress);
+    const std::function<void(double)>& progress, std::size_t threads = 1);
 
 /// The regularity of an afferent at a steady rate, and its intervals.
 struct Regularity {
