@@ -109,10 +109,9 @@ Expected<std::size_t, SetupError> run_shared(const SharedWork& work,
     const auto place = static_cast<std::size_t>(at - workers.begin());
     const std::size_t item = board.item_of[place].load();
     if (stop.load() || (WIFEXITED(status) && WEXITSTATUS(status) == 0)) continue;
-    if (item != kNone) {
-      work.on_death(item, end_of(status));
-      board.finished.fetch_add(1);
-    }
+    if (item == kNone) continue;
+    work.on_death(item, end_of(status));
+    board.finished.fetch_add(1);
     *at = start_worker(work, board, place);
     if (*at > 0) ++running;
   }

@@ -1,15 +1,14 @@
 #include <algorithm>
 #include <atomic>
-#include <csignal>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
-
-#include <sched.h>
 
 #include "tools/batch/batch_folder.hpp"
 #include "tools/batch/batch_job.hpp"
@@ -28,13 +27,6 @@ struct BatchOptions {
   std::optional<double> processes;
   bool strict = false;
 };
-
-std::size_t cores() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  return ::sched_getaffinity(0, sizeof set, &set) == 0 ? static_cast<std::size_t>(CPU_COUNT(&set))
-                                                       : 1;
-}
 
 Expected<TextTable, SetupError> read_table(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -58,11 +50,15 @@ Expected<bool, SetupError> run_missing(const BatchOptions& options, const BatchK
   ModelCache models;  // of each worker: it is empty when they start
   SharedWork work;
   work.items = missing.size();
-  work.processes = options.processes ? static_cast<std::size_t>(*options.processes) : cores();
+  work.processes = jobs_or_cores(options.processes);
   work.run = [&](std::size_t item) {
     const BatchJob& job = *missing[item];
     const Json outcome = run_batch_job(job, keep, models);
-    return !outcome.is_null() && folder.add(job.id, outcome);
+    if (outcome.is_null()) return false;
+    if (folder.add(job.id, outcome)) return true;
+    std::fprintf(stderr, "merkel: cannot write %s/rows.jsonl: %s; make room there\n",
+                 options.out.c_str(), std::strerror(errno));
+    return false;
   };
   work.on_death = [&](std::size_t item, const std::string& reason) {
     static_cast<void>(folder.add(missing[item]->id, {{"status", "failed"}, {"error", reason}}));

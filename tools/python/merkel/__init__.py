@@ -18,8 +18,9 @@ import re as _re
 from ._merkel import Bridge, Error, Output, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect
 from ._batch import Batch, Result, batch
+from ._streams import RecordedStream, load_streams
 
-__all__ = ["Batch", "Bridge", "Error", "Output", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "presets"]
+__all__ = ["Batch", "Bridge", "Error", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "load_streams", "presets"]
 
 
 def _named(function):

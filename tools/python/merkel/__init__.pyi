@@ -199,5 +199,14 @@ def connect(
     allow_remote: bool = ...,
     most_unread: int = ...,
 ) -> Bridge: ...
+class RecordedStream(NamedTuple):
+    """A stream of a LabRecorder file. time_s is on the recorder's clock, the same for all streams."""
+    time_s: NDArray[np.float64]
+    values: Any
+    host: str
+    clock_error_s: float
+    info: Any
+
+def load_streams(file: str | PathLike[str]) -> dict[str, RecordedStream]: ...
 def load(file: str | PathLike[str]) -> Session: ...
 def presets() -> list[str]: ...
