@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,13 +15,13 @@ namespace merkel {
 
 /// One run of a batch: a line of the jobs' table.
 struct BatchJob {
-  std::string id;     ///< a hash of everything that determines its result, files included
-  std::string scene;  ///< preset or file
-  std::string probe;  ///< URI; empty: the scene's
-  std::optional<std::uint64_t> seed;
-  std::optional<double> duration_s;
-  SceneOverrides overrides;
-  std::string error;  ///< why it cannot run; empty: it can
+  std::string id = {};     ///< a hash of everything that determines its result, files included
+  std::string scene;       ///< preset or file
+  std::string probe = {};  ///< URI; empty: the scene's
+  std::optional<std::uint64_t> seed = std::nullopt;
+  std::optional<double> duration_s = std::nullopt;
+  SceneOverrides overrides = {};
+  std::string error = {};  ///< why it cannot run; empty: it can
 };
 
 /// What becomes of the runs of a batch.

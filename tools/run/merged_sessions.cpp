@@ -28,8 +28,8 @@ struct OneSession {
   RunOrigin origin;
   std::uint32_t neurons = 0;
   bool complete = true;
-  SessionChunk items;
-  std::vector<std::vector<ProbeSample>> samples;
+  SessionChunk items = {};
+  std::vector<std::vector<ProbeSample>> samples = {};
 };
 
 template <class Item>

@@ -104,7 +104,7 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
     const DataSet::Point* point;
     Answer answer{.value = kNone, .count_sd = kNone};
     bool skipped = false;
-    std::optional<ParameterError> error;
+    std::optional<ParameterError> error = std::nullopt;
   };
   std::vector<Point> points;
   for (const DataSet& set : sets) {
