@@ -30,7 +30,7 @@ class StimCsvSink final : public SpikeSink {
     if (std::exchange(header_written_, true)) return {};
     time_.set(origin);
     if (!time_file_.write(time_)) return Unexpected<SinkError>({.sentence = time_file_.error()});
-    const bool written = file_.write(StimulationText::kCsvHeader);
+    const bool written = file_.write(StimulationText::csv_header() + "\n");
     file_.end_header();
     return settle(written);
   }

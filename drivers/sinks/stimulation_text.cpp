@@ -1,8 +1,9 @@
 #include "drivers/sinks/stimulation_text.hpp"
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/records/columns.hpp"
 #include "core/units.hpp"
-#include "drivers/files/csv_text.hpp"
+#include "drivers/files/column_text.hpp"
 #include "drivers/sinks/json_text.hpp"
 
 namespace merkel {
@@ -24,13 +25,18 @@ StimulationText::StimulationText(const EncodingParameters& encoding)
   names_.emplace_back("unknown");
 }
 
+std::string StimulationText::csv_header() { return merkel::csv_header(kCommandColumns); }
+
 void StimulationText::append_row(std::string& text, const StimulationCommand& command) const {
-  append_seconds(text, command.time);
-  text.append(",").append(name(command)).append(",").append(name_of(command.kind)).append(",");
-  text.append(shortest_decimal(command.amplitude_uA)).append(",");
-  text.append(shortest_decimal(command.frequency_Hz)).append(",");
-  text.append(std::to_string(command.heartbeat)).append(",").append(name_of(command.stop));
-  text += '\n';
+  for_each_column(kCommandColumns, [&](const auto& each) {
+    if (each.name == "electrode") {
+      text.append(name(command));
+    } else {
+      append_value(text, each.access(command));
+    }
+    text += ',';
+  });
+  text.back() = '\n';
 }
 
 void StimulationText::append_members(std::string& text, const StimulationCommand& command) const {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/encoding/encoding_parameters.hpp"
@@ -17,12 +16,10 @@ namespace merkel {
 /// doubles. Real-time: no.
 class StimulationText {
  public:
-  /// The header of the rows of append_row(), with the end of the line.
-  static constexpr std::string_view kCsvHeader =
-      "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n";
-
   explicit StimulationText(const EncodingParameters& encoding);
 
+  /// The columns of append_row(): those of the record, the electrode by its name.
+  [[nodiscard]] static std::string csv_header();
   /// `0.120000000,E12,update,35.5,80,12,`; the last field gives the reason if everything is off.
   void append_row(std::string& text, const StimulationCommand& command) const;
   /// `"kind":"update","electrode":"E12",…`: the members of a JSON object, without its braces.

@@ -22,11 +22,6 @@ constexpr std::array kKinds = {Kind::kUpdate, Kind::kPulse};
 constexpr std::array kStops = {Stop::kNone,        Stop::kReleased, Stop::kGap,  Stop::kNeuronReset,
                                Stop::kSinkFailure, Stop::kEnd,      Stop::kStale};
 
-/// The header without the line's end.
-std::string_view header() {
-  return StimulationText::kCsvHeader.substr(0, StimulationText::kCsvHeader.size() - 1);
-}
-
 template <class Words>
 auto named(const Words& words, std::string_view name) {
   const auto found = std::find_if(words.begin(), words.end(),
@@ -68,7 +63,7 @@ bool is_stimulation_csv(const std::string& path) {
   auto lines = LineReader::open(path);
   while (lines && lines->next() == LineReader::Outcome::kLine) {
     const std::string_view line = lines->line();
-    if (!line.empty() && !line.starts_with('#')) return line == header();
+    if (!line.empty() && !line.starts_with('#')) return line == StimulationText::csv_header();
   }
   return false;
 }
@@ -85,8 +80,8 @@ Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& pa
     if (line.empty()) continue;
     if (line.starts_with('#')) continue;
     if (!header_found) {
-      if (line != header()) {
-        return bad_input(lines->where() + "expected the header " + std::string(header()));
+      if (line != StimulationText::csv_header()) {
+        return bad_input(lines->where() + "expected the header " + StimulationText::csv_header());
       }
       header_found = true;
       continue;
@@ -94,7 +89,7 @@ Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& pa
     auto command = command_of(line);
     if (!command) {
       return bad_input(lines->where() + "this is not a stimulation command: expected " +
-                       std::string(header()));
+                       StimulationText::csv_header());
     }
     file.commands.push_back(std::move(*command));
   }

@@ -140,7 +140,7 @@ TEST(Encoding, PushedSamplesGiveTheCommandsOfAFastRun) {
   auto stream = SampleStream::create(*scene, {ProbeSample::kDepth});
   ASSERT_TRUE(stream) << stream.error().sentence;
   auto source = *open_probe(probe);
-  std::string text(StimulationText::kCsvHeader);
+  std::string text = StimulationText::csv_header() + "\n";
   const auto append_rows = [&] {
     for (const auto& command : stream->commands()) rows.append_row(text, command);
   };

@@ -64,8 +64,8 @@ TEST(SessionFrames, TheBytesOfARunParseAgainToItsSamples) {
   const auto shown = run_program({"inspect", "session", path, "--stream", "frames"});
   const auto rows = lines_of(shown.out);
   ASSERT_EQ(rows.size(), recorded.frames[0].size() + 1);
-  EXPECT_EQ(rows[0], "probe,port,time_s,kind,parsed,damaged,lost,bytes");
-  EXPECT_NE(rows[1].find(",opened,0,0,0,"), std::string::npos) << rows[1];
+  EXPECT_EQ(rows[0], "probe,port,time_s,kind,length,parsed,damaged,lost,bytes");
+  EXPECT_NE(rows[1].find(",opened,0,0,0,0,"), std::string::npos) << rows[1];
   const auto overview = run_program({"inspect", "session", path});
   EXPECT_NE(overview.out.find("stream frames," + std::to_string(rows.size() - 1) + "\n"),
             std::string::npos)
@@ -125,7 +125,9 @@ TEST(InspectSession, RefusesWhatItDoesNotKnow) {
             "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n");
   const auto rows = lines_of(run_program({"inspect", "session", path, "--stream", "ticks"}).out);
   EXPECT_EQ(rows.size(), 101U);
-  EXPECT_EQ(rows[1].substr(0, 23), "1,0,0.001000000,followi") << rows[1];
+  EXPECT_EQ(rows[0],
+            "number,probe,time_s,latency_s,depth_mm,force_mN,x_mm,y_mm,late,state,delay_s");
+  EXPECT_EQ(rows[1], "1,0,0.001000000,0.000000000,0,0,0,0,0,following,0.000000000");
 }
 
 }  // namespace

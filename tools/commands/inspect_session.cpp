@@ -9,8 +9,9 @@
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
-#include "drivers/files/csv_text.hpp"
+#include "drivers/files/column_text.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/sessions/session_columns.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/commands/command.hpp"
 
@@ -34,11 +35,6 @@ std::string seconds(std::chrono::nanoseconds time) {
   return text;
 }
 
-std::string contact(double depth_mm, double force_mN, double x_mm, double y_mm) {
-  return shortest_decimal(depth_mm) + "," + shortest_decimal(force_mN) + "," +
-         shortest_decimal(x_mm) + "," + shortest_decimal(y_mm);
-}
-
 /// The column names of all counters, losses and rights.
 std::string status_header() {
   std::string header;
@@ -54,44 +50,37 @@ std::string status_header() {
 std::string header_of(SessionStream::Id stream) {
   switch (stream) {
     case SessionStream::Id::kSpikes:
-      return "time_s,neuron,patch,flags";
+      return csv_header(kSpikeColumns);
     case SessionStream::Id::kTicks:
-      return "number,probe,time_s,state,depth_mm,force_mN,x_mm,y_mm,late,latency_s";
+      return csv_header(kTickColumns);
     case SessionStream::Id::kSamples:
-      return "probe,time_s,arrival_s,depth_mm,force_mN,x_mm,y_mm,sequence,channels";
+      return csv_header(kProbeSampleColumns);
     case SessionStream::Id::kEvents:
-      return "time_s,kind,subject,length_s";
+      return csv_header(kEventColumns);
     case SessionStream::Id::kStatus:
       return status_header();
     case SessionStream::Id::kFrames:
-      return "probe,port,time_s,kind,parsed,damaged,lost,bytes";
+      return csv_header(kFrameColumns) + ",bytes";
     case SessionStream::Id::kStimulation:
-      return "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop";
+      return csv_header(kCommandColumns);
   }
   return "";
 }
 
-std::string row_of(const SpikeEvent& spike) {
-  return fmt::format("{},{},{},{}", seconds(spike.time), spike.neuron, spike.patch, spike.flags);
+template <class Columns, class Record>
+std::string row_of(const Columns& columns, const Record& record) {
+  std::string row;
+  append_csv(row, columns, record);
+  return row;
 }
 
-std::string row_of(const TickRecord& tick) {
-  return fmt::format(
-      "{},{},{},{},{},{},{}", tick.number, tick.probe, seconds(tick.time), name_of(tick.state),
-      contact(tick.contact.depth_mm, tick.contact.force_mN, tick.contact.x_mm, tick.contact.y_mm),
-      tick.late, seconds(tick.latency));
-}
-
-std::string row_of(const SessionChunk::Sample& item) {
-  const ProbeSample& sample = item.sample;
-  return fmt::format("{},{},{},{},{},{}", item.probe, seconds(sample.time), seconds(sample.arrival),
-                     contact(sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm),
-                     sample.sequence, sample.channels);
-}
-
-std::string row_of(const LoopEvent& event) {
-  return fmt::format("{},{},{},{}", seconds(event.time), name_of(event.kind), event.subject,
-                     seconds(event.length));
+std::string row_of(const SpikeEvent& spike) { return row_of(kSpikeColumns, spike); }
+std::string row_of(const TickRecord& tick) { return row_of(kTickColumns, tick); }
+std::string row_of(const SessionChunk::Sample& item) { return row_of(kProbeSampleColumns, item); }
+std::string row_of(const LoopEvent& event) { return row_of(kEventColumns, event); }
+std::string row_of(const StimulationCommand& command) { return row_of(kCommandColumns, command); }
+std::string row_of(const SessionChunk::Frame& item) {
+  return row_of(kFrameColumns, item) + fmt::format(",{:02x}", fmt::join(item.frame.content(), ""));
 }
 
 std::string row_of(const RunStatus& status) {
@@ -105,19 +94,6 @@ std::string row_of(const RunStatus& status) {
   add(kLossFields, status.losses);
   add(kRightFields, status.rights);
   return row;
-}
-
-std::string row_of(const SessionChunk::Frame& item) {
-  const RawFrame& frame = item.frame;
-  return fmt::format("{},{},{},{},{},{},{},{:02x}", item.probe, item.port, seconds(frame.time),
-                     name_of(frame.kind), frame.parsed, frame.damaged, frame.lost,
-                     fmt::join(frame.content(), ""));
-}
-
-std::string row_of(const StimulationCommand& command) {
-  return fmt::format("{},{},{},{:.9g},{:.9g},{},{}", seconds(command.time), command.electrode,
-                     name_of(command.kind), command.amplitude_uA, command.frequency_Hz,
-                     command.heartbeat, name_of(command.stop));
 }
 
 std::string row_of(const Mark& mark) {
