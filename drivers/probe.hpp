@@ -11,7 +11,7 @@
 #include "core/expected.hpp"
 #include "core/records/device_counters.hpp"
 #include "core/records/probe_sample.hpp"
-#include "drivers/raw_frame.hpp"
+#include "core/records/raw_frame.hpp"
 
 namespace merkel {
 

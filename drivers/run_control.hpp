@@ -8,13 +8,9 @@
 #include <string>
 #include <string_view>
 
-namespace merkel {
+#include "core/records/mark.hpp"
 
-/// An instant marked by the user, such as the start of a trial.
-struct Mark {
-  std::chrono::nanoseconds time{0};  ///< probe time
-  std::string label;                 ///< UTF-8, one line
-};
+namespace merkel {
 
 /// Requests that a sink can send to its run. No call waits for the simulation, and the simulation
 /// waits for no call. Thread: any.

@@ -65,13 +65,15 @@ bool RunProbes::all_replayed() const {
 void RunProbes::start(const MakeTaps& make_taps, bool wait_for_taps) {
   const bool mixed = !all_replayed();
   for (const auto& entry : entries_) {
+    const auto number = static_cast<std::uint32_t>(inputs_.size());
     const ProbeInfo& info = entry->probe->info();
     // Together with devices, a recording plays as if it were acquired now.
     const nanoseconds shift = info.replayed && mixed ? PeriodicClock::now() : nanoseconds{0};
     inputs_.emplace_back(entry->channel, entry->parameters);
     entry->reader = std::make_unique<ProbeReader>(
         *entry->probe, entry->channel,
-        ProbeReader::Parameters{.shift = shift,
+        ProbeReader::Parameters{.number = number,
+                                .shift = shift,
                                 // A recording's reader fills both the loop's queue and this one
                                 // before anything is drained.
                                 .taps = make_taps(queue_capacity(info) + kSampleQueue),

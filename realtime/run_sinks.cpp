@@ -71,18 +71,18 @@ void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
   auto entry = std::make_unique<Entry>(Entry{.control = std::make_unique<Control>(*this, channel),
                                              .sink = std::move(sink),
                                              .channel = channel});
-  if (entry->wants(SpikeSink::kTicks)) {
+  if (entry->sink->takes<TickRecord>()) {
     channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kSinkTicks);
   }
-  if (entry->wants(SpikeSink::kEvents)) {
+  if (entry->sink->takes<LoopEvent>()) {
     channel.events = std::make_unique<CountedQueue<LoopEvent>>(kSinkEvents);
   }
-  if (entry->wants(SpikeSink::kStimulation) && commands_) {
+  if (entry->sink->takes<StimulationCommand>() && commands_) {
     channel.commands = std::make_unique<CountedQueue<StimulationCommand>>(kSinkSpikes);
   }
-  if (entry->wants(SpikeSink::kNeurons)) channel.watched = std::make_unique<WatchedNeurons>();
-  if (entry->wants(SpikeSink::kMarks)) entry->marks = std::make_unique<MarkBox>();
-  channel.takes_spikes = entry->sink->takes_spikes();
+  if (entry->sink->takes<NeuronSample>()) channel.watched = std::make_unique<WatchedNeurons>();
+  if (entry->sink->takes<Mark>()) entry->marks = std::make_unique<MarkBox>();
+  channel.takes_spikes = entry->sink->takes<SpikeEvent>();
   entry->sink->attach(*entry->control);
   entries_.push_back(std::move(entry));
 }
@@ -90,7 +90,7 @@ void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
 std::vector<SampleTap*> RunSinks::make_taps(std::size_t capacity) {
   std::vector<SampleTap*> taps;
   for (const auto& entry : entries_) {
-    if (!entry->wants(SpikeSink::kSamples)) continue;
+    if (!entry->sink->takes<DeliveredSample>()) continue;
     taps.push_back(entry->taps.emplace_back(std::make_unique<SampleTap>(capacity)).get());
   }
   return taps;
@@ -98,10 +98,10 @@ std::vector<SampleTap*> RunSinks::make_taps(std::size_t capacity) {
 
 void RunSinks::listen() {
   for (const auto& entry : entries_) {
-    if (!entry->wants(SpikeSink::kFrames)) continue;
-    for (std::size_t i = 0; i < probes_.size(); ++i) {
+    if (!entry->sink->takes<PortFrame>()) continue;
+    for (std::uint32_t i = 0; i < probes_.size(); ++i) {
       Probe& probe = probes_.probe(i);
-      for (std::size_t port = 0; port < probe.ports(); ++port) {
+      for (std::uint32_t port = 0; port < probe.ports(); ++port) {
         entry->frames.push_back(std::make_unique<FrameTap>(probe, i, port));
       }
     }

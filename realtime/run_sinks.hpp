@@ -63,10 +63,6 @@ class RunSinks {
     std::unique_ptr<MarkBox> marks = nullptr;  ///< null if not requested
     std::unique_ptr<SinkWriter> writer = nullptr;
     bool failure_reported = false;
-
-    [[nodiscard]] bool wants(SpikeSink::Subscription data) const noexcept {
-      return (sink->subscriptions() & data) != 0U;
-    }
   };
 
   SpikeFanout& fanout_;

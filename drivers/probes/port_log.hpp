@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "core/records/raw_frame.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/protocols/protocol.hpp"
-#include "drivers/raw_frame.hpp"
 
 namespace merkel {
 

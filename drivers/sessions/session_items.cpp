@@ -66,7 +66,7 @@ bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout
       values[channel] = place == StreamLayout::kMissing ? Value{kMissingValue} : in_file[place];
     }
     if (!to_item(values, items.emplace_back())) return false;
-    if constexpr (std::is_same_v<Item, SessionChunk::Sample>) {
+    if constexpr (std::is_same_v<Item, DeliveredSample>) {
       for (std::size_t k = 0; k < layout.extra.size(); ++k) {
         items.back().sample.extra[k] = in_file[layout.extra[k]];
       }
@@ -101,11 +101,11 @@ bool to_item(const Doubles& values, TickRecord& tick) {
   return values_to_columns(kTickColumns, values, tick) && valid(tick);
 }
 
-void values_of(const SessionChunk::Sample& item, Doubles& values) {
+void values_of(const DeliveredSample& item, Doubles& values) {
   columns_to_values(kProbeSampleColumns, item, values);
 }
 
-bool to_item(const Doubles& values, SessionChunk::Sample& item) {
+bool to_item(const Doubles& values, DeliveredSample& item) {
   return values_to_columns(kProbeSampleColumns, values, item) && plausible(item.sample);
 }
 
@@ -117,13 +117,13 @@ bool to_item(const Doubles& values, StimulationCommand& command) {
   return values_to_columns(kCommandColumns, values, command) && valid(command);
 }
 
-void values_of(const SessionChunk::Frame& item, Integers& values) {
+void values_of(const PortFrame& item, Integers& values) {
   columns_to_values(kFrameColumns, item, values);
   std::memcpy(&values[std::tuple_size_v<decltype(kFrameColumns)>], item.frame.bytes.data(),
               item.frame.bytes.size());
 }
 
-bool to_item(const Integers& values, SessionChunk::Frame& item) {
+bool to_item(const Integers& values, PortFrame& item) {
   std::memcpy(item.frame.bytes.data(), &values[std::tuple_size_v<decltype(kFrameColumns)>],
               item.frame.bytes.size());
   return values_to_columns(kFrameColumns, values, item);

@@ -33,18 +33,18 @@ using ItemValues = std::array<Value, kMostSessionChannels>;
 
 void values_of(const SpikeEvent& spike, ItemValues<std::int64_t>& values);
 void values_of(const TickRecord& tick, ItemValues<double>& values);
-void values_of(const SessionChunk::Sample& item, ItemValues<double>& values);
+void values_of(const DeliveredSample& item, ItemValues<double>& values);
 void values_of(const LoopEvent& event, ItemValues<std::int64_t>& values);
 void values_of(const RunStatus& status, ItemValues<std::int64_t>& values);
-void values_of(const SessionChunk::Frame& item, ItemValues<std::int64_t>& values);
+void values_of(const PortFrame& item, ItemValues<std::int64_t>& values);
 void values_of(const StimulationCommand& command, ItemValues<double>& values);
 
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, SpikeEvent& spike);
 [[nodiscard]] bool to_item(const ItemValues<double>& values, TickRecord& tick);
-[[nodiscard]] bool to_item(const ItemValues<double>& values, SessionChunk::Sample& item);
+[[nodiscard]] bool to_item(const ItemValues<double>& values, DeliveredSample& item);
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, LoopEvent& event);
 [[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, RunStatus& status);
-[[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, SessionChunk::Frame& item);
+[[nodiscard]] bool to_item(const ItemValues<std::int64_t>& values, PortFrame& item);
 [[nodiscard]] bool to_item(const ItemValues<double>& values, StimulationCommand& command);
 
 /// Decodes the samples of one XDF chunk, without the stream number, into `chunk`. False if the

@@ -217,7 +217,7 @@ Expected<void, SetupError> SessionReader::decode(std::string_view content,
 }
 
 Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
-  chunk.clear();
+  clear_all(chunk);
   for (;;) {
     if (!std::exchange(raw_pending_, false)) {
       const auto read = read_raw(raw_);
@@ -228,7 +228,7 @@ Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
     if (auto decoded = decode(raw_.content, chunk); !decoded) {
       return Unexpected<SetupError>(decoded.error());
     }
-    if (!chunk.empty()) return true;
+    if (count_of(chunk) > 0) return true;
   }
 }
 

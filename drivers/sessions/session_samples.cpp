@@ -44,7 +44,7 @@ Expected<bool, SetupError> SessionSamples::refill() {
   while (waiting_.empty()) {
     const auto more = session_.next(chunk_);
     if (!more || !*more) return more;
-    for (const SessionChunk::Sample& item : chunk_.samples) {
+    for (const DeliveredSample& item : chunk_.samples) {
       if (item.probe != probe_ || (last_ && item.sample.time <= *last_)) continue;
       last_ = item.sample.time;
       waiting_.push_back(item.sample);

@@ -2,6 +2,8 @@
 #include <array>
 #include <chrono>
 #include <optional>
+#include <span>
+#include <type_traits>
 #include <utility>
 
 #include "core/units.hpp"
@@ -43,85 +45,22 @@ class SessionWriter final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks | kStimulation;
+    return kKinds<PortFrame, DeliveredSample, SpikeEvent, StimulationCommand, TickRecord, LoopEvent,
+                  Mark, RunStatus>;
   }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    if (auto started = begin_items(Id::kSpikes, spikes.size()); !started) return started;
-    for (const SpikeEvent& spike : spikes) put<std::int64_t>(Id::kSpikes, spike.time, spike);
-    taken_ += spikes.size();
-    return write_items();
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    if (auto started = begin_items(Id::kTicks, ticks.size()); !started) return started;
-    for (const TickRecord& tick : ticks) put<double>(Id::kTicks, tick.time, tick);
-    return write_items();
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    if (auto started = begin_items(Id::kEvents, events.size()); !started) return started;
-    for (const LoopEvent& event : events) put<std::int64_t>(Id::kEvents, event.time, event);
-    return write_items();
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_samples(
-      std::size_t probe, std::span<const ProbeSample> samples) override {
-    if (auto started = begin_items(Id::kSamples, samples.size()); !started) return started;
-    for (const ProbeSample& sample : samples) {
-      put<double>(Id::kSamples, sample.time,
-                  SessionChunk::Sample{static_cast<std::uint32_t>(probe), sample});
-      for (std::size_t column = 0; column < extra_.size(); ++column) {
-        append_raw(chunk_, extra_.value(probe, column, sample));
-      }
-    }
-    return write_items();
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
-                                                       std::span<const RawFrame> frames) override {
-    if (auto started = begin_items(Id::kFrames, frames.size()); !started) return started;
-    for (const RawFrame& frame : frames) {
-      put<std::int64_t>(Id::kFrames, frame.time,
-                        SessionChunk::Frame{static_cast<std::uint32_t>(probe),
-                                            static_cast<std::uint32_t>(port), frame});
-    }
-    return write_items();
-  }
-
-  /// Written as a stream of strings, where XDF readers look for markers.
-  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (auto started = begin({}); !started) return started;
-    chunk_.clear();
-    append_raw(chunk_, kMarkStreamId);
-    append_raw(chunk_, std::uint8_t{4});
-    append_raw(chunk_, static_cast<std::uint32_t>(marks.size()));
-    for (const Mark& mark : marks) {
-      const double stamp_s = units::s_from(mark.time);
-      append_raw(chunk_, std::uint8_t{8});
-      append_raw(chunk_, stamp_s);
-      append_raw(chunk_, std::uint8_t{4});
-      append_raw(chunk_, static_cast<std::uint32_t>(mark.label.size()));
-      chunk_ += mark.label;
-      if (mark_tally_.samples++ == 0) mark_tally_.first_s = stamp_s;
-      mark_tally_.last_s = stamp_s;
-    }
-    return settle(write_chunk(XdfTag::kSamples, chunk_));
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    if (auto ready = begin_items(Id::kStimulation, commands.size()); !ready) return ready;
-    for (const StimulationCommand& command : commands) {
-      put<double>(Id::kStimulation, command.time, command);
-    }
-    return write_items();
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
-    if (auto started = begin_items(Id::kStatus, 1); !started) return started;
-    put<std::int64_t>(Id::kStatus, newest(), status);
-    return write_items();
+    const bool written = write_items<std::int64_t>(Id::kFrames, batch.frames) &&
+                         write_items<double>(Id::kSamples, batch.samples) &&
+                         write_items<std::int64_t>(Id::kSpikes, batch.spikes) &&
+                         write_items<double>(Id::kStimulation, batch.commands) &&
+                         write_items<double>(Id::kTicks, batch.ticks) &&
+                         write_items<std::int64_t>(Id::kEvents, batch.events) &&
+                         write_marks(batch.marks) &&
+                         write_items<std::int64_t>(Id::kStatus, batch.status);
+    taken_ += batch.spikes.size();
+    return settle(written);
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {
@@ -196,14 +135,48 @@ class SessionWriter final : public SpikeSink {
     return 1.0 / units::s_from(run.model.tick);
   }
 
-  /// Starts a chunk of `count` items.
-  Expected<void, SinkError> begin_items(Id id, std::size_t count) {
-    if (auto started = begin({}); !started) return started;
+  /// Writes a chunk of items with 8-byte channels.
+  template <class Value, class Item>
+  bool write_items(Id id, std::span<const Item> items) {
+    if (items.empty()) return true;
+    begin_chunk(static_cast<std::uint32_t>(id), items.size());
+    for (const Item& item : items) {
+      if constexpr (std::is_same_v<Item, RunStatus>) {
+        put<Value>(id, newest(), item);
+      } else {
+        put<Value>(id, time_of(item), item);
+      }
+      if constexpr (std::is_same_v<Item, DeliveredSample>) {
+        for (std::size_t column = 0; column < extra_.size(); ++column) {
+          append_raw(chunk_, extra_.value(item.probe, column, item.sample));
+        }
+      }
+    }
+    return write_chunk(XdfTag::kSamples, chunk_);
+  }
+
+  /// Written as a stream of strings, where XDF readers look for markers.
+  bool write_marks(std::span<const Mark> marks) {
+    if (marks.empty()) return true;
+    begin_chunk(kMarkStreamId, marks.size());
+    for (const Mark& mark : marks) {
+      const double stamp_s = units::s_from(mark.time);
+      append_raw(chunk_, std::uint8_t{8});
+      append_raw(chunk_, stamp_s);
+      append_raw(chunk_, std::uint8_t{4});
+      append_raw(chunk_, static_cast<std::uint32_t>(mark.label.size()));
+      chunk_ += mark.label;
+      if (mark_tally_.samples++ == 0) mark_tally_.first_s = stamp_s;
+      mark_tally_.last_s = stamp_s;
+    }
+    return write_chunk(XdfTag::kSamples, chunk_);
+  }
+
+  void begin_chunk(std::uint32_t id, std::size_t count) {
     chunk_.clear();
     append_raw(chunk_, id);
     append_raw(chunk_, std::uint8_t{4});
     append_raw(chunk_, static_cast<std::uint32_t>(count));
-    return {};
   }
 
   /// Appends an item of a stream with 8-byte channels.
@@ -223,8 +196,6 @@ class SessionWriter final : public SpikeSink {
         session_streams()[static_cast<std::size_t>(id) - 1].channels.size();
     chunk_.append(reinterpret_cast<const char*>(values.data()), channels * sizeof(Value));
   }
-
-  Expected<void, SinkError> write_items() { return settle(write_chunk(XdfTag::kSamples, chunk_)); }
 
   /// The newest time in the file, in probe time; in an empty file, the host's time.
   [[nodiscard]] nanoseconds newest() const {

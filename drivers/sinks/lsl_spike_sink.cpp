@@ -30,14 +30,14 @@ class LslSpikeSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    for (const SpikeEvent& spike : spikes) {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    for (const SpikeEvent& spike : batch.spikes) {
       const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(spike.neuron)};
       // Samples without pushthrough are sent with the next one that has it.
-      const bool last = &spike == &spikes.back();
+      const bool last = &spike == &batch.spikes.back();
       outlet_.push_sample(neuron.data(), units::s_from(spike.time), last);
     }
-    delivered_ += spikes.size();
+    delivered_ += batch.spikes.size();
     return {};
   }
 

@@ -100,78 +100,60 @@ class NwbSpikeSink final : public RowsSink {
         probes_(setup.run.probes) {}
 
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kSamples | kEvents | kMarks | (content_.electrodes.empty() ? 0U : kStimulation);
+    return kKinds<SpikeEvent, DeliveredSample, LoopEvent, Mark> |
+           (content_.electrodes.empty() ? 0U : kKinds<StimulationCommand>);
   }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     text_.clear();
-    for (const SpikeEvent& spike : spikes) {
+    for (const DeliveredSample& item : batch.samples) add(item);
+    for (const SpikeEvent& spike : batch.spikes) {
       begin_row('s', spike.time);
       text_ += "," + std::to_string(spike.neuron) + "\n";
     }
-    return write_rows(text_, spikes.size());
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_samples(
-      std::size_t probe, std::span<const ProbeSample> samples) override {
-    text_.clear();
-    if (probe >= probes_.size()) return {};
-    const ProbeInfo& info = probes_[probe];
-    for (const ProbeSample& sample : samples) {
-      begin_row('p', sample.time);
-      text_ += "," + std::to_string(probe);
-      const std::array<std::pair<std::uint32_t, std::string>, 4> values = {
-          {{ProbeSample::kDepth, shifted_decimal(sample.depth_mm, 0)},
-           {ProbeSample::kForce, shifted_decimal(sample.force_mN, -3)},
-           {ProbeSample::kX, shifted_decimal(sample.x_mm, 0)},
-           {ProbeSample::kY, shifted_decimal(sample.y_mm, 0)}}};
-      for (const auto& [bit, value] : values) {
-        if ((info.channels & bit) != 0U) text_ += "," + value;
-      }
-      for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
-        text_ += "," + shifted_decimal(sample.extra[i], 0);
-      }
-      text_ += "\n";
-    }
-    return write_rows(text_);
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    text_.clear();
-    for (const LoopEvent& event : events) {
+    for (const StimulationCommand& command : batch.commands) add(command);
+    for (const LoopEvent& event : batch.events) {
       begin_row('e', event.time);
       text_ += ",";
       append_seconds(text_, event.length);
       text_ += "," + std::to_string(event.subject) + ",";
       text_.append(name_of(event.kind)).append("\n");
     }
-    return write_rows(text_);
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
-    text_.clear();
-    for (const Mark& mark : marks) {
+    for (const Mark& mark : batch.marks) {
       begin_row('m', mark.time);
       text_ += "," + printable_text(mark.label) + "\n";
     }
-    return write_rows(text_);
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    text_.clear();
-    for (const StimulationCommand& command : commands) {
-      begin_row('c', command.time);
-      text_ += "," + std::to_string(command.electrode) + ",";
-      text_.append(name_of(command.kind)).append(",");
-      text_ += shortest_decimal(command.amplitude_uA) + ",";
-      text_ += shortest_decimal(command.frequency_Hz) + ",";
-      text_ += std::to_string(static_cast<int>(command.stop)) + "\n";
-    }
-    return write_rows(text_);
+    return write_rows(text_, batch.spikes.size());
   }
 
  private:
+  void add(const DeliveredSample& item) {
+    if (item.probe >= probes_.size()) return;
+    const ProbeInfo& info = probes_[item.probe];
+    const ProbeSample& sample = item.sample;
+    begin_row('p', sample.time);
+    text_ += "," + std::to_string(item.probe);
+    const std::array<std::pair<std::uint32_t, std::string>, 4> values = {
+        {{ProbeSample::kDepth, shifted_decimal(sample.depth_mm, 0)},
+         {ProbeSample::kForce, shifted_decimal(sample.force_mN, -3)},
+         {ProbeSample::kX, shifted_decimal(sample.x_mm, 0)},
+         {ProbeSample::kY, shifted_decimal(sample.y_mm, 0)}}};
+    for (const auto& [bit, value] : values) {
+      if ((info.channels & bit) != 0U) text_ += "," + value;
+    }
+    for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
+      text_ += "," + shifted_decimal(sample.extra[i], 0);
+    }
+    text_ += "\n";
+  }
+  void add(const StimulationCommand& command) {
+    begin_row('c', command.time);
+    text_ += "," + std::to_string(command.electrode) + ",";
+    text_.append(name_of(command.kind)).append(",");
+    text_ += shortest_decimal(command.amplitude_uA) + ",";
+    text_ += shortest_decimal(command.frequency_Hz) + ",";
+    text_ += std::to_string(static_cast<int>(command.stop)) + "\n";
+  }
   [[nodiscard]] std::string head(const RunOrigin& origin) override {
     set_time(origin, time().offset(), content_);
     for (const auto& [name, value] : time().facts()) content_.notes += name + " = " + value + "\n";

@@ -54,8 +54,9 @@ class OscSpikeSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     const lo_timetag now = time_tag(read_clock_pair().utc);
+    std::span<const SpikeEvent> spikes = batch.spikes;
     while (!spikes.empty()) {
       const auto some = spikes.first(std::min(spikes.size(), kSpikesPerBundle));
       spikes = spikes.subspan(some.size());

@@ -162,15 +162,15 @@ Expected<void, SinkError> PhySpikeSink::begin(const RunOrigin& origin) {
   return {};
 }
 
-Expected<void, SinkError> PhySpikeSink::write(std::span<const SpikeEvent> spikes) {
+Expected<void, SinkError> PhySpikeSink::write(const RecordBatch& batch) {
   if (auto started = begin({}); !started) return started;
-  for (const SpikeEvent& spike : spikes) {
+  for (const SpikeEvent& spike : batch.spikes) {
     const std::int64_t neuron = spike.neuron;
     files_[kTimes].append(sample_of(time_(spike.time), sample_rate_hz_));
     files_[kClusters].append(neuron);
     files_[kTemplates].append(neuron);
   }
-  taken_ += spikes.size();
+  taken_ += batch.spikes.size();
   if (taken_ - delivered_ < kBuffered) return {};
   return flush();
 }

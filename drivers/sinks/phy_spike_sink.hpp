@@ -31,7 +31,7 @@ class PhySpikeSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override;
   [[nodiscard]] Expected<void, SinkError> flush() override;
   [[nodiscard]] Expected<void, SinkError> close() override;
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }

@@ -28,41 +28,18 @@ class SessionOnRequest final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kEvents | kSamples | kStatus | kFrames | kMarks | kStimulation;
+    return kKinds<PortFrame, DeliveredSample, SpikeEvent, StimulationCommand, TickRecord, LoopEvent,
+                  Mark, RunStatus>;
   }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     origin_ = origin;
     return {};
   }
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    if (!session_) unasked_ += spikes.size();
-    return pass([&](SpikeSink& session) { return session.write(spikes); });
-  }
-  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    auto result = pass([&](SpikeSink& session) { return session.write_ticks(ticks); });
-    follow_switch();
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    if (!session_) unasked_ += batch.spikes.size();
+    auto result = pass([&](SpikeSink& session) { return session.write(batch); });
+    if (!batch.ticks.empty()) follow_switch();
     return result;
-  }
-  [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    return pass([&](SpikeSink& session) { return session.write_events(events); });
-  }
-  [[nodiscard]] Expected<void, SinkError> write_samples(
-      std::size_t probe, std::span<const ProbeSample> samples) override {
-    return pass([&](SpikeSink& session) { return session.write_samples(probe, samples); });
-  }
-  [[nodiscard]] Expected<void, SinkError> write_frames(std::size_t probe, std::size_t port,
-                                                       std::span<const RawFrame> frames) override {
-    return pass([&](SpikeSink& session) { return session.write_frames(probe, port, frames); });
-  }
-  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
-    return pass([&](SpikeSink& session) { return session.write_marks(marks); });
-  }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    return pass([&](SpikeSink& session) { return session.write_commands(commands); });
-  }
-  [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
-    return pass([&](SpikeSink& session) { return session.write_status(status); });
   }
   [[nodiscard]] Expected<void, SinkError> flush() override {
     follow_switch();

@@ -115,7 +115,7 @@ class RedisSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kStimulation | kTicks;
+    return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
   }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
 
@@ -127,8 +127,30 @@ class RedisSink final : public SpikeSink {
     return settled();
   }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    if (spikes.empty()) return {};
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    add_spikes(batch.spikes);
+    for (const StimulationCommand& command : batch.commands) {
+      if (command.kind == StimulationCommand::Kind::kPulse) {
+        add_pulse(command);
+      } else {
+        take_update(command);
+      }
+    }
+    // The ticks end bins without spikes.
+    if (bin_.count() > 0 && !batch.ticks.empty()) end_bins(batch.ticks.back().time);
+    auto sent = settled();
+    if (sent) delivered_ += batch.spikes.size();
+    return sent;
+  }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    add_state("NODE_SHUTDOWN");
+    return settled();
+  }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
+
+ private:
+  void add_spikes(std::span<const SpikeEvent> spikes) {
+    if (spikes.empty()) return;
     std::string times;
     std::string neurons;
     for (const SpikeEvent& spike : spikes) {
@@ -142,34 +164,7 @@ class RedisSink final : public SpikeSink {
                                      {"sync", sync_of(spikes.back().time)},
                                      {"time_ns", times},
                                      {"neuron", neurons}});
-    auto sent = settled();
-    if (sent) delivered_ += spikes.size();
-    return sent;
   }
-
-  /// The ticks end bins without spikes.
-  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    if (bin_.count() > 0 && !ticks.empty()) end_bins(ticks.back().time);
-    return settled();
-  }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    for (const StimulationCommand& command : commands) {
-      if (command.kind == StimulationCommand::Kind::kPulse) {
-        add_pulse(command);
-      } else {
-        take_update(command);
-      }
-    }
-    return settled();
-  }
-  [[nodiscard]] Expected<void, SinkError> close() override {
-    add_state("NODE_SHUTDOWN");
-    return settled();
-  }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
-
- private:
   Expected<void, SinkError> settled() {
     const std::string error = streams_.settle();
     if (error.empty()) return {};

@@ -27,14 +27,14 @@ class SonataSpikeSink final : public RowsSink {
                  .rows = this->rows(),
                  .afferents = afferents_of(setup)} {}
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (auto started = begin({}); !started) return started;
     text_.clear();
-    for (const SpikeEvent& spike : spikes) {
+    for (const SpikeEvent& spike : batch.spikes) {
       append_milliseconds(text_, time()(spike.time));
       text_ += ',' + std::to_string(spike.neuron - 1) + '\n';
     }
-    return write_rows(text_, spikes.size());
+    return write_rows(text_, batch.spikes.size());
   }
 
  private:

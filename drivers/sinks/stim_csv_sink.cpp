@@ -22,9 +22,10 @@ class StimCsvSink final : public SpikeSink {
         time_(time) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<StimulationCommand>;
+  }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
-  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     if (std::exchange(header_written_, true)) return {};
@@ -34,14 +35,10 @@ class StimCsvSink final : public SpikeSink {
     file_.end_header();
     return settle(written);
   }
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override {
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    if (auto ready = begin({}); !ready) return ready;
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    if (auto ready = begin({}); !ready || batch.commands.empty()) return ready;
     rows_.clear();
-    for (StimulationCommand command : commands) {
+    for (StimulationCommand command : batch.commands) {
       command.time = time_(command.time);
       text_.append_row(rows_, command);
     }

@@ -27,9 +27,10 @@ class StimZmqSink final : public SpikeSink {
 
   [[nodiscard]] ZmqPublisher& publisher() { return publisher_; }
   [[nodiscard]] const std::string& uri() const noexcept override { return publisher_.uri(); }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<StimulationCommand>;
+  }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
-  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
 
   /// The electrodes and their limits, for subscribers of the start message.
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
@@ -38,15 +39,11 @@ class StimZmqSink final : public SpikeSink {
                                R"(,"start_utc_ns":)" + std::to_string(origin.utc.count()) + "," +
                                encoding_ + "}");
   }
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override {
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     bool complete = true;
     auto published = publisher_.publish([&](const auto& send) {
       const ClockPair now = read_clock_pair();
-      for (const StimulationCommand& command : commands) {
+      for (const StimulationCommand& command : batch.commands) {
         json_ = R"({"event_type":"stimulation","stream":)" + stream_ + ",";
         text_.append_members(json_, command);
         json_ += R"(,"seq":)" + std::to_string(sequence_++);

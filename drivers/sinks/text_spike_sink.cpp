@@ -58,10 +58,10 @@ Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
   return {};
 }
 
-Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spikes) {
+Expected<void, SinkError> TextSpikeSink::write(const RecordBatch& batch) {
   if (auto started = begin({}); !started) return started;
   rows_.clear();
-  for (const SpikeEvent& spike : spikes) {
+  for (const SpikeEvent& spike : batch.spikes) {
     const std::uint32_t neuron = spike.neuron;
     if (form_ == Form::kCsv) {
       append_seconds(rows_, time_(spike.time));
@@ -74,7 +74,7 @@ Expected<void, SinkError> TextSpikeSink::write(std::span<const SpikeEvent> spike
     }
     rows_ += '\n';
   }
-  taken_ += spikes.size();
+  taken_ += batch.spikes.size();
   return settle(file_.write(rows_));
 }
 

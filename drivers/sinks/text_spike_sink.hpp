@@ -28,7 +28,7 @@ class TextSpikeSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override;
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override;
   [[nodiscard]] Expected<void, SinkError> flush() override;
   [[nodiscard]] Expected<void, SinkError> close() override;
   void give_up() noexcept override { file_.give_up(); }

@@ -18,7 +18,9 @@ class TraceSink final : public SpikeSink {
       : uri_(std::move(uri)), trace_(std::move(trace)), time_(time) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSamples; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<SpikeEvent, DeliveredSample>;
+  }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     if (std::exchange(header_written_, true)) return {};
@@ -30,17 +32,15 @@ class TraceSink final : public SpikeSink {
     return result_of(trace_.write_header(comment));
   }
 
-  /// The trace determines the spikes, so none is written and none is lost.
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    delivered_ += spikes.size();
-    return {};
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write_samples(
-      std::size_t /*probe*/, std::span<const ProbeSample> samples) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (auto started = begin({}); !started) return started;
-    shifted_.assign(samples.begin(), samples.end());
-    for (ProbeSample& sample : shifted_) sample.time = time_(sample.time);
+    // The trace determines the spikes, so none is written and none is lost.
+    delivered_ += batch.spikes.size();
+    shifted_.clear();
+    for (const DeliveredSample& item : batch.samples) {
+      shifted_.push_back(item.sample);
+      shifted_.back().time = time_(item.sample.time);
+    }
     return result_of(trace_.write(shifted_));
   }
 

@@ -38,10 +38,10 @@ class ZmqSpikeSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return publisher_.uri(); }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     return publisher_.publish([&](const auto& send) {
       const ClockPair now = read_clock_pair();
-      for (const SpikeEvent& spike : spikes) {
+      for (const SpikeEvent& spike : batch.spikes) {
         write_json(spike, now);
         ++sequence_;
         if (send(head_, json_)) ++delivered_;

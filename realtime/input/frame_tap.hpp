@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/records/record_batch.hpp"
 #include "drivers/probe.hpp"
 #include "realtime/queues/counted_queue.hpp"
 
@@ -15,14 +16,15 @@ class FrameTap final : public PortListener {
  public:
   /// \param number  of the probe, from 0
   /// \param port    of the probe, from 0
-  FrameTap(Probe& probe, std::size_t number, std::size_t port, std::size_t capacity = 16384)
+  FrameTap(Probe& probe, std::uint32_t number, std::uint32_t port, std::size_t capacity = 16384)
       : queue(capacity), probe_(probe), number_(number), port_(port) {
     probe_.add_listener(port_, *this);
   }
   ~FrameTap() override { end(); }
 
   void take(const RawFrame& frame) noexcept override {
-    if (!queue.items.try_push(frame)) queue.dropped.add();
+    if (!queue.items.try_push({.probe = number_, .port = port_, .frame = frame}))
+      queue.dropped.add();
   }
   void missed(std::uint64_t frames) noexcept override { queue.dropped.add(frames); }
 
@@ -32,16 +34,13 @@ class FrameTap final : public PortListener {
     ended.store(true, std::memory_order_release);
   }
 
-  [[nodiscard]] std::size_t probe() const noexcept { return number_; }
-  [[nodiscard]] std::size_t port() const noexcept { return port_; }
-
-  CountedQueue<RawFrame> queue;    ///< the port's reader thread → consumer
+  CountedQueue<PortFrame> queue;   ///< the port's reader thread → consumer
   std::atomic<bool> ended{false};  ///< set after the last frame
 
  private:
   Probe& probe_;
-  std::size_t number_;
-  std::size_t port_;
+  std::uint32_t number_;
+  std::uint32_t port_;
 };
 
 }  // namespace merkel

@@ -38,9 +38,9 @@ bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop
   return true;
 }
 
-void ProbeReader::push_to_tap(SampleTap& tap, const ProbeSample& sample,
+void ProbeReader::push_to_tap(SampleTap& tap, const DeliveredSample& item,
                               const std::stop_token& stop) {
-  while (!tap.queue.items.try_push(sample)) {
+  while (!tap.queue.items.try_push(item)) {
     if (!parameters_.wait_for_taps || stop.stop_requested()) {
       tap.queue.dropped.add();
       return;
@@ -65,7 +65,9 @@ void ProbeReader::read_all(const std::stop_token& stop) {
       channel_.newest_ns.store(std::min(samples[i].time, samples[i].arrival).count(),
                                std::memory_order_relaxed);
       if (!deliver(samples[i], stop)) return;
-      for (SampleTap* const tap : parameters_.taps) push_to_tap(*tap, samples[i], stop);
+      for (SampleTap* const tap : parameters_.taps) {
+        push_to_tap(*tap, {.probe = parameters_.number, .sample = samples[i]}, stop);
+      }
     }
   }
 }

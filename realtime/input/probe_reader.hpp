@@ -3,10 +3,12 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "core/records/record_batch.hpp"
 #include "drivers/probe.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/queues/counted_queue.hpp"
@@ -17,8 +19,8 @@ namespace merkel {
 struct SampleTap {
   explicit SampleTap(std::size_t capacity) : queue(capacity) {}
 
-  CountedQueue<ProbeSample> queue;  ///< probe thread → consumer
-  std::atomic<bool> ended{false};   ///< set after the last sample
+  CountedQueue<DeliveredSample> queue;  ///< probe thread → consumer
+  std::atomic<bool> ended{false};       ///< set after the last sample
 };
 
 /// The thread of one probe: reads its samples and puts them into the loop's queue. A recording
@@ -27,6 +29,7 @@ struct SampleTap {
 class ProbeReader {
  public:
   struct Parameters {
+    std::uint32_t number = 0;           ///< of the probe
     std::chrono::nanoseconds shift{0};  ///< added to every sample's times
     std::vector<SampleTap*> taps;       ///< of sinks that subscribe to samples
     /// Waits while a tap is full instead of dropping samples. Only on a virtual clock, because a
@@ -52,7 +55,7 @@ class ProbeReader {
  private:
   void read_all(const std::stop_token& stop);
   bool deliver(const ProbeSample& sample, const std::stop_token& stop);
-  void push_to_tap(SampleTap& tap, const ProbeSample& sample, const std::stop_token& stop);
+  void push_to_tap(SampleTap& tap, const DeliveredSample& item, const std::stop_token& stop);
 
   Probe& probe_;
   ProbeChannel& channel_;

@@ -14,12 +14,11 @@ constexpr std::chrono::milliseconds kFlushEvery{200};
 constexpr std::size_t kBatch = 1024;
 constexpr std::chrono::milliseconds kWatchEvery{1};
 
-/// Moves the waiting items of a queue into `batch`, at most kBatch items.
+/// Appends the waiting items of a queue, at most `most`.
 template <class T>
-void take(BoundedQueue<T>& queue, std::vector<T>& batch) {
-  batch.clear();
+void take(BoundedQueue<T>& queue, std::vector<T>& items, std::size_t most = kBatch) {
   T item;
-  while (batch.size() < kBatch && queue.try_pop(item)) batch.push_back(item);
+  for (; most > 0 && queue.try_pop(item); --most) items.push_back(item);
 }
 
 }  // namespace
@@ -34,102 +33,51 @@ void SinkWriter::keep(const Expected<void, SinkError>& result) {
   failed_.store(true, std::memory_order_release);
 }
 
-/// Writes at least the items that are in the queues now.
-template <class T>
-std::size_t SinkWriter::write_waiting(
-    BoundedQueue<T>& queue, std::vector<T>& batch,
-    Expected<void, SinkError> (SpikeSink::*write)(std::span<const T>)) {
-  const std::size_t waiting = queue.size_approx();
-  std::size_t taken = 0;
-  do {
-    take(queue, batch);
-    taken += batch.size();
-    if (!batch.empty() && healthy()) keep((sink_.*write)(batch));
-  } while (!batch.empty() && taken < waiting);
-  return taken;
+void SinkWriter::write(const RecordBatch& batch) {
+  if (count_of(batch) > 0 && healthy()) keep(sink_.write(batch));
 }
 
-std::size_t SinkWriter::write_ticks_and_output() {
+/// Writes what is in the queues. \return the number of items taken
+std::size_t SinkWriter::write_waiting() {
   // Ticks are taken first and written last. The loop publishes a tick's spikes and commands before
-  // its record, so those of the taken ticks are already in the queues, and later items need not be
-  // taken.
+  // its record, so those of the taken ticks are already in the queues.
   SpikeChannel& channel = sources_.channel;
-  ticks_.clear();
-  if (channel.ticks) take(channel.ticks->items, ticks_);
-  const std::size_t spikes = write_waiting(channel.spikes, spikes_, &SpikeSink::write);
-  outcome_.taken += spikes;
-  const std::size_t commands = write_commands();
-  if (!ticks_.empty() && healthy()) keep(sink_.write_ticks(ticks_));
-  return spikes + commands + ticks_.size();
+  clear_all(waiting_);
+  if (channel.ticks) take(channel.ticks->items, waiting_.ticks);
+  take(channel.spikes, waiting_.spikes, channel.spikes.size_approx());
+  outcome_.taken += waiting_.spikes.size();
+  for (const auto& tap : sources_.frames) take(tap->queue.items, waiting_.frames);
+  for (const auto& tap : sources_.taps) take(tap->queue.items, waiting_.samples);
+  if (channel.events) take(channel.events->items, waiting_.events);
+  if (channel.watched) take(channel.watched->samples.items, waiting_.neurons);
+  if (sources_.marks != nullptr) waiting_.marks = sources_.marks->take();
+  RecordBatch later = batch_of(waiting_);
+  write({.frames = std::exchange(later.frames, {}),
+         .samples = std::exchange(later.samples, {}),
+         .spikes = std::exchange(later.spikes, {})});
+  if (channel.commands) {
+    auto& commands = channel.commands->items;
+    take(commands, waiting_.commands, commands.size_approx());
+    later.commands = leaving();
+  }
+  write(later);
+  return count_of(waiting_);
 }
 
-std::size_t SinkWriter::write_commands() {
-  if (gate_) return pass_commands();
-  if (!sources_.channel.commands) return 0;
-  return write_waiting(sources_.channel.commands->items, commands_, &SpikeSink::write_commands);
-}
-
-/// Writes what the gate lets through, also if nothing waits: the gate is the watchdog.
-std::size_t SinkWriter::pass_commands() {
+/// The commands that may leave now. The gate is asked also if none waits: it is the watchdog.
+std::span<const StimulationCommand> SinkWriter::leaving() {
+  if (!gate_) return waiting_.commands;
   SpikeChannel& channel = sources_.channel;
-  std::size_t taken = 0;
-  do {
-    take(channel.commands->items, commands_);
-    taken += commands_.size();
-    const auto before = gate_->counts();
-    const auto leaving = gate_->pass(commands_, sources_.watch->moment(newest_));
-    channel.commands_withheld.add(gate_->counts().withheld - before.withheld);
-    channel.commands_slowed.add(gate_->counts().slowed - before.slowed);
-    channel.stale_stops.add(gate_->counts().stale - before.stale);
-    if (!leaving.empty() && healthy()) keep(sink_.write_commands(leaving));
-  } while (!commands_.empty());
-  return taken;
-}
-
-std::size_t SinkWriter::write_samples() {
-  std::size_t taken = 0;
-  for (std::size_t probe = 0; probe < sources_.taps.size(); ++probe) {
-    take(sources_.taps[probe]->queue.items, samples_);
-    taken += samples_.size();
-    if (!samples_.empty() && healthy()) keep(sink_.write_samples(probe, samples_));
-  }
-  return taken;
-}
-
-std::size_t SinkWriter::write_frames() {
-  std::size_t taken = 0;
-  for (const auto& tap : sources_.frames) {
-    take(tap->queue.items, frames_);
-    taken += frames_.size();
-    if (!frames_.empty() && healthy()) {
-      keep(sink_.write_frames(tap->probe(), tap->port(), frames_));
-    }
-  }
-  return taken;
-}
-
-std::size_t SinkWriter::write_events() {
-  if (!sources_.channel.events) return 0;
-  take(sources_.channel.events->items, events_);
-  if (!events_.empty() && healthy()) keep(sink_.write_events(events_));
-  return events_.size();
-}
-
-std::size_t SinkWriter::write_neurons() {
-  if (!sources_.channel.watched) return 0;
-  take(sources_.channel.watched->samples.items, neurons_);
-  if (!neurons_.empty() && healthy()) keep(sink_.write_neurons(neurons_));
-  return neurons_.size();
-}
-
-void SinkWriter::write_marks() {
-  if (sources_.marks == nullptr) return;
-  const std::vector<Mark> marks = sources_.marks->take();
-  if (!marks.empty() && healthy()) keep(sink_.write_marks(marks));
+  const auto before = gate_->counts();
+  const auto commands = gate_->pass(waiting_.commands, sources_.watch->moment(newest_));
+  channel.commands_withheld.add(gate_->counts().withheld - before.withheld);
+  channel.commands_slowed.add(gate_->counts().slowed - before.slowed);
+  channel.stale_stops.add(gate_->counts().stale - before.stale);
+  return commands;
 }
 
 void SinkWriter::write_status() {
-  if ((sink_.subscriptions() & SpikeSink::kStatus) == 0U) return;
+  if (!sink_.takes<RunStatus>()) return;
   RunStatus status = sources_.status();
   const SpikeChannel& channel = sources_.channel;
   status.losses.spikes = channel.dropped.value();
@@ -138,7 +86,7 @@ void SinkWriter::write_status() {
   if (channel.commands) status.losses.commands = channel.commands->dropped.value();
   for (const auto& tap : sources_.taps) status.losses.samples += tap->queue.dropped.value();
   for (const auto& tap : sources_.frames) status.losses.frames += tap->queue.dropped.value();
-  keep(sink_.write_status(status));
+  write({.status = {&status, 1}});
 }
 
 bool SinkWriter::all_ended() const {
@@ -164,12 +112,7 @@ void SinkWriter::write_until_ended() {
         continue;
       }
     }
-    std::size_t taken = write_frames();
-    taken += write_samples();
-    taken += write_ticks_and_output();
-    taken += write_events();
-    taken += write_neurons();
-    write_marks();
+    const std::size_t taken = write_waiting();
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_flush && healthy()) {
       write_status();
@@ -185,7 +128,7 @@ void SinkWriter::write_until_ended() {
 
 void SinkWriter::write_all() {
   set_up_helper_thread("merkel-sink");
-  spikes_.reserve(kBatch);
+  waiting_.spikes.reserve(kBatch);
   const RunWatch* const watch = sources_.watch;
   if (watch != nullptr && watch->guarded() && sources_.channel.commands && sink_.stimulates()) {
     gate_.emplace(watch->make_gate());
@@ -193,7 +136,7 @@ void SinkWriter::write_all() {
   }
   write_until_ended();
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
-  if (started_) write_marks();  // those set after the last item
+  if (started_) write_waiting();  // marks set after the last item
   const bool complete = ending_.load(std::memory_order_acquire) == Ending::kClose;
   if (healthy()) keep(complete ? sink_.close() : sink_.flush());
   outcome_.delivered = sink_.delivered();

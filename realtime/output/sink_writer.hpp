@@ -87,17 +87,9 @@ class SinkWriter {
   enum class Ending : std::uint8_t { kNotYet, kClose, kAbandon };
   void write_all();
   void write_until_ended();
-  template <class T>
-  std::size_t write_waiting(BoundedQueue<T>& queue, std::vector<T>& batch,
-                            Expected<void, SinkError> (SpikeSink::*write)(std::span<const T>));
-  std::size_t write_ticks_and_output();
-  std::size_t write_commands();
-  std::size_t pass_commands();
-  std::size_t write_samples();
-  std::size_t write_frames();
-  std::size_t write_events();
-  std::size_t write_neurons();
-  void write_marks();
+  void write(const RecordBatch& batch);
+  std::size_t write_waiting();
+  [[nodiscard]] std::span<const StimulationCommand> leaving();
   [[nodiscard]] bool all_ended() const;
   void write_status();
   void keep(const Expected<void, SinkError>& result);
@@ -105,15 +97,9 @@ class SinkWriter {
 
   SpikeSink& sink_;
   Sources sources_;
-  std::vector<SpikeEvent> spikes_;
-  std::vector<StimulationCommand> commands_;
+  RecordLists<RecordVector> waiting_;  ///< taken from the queues
   std::optional<StimulationGate> gate_;
   std::vector<std::chrono::nanoseconds> newest_;  ///< of each patch, for the gate
-  std::vector<TickRecord> ticks_;
-  std::vector<LoopEvent> events_;
-  std::vector<ProbeSample> samples_;
-  std::vector<RawFrame> frames_;
-  std::vector<NeuronSample> neurons_;
   Outcome outcome_;
   bool started_ = false;
   std::atomic<bool> failed_{false};

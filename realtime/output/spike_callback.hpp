@@ -21,9 +21,9 @@ class SpikeCallback final : public SpikeSink {
       : name_(std::move(name)), function_(std::move(function)) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return name_; }
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    function_(spikes);
-    delivered_ += spikes.size();
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    if (!batch.spikes.empty()) function_(batch.spikes);
+    delivered_ += batch.spikes.size();
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override { return {}; }

@@ -47,8 +47,8 @@ class MemorySink final : public SpikeSink {
   explicit MemorySink(Content& content, std::size_t limit = SIZE_MAX)
       : content_(content), limit_(limit) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    for (const SpikeEvent& spike : spikes) {
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    for (const SpikeEvent& spike : batch.spikes) {
       if (content_.spikes.size() == limit_) return Unexpected<SinkError>({"memory is full"});
       content_.spikes.push_back(spike);
     }
@@ -210,30 +210,17 @@ class CuriousSink final : public SpikeSink {
       : content_(content), subscriptions_(subscriptions) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return subscriptions_; }
-  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    content_.spikes += spikes.size();
-    for (const SpikeEvent& spike : spikes) {
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    content_.spikes += batch.spikes.size();
+    for (const SpikeEvent& spike : batch.spikes) {
       if (!content_.ticks.empty() && spike.time <= content_.ticks.back().time) {
         content_.in_order = false;
       }
     }
-    return {};
-  }
-  Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    content_.ticks.insert(content_.ticks.end(), ticks.begin(), ticks.end());
-    return {};
-  }
-  Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    content_.events.insert(content_.events.end(), events.begin(), events.end());
-    return {};
-  }
-  Expected<void, SinkError> write_samples(std::size_t,
-                                          std::span<const ProbeSample> samples) override {
-    content_.samples.insert(content_.samples.end(), samples.begin(), samples.end());
-    return {};
-  }
-  Expected<void, SinkError> write_status(const RunStatus& status) override {
-    content_.status = status;
+    content_.ticks.insert(content_.ticks.end(), batch.ticks.begin(), batch.ticks.end());
+    content_.events.insert(content_.events.end(), batch.events.begin(), batch.events.end());
+    for (const DeliveredSample& item : batch.samples) content_.samples.push_back(item.sample);
+    if (!batch.status.empty()) content_.status = batch.status.back();
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }
@@ -255,8 +242,8 @@ TEST(Pipeline, ASinkReceivesOnlyWhatItRequested) {
   CuriousSink::Content all;
   CuriousSink::Content nothing;
   pipeline.add_sink(std::make_unique<CuriousSink>(
-      all, SpikeSink::kTicks | SpikeSink::kEvents | SpikeSink::kSamples | SpikeSink::kStatus));
-  pipeline.add_sink(std::make_unique<CuriousSink>(nothing, 0));
+      all, kKinds<SpikeEvent, TickRecord, LoopEvent, DeliveredSample, RunStatus>));
+  pipeline.add_sink(std::make_unique<CuriousSink>(nothing, kKinds<SpikeEvent>));
   const auto report = pipeline.run();
   ASSERT_TRUE(report);
   EXPECT_TRUE(all.in_order);
@@ -296,7 +283,7 @@ TEST(Pipeline, TheRunsCountersContainThoseOfItsDevices) {
     pipeline.add_probe(std::move(probe), {});
   }
   CuriousSink::Content content;
-  pipeline.add_sink(std::make_unique<CuriousSink>(content, SpikeSink::kStatus));
+  pipeline.add_sink(std::make_unique<CuriousSink>(content, kKinds<SpikeEvent, RunStatus>));
   const auto report = pipeline.run();
   ASSERT_TRUE(report);
   for (const RunCounters& counters : {content.status.counters, RunCounters{*report}}) {
@@ -360,9 +347,9 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   class StuckSink final : public SpikeSink {
    public:
     [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-    Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+    Expected<void, SinkError> write(const RecordBatch& batch) override {
       std::this_thread::sleep_for(milliseconds{300});
-      delivered_ += spikes.size();
+      delivered_ += batch.spikes.size();
       return {};
     }
     Expected<void, SinkError> close() override { return {}; }
@@ -472,8 +459,10 @@ TEST(Pipeline, AfterARefusedStartNoProbeIsReadWhileItsSinksEnd) {
       std::this_thread::sleep_for(milliseconds{50});
     }
     [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-    [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSamples; }
-    Expected<void, SinkError> write(std::span<const SpikeEvent>) override { return {}; }
+    [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+      return kKinds<SpikeEvent, DeliveredSample>;
+    }
+    Expected<void, SinkError> write(const RecordBatch&) override { return {}; }
     Expected<void, SinkError> close() override { return {}; }
     [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 

@@ -285,26 +285,22 @@ class WatchingSink final : public SpikeSink {
   };
   explicit WatchingSink(Seen& seen) : seen_(seen) {}
   const std::string& uri() const noexcept override { return uri_; }
-  std::uint32_t subscriptions() const noexcept override { return kTicks | kMarks | kNeurons; }
+  std::uint32_t subscriptions() const noexcept override {
+    return kKinds<SpikeEvent, TickRecord, Mark, NeuronSample>;
+  }
   void attach(RunControl& control) override {
     control_ = &control;
     const std::array<std::uint32_t, 4> watched = {8, 13, 20, 21};  // neuron 21 does not exist
     control.watch(watched);
   }
-  Expected<void, SinkError> write(std::span<const SpikeEvent> /*spikes*/) override { return {}; }
-  Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    control_->mark({.time = ticks.back().time, .label = "batch"});
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    seen_.marks += batch.marks.size();
+    seen_.samples += batch.neurons.size();
+    if (batch.ticks.empty()) return {};
+    control_->mark({.time = batch.ticks.back().time, .label = "batch"});
     EXPECT_FALSE(control_->tare(0));  // simulated
     EXPECT_FALSE(control_->tare(7));
     EXPECT_EQ(control_->link(0), RunControl::Link::kConnected);
-    return {};
-  }
-  Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
-    seen_.marks += marks.size();
-    return {};
-  }
-  Expected<void, SinkError> write_neurons(std::span<const NeuronSample> samples) override {
-    seen_.samples += samples.size();
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }

@@ -47,21 +47,15 @@ class CommandSink final : public SpikeSink {
       : received_(received), limit_(limit) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kStimulation | kTicks;
+    return kKinds<StimulationCommand, TickRecord>;
   }
-  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
-  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    received_.spikes = received_.spikes || !spikes.empty();
-    return {};
-  }
-  Expected<void, SinkError> write_commands(std::span<const StimulationCommand> commands) override {
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    received_.spikes = received_.spikes || !batch.spikes.empty();
+    const auto commands = batch.commands;
     received_.commands.insert(received_.commands.end(), commands.begin(), commands.end());
+    received_.ticks.insert(received_.ticks.end(), batch.ticks.begin(), batch.ticks.end());
     if (received_.commands.size() < limit_) return {};
     return Unexpected<SinkError>({"the receiver is gone"});
-  }
-  Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    received_.ticks.insert(received_.ticks.end(), ticks.begin(), ticks.end());
-    return {};
   }
   Expected<void, SinkError> close() override { return {}; }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
@@ -292,12 +286,12 @@ class ReceiverSink final : public SpikeSink {
  public:
   explicit ReceiverSink(std::vector<StimulationCommand>& received) : received_(received) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
-  [[nodiscard]] bool takes_spikes() const noexcept override { return false; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<StimulationCommand>;
+  }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
-  Expected<void, SinkError> write(std::span<const SpikeEvent>) override { return {}; }
-  Expected<void, SinkError> write_commands(std::span<const StimulationCommand> commands) override {
-    received_.insert(received_.end(), commands.begin(), commands.end());
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    received_.insert(received_.end(), batch.commands.begin(), batch.commands.end());
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }

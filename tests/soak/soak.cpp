@@ -38,7 +38,7 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
     }
     sinks.push_back(std::move(*sink));
     channels.push_back(&fanout.add_consumer(65536));
-    if ((sinks.back()->subscriptions() & SpikeSink::kTicks) != 0U) {
+    if (sinks.back()->takes<TickRecord>()) {
       channels.back()->ticks = std::make_unique<CountedQueue<TickRecord>>(16384);
     }
   }

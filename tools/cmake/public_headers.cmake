@@ -11,6 +11,7 @@ set(merkel_public_headers
   core/records/contact_input.hpp
   core/records/loop_event.hpp
   core/records/probe_sample.hpp
+  core/records/record_batch.hpp
   core/records/spike_event.hpp
   core/records/stimulation_command.hpp
   core/records/tick_record.hpp

@@ -7,7 +7,6 @@
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/run/session_playback.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -20,25 +19,6 @@ struct ExportOptions {
   bool overwrite = false;
   bool allow_remote = false;
 };
-
-/// Sends a sink the items of a chunk, if it subscribes to them.
-Expected<void, SinkError> write_chunk(SpikeSink& sink, const SessionChunk& chunk) {
-  if (!chunk.spikes.empty()) {
-    return sink.takes_spikes() ? sink.write(chunk.spikes) : Expected<void, SinkError>();
-  }
-  if (!chunk.commands.empty()) return sink.write_commands(chunk.commands);
-  if (!chunk.ticks.empty()) return sink.write_ticks(chunk.ticks);
-  if (!chunk.events.empty()) return sink.write_events(chunk.events);
-  if (!chunk.marks.empty()) return sink.write_marks(chunk.marks);
-  if (!chunk.samples.empty()) return write_samples_of(chunk, sink);
-  for (const SessionChunk::Frame& each : chunk.frames) {
-    if (auto written = sink.write_frames(each.probe, each.port, {&each.frame, 1}); !written) {
-      return written;
-    }
-  }
-  if (!chunk.status.empty()) return sink.write_status(chunk.status.back());
-  return {};
-}
 
 void print_notice(const std::string& sentence) {
   std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
@@ -107,14 +87,14 @@ int export_session(const ExportOptions& options) {
     }
     spikes += chunk.spikes.size();
     for (const auto& sink : sinks) {
-      if (auto written = write_chunk(*sink, chunk); !written) {
+      if (auto written = sink->write(batch_of(chunk)); !written) {
         return fail(written.error().sentence);
       }
     }
   }
   for (const auto& sink : sinks) {
     if (auto closed = sink->close(); !closed) return fail(closed.error().sentence);
-    if (sink->takes_spikes() && sink->delivered() < spikes) {
+    if (sink->takes<SpikeEvent>() && sink->delivered() < spikes) {
       std::fprintf(stderr, "merkel: %s: %llu of %llu spikes did not arrive\n", sink->uri().c_str(),
                    static_cast<unsigned long long>(spikes - sink->delivered()),
                    static_cast<unsigned long long>(spikes));

@@ -76,10 +76,10 @@ std::string row_of(const Columns& columns, const Record& record) {
 
 std::string row_of(const SpikeEvent& spike) { return row_of(kSpikeColumns, spike); }
 std::string row_of(const TickRecord& tick) { return row_of(kTickColumns, tick); }
-std::string row_of(const SessionChunk::Sample& item) { return row_of(kProbeSampleColumns, item); }
+std::string row_of(const DeliveredSample& item) { return row_of(kProbeSampleColumns, item); }
 std::string row_of(const LoopEvent& event) { return row_of(kEventColumns, event); }
 std::string row_of(const StimulationCommand& command) { return row_of(kCommandColumns, command); }
-std::string row_of(const SessionChunk::Frame& item) {
+std::string row_of(const PortFrame& item) {
   return row_of(kFrameColumns, item) + fmt::format(",{:02x}", fmt::join(item.frame.content(), ""));
 }
 
@@ -147,7 +147,7 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
     if (!chunk.marks.empty() || chunk.stream != stream.id) return;
     print_rows(chunk.spikes);
     print_rows(chunk.ticks);
-    for (const SessionChunk::Sample& item : chunk.samples) {
+    for (const DeliveredSample& item : chunk.samples) {
       std::string row = row_of(item);
       for (std::size_t k = 0; k < extra; ++k) row += "," + shortest_decimal(item.sample.extra[k]);
       std::puts(row.c_str());

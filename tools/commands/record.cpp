@@ -57,8 +57,8 @@ class Recording {
     if (!sink) return Unexpected<SetupError>(sink.error());
     recording.sink_ = std::move(*sink);
     recording.replayed_ = probe.info().replayed;
-    if ((recording.sink_->subscriptions() & SpikeSink::kFrames) == 0U) return recording;
-    for (std::size_t port = 0; port < probe.ports(); ++port) {
+    if (!recording.sink_->takes<PortFrame>()) return recording;
+    for (std::uint32_t port = 0; port < probe.ports(); ++port) {
       recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port));
     }
     return recording;
@@ -75,8 +75,7 @@ class Recording {
       const auto zero_on_host = replayed_ ? clocks.monotonic - first : first;
       keep(sink_->begin({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)}));
     }
-    write_frames();
-    if (!samples.empty()) keep(sink_->write_samples(0, samples));
+    write_all(samples, {});
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_flush_) {
       keep(sink_->flush());
@@ -86,8 +85,8 @@ class Recording {
   }
   std::string close() {
     for (const auto& tap : taps_) tap->end();
-    write_frames();
-    keep(sink_->write_status({.counters = {}, .losses = {.frames = lost_frames()}, .rights = {}}));
+    const RunStatus status{.counters = {}, .losses = {.frames = lost_frames()}, .rights = {}};
+    write_all({}, {&status, 1});
     if (error_.empty()) keep(sink_->close());
     return error_;
   }
@@ -102,16 +101,21 @@ class Recording {
   void keep(const Expected<void, SinkError>& result) {
     if (!result && error_.empty()) error_ = result.error().sentence;
   }
-  void write_frames() {
+  /// Writes the waiting frames of the ports with these samples.
+  void write_all(std::span<const ProbeSample> samples, std::span<const RunStatus> status) {
+    clear_all(records_);
     for (const auto& tap : taps_) {
-      std::vector<RawFrame> frames;
-      for (RawFrame frame; tap->queue.items.try_pop(frame);) frames.push_back(frame);
-      if (!frames.empty()) keep(sink_->write_frames(tap->probe(), tap->port(), frames));
+      for (PortFrame frame; tap->queue.items.try_pop(frame);) records_.frames.push_back(frame);
     }
+    for (const ProbeSample& sample : samples) records_.samples.push_back({.sample = sample});
+    RecordBatch batch = batch_of(records_);
+    batch.status = status;
+    keep(sink_->write(batch));
   }
 
   std::unique_ptr<SpikeSink> sink_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
+  RecordLists<RecordVector> records_;
   bool replayed_ = false;
   bool started_ = false;
   std::chrono::steady_clock::time_point next_flush_{};

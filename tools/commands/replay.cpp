@@ -179,13 +179,13 @@ int replay(const ReplayOptions& options) {
   const SessionReplay::Made made{.spikes =
                                      [&](std::span<const SpikeEvent> spikes) {
                                        for (const auto& sink : sinks) {
-                                         if (sink->takes_spikes()) keep(sink->write(spikes));
+                                         keep(sink->write({.spikes = spikes}));
                                        }
                                      },
                                  .commands =
                                      [&](std::span<const StimulationCommand> commands) {
                                        for (const auto& sink : sinks)
-                                         keep(sink->write_commands(commands));
+                                         keep(sink->write({.commands = commands}));
                                      }};
   SessionReplay replay(*model, encoder->get());
   SessionChunk chunk;

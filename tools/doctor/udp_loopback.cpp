@@ -32,7 +32,8 @@ class UdpLoopback::Sink final : public SpikeSink {
  public:
   explicit Sink(UdpLoopback& loopback) : loopback_(loopback) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    const std::span<const SpikeEvent> spikes = batch.spikes;
     for (std::size_t first = 0; first < spikes.size(); first += kSpikesADatagram) {
       const std::size_t count = std::min(kSpikesADatagram, spikes.size() - first);
       std::array<std::int64_t, kSpikesADatagram> times{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 #include "core/units.hpp"
@@ -16,20 +17,11 @@ using HostClock = std::chrono::steady_clock;
 constexpr milliseconds kStep{10};
 constexpr milliseconds kLongestStep{50};  ///< a longer one is a stall of the host
 
-}  // namespace
+/// Records that are played at their time. Status has none, and frames have that of another clock.
+template <class Record>
+constexpr bool kPlayed = !std::is_same_v<Record, PortFrame> && !std::is_same_v<Record, RunStatus>;
 
-Expected<void, SinkError> write_samples_of(const SessionChunk& chunk, SpikeSink& sink) {
-  std::vector<ProbeSample> samples;
-  for (auto first = chunk.samples.begin(); first != chunk.samples.end();) {
-    const std::uint32_t probe = first->probe;
-    samples.clear();
-    for (; first != chunk.samples.end() && first->probe == probe; ++first) {
-      samples.push_back(first->sample);
-    }
-    if (auto written = sink.write_samples(probe, samples); !written) return written;
-  }
-  return {};
-}
+}  // namespace
 
 Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std::string& path,
                                                                        nanoseconds tick) {
@@ -72,18 +64,14 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   if (!session) return Unexpected<SetupError>(session.error());
   session_.emplace(std::move(*session));
   ended_ = false;
-  spikes_.clear();
-  ticks_.clear();
-  events_.clear();
-  marks_.clear();
-  commands_.clear();
+  clear_all(waiting_);
   switch_off(StimulationCommand::Stop::kGap);
-  samples_.clear();
   position_.jumps.fetch_add(1);
   // Skips everything before this position.
-  while (!ended_ && (ticks_.empty() || ticks_.back().time < place)) {
+  while (!ended_ && (waiting_.ticks.empty() || waiting_.ticks.back().time < place)) {
     keep_from(place);
-    const nanoseconds before = ticks_.empty() ? nanoseconds::min() : ticks_.back().time;
+    const nanoseconds before =
+        waiting_.ticks.empty() ? nanoseconds::min() : waiting_.ticks.back().time;
     if (auto read = read_until(before); !read) return read;
   }
   keep_from(place);
@@ -92,18 +80,16 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
 
 /// Discards everything before a time.
 void SessionPlayback::keep_from(nanoseconds time) {
-  const auto early = [time](const auto& item) { return item.time < time; };
-  std::erase_if(spikes_, early);
-  std::erase_if(ticks_, early);
-  std::erase_if(events_, early);
-  std::erase_if(marks_, early);
-  std::erase_if(commands_, early);
-  std::erase_if(samples_, [time](const auto& item) { return item.sample.time < time; });
+  for_each_kind(waiting_, [time]<class Record>(std::deque<Record>& list) {
+    if constexpr (kPlayed<Record>) {
+      std::erase_if(list, [time](const Record& record) { return time_of(record) < time; });
+    }
+  });
 }
 
 /// Reads chunks until one ends after a time, or up to the end of the file.
 Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
-  while (!ended_ && (ticks_.empty() || ticks_.back().time <= time)) {
+  while (!ended_ && (waiting_.ticks.empty() || waiting_.ticks.back().time <= time)) {
     const auto more = session_->next(chunk_);
     if (!more) return Unexpected<SetupError>(more.error());
     if (!*more) {
@@ -111,29 +97,20 @@ Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
       break;
     }
     numbering_.apply(chunk_);
-    spikes_.insert(spikes_.end(), chunk_.spikes.begin(), chunk_.spikes.end());
-    ticks_.insert(ticks_.end(), chunk_.ticks.begin(), chunk_.ticks.end());
-    events_.insert(events_.end(), chunk_.events.begin(), chunk_.events.end());
-    marks_.insert(marks_.end(), chunk_.marks.begin(), chunk_.marks.end());
-    commands_.insert(commands_.end(), chunk_.commands.begin(), chunk_.commands.end());
-    samples_.insert(samples_.end(), chunk_.samples.begin(), chunk_.samples.end());
-    for (const RunStatus& status : chunk_.status) {
-      for (const auto& sink : sinks_) keep(sink->write_status(status));
-    }
+    send({.status = chunk_.status});
+    for_each_kind(chunk_, [this]<class Record>(const std::vector<Record>& list) {
+      if constexpr (kPlayed<Record>) {
+        waiting_.of<Record>().insert(waiting_.of<Record>().end(), list.begin(), list.end());
+      }
+    });
     if (!chunk_.ticks.empty()) break;
   }
   return {};
 }
 
-template <class Item, class Write>
-void SessionPlayback::send(std::deque<Item>& waiting, nanoseconds time, const Write& write) {
-  std::vector<Item> due;
-  while (!waiting.empty() && waiting.front().time <= time) {
-    due.push_back(std::move(waiting.front()));
-    waiting.pop_front();
-  }
-  if (due.empty()) return;
-  for (const auto& sink : sinks_) keep(write(*sink, std::span<const Item>(due)));
+void SessionPlayback::send(const RecordBatch& batch) {
+  if (count_of(batch) == 0) return;
+  for (const auto& sink : sinks_) keep(sink->write(batch));
 }
 
 /// Whenever there is a gap in the recorded commands, a receiver must not continue
@@ -147,42 +124,27 @@ void SessionPlayback::switch_off(StimulationCommand::Stop stop) {
     off.push_back(command);
   }
   last_commands_.clear();
-  if (off.empty()) return;
-  for (const auto& sink : sinks_) keep(sink->write_commands(off));
+  send({.commands = off});
 }
 
-void SessionPlayback::send_commands_until(nanoseconds time) {
-  for (const StimulationCommand& command : commands_) {
-    if (command.time > time) break;
+void SessionPlayback::send_until(nanoseconds time) {
+  RecordLists<RecordVector> due;
+  for_each_kind(waiting_, [&]<class Record>(std::deque<Record>& list) {
+    if constexpr (kPlayed<Record>) {
+      while (!list.empty() && time_of(list.front()) <= time) {
+        due.of<Record>().push_back(std::move(list.front()));
+        list.pop_front();
+      }
+    }
+  });
+  for (const StimulationCommand& command : due.commands) {
     while (last_commands_.size() <= command.electrode) {
       last_commands_.push_back(command);
       last_commands_.back().electrode = static_cast<std::uint16_t>(last_commands_.size() - 1);
     }
     last_commands_[command.electrode] = command;
   }
-  send(commands_, time, [](SpikeSink& sink, auto items) { return sink.write_commands(items); });
-}
-
-void SessionPlayback::send_samples_until(nanoseconds time) {
-  SessionChunk due;
-  while (!samples_.empty() && samples_.front().sample.time <= time) {
-    due.samples.push_back(samples_.front());
-    samples_.pop_front();
-  }
-  if (due.samples.empty()) return;
-  for (const auto& sink : sinks_) keep(write_samples_of(due, *sink));
-}
-
-/// In the order of a run: a tick's spikes and commands before its records.
-void SessionPlayback::send_until(nanoseconds time) {
-  send(spikes_, time, [](SpikeSink& sink, auto items) {
-    return sink.takes_spikes() ? sink.write(items) : Expected<void, SinkError>();
-  });
-  send_commands_until(time);
-  send(ticks_, time, [](SpikeSink& sink, auto items) { return sink.write_ticks(items); });
-  send(events_, time, [](SpikeSink& sink, auto items) { return sink.write_events(items); });
-  send(marks_, time, [](SpikeSink& sink, auto items) { return sink.write_marks(items); });
-  send_samples_until(time);
+  send(batch_of(due));
   for (const auto& sink : sinks_) keep(sink->flush());
 }
 
@@ -223,7 +185,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       }
       position_.paused.store(true);
     }
-    while (!ended_ && (ticks_.empty() || ticks_.back().time <= place)) {
+    while (!ended_ && (waiting_.ticks.empty() || waiting_.ticks.back().time <= place)) {
       if (auto read = read_until(place); !read) return read;
     }
     send_until(place);

@@ -18,10 +18,6 @@
 
 namespace merkel {
 
-/// Hands the samples of a chunk to a sink, those of each probe together.
-[[nodiscard]] Expected<void, SinkError> write_samples_of(const SessionChunk& chunk,
-                                                         SpikeSink& sink);
-
 /// Plays a recorded session to sinks at the speed at which it was recorded. What it plays is the
 /// recording; nothing is simulated. Reads the file chunk by chunk; going elsewhere reads it again
 /// from its beginning.
@@ -48,16 +44,16 @@ class SessionPlayback {
                                                 const std::atomic<bool>& stop);
 
  private:
+  template <class Record>
+  using Waiting = std::deque<Record>;
+
   Expected<void, SetupError> go_to(std::chrono::nanoseconds place);
   Expected<void, SetupError> read_until(std::chrono::nanoseconds time);
   void keep_from(std::chrono::nanoseconds time);
   void send_until(std::chrono::nanoseconds time);
-  void send_commands_until(std::chrono::nanoseconds time);
   void switch_off(StimulationCommand::Stop stop);
-  void send_samples_until(std::chrono::nanoseconds time);
   void keep(const Expected<void, SinkError>& result);
-  template <class Item, class Write>
-  void send(std::deque<Item>& waiting, std::chrono::nanoseconds time, const Write& write);
+  void send(const RecordBatch& batch);
 
   std::string path_;
   Extent extent_;
@@ -67,13 +63,8 @@ class SessionPlayback {
   std::optional<SessionReader> session_;
   bool ended_ = false;  ///< the whole file is read
   SessionChunk chunk_;
-  std::deque<SpikeEvent> spikes_;
-  std::deque<TickRecord> ticks_;
-  std::deque<LoopEvent> events_;
-  std::deque<Mark> marks_;
-  std::deque<StimulationCommand> commands_;
+  RecordLists<Waiting> waiting_;
   std::vector<StimulationCommand> last_commands_;  ///< by electrode, since the last switch-off
-  std::deque<SessionChunk::Sample> samples_;
   std::string failure_;
 };
 

@@ -118,7 +118,7 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
     const auto more = session->next(chunk);
     if (!more) return Unexpected<SetupError>(more.error());
     if (!*more) break;
-    for (const SessionChunk::Sample& each : chunk.samples) {
+    for (const DeliveredSample& each : chunk.samples) {
       if (each.probe >= probes.size() || probes[each.probe].channels != 0U) continue;
       probes[each.probe].channels = each.sample.channels;
       --missing;

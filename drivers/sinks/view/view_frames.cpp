@@ -53,32 +53,38 @@ double ViewFrames::since_start_s(nanoseconds time) const {
   return origin_ ? units::s_from(time - *origin_) : 0.0;
 }
 
-void ViewFrames::add(std::span<const SpikeEvent> spikes) {
-  for (const SpikeEvent& spike : spikes) {
-    if (spikes_.size() == kMostSpikes) {
-      ++skipped_;
-      continue;
-    }
-    spikes_.push_back({.time = spike.time, .neuron = spike.neuron});
-  }
+void ViewFrames::add(const RecordBatch& batch) {
+  for (const SpikeEvent& spike : batch.spikes) add(spike);
+  for (const StimulationCommand& command : batch.commands) add(command);
+  for (const TickRecord& tick : batch.ticks) add(tick);
+  for (const LoopEvent& event : batch.events) add(event);
+  for (const NeuronSample& sample : batch.neurons) add(sample);
+  for (const Mark& mark : batch.marks) add(mark);
+  if (!batch.status.empty()) status_ = batch.status.back();
 }
 
-void ViewFrames::add(std::span<const TickRecord> ticks) {
-  for (const TickRecord& tick : ticks) {
-    if (tick.probe >= probes_.size()) continue;
-    if (!origin_) origin_ = sent_ = next_point_ = start_.value_or(tick.time - tick_);
-    if (std::exchange(jumped_, false)) sent_ = next_point_ = tick.time - tick_;
-    Probe& probe = probes_[tick.probe];
-    probe.press = probe.tip.press(tick.contact);
-    probe.gauge_depth_mm = tick.contact.depth_mm;
-    probe.state = tick.state;
-    probe.worst = std::max(probe.worst, tick.state);
-    newest_ = tick.time;
-    if (tick.probe + 1 != probes_.size()) continue;
-    // The backlog of the start has no latency.
-    if (tick.latency.count() > 0) ++latency_[latency_bin(tick.delay + tick.latency)];
-    if (tick.time >= next_point_) add_point(tick.time);
+void ViewFrames::add(const SpikeEvent& spike) {
+  if (spikes_.size() == kMostSpikes) {
+    ++skipped_;
+    return;
   }
+  spikes_.push_back({.time = spike.time, .neuron = spike.neuron});
+}
+
+void ViewFrames::add(const TickRecord& tick) {
+  if (tick.probe >= probes_.size()) return;
+  if (!origin_) origin_ = sent_ = next_point_ = start_.value_or(tick.time - tick_);
+  if (std::exchange(jumped_, false)) sent_ = next_point_ = tick.time - tick_;
+  Probe& probe = probes_[tick.probe];
+  probe.press = probe.tip.press(tick.contact);
+  probe.gauge_depth_mm = tick.contact.depth_mm;
+  probe.state = tick.state;
+  probe.worst = std::max(probe.worst, tick.state);
+  newest_ = tick.time;
+  if (tick.probe + 1 != probes_.size()) return;
+  // The backlog of the start has no latency.
+  if (tick.latency.count() > 0) ++latency_[latency_bin(tick.delay + tick.latency)];
+  if (tick.time >= next_point_) add_point(tick.time);
 }
 
 void ViewFrames::add_point(nanoseconds time) {
@@ -98,48 +104,40 @@ void ViewFrames::add_point(nanoseconds time) {
   points_.push_back(point);
 }
 
-void ViewFrames::add(std::span<const LoopEvent> events) {
-  for (const LoopEvent& event : events) {
-    if (!origin_) continue;
-    add_news({{"kind", name_of(event.kind)},
-              {"t", since_start_s(event.time)},
-              {"length_s", units::s_from(event.length)},
-              {"subject", event.subject}});
+void ViewFrames::add(const LoopEvent& event) {
+  if (!origin_) return;
+  add_news({{"kind", name_of(event.kind)},
+            {"t", since_start_s(event.time)},
+            {"length_s", units::s_from(event.length)},
+            {"subject", event.subject}});
+}
+
+void ViewFrames::add(const Mark& mark) {
+  if (!origin_) return;
+  add_news({{"kind", "mark"}, {"t", since_start_s(mark.time)}, {"label", mark.label}});
+}
+
+void ViewFrames::add(const NeuronSample& sample) {
+  if (watched_.size() < kMostWatchedSamples) {
+    watched_.push_back(sample);
+  } else {
+    ++skipped_;
   }
 }
 
-void ViewFrames::add(std::span<const Mark> marks) {
-  for (const Mark& mark : marks) {
-    if (!origin_) continue;
-    add_news({{"kind", "mark"}, {"t", since_start_s(mark.time)}, {"label", mark.label}});
+void ViewFrames::add(const StimulationCommand& command) {
+  if (command.electrode >= electrodes_.size()) return;
+  Stimulation& electrode = electrodes_[command.electrode];
+  if (command.kind == StimulationCommand::Kind::kPulse) {
+    ++electrode.pulses;
+    electrode.amplitude_uA = command.amplitude_uA;
+    return;
   }
-}
-
-void ViewFrames::add(std::span<const NeuronSample> samples) {
-  for (const NeuronSample& sample : samples) {
-    if (watched_.size() < kMostWatchedSamples) {
-      watched_.push_back(sample);
-    } else {
-      ++skipped_;
-    }
-  }
-}
-
-void ViewFrames::add(std::span<const StimulationCommand> commands) {
-  for (const StimulationCommand& command : commands) {
-    if (command.electrode >= electrodes_.size()) continue;
-    Stimulation& electrode = electrodes_[command.electrode];
-    if (command.kind == StimulationCommand::Kind::kPulse) {
-      ++electrode.pulses;
-      electrode.amplitude_uA = command.amplitude_uA;
-    } else {
-      // An electrode that gives pulses gets updates with amplitude 0 between them.
-      const bool stopped = command.stop != StimulationCommand::Stop::kNone;
-      if (stopped || electrode.pulses == 0) electrode.amplitude_uA = command.amplitude_uA;
-      electrode.frequency_Hz = command.frequency_Hz;
-      electrode.stop = command.stop;
-    }
-  }
+  // An electrode that gives pulses gets updates with amplitude 0 between them.
+  const bool stopped = command.stop != StimulationCommand::Stop::kNone;
+  if (stopped || electrode.pulses == 0) electrode.amplitude_uA = command.amplitude_uA;
+  electrode.frequency_Hz = command.frequency_Hz;
+  electrode.stop = command.stop;
 }
 
 void ViewFrames::set_links(const RunControl& control) {

@@ -13,11 +13,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "core/contact/tip_contact.hpp"
-#include "core/records/loop_event.hpp"
-#include "core/records/run_status.hpp"
-#include "core/records/spike_event.hpp"
-#include "core/records/stimulation_command.hpp"
-#include "core/records/tick_record.hpp"
+#include "core/records/record_batch.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 
 namespace merkel {
@@ -54,15 +50,9 @@ class ViewFrames {
 
   explicit ViewFrames(const SinkSetup& setup);
 
-  void add(std::span<const SpikeEvent> spikes);
-  void add(std::span<const TickRecord> ticks);
-  void add(std::span<const LoopEvent> events);
-  void add(std::span<const Mark> marks);
-  void add(std::span<const NeuronSample> samples);
-  void add(std::span<const StimulationCommand> commands);
+  void add(const RecordBatch& batch);
   /// Adds a message for the user of the page.
   void add_notice(std::string_view sentence);
-  void set(const RunStatus& status) { status_ = status; }
 
   void set_links(const RunControl& control);
   /// Drops the data since the last frame, because time has jumped.
@@ -100,6 +90,12 @@ class ViewFrames {
   /// False until the first tick of a run or after a jump. Spikes that arrive before it wait for the
   /// next frame, because their times count from the newest tick.
   [[nodiscard]] bool is_timed() const noexcept { return origin_.has_value() && !jumped_; }
+  void add(const SpikeEvent& spike);
+  void add(const StimulationCommand& command);
+  void add(const TickRecord& tick);
+  void add(const LoopEvent& event);
+  void add(const NeuronSample& sample);
+  void add(const Mark& mark);
   void add_point(std::chrono::nanoseconds time);
   void add_news(const nlohmann::json& event);
   [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;

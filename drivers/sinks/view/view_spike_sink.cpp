@@ -33,45 +33,18 @@ class ViewSpikeSink final : public SpikeSink {
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kStatus | kEvents | kMarks | kNeurons | kStimulation;
+    return kKinds<SpikeEvent, StimulationCommand, TickRecord, LoopEvent, NeuronSample, Mark,
+                  RunStatus>;
   }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { desk_->attach(control); }
 
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     follow_jumps();
-    frames_.add(spikes);
-    delivered_ += spikes.size();
+    frames_.add(batch);
+    delivered_ += batch.spikes.size();
+    if (!batch.ticks.empty()) desk_->set_time(batch.ticks.back().time);
     send_if_due();
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
-    follow_jumps();
-    frames_.add(ticks);
-    if (!ticks.empty()) desk_->set_time(ticks.back().time);
-    send_if_due();
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_events(std::span<const LoopEvent> events) override {
-    frames_.add(events);
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_marks(std::span<const Mark> marks) override {
-    frames_.add(marks);
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_neurons(
-      std::span<const NeuronSample> samples) override {
-    frames_.add(samples);
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    frames_.add(commands);
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_status(const RunStatus& status) override {
-    frames_.set(status);
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> flush() override {

@@ -50,16 +50,15 @@ std::string run_into(const std::string& uri) {
   }
   for (int portion = 0; portion < kPortions; ++portion) {
     std::vector<SpikeEvent> spikes;
-    std::vector<ProbeSample> samples;
+    std::vector<DeliveredSample> samples;
     for (int i = 0; i < kPerPortion; ++i) {
       spikes.push_back(spike(portion * kPerPortion + i));
-      samples.push_back({.time = spikes.back().time,
-                         .arrival = spikes.back().time,
-                         .depth_mm = 0.5,
-                         .channels = ProbeSample::kDepth});
+      samples.push_back({.sample = {.time = spikes.back().time,
+                                    .arrival = spikes.back().time,
+                                    .depth_mm = 0.5,
+                                    .channels = ProbeSample::kDepth}});
     }
-    if (!keep((*sink)->write(spikes)) || !keep((*sink)->write_samples(0, samples)) ||
-        !keep((*sink)->flush())) {
+    if (!keep((*sink)->write({.samples = samples, .spikes = spikes})) || !keep((*sink)->flush())) {
       return error;
     }
   }

@@ -23,10 +23,10 @@ constexpr nanoseconds kLongAgo{-123'456'789'012'345'678};
 struct Everything {
   std::vector<SpikeEvent> spikes;
   std::vector<TickRecord> ticks;
-  std::vector<SessionChunk::Sample> samples;
+  std::vector<DeliveredSample> samples;
   std::vector<LoopEvent> events;
   std::vector<RunStatus> status;
-  std::vector<SessionChunk::Frame> frames;
+  std::vector<PortFrame> frames;
   std::vector<Mark> marks;
   std::vector<StimulationCommand> commands;
   bool complete = false;
@@ -132,19 +132,24 @@ std::string record(const TemporaryFolder& folder, bool closed) {
                                           .facts = {{"scene_text", "[skin]\n# ]]> \t <é>\n"}},
                                           .model = {}}});
   EXPECT_TRUE(sink) << sink.error().sentence;
-  EXPECT_TRUE((*sink)->write(kSpikes));
-  EXPECT_TRUE((*sink)->write_commands(kCommands));
-  EXPECT_TRUE((*sink)->write_ticks(kTicks));
-  EXPECT_TRUE((*sink)->write_events(kEvents));
-  EXPECT_TRUE((*sink)->write_samples(1, kSamples));
-  EXPECT_TRUE((*sink)->write_status({.counters = {.ticks = 2, .demotions = 1},
-                                     .losses = {.spikes = 9, .frames = 8},
-                                     .rights = kRights}));
-  EXPECT_TRUE((*sink)->write_frames(1, 2, kFrames));
+  EXPECT_TRUE((*sink)->write({.spikes = kSpikes}));
+  EXPECT_TRUE((*sink)->write({.commands = kCommands}));
+  EXPECT_TRUE((*sink)->write({.ticks = kTicks}));
+  EXPECT_TRUE((*sink)->write({.events = kEvents}));
+  std::vector<DeliveredSample> samples;
+  for (const ProbeSample& sample : kSamples) samples.push_back({.probe = 1, .sample = sample});
+  EXPECT_TRUE((*sink)->write({.samples = samples}));
+  const RunStatus status{.counters = {.ticks = 2, .demotions = 1},
+                         .losses = {.spikes = 9, .frames = 8},
+                         .rights = kRights};
+  EXPECT_TRUE((*sink)->write({.status = {&status, 1}}));
+  std::vector<PortFrame> frames;
+  for (const RawFrame& frame : kFrames) frames.push_back({.probe = 1, .port = 2, .frame = frame});
+  EXPECT_TRUE((*sink)->write({.frames = frames}));
   const std::array<Mark, 2> marks = {
       Mark{.time = nanoseconds{1'500'000'000}, .label = "trial 1, Müller"},
       Mark{.time = nanoseconds{2'000'000'000}, .label = ""}};
-  EXPECT_TRUE((*sink)->write_marks(marks));
+  EXPECT_TRUE((*sink)->write({.marks = marks}));
   EXPECT_EQ((*sink)->delivered(), 0U);
   EXPECT_TRUE((*sink)->flush());
   EXPECT_EQ((*sink)->delivered(), 2U);
@@ -254,11 +259,11 @@ TEST(SessionOnRequest, RecordsStimulationCommands) {
                   .overwrite = false,
                   .allow_remote = false,
                   .run = {.scene = "paper", .facts = {{"scene_text", ""}}, .model = {}}});
-  EXPECT_NE(sink->subscriptions() & SpikeSink::kStimulation, 0U);
+  EXPECT_TRUE(sink->takes<StimulationCommand>());
   recording->request(true);
   EXPECT_TRUE(sink->flush());
   EXPECT_TRUE(recording->recording());
-  EXPECT_TRUE(sink->write_commands(kCommands));
+  EXPECT_TRUE(sink->write({.commands = kCommands}));
   EXPECT_TRUE(sink->close());
   std::filesystem::current_path(before);
   const auto file = std::filesystem::directory_iterator(folder.path(""))->path();

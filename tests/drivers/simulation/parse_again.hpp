@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "core/records/probe_sample.hpp"
+#include "core/records/raw_frame.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/protocols/protocol_table.hpp"
-#include "drivers/raw_frame.hpp"
 
 namespace merkel {
 

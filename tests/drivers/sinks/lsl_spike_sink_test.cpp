@@ -48,8 +48,8 @@ TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
                       .neuron = 1 + i % 7 + (i % 2) * 20,
                       .patch = static_cast<std::uint16_t>(i % 2)});
   }
-  ASSERT_TRUE((*sink)->write(std::span(spikes).first(100)));
-  ASSERT_TRUE((*sink)->write(std::span(spikes).subspan(100)));
+  ASSERT_TRUE((*sink)->write({.spikes = std::span(spikes).first(100)}));
+  ASSERT_TRUE((*sink)->write({.spikes = std::span(spikes).subspan(100)}));
   EXPECT_TRUE((*sink)->flush());
   EXPECT_EQ((*sink)->delivered(), spikes.size());
   for (std::size_t i = 0; i < spikes.size(); ++i) {

@@ -109,8 +109,8 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
   {
     const auto sink = open_sink("nwb:" + path, setup_with({"E1", "E2"}));
     ASSERT_TRUE(sink) << sink.error().sentence;
-    EXPECT_NE((*sink)->subscriptions() & SpikeSink::kStimulation, 0U);
-    ASSERT_TRUE((*sink)->write_commands(nwb_commands()));
+    EXPECT_TRUE((*sink)->takes<StimulationCommand>());
+    ASSERT_TRUE((*sink)->write({.commands = nwb_commands()}));
     ASSERT_TRUE((*sink)->close());
   }
   const Hdf5Reader file(path);
@@ -128,7 +128,7 @@ TEST(NwbSink, WithoutElectrodesDoesNotRequestCommands) {
   const TemporaryFolder folder;
   const auto sink = open_sink("nwb:" + folder.path("s.nwb"), setup_with({}));
   ASSERT_TRUE(sink) << sink.error().sentence;
-  EXPECT_EQ((*sink)->subscriptions() & SpikeSink::kStimulation, 0U);
+  EXPECT_FALSE((*sink)->takes<StimulationCommand>());
 }
 
 /// The recovered file in a folder.
@@ -147,7 +147,7 @@ TEST(NwbSink, ARecoveredFileHasTheDescriptionOfItsOwnRun) {
     setup.run.facts = {{"version", "old"}, {"scene_text", std::string(5000, 'x') + "\n\x01\xff"}};
     const auto killed = open_sink("nwb:" + path, setup);
     ASSERT_TRUE(killed) << killed.error().sentence;
-    ASSERT_TRUE((*killed)->write_commands(nwb_commands()));
+    ASSERT_TRUE((*killed)->write({.commands = nwb_commands()}));
     ASSERT_TRUE((*killed)->flush());  // without close(), as after a kill
   }
   const auto next = open_sink("nwb:" + path, setup_with({"other"}));

@@ -110,7 +110,7 @@ TEST(OpenSink, AFullDiskEndsASinkWithASentence) {
     auto sink = open_sink(uri, setup());
     ASSERT_TRUE(sink);
     const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
-    const auto written = (*sink)->write(spikes);
+    const auto written = (*sink)->write({.spikes = spikes});
     const auto flushed = written ? (*sink)->flush() : written;
     ASSERT_FALSE(flushed);
     EXPECT_TRUE(has(flushed.error().sentence, "No space left")) << flushed.error().sentence;

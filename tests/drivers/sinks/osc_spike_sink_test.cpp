@@ -52,7 +52,7 @@ TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {  // the option types=
                       .neuron = 1 + k % 20,
                       .flags = SpikeEvent::kInputHeld});
   }
-  ASSERT_TRUE((*sink)->write(spikes));
+  ASSERT_TRUE((*sink)->write({.spikes = spikes}));
   EXPECT_EQ((*sink)->delivered(), 50U);
   while (received.size() < 50 && lo_server_recv_noblock(server, 2000) > 0) {
   }
@@ -93,7 +93,7 @@ TEST(OscSpikeSink, ByDefaultAllArgumentsAreOfTypeI) {
   const std::array<SpikeEvent, 2> spikes{
       SpikeEvent{.time = std::chrono::nanoseconds{12'345'678'901}, .neuron = 7, .patch = 2},
       SpikeEvent{.time = std::chrono::nanoseconds{-1}, .neuron = 8}};
-  ASSERT_TRUE((*sink)->write(spikes));
+  ASSERT_TRUE((*sink)->write({.spikes = spikes}));
   while (received.size() < 2 && lo_server_recv_noblock(server, 2000) > 0) {
   }
   ASSERT_EQ(received.size(), 2U);
@@ -106,7 +106,7 @@ TEST(OscSpikeSink, AMissingReceiverIsNoError) {
   auto sink = open_sink("osc:127.0.0.1:" + std::to_string(free_ports(1)[0]), 20, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
-  for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write(spikes));
+  for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write({.spikes = spikes}));
   EXPECT_TRUE((*sink)->close());
 }
 

@@ -52,8 +52,8 @@ TEST(StimCsvSink, WritesOneRowACommand) {
   {
     const auto sink = open_sink("stim-csv:" + path, stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
-    EXPECT_FALSE((*sink)->takes_spikes());
-    ASSERT_TRUE((*sink)->write_commands(commands()));
+    EXPECT_FALSE((*sink)->takes<SpikeEvent>());
+    ASSERT_TRUE((*sink)->write({.commands = commands()}));
     ASSERT_TRUE((*sink)->close());
   }
   std::ifstream file(path);
@@ -141,7 +141,7 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   {
     const auto sink = open_sink(RedisServer::uri(), stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
-    ASSERT_TRUE((*sink)->write_commands(commands()));
+    ASSERT_TRUE((*sink)->write({.commands = commands()}));
     ASSERT_TRUE((*sink)->close());
   }
   EXPECT_EQ(RedisServer::cli("xlen stimulator"), "1\n");
@@ -164,16 +164,16 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
 TEST_F(RedisSinkTest, KeepsItsStreamsShort) {
   const auto sink = open_sink(RedisServer::uri() + "&maxlen=100", stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
-  for (int k = 0; k < 2000; ++k) ASSERT_TRUE((*sink)->write_commands(commands()));
+  for (int k = 0; k < 2000; ++k) ASSERT_TRUE((*sink)->write({.commands = commands()}));
   EXPECT_LT(std::stoi(RedisServer::cli("xlen stimulator")), 400);
 }
 
 TEST_F(RedisSinkTest, FailsWhenTheServerGoesAway) {
   const auto sink = open_sink(RedisServer::uri(), stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
-  ASSERT_TRUE((*sink)->write_commands(commands()));
+  ASSERT_TRUE((*sink)->write({.commands = commands()}));
   server_->stop();
-  const auto written = (*sink)->write_commands(commands());
+  const auto written = (*sink)->write({.commands = commands()});
   ASSERT_FALSE(written);
   EXPECT_TRUE(has(written.error().sentence, "check the Redis server")) << written.error().sentence;
 }

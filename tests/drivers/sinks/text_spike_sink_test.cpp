@@ -21,7 +21,7 @@ TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
   const std::array<SpikeEvent, 2> spikes = {
       SpikeEvent{.time = nanoseconds{1'234'567'891}, .neuron = 8},
       SpikeEvent{.time = nanoseconds{2'000'000'000}, .neuron = 13}};
-  EXPECT_TRUE((*sink)->write(spikes));
+  EXPECT_TRUE((*sink)->write({.spikes = spikes}));
   EXPECT_EQ((*sink)->delivered(), 0U);
   EXPECT_TRUE((*sink)->flush());
   EXPECT_EQ((*sink)->delivered(), 2U);
@@ -36,7 +36,7 @@ TEST(TextSpikeSink, WritesNestsGdf) {
   const std::array<SpikeEvent, 2> spikes = {
       SpikeEvent{.time = nanoseconds{-1}, .neuron = 8},
       SpikeEvent{.time = nanoseconds{2'000'000'001}, .neuron = 13}};
-  EXPECT_TRUE((*sink)->write(spikes));
+  EXPECT_TRUE((*sink)->write({.spikes = spikes}));
   EXPECT_TRUE((*sink)->close());
   EXPECT_EQ(read_file(folder.path("s.gdf")), "8\t-0.000001\n13\t2000.000001\n");
 }
@@ -45,7 +45,7 @@ TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
   auto sink = open_sink("csv:/dev/full", kTextNeurons, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 3> spikes{};
-  EXPECT_TRUE((*sink)->write(spikes));
+  EXPECT_TRUE((*sink)->write({.spikes = spikes}));
   const auto closed = (*sink)->close();
   ASSERT_FALSE(closed);
   EXPECT_NE(closed.error().sentence.find("No space left"), std::string::npos);

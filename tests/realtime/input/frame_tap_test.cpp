@@ -31,7 +31,6 @@ class OnePort final : public Probe {
 TEST(FrameTap, CountsFramesDroppedWhenFull) {
   OnePort probe;
   FrameTap tap(probe, 1, 0, 16);
-  EXPECT_EQ(tap.probe(), 1U);
   constexpr std::uint32_t kFrames = 500;
   for (std::uint32_t i = 0; i < kFrames; ++i) probe.say({.parsed = i});
   tap.end();
@@ -39,7 +38,10 @@ TEST(FrameTap, CountsFramesDroppedWhenFull) {
   probe.say({});
   std::uint32_t taken = 0;
   // The oldest frames are kept, in order.
-  for (RawFrame frame; tap.queue.items.try_pop(frame);) EXPECT_EQ(frame.parsed, taken++);
+  for (PortFrame item; tap.queue.items.try_pop(item);) {
+    EXPECT_EQ(item.probe, 1U);
+    EXPECT_EQ(item.frame.parsed, taken++);
+  }
   EXPECT_GE(taken, 16U);
   EXPECT_EQ(taken + tap.queue.dropped.value(), kFrames);
 }

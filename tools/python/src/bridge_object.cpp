@@ -31,25 +31,18 @@ class BridgeObject::Outlet final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kTicks | kStimulation;
+    return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
   }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { bridge_.control_ = &control; }
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    keep(spikes, bridge_.unread_.spikes, bridge_.spikes_lost_);
-    delivered_ += spikes.size();
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    keep(commands, bridge_.unread_.commands, bridge_.commands_lost_);
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> write_ticks(std::span<const TickRecord> ticks) override {
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    keep(batch.spikes, bridge_.unread_.spikes, bridge_.spikes_lost_);
+    delivered_ += batch.spikes.size();
+    keep(batch.commands, bridge_.unread_.commands, bridge_.commands_lost_);
+    if (batch.ticks.empty()) return {};
     const std::lock_guard lock(bridge_.mutex_);
-    if (ticks.empty()) return {};
     const bool first = !bridge_.newest_;
-    bridge_.newest_ = ticks.back().time;
+    bridge_.newest_ = batch.ticks.back().time;
     if (first) bridge_.changed_.notify_all();
     return {};
   }
@@ -59,6 +52,7 @@ class BridgeObject::Outlet final : public SpikeSink {
  private:
   template <class Event, class Row>
   void keep(std::span<const Event> events, std::vector<Row>& unread, std::uint64_t& lost) {
+    if (events.empty()) return;
     const std::lock_guard lock(bridge_.mutex_);
     const std::size_t room = bridge_.most_unread_ - std::min(bridge_.most_unread_, unread.size());
     const auto kept = events.first(std::min(room, events.size()));

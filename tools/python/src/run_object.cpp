@@ -32,14 +32,13 @@ class Collector final : public SpikeSink {
   explicit Collector(RunObject& run) : run_(run) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kStimulation; }
-  [[nodiscard]] Expected<void, SinkError> write(std::span<const SpikeEvent> spikes) override {
-    for (const SpikeEvent& spike : spikes) run_.spikes.push_back(row_of(spike, {}));
-    return {};
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<SpikeEvent, StimulationCommand>;
   }
-  [[nodiscard]] Expected<void, SinkError> write_commands(
-      std::span<const StimulationCommand> commands) override {
-    for (const StimulationCommand& each : commands) run_.stimulation.push_back(row_of(each, {}));
+  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    for (const SpikeEvent& spike : batch.spikes) run_.spikes.push_back(row_of(spike, {}));
+    for (const StimulationCommand& each : batch.commands)
+      run_.stimulation.push_back(row_of(each, {}));
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override { return {}; }

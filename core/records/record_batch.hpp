@@ -1,0 +1,130 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "core/records/loop_event.hpp"
+#include "core/records/mark.hpp"
+#include "core/records/neuron_sample.hpp"
+#include "core/records/probe_sample.hpp"
+#include "core/records/raw_frame.hpp"
+#include "core/records/run_status.hpp"
+#include "core/records/spike_event.hpp"
+#include "core/records/stimulation_command.hpp"
+#include "core/records/tick_record.hpp"
+
+namespace merkel {
+
+/// A sample as a probe delivered it.
+struct DeliveredSample {
+  std::uint32_t probe = 0;  ///< from 0
+  ProbeSample sample;
+};
+
+/// Bytes that passed a port of a probe.
+struct PortFrame {
+  std::uint32_t probe = 0;  ///< from 0
+  std::uint32_t port = 0;   ///< below Probe::ports()
+  RawFrame frame;
+};
+
+/// All kinds of record of a run, a list of each: the only table of the kinds. Each list is in order
+/// of time. Receivers take the lists in this order.
+template <template <class> class List>
+struct RecordLists {
+  List<PortFrame> frames{};             ///< the bytes that pass the devices' ports
+  List<DeliveredSample> samples{};      ///< calibrated samples as the probes delivered them
+  List<SpikeEvent> spikes{};            ///< ties by patch and neuron
+  List<StimulationCommand> commands{};  ///< the last update of a run has every electrode off
+  List<TickRecord> ticks{};             ///< the input of the loop: each probe at each tick
+  List<LoopEvent> events{};             ///< releases, gaps, resets
+  List<NeuronSample> neurons{};         ///< drive and potential of the watched neurons
+  List<Mark> marks{};                   ///< instants marked by the user
+  List<RunStatus> status{};             ///< the run's counters, five times a second and at the end
+
+  [[nodiscard]] constexpr auto all() noexcept {
+    return std::tie(frames, samples, spikes, commands, ticks, events, neurons, marks, status);
+  }
+  [[nodiscard]] constexpr auto all() const noexcept {
+    return std::tie(frames, samples, spikes, commands, ticks, events, neurons, marks, status);
+  }
+  /// The list of a kind.
+  template <class Record>
+  [[nodiscard]] constexpr List<Record>& of() noexcept {
+    return std::get<List<Record>&>(all());
+  }
+};
+
+/// Calls work(list) for the list of each kind, in order.
+template <class Lists, class Work>
+constexpr void for_each_kind(Lists&& lists, const Work& work) {
+  std::apply([&](auto&... each) { (work(each), ...); }, lists.all());
+}
+
+template <class Record>
+using RecordSpan = std::span<const Record>;
+template <class Record>
+using RecordVector = std::vector<Record>;
+
+/// Records that are handed on: spans, valid during the call.
+using RecordBatch = RecordLists<RecordSpan>;
+
+/// The records of all lists together.
+template <class Lists>
+[[nodiscard]] constexpr std::size_t count_of(const Lists& lists) {
+  std::size_t count = 0;
+  for_each_kind(lists, [&](const auto& list) { count += list.size(); });
+  return count;
+}
+
+template <class Lists>
+void clear_all(Lists& lists) {
+  for_each_kind(lists, [](auto& list) { list.clear(); });
+}
+
+/// The records of vectors. They keep owning them.
+[[nodiscard]] inline RecordBatch batch_of(const RecordLists<RecordVector>& lists) {
+  RecordBatch batch;
+  for_each_kind(lists,
+                [&]<class Record>(const std::vector<Record>& list) { batch.of<Record>() = list; });
+  return batch;
+}
+
+template <class Record>
+struct RecordKind {};
+
+/// A bit for each kind.
+template <class Record>
+inline constexpr std::uint32_t kKind = [] {
+  std::uint32_t bit = 1;
+  std::uint32_t found = 0;
+  for_each_kind(RecordLists<RecordKind>{}, [&]<class Kind>(const RecordKind<Kind>&) {
+    if (std::is_same_v<Kind, Record>) found = bit;
+    bit <<= 1U;
+  });
+  return found;
+}();
+
+/// The bits of several kinds.
+template <class... Records>
+inline constexpr std::uint32_t kKinds = (kKind<Records> | ...);
+
+/// The probe time of a record.
+template <class Record>
+[[nodiscard]] constexpr std::chrono::nanoseconds time_of(const Record& record) noexcept {
+  return record.time;
+}
+[[nodiscard]] constexpr std::chrono::nanoseconds time_of(const DeliveredSample& item) noexcept {
+  return item.sample.time;
+}
+/// Of a frame: the time of the host.
+[[nodiscard]] constexpr std::chrono::nanoseconds time_of(const PortFrame& item) noexcept {
+  return item.frame.time;
+}
+
+}  // namespace merkel
