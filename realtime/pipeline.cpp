@@ -50,7 +50,7 @@ struct Pipeline::Parts {
         sinks(fanout, probes, model.neurons(), parameters.encoder != nullptr) {}
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
-  /// The readers of a run that failed to start still fill the sinks' taps.
+  /// The readers of a run that failed to start still fill the sinks' feeds.
   ~Parts() { probes.stop(); }
 
   Expected<void, SetupError> start_probes();
@@ -150,7 +150,8 @@ Expected<void, SetupError> Pipeline::Parts::start_probes() {
     return bad_input("a device cannot be read faster than real time: remove --fast");
   }
   sinks.listen();
-  probes.start([this](std::size_t capacity) { return sinks.make_taps(capacity); }, parameters.fast);
+  probes.start([this](std::size_t capacity) { return sinks.add_sample_feeds(capacity); },
+               parameters.fast);
   return probes.wait_for_first_samples(stop);
 }
 
@@ -332,8 +333,8 @@ void Pipeline::Parts::finish(RunReport& report) {
 
 RunCounters Pipeline::Parts::counters() const {
   RunCounters counters = statistics.snapshot();
-  counters.spikes_dropped = fanout.dropped();
-  counters.commands_dropped = fanout.commands_dropped();
+  counters.spikes_dropped = fanout.dropped<SpikeEvent>();
+  counters.commands_dropped = fanout.dropped<StimulationCommand>();
   fanout.add_gates_to(counters);
   const bool host_time = rights_known.load(std::memory_order_acquire);
   counters.demotions = host_time && simulation_was_demoted() ? 1 : 0;

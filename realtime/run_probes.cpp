@@ -62,7 +62,7 @@ bool RunProbes::all_replayed() const {
                      [](const auto& entry) { return entry->probe->info().replayed; });
 }
 
-void RunProbes::start(const MakeTaps& make_taps, bool wait_for_taps) {
+void RunProbes::start(const MakeFeeds& make_feeds, bool wait_for_sinks) {
   const bool mixed = !all_replayed();
   for (const auto& entry : entries_) {
     const auto number = static_cast<std::uint32_t>(inputs_.size());
@@ -76,8 +76,8 @@ void RunProbes::start(const MakeTaps& make_taps, bool wait_for_taps) {
                                 .shift = shift,
                                 // A recording's reader fills both the loop's queue and this one
                                 // before anything is drained.
-                                .taps = make_taps(queue_capacity(info) + kSampleQueue),
-                                .wait_for_taps = wait_for_taps});
+                                .feeds = make_feeds(queue_capacity(info) + kSampleQueue),
+                                .wait_for_sinks = wait_for_sinks});
   }
 }
 

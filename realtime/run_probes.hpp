@@ -26,8 +26,8 @@ namespace merkel {
 /// Pipeline::run(), unless stated otherwise.
 class RunProbes {
  public:
-  /// Makes the taps of one probe, each with room for `capacity` samples.
-  using MakeTaps = std::function<std::vector<SampleTap*>(std::size_t capacity)>;
+  /// Makes the feeds of one probe, each with room for `capacity` samples.
+  using MakeFeeds = std::function<std::vector<Feed<DeliveredSample>*>(std::size_t capacity)>;
 
   void add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
 
@@ -38,8 +38,8 @@ class RunProbes {
   [[nodiscard]] bool all_replayed() const;
 
   /// Starts the threads.
-  /// \param wait_for_taps  see ProbeReader::Parameters
-  void start(const MakeTaps& make_taps, bool wait_for_taps);
+  /// \param wait_for_sinks  see ProbeReader::Parameters
+  void start(const MakeFeeds& make_feeds, bool wait_for_sinks);
   /// Waits until every probe has sent a sample, or `stop` is set. Fails if one stays silent or its
   /// stream ends without one.
   [[nodiscard]] Expected<void, SetupError> wait_for_first_samples(const std::atomic<bool>& stop);
@@ -71,7 +71,7 @@ class RunProbes {
   void add_to(RunCounters& counters) const;
   /// Passes on the notices of the drivers.
   void take_notices(const std::function<void(const std::string&)>& on_notice);
-  /// Stops the threads: nothing is put into the queues and taps any more.
+  /// Stops the threads: nothing is put into the queues and feeds any more.
   void stop();
   /// Stops the threads and reports each probe.
   void finish(RunReport& report);

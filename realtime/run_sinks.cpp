@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 #include "realtime/clocks/periodic_clock.hpp"
@@ -15,9 +16,21 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kSinkSpikes = 65536;
-constexpr std::size_t kSinkTicks = 16384;
-constexpr std::size_t kSinkEvents = 1024;
+/// How many records of a kind that the loop produces may wait for a sink.
+template <class Record>
+constexpr std::size_t kCapacity = 16384;
+template <>
+constexpr std::size_t kCapacity<SpikeEvent> = 65536;
+template <>
+constexpr std::size_t kCapacity<StimulationCommand> = 65536;
+/// These have a feed from each probe and each port.
+template <>
+constexpr std::size_t kCapacity<DeliveredSample> = 0;
+template <>
+constexpr std::size_t kCapacity<PortFrame> = 0;
+/// The sink's thread asks for it.
+template <>
+constexpr std::size_t kCapacity<RunStatus> = 0;
 
 }  // namespace
 
@@ -27,11 +40,10 @@ class RunSinks::Control final : public RunControl {
   Control(RunSinks& sinks, SpikeChannel& channel) : sinks_(sinks), channel_(channel) {}
 
   void watch(std::span<const std::uint32_t> neurons) noexcept override {
-    if (!channel_.watched) return;
     for (std::size_t i = 0; i < kMostWatched; ++i) {
       const std::uint32_t number =
           i < neurons.size() && neurons[i] <= sinks_.neurons_ ? neurons[i] : 0;
-      channel_.watched->neurons[i].store(number, std::memory_order_relaxed);
+      channel_.watched[i].store(number, std::memory_order_relaxed);
     }
   }
   [[nodiscard]] bool tare(std::size_t probe) override {
@@ -40,7 +52,7 @@ class RunSinks::Control final : public RunControl {
   void mark(const Mark& mark) override {
     if (!started()) return;
     for (const auto& entry : sinks_.entries_) {
-      if (entry->marks) entry->marks->add(mark);
+      for (const auto& feed : entry->channel.feeds.marks) static_cast<void>(feed->try_push(mark));
     }
   }
   [[nodiscard]] Link link(std::size_t probe) const override {
@@ -67,33 +79,26 @@ RunSinks::~RunSinks() {
 }
 
 void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
-  SpikeChannel& channel = fanout_.add_consumer(kSinkSpikes);
+  SpikeChannel& channel = fanout_.add_channel();
+  for_each_kind(channel.feeds, [&]<class Record>(const Feeds<Record>&) {
+    const bool produced = commands_ || !std::is_same_v<Record, StimulationCommand>;
+    constexpr std::size_t capacity = kCapacity<Record>;
+    if (capacity > 0 && produced && sink->takes<Record>()) channel.add<Record>(capacity);
+  });
   auto entry = std::make_unique<Entry>(Entry{.control = std::make_unique<Control>(*this, channel),
                                              .sink = std::move(sink),
                                              .channel = channel});
-  if (entry->sink->takes<TickRecord>()) {
-    channel.ticks = std::make_unique<CountedQueue<TickRecord>>(kSinkTicks);
-  }
-  if (entry->sink->takes<LoopEvent>()) {
-    channel.events = std::make_unique<CountedQueue<LoopEvent>>(kSinkEvents);
-  }
-  if (entry->sink->takes<StimulationCommand>() && commands_) {
-    channel.commands = std::make_unique<CountedQueue<StimulationCommand>>(kSinkSpikes);
-  }
-  if (entry->sink->takes<NeuronSample>()) channel.watched = std::make_unique<WatchedNeurons>();
-  if (entry->sink->takes<Mark>()) entry->marks = std::make_unique<MarkBox>();
-  channel.takes_spikes = entry->sink->takes<SpikeEvent>();
   entry->sink->attach(*entry->control);
   entries_.push_back(std::move(entry));
 }
 
-std::vector<SampleTap*> RunSinks::make_taps(std::size_t capacity) {
-  std::vector<SampleTap*> taps;
+std::vector<Feed<DeliveredSample>*> RunSinks::add_sample_feeds(std::size_t capacity) {
+  std::vector<Feed<DeliveredSample>*> feeds;
   for (const auto& entry : entries_) {
     if (!entry->sink->takes<DeliveredSample>()) continue;
-    taps.push_back(entry->taps.emplace_back(std::make_unique<SampleTap>(capacity)).get());
+    feeds.push_back(&entry->channel.add<DeliveredSample>(capacity));
   }
-  return taps;
+  return feeds;
 }
 
 void RunSinks::listen() {
@@ -102,7 +107,8 @@ void RunSinks::listen() {
     for (std::uint32_t i = 0; i < probes_.size(); ++i) {
       Probe& probe = probes_.probe(i);
       for (std::uint32_t port = 0; port < probe.ports(); ++port) {
-        entry->frames.push_back(std::make_unique<FrameTap>(probe, i, port));
+        entry->taps.push_back(std::make_unique<FrameTap>(
+            probe, i, port, entry->channel.add<PortFrame>(FrameTap::kCapacity)));
       }
     }
   }
@@ -111,14 +117,10 @@ void RunSinks::listen() {
 void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
                      const RunWatch& watch) {
   for (const auto& entry : entries_) {
-    entry->writer =
-        std::make_unique<SinkWriter>(*entry->sink, SinkWriter::Sources{.channel = entry->channel,
-                                                                       .taps = entry->taps,
-                                                                       .frames = entry->frames,
-                                                                       .marks = entry->marks.get(),
-                                                                       .status = status,
-                                                                       .origin = &origin,
-                                                                       .watch = &watch});
+    entry->writer = std::make_unique<SinkWriter>(
+        *entry->sink,
+        SinkWriter::Sources{
+            .channel = entry->channel, .status = status, .origin = &origin, .watch = &watch});
   }
   started_.store(true, std::memory_order_release);
 }
@@ -136,7 +138,7 @@ void RunSinks::report_failures(
 
 void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomic<bool>& hurry) {
   for (const auto& entry : entries_) {
-    for (const auto& tap : entry->frames) tap->end();
+    for (const auto& tap : entry->taps) tap->end();
     entry->writer->end(report.error_message.empty());
   }
   const nanoseconds deadline = PeriodicClock::now() + patience;
@@ -152,12 +154,13 @@ void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomi
   }
   for (const auto& entry : entries_) {
     const SinkWriter::Outcome outcome = entry->writer->finish();
-    report.sinks.push_back({.uri = entry->sink->uri(),
-                            .spikes_in = entry->channel.takes_spikes ? report.spikes : 0,
-                            .dropped = entry->channel.dropped.value(),
-                            .delivered = outcome.delivered,
-                            .commands_in = entry->channel.commands ? report.commands : 0,
-                            .error_message = outcome.error_message});
+    report.sinks.push_back(
+        {.uri = entry->sink->uri(),
+         .spikes_in = entry->channel.takes<SpikeEvent>() ? report.spikes : 0,
+         .dropped = entry->channel.dropped<SpikeEvent>(),
+         .delivered = outcome.delivered,
+         .commands_in = entry->channel.takes<StimulationCommand>() ? report.commands : 0,
+         .error_message = outcome.error_message});
   }
 }
 

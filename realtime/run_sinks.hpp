@@ -11,8 +11,6 @@
 #include "core/records/run_status.hpp"
 #include "drivers/spike_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
-#include "realtime/input/probe_reader.hpp"
-#include "realtime/output/mark_box.hpp"
 #include "realtime/output/sink_writer.hpp"
 #include "realtime/output/spike_fanout.hpp"
 #include "realtime/run_report.hpp"
@@ -34,9 +32,9 @@ class RunSinks {
   ~RunSinks();
 
   void add(std::unique_ptr<SpikeSink> sink);
-  /// Makes a tap of a probe's samples for each sink that subscribes to samples.
-  [[nodiscard]] std::vector<SampleTap*> make_taps(std::size_t capacity);
-  /// Listens to the ports of all probes for the sinks that subscribe to frames.
+  /// Adds a feed of a probe's samples for each sink that takes samples.
+  [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity);
+  /// Listens to the ports of all probes for the sinks that take frames.
   void listen();
 
   /// Starts the threads. The sinks may make requests from now on.
@@ -58,9 +56,7 @@ class RunSinks {
     std::unique_ptr<RunControl> control;  ///< borrowed by the sink
     std::unique_ptr<SpikeSink> sink;
     SpikeChannel& channel;
-    std::vector<std::unique_ptr<SampleTap>> taps = {};
-    std::vector<std::unique_ptr<FrameTap>> frames = {};
-    std::unique_ptr<MarkBox> marks = nullptr;  ///< null if not requested
+    std::vector<std::unique_ptr<FrameTap>> taps = {};
     std::unique_ptr<SinkWriter> writer = nullptr;
     bool failure_reported = false;
   };

@@ -58,6 +58,10 @@ struct RecordLists {
   [[nodiscard]] constexpr List<Record>& of() noexcept {
     return std::get<List<Record>&>(all());
   }
+  template <class Record>
+  [[nodiscard]] constexpr const List<Record>& of() const noexcept {
+    return std::get<const List<Record>&>(all());
+  }
 };
 
 /// Calls work(list) for the list of each kind, in order.

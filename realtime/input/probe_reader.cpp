@@ -15,9 +15,7 @@ ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, Parameters paramet
       thread_([this](const std::stop_token& stop) {
         read_all(stop);
         channel_.ended.store(true, std::memory_order_release);
-        for (SampleTap* const tap : parameters_.taps) {
-          tap->ended.store(true, std::memory_order_release);
-        }
+        for (auto* const feed : parameters_.feeds) feed->end();
       }) {}
 
 void ProbeReader::stop() {
@@ -38,13 +36,10 @@ bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop
   return true;
 }
 
-void ProbeReader::push_to_tap(SampleTap& tap, const DeliveredSample& item,
-                              const std::stop_token& stop) {
-  while (!tap.queue.items.try_push(item)) {
-    if (!parameters_.wait_for_taps || stop.stop_requested()) {
-      tap.queue.dropped.add();
-      return;
-    }
+void ProbeReader::push_to_feed(Feed<DeliveredSample>& feed, const DeliveredSample& item,
+                               const std::stop_token& stop) {
+  while (!feed.try_push(item)) {
+    if (!parameters_.wait_for_sinks || stop.stop_requested()) return feed.drop();
     std::this_thread::sleep_for(std::chrono::microseconds{100});
   }
 }
@@ -65,8 +60,8 @@ void ProbeReader::read_all(const std::stop_token& stop) {
       channel_.newest_ns.store(std::min(samples[i].time, samples[i].arrival).count(),
                                std::memory_order_relaxed);
       if (!deliver(samples[i], stop)) return;
-      for (SampleTap* const tap : parameters_.taps) {
-        push_to_tap(*tap, {.probe = parameters_.number, .sample = samples[i]}, stop);
+      for (auto* const feed : parameters_.feeds) {
+        push_to_feed(*feed, {.probe = parameters_.number, .sample = samples[i]}, stop);
       }
     }
   }

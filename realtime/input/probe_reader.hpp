@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -11,17 +10,9 @@
 #include "core/records/record_batch.hpp"
 #include "drivers/probe.hpp"
 #include "realtime/input/probe_channel.hpp"
-#include "realtime/queues/counted_queue.hpp"
+#include "realtime/queues/feed.hpp"
 
 namespace merkel {
-
-/// The queue through which a sink receives one probe's samples as the probe delivers them.
-struct SampleTap {
-  explicit SampleTap(std::size_t capacity) : queue(capacity) {}
-
-  CountedQueue<DeliveredSample> queue;  ///< probe thread → consumer
-  std::atomic<bool> ended{false};       ///< set after the last sample
-};
 
 /// The thread of one probe: reads its samples and puts them into the loop's queue. A recording
 /// waits while the queue is full. Samples of a device are dropped and counted when the queue is
@@ -29,12 +20,12 @@ struct SampleTap {
 class ProbeReader {
  public:
   struct Parameters {
-    std::uint32_t number = 0;           ///< of the probe
-    std::chrono::nanoseconds shift{0};  ///< added to every sample's times
-    std::vector<SampleTap*> taps;       ///< of sinks that subscribe to samples
-    /// Waits while a tap is full instead of dropping samples. Only on a virtual clock, because a
+    std::uint32_t number = 0;                   ///< of the probe
+    std::chrono::nanoseconds shift{0};          ///< added to every sample's times
+    std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples
+    /// Waits while a feed is full instead of dropping samples. Only on a virtual clock, because a
     /// sink must not delay real time.
-    bool wait_for_taps = false;
+    bool wait_for_sinks = false;
   };
 
   /// Starts reading.
@@ -55,7 +46,8 @@ class ProbeReader {
  private:
   void read_all(const std::stop_token& stop);
   bool deliver(const ProbeSample& sample, const std::stop_token& stop);
-  void push_to_tap(SampleTap& tap, const DeliveredSample& item, const std::stop_token& stop);
+  void push_to_feed(Feed<DeliveredSample>& feed, const DeliveredSample& item,
+                    const std::stop_token& stop);
 
   Probe& probe_;
   ProbeChannel& channel_;

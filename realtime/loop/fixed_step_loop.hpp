@@ -289,7 +289,7 @@ class FixedStepLoop {
 
   void raise(const LoopEvent& event) noexcept {
     if (!events_.try_push(event)) statistics_.events_dropped.add();
-    fanout_.publish(event, clock_);
+    fanout_.publish(std::span<const LoopEvent>(&event, 1), clock_);
   }
 
   Parameters parameters_;

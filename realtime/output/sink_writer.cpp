@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include "realtime/threads/thread_setup.hpp"
@@ -13,13 +14,6 @@ namespace {
 constexpr std::chrono::milliseconds kFlushEvery{200};
 constexpr std::size_t kBatch = 1024;
 constexpr std::chrono::milliseconds kWatchEvery{1};
-
-/// Appends the waiting items of a queue, at most `most`.
-template <class T>
-void take(BoundedQueue<T>& queue, std::vector<T>& items, std::size_t most = kBatch) {
-  T item;
-  for (; most > 0 && queue.try_pop(item); --most) items.push_back(item);
-}
 
 }  // namespace
 
@@ -37,29 +31,30 @@ void SinkWriter::write(const RecordBatch& batch) {
   if (count_of(batch) > 0 && healthy()) keep(sink_.write(batch));
 }
 
-/// Writes what is in the queues. \return the number of items taken
+/// Writes what waits in the feeds. \return the number of records taken
 std::size_t SinkWriter::write_waiting() {
   // Ticks are taken first and written last. The loop publishes a tick's spikes and commands before
-  // its record, so those of the taken ticks are already in the queues.
-  SpikeChannel& channel = sources_.channel;
+  // its record, so those of the taken ticks are already in their feeds, and all of them are taken.
+  const auto& feeds = sources_.channel.feeds;
   clear_all(waiting_);
-  if (channel.ticks) take(channel.ticks->items, waiting_.ticks);
-  take(channel.spikes, waiting_.spikes, channel.spikes.size_approx());
+  for (const auto& feed : feeds.ticks) feed->take(waiting_.ticks, kBatch);
+  for_each_kind(feeds, [this]<class Record>(const Feeds<Record>& of_kind) {
+    if constexpr (!std::is_same_v<Record, TickRecord> &&
+                  !std::is_same_v<Record, StimulationCommand>) {
+      for (const auto& feed : of_kind) {
+        std::size_t most = kBatch;
+        if constexpr (std::is_same_v<Record, SpikeEvent>) most = feed->waiting();
+        feed->take(waiting_.of<Record>(), most);
+      }
+    }
+  });
   outcome_.taken += waiting_.spikes.size();
-  for (const auto& tap : sources_.frames) take(tap->queue.items, waiting_.frames);
-  for (const auto& tap : sources_.taps) take(tap->queue.items, waiting_.samples);
-  if (channel.events) take(channel.events->items, waiting_.events);
-  if (channel.watched) take(channel.watched->samples.items, waiting_.neurons);
-  if (sources_.marks != nullptr) waiting_.marks = sources_.marks->take();
   RecordBatch later = batch_of(waiting_);
   write({.frames = std::exchange(later.frames, {}),
          .samples = std::exchange(later.samples, {}),
          .spikes = std::exchange(later.spikes, {})});
-  if (channel.commands) {
-    auto& commands = channel.commands->items;
-    take(commands, waiting_.commands, commands.size_approx());
-    later.commands = leaving();
-  }
+  for (const auto& feed : feeds.commands) feed->take(waiting_.commands, feed->waiting());
+  later.commands = leaving();
   write(later);
   return count_of(waiting_);
 }
@@ -80,20 +75,22 @@ void SinkWriter::write_status() {
   if (!sink_.takes<RunStatus>()) return;
   RunStatus status = sources_.status();
   const SpikeChannel& channel = sources_.channel;
-  status.losses.spikes = channel.dropped.value();
-  if (channel.ticks) status.losses.ticks = channel.ticks->dropped.value();
-  if (channel.events) status.losses.events = channel.events->dropped.value();
-  if (channel.commands) status.losses.commands = channel.commands->dropped.value();
-  for (const auto& tap : sources_.taps) status.losses.samples += tap->queue.dropped.value();
-  for (const auto& tap : sources_.frames) status.losses.frames += tap->queue.dropped.value();
+  status.losses = {.spikes = channel.dropped<SpikeEvent>(),
+                   .ticks = channel.dropped<TickRecord>(),
+                   .events = channel.dropped<LoopEvent>(),
+                   .samples = channel.dropped<DeliveredSample>(),
+                   .frames = channel.dropped<PortFrame>(),
+                   .commands = channel.dropped<StimulationCommand>()};
   write({.status = {&status, 1}});
 }
 
 bool SinkWriter::all_ended() const {
-  const auto ended = [](const auto& tap) { return tap->ended.load(std::memory_order_acquire); };
+  const auto ended = [](const auto& feed) { return feed->ended(); };
+  const auto& samples = sources_.channel.feeds.samples;
+  const auto& frames = sources_.channel.feeds.frames;
   return sources_.channel.ended.load(std::memory_order_acquire) &&
-         std::all_of(sources_.taps.begin(), sources_.taps.end(), ended) &&
-         std::all_of(sources_.frames.begin(), sources_.frames.end(), ended);
+         std::all_of(samples.begin(), samples.end(), ended) &&
+         std::all_of(frames.begin(), frames.end(), ended);
 }
 
 void SinkWriter::write_until_ended() {
@@ -130,7 +127,8 @@ void SinkWriter::write_all() {
   set_up_helper_thread("merkel-sink");
   waiting_.spikes.reserve(kBatch);
   const RunWatch* const watch = sources_.watch;
-  if (watch != nullptr && watch->guarded() && sources_.channel.commands && sink_.stimulates()) {
+  if (watch != nullptr && watch->guarded() && sources_.channel.takes<StimulationCommand>() &&
+      sink_.stimulates()) {
     gate_.emplace(watch->make_gate());
     newest_.resize(watch->patches());
   }

@@ -13,9 +13,6 @@
 #include <vector>
 
 #include "drivers/spike_sink.hpp"
-#include "realtime/input/frame_tap.hpp"
-#include "realtime/input/probe_reader.hpp"
-#include "realtime/output/mark_box.hpp"
 #include "realtime/output/run_watch.hpp"
 #include "realtime/output/spike_fanout.hpp"
 
@@ -39,9 +36,8 @@ class SharedOrigin {
   std::atomic<bool> known_{false};
 };
 
-/// The thread of one sink: takes spikes, and the other items that the sink requested, from its
-/// queues and writes them. When the sink fails, it receives nothing more, and every later spike is
-/// counted as lost. The other sinks continue.
+/// The thread of one sink: takes the records from its feeds and writes them. When the sink fails,
+/// it receives nothing more, and every later spike is counted as lost. The other sinks continue.
 class SinkWriter {
  public:
   struct Outcome {
@@ -53,10 +49,6 @@ class SinkWriter {
   /// The sources of a sink; all outlive the writer.
   struct Sources {
     SpikeChannel& channel;
-    std::span<const std::unique_ptr<SampleTap>> taps;  ///< one per probe; empty if not requested
-    std::span<const std::unique_ptr<FrameTap>> frames =
-        {};                                ///< one per port; empty if not requested
-    MarkBox* marks = nullptr;              ///< null if not requested
     std::function<RunStatus()> status;     ///< the run's counters; any thread
     const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: origin 0
     const RunWatch* watch = nullptr;       ///< for the gate of its commands; null: no gate

@@ -10,105 +10,76 @@
 #include <vector>
 
 #include "core/realtime_tag.hpp"
-#include "core/records/loop_event.hpp"
-#include "core/records/run_counters.hpp"
-#include "core/records/spike_event.hpp"
-#include "core/records/stimulation_command.hpp"
-#include "core/records/tick_record.hpp"
+#include "core/records/record_batch.hpp"
 #include "core/scene/tactile_model.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/run_control.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/clocks/publish_beat.hpp"
-#include "realtime/queues/counted_queue.hpp"
+#include "realtime/queues/feed.hpp"
 
 namespace merkel {
 
-/// The neurons that one consumer watches, and their samples.
-struct WatchedNeurons {
-  WatchedNeurons() : samples(kCapacity) {}
-
-  static constexpr std::size_t kCapacity = 16384;
-  std::array<std::atomic<std::uint32_t>, RunControl::kMostWatched> neurons{};  ///< 0: none
-  CountedQueue<NeuronSample> samples;
-};
-
-/// The queues of one consumer. A slow or dead consumer loses only its own items.
+/// The feeds of one consumer. A slow or dead consumer loses only its own records.
 struct SpikeChannel {
-  SpikeChannel(std::size_t capacity, const PublishBeat& the_beat)
-      : spikes(capacity), beat(the_beat) {}
+  explicit SpikeChannel(const PublishBeat& the_beat) : beat(the_beat) {}
 
-  BoundedQueue<SpikeEvent> spikes;  ///< simulation thread → consumer
-  Counter dropped;                  ///< spikes dropped because the queue was full
-  std::atomic<bool> ended{false};   ///< set after the last item of the run
-  /// Optional items; null if the consumer did not request them.
-  std::unique_ptr<CountedQueue<TickRecord>> ticks;
-  std::unique_ptr<CountedQueue<LoopEvent>> events;
-  std::unique_ptr<WatchedNeurons> watched;
-  std::unique_ptr<CountedQueue<StimulationCommand>> commands;
+  /// Adds a feed. Call it before the loop starts.
+  template <class Record>
+  Feed<Record>& add(std::size_t capacity) {
+    return *feeds.of<Record>().emplace_back(std::make_unique<Feed<Record>>(capacity));
+  }
+  /// The first feed of a kind that the consumer takes.
+  template <class Record>
+  [[nodiscard]] Feed<Record>& feed() noexcept {
+    return *feeds.of<Record>().front();
+  }
+  /// Whether the consumer takes a kind.
+  template <class Record>
+  [[nodiscard]] bool takes() const noexcept {
+    return !feeds.of<Record>().empty();
+  }
+  /// Records dropped because a feed was full. Thread: any.
+  template <class Record>
+  [[nodiscard]] std::uint64_t dropped() const noexcept {
+    std::uint64_t sum = 0;
+    for (const auto& each : feeds.of<Record>()) sum += each->dropped();
+    return sum;
+  }
+
+  RecordLists<Feeds> feeds;        ///< none of a kind that the consumer does not take
+  std::atomic<bool> ended{false};  ///< set after the loop's last record
+  std::array<std::atomic<std::uint32_t>, RunControl::kMostWatched> watched{};  ///< neurons; 0: none
   std::atomic<bool> commands_failed{
-      false};                ///< set by the consumer when it can no longer take commands
-  bool takes_spikes = true;  ///< set before the loop starts
+      false};  ///< set by the consumer when it can no longer take commands
   /// Counted by the consumer: what its gate did with commands (StimulationGate::Counts).
   Counter commands_withheld;
   Counter commands_slowed;
   Counter stale_stops;
-  const PublishBeat& beat;  ///< for waiting until new items are due
+  const PublishBeat& beat;  ///< for waiting until new records are due
 };
 
-/// Sends every spike to every consumer.
+/// Sends the loop's records to every consumer that takes them.
 class SpikeFanout {
  public:
   /// Adds a consumer; call it before the loop starts. The channel lives as long as the fan-out.
+  SpikeChannel& add_channel() {
+    return *channels_.emplace_back(std::make_unique<SpikeChannel>(beat_));
+  }
+  /// Adds a consumer of spikes.
   SpikeChannel& add_consumer(std::size_t capacity) {
-    return *channels_.emplace_back(std::make_unique<SpikeChannel>(capacity, beat_));
+    SpikeChannel& channel = add_channel();
+    channel.add<SpikeEvent>(capacity);
+    return channel;
   }
 
+  /// Publishes records of one kind: of a tick its spikes, then its commands, then its inputs.
   /// Real-time: yes. Thread: simulation.
-  template <Clock C>
-  void publish(std::span<const SpikeEvent> spikes, C& clock) noexcept MERKEL_REALTIME {
+  template <class Record, Clock C>
+  void publish(std::span<const Record> records, C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
-      if (!channel->takes_spikes) continue;
-      for (const SpikeEvent& spike : spikes) {
-        push(channel->spikes, channel->dropped, spike, clock);
+      for (const auto& feed : channel->feeds.template of<Record>()) {
+        for (const Record& record : records) push(*feed, record, clock);
       }
-    }
-  }
-
-  /// Publishes the commands of a tick, after its spikes. Real-time: yes. Thread: simulation.
-  template <Clock C>
-  void publish(std::span<const StimulationCommand> commands, C& clock) noexcept MERKEL_REALTIME {
-    for (const auto& channel : channels_) {
-      if (!channel->commands) continue;
-      for (const StimulationCommand& command : commands) {
-        push(channel->commands->items, channel->commands->dropped, command, clock);
-      }
-    }
-  }
-  /// Whether a consumer of commands has failed or lost one. Real-time: yes. Thread: any.
-  [[nodiscard]] bool commands_failed() const noexcept MERKEL_REALTIME {
-    return std::any_of(channels_.begin(), channels_.end(), [](const auto& channel) {
-      return channel->commands && (channel->commands_failed.load(std::memory_order_relaxed) ||
-                                   channel->commands->dropped.value() > 0);
-    });
-  }
-
-  /// Publishes the records of a tick, after its spikes and commands. Real-time: yes. Thread:
-  /// simulation.
-  template <Clock C>
-  void publish(std::span<const TickRecord> ticks, C& clock) noexcept MERKEL_REALTIME {
-    for (const auto& channel : channels_) {
-      if (!channel->ticks) continue;
-      for (const TickRecord& tick : ticks) {
-        push(channel->ticks->items, channel->ticks->dropped, tick, clock);
-      }
-    }
-  }
-
-  /// Real-time: yes. Thread: simulation.
-  template <Clock C>
-  void publish(const LoopEvent& event, C& clock) noexcept MERKEL_REALTIME {
-    for (const auto& channel : channels_) {
-      if (channel->events) push(channel->events->items, channel->events->dropped, event, clock);
     }
   }
 
@@ -117,29 +88,31 @@ class SpikeFanout {
   void publish_watched(const TactileModel& model, std::chrono::nanoseconds time,
                        C& clock) noexcept MERKEL_REALTIME {
     for (const auto& channel : channels_) {
-      if (!channel->watched) continue;
-      for (const auto& watched : channel->watched->neurons) {
-        const std::uint32_t number = watched.load(std::memory_order_relaxed);
-        if (number == 0) continue;
-        NeuronSample sample = model.neuron(number);
-        sample.time = time;
-        push(channel->watched->samples.items, channel->watched->samples.dropped, sample, clock);
+      for (const auto& feed : channel->feeds.neurons) {
+        for (const auto& watched : channel->watched) {
+          const std::uint32_t number = watched.load(std::memory_order_relaxed);
+          if (number == 0) continue;
+          NeuronSample sample = model.neuron(number);
+          sample.time = time;
+          push(*feed, sample, clock);
+        }
       }
     }
   }
 
-  /// Spikes dropped because a consumer's queue was full. Thread: any, once the loop runs.
+  /// Whether a consumer of commands has failed or lost one. Real-time: yes. Thread: any.
+  [[nodiscard]] bool commands_failed() const noexcept MERKEL_REALTIME {
+    return std::any_of(channels_.begin(), channels_.end(), [](const auto& channel) {
+      return channel->template takes<StimulationCommand>() &&
+             (channel->commands_failed.load(std::memory_order_relaxed) ||
+              channel->template dropped<StimulationCommand>() > 0);
+    });
+  }
+  /// Records of a kind dropped because a consumer's feed was full. Thread: any, once the loop runs.
+  template <class Record>
   [[nodiscard]] std::uint64_t dropped() const noexcept {
     std::uint64_t sum = 0;
-    for (const auto& channel : channels_) sum += channel->dropped.value();
-    return sum;
-  }
-  /// Commands dropped because a consumer's queue was full. Thread: any, once the loop runs.
-  [[nodiscard]] std::uint64_t commands_dropped() const noexcept {
-    std::uint64_t sum = 0;
-    for (const auto& channel : channels_) {
-      if (channel->commands) sum += channel->commands->dropped.value();
-    }
+    for (const auto& channel : channels_) sum += channel->dropped<Record>();
     return sum;
   }
   /// Adds what the gates of all consumers did with commands. Thread: any, once the loop runs.
@@ -158,17 +131,17 @@ class SpikeFanout {
   }
   [[nodiscard]] PublishBeat& beat() noexcept { return beat_; }
 
-  /// Marks every channel as ended: no spike will follow. Thread: simulation.
+  /// Marks every channel as ended: no record of the loop will follow. Thread: simulation.
   void end() noexcept {
     for (const auto& channel : channels_) channel->ended.store(true, std::memory_order_release);
   }
 
  private:
-  template <PlainData T, Clock C>
-  static void push(BoundedQueue<T>& queue, Counter& dropped, const T& item, C& clock) noexcept {
-    bool taken = queue.try_push(item);
-    while (!taken && clock.wait_for_others()) taken = queue.try_push(item);
-    if (!taken) dropped.add();
+  template <class Record, Clock C>
+  static void push(Feed<Record>& feed, const Record& record, C& clock) noexcept {
+    bool taken = feed.try_push(record);
+    while (!taken && clock.wait_for_others()) taken = feed.try_push(record);
+    if (!taken) feed.drop();
   }
 
   PublishBeat beat_;

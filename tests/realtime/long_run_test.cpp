@@ -94,9 +94,9 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
   nanoseconds gap_time{0};
   const auto drain = [&](nanoseconds now, bool all) {
     SpikeEvent spike;
-    while (quick.spikes.try_pop(spike)) ++taken_by_quick;
+    while (quick.feed<SpikeEvent>().try_pop(spike)) ++taken_by_quick;
     if (all || now / hours{1} % 2 == 1) {
-      while (slow.spikes.try_pop(spike)) ++taken_by_slow;
+      while (slow.feed<SpikeEvent>().try_pop(spike)) ++taken_by_slow;
     }
     LoopEvent event;
     while (events.try_pop(event)) {
@@ -138,10 +138,10 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
 
   const std::uint64_t made = statistics.spikes.value();
   EXPECT_GT(made, kHours * 200);
-  EXPECT_EQ(taken_by_quick + quick.dropped.value(), made);
-  EXPECT_EQ(quick.dropped.value(), 0U);
-  EXPECT_EQ(taken_by_slow + slow.dropped.value(), made);
-  EXPECT_GT(slow.dropped.value(), 0U);
+  EXPECT_EQ(taken_by_quick + quick.dropped<SpikeEvent>(), made);
+  EXPECT_EQ(quick.dropped<SpikeEvent>(), 0U);
+  EXPECT_EQ(taken_by_slow + slow.dropped<SpikeEvent>(), made);
+  EXPECT_GT(slow.dropped<SpikeEvent>(), 0U);
   EXPECT_EQ(statistics.events_dropped.value(), 0U);
 
   EXPECT_GT(gaps, kHours / 2);

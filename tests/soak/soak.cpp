@@ -39,13 +39,13 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
     sinks.push_back(std::move(*sink));
     channels.push_back(&fanout.add_consumer(65536));
     if (sinks.back()->takes<TickRecord>()) {
-      channels.back()->ticks = std::make_unique<CountedQueue<TickRecord>>(16384);
+      channels.back()->add<TickRecord>(16384);
     }
   }
   for (std::size_t i = 0; i < sinks.size(); ++i) {
     writers.push_back(std::make_unique<SinkWriter>(
-        *sinks[i], SinkWriter::Sources{
-                       .channel = *channels[i], .taps = {}, .status = [] { return RunStatus{}; }}));
+        *sinks[i],
+        SinkWriter::Sources{.channel = *channels[i], .status = [] { return RunStatus{}; }}));
   }
   VirtualClock clock;
   Random random(1);
@@ -75,7 +75,7 @@ int soak(double seconds, double speed, const std::vector<const char*>& uris) {
     writers[i]->end(true);
     const auto outcome = writers[i]->finish();
     const bool whole = outcome.error_message.empty() && outcome.delivered == made &&
-                       channels[i]->dropped.value() == 0;
+                       channels[i]->dropped<SpikeEvent>() == 0;
     std::printf("%-40s %llu of %llu spikes %s\n", uris[i],
                 static_cast<unsigned long long>(outcome.delivered),
                 static_cast<unsigned long long>(made), outcome.error_message.c_str());

@@ -38,9 +38,9 @@ std::string record_faulty_session(const TemporaryFolder& folder, LoopStatistics&
   EXPECT_TRUE(sink);
   SpikeFanout fanout;
   SpikeChannel& channel = fanout.add_consumer(65536);
-  channel.ticks = std::make_unique<CountedQueue<TickRecord>>(16384);
-  channel.events = std::make_unique<CountedQueue<LoopEvent>>(1024);
-  SinkWriter writer(**sink, {.channel = channel, .taps = {}, .status = [] { return RunStatus{}; }});
+  channel.add<TickRecord>(16384);
+  channel.add<LoopEvent>(1024);
+  SinkWriter writer(**sink, {.channel = channel, .status = [] { return RunStatus{}; }});
 
   ProbeChannel probe(4096);
   std::vector<ProbeSample> samples;

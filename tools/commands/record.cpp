@@ -59,7 +59,9 @@ class Recording {
     recording.replayed_ = probe.info().replayed;
     if (!recording.sink_->takes<PortFrame>()) return recording;
     for (std::uint32_t port = 0; port < probe.ports(); ++port) {
-      recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port));
+      auto& feed =
+          *recording.feeds_.emplace_back(std::make_unique<Feed<PortFrame>>(FrameTap::kCapacity));
+      recording.taps_.push_back(std::make_unique<FrameTap>(probe, 0, port, feed));
     }
     return recording;
   }
@@ -93,7 +95,7 @@ class Recording {
   /// Frames of device bytes that were dropped because nothing was written for too long.
   [[nodiscard]] std::uint64_t lost_frames() const {
     std::uint64_t lost = 0;
-    for (const auto& tap : taps_) lost += tap->queue.dropped.value();
+    for (const auto& feed : feeds_) lost += feed->dropped();
     return lost;
   }
 
@@ -104,9 +106,7 @@ class Recording {
   /// Writes the waiting frames of the ports with these samples.
   void write_all(std::span<const ProbeSample> samples, std::span<const RunStatus> status) {
     clear_all(records_);
-    for (const auto& tap : taps_) {
-      for (PortFrame frame; tap->queue.items.try_pop(frame);) records_.frames.push_back(frame);
-    }
+    for (const auto& feed : feeds_) feed->take(records_.frames);
     for (const ProbeSample& sample : samples) records_.samples.push_back({.sample = sample});
     RecordBatch batch = batch_of(records_);
     batch.status = status;
@@ -114,6 +114,7 @@ class Recording {
   }
 
   std::unique_ptr<SpikeSink> sink_;
+  Feeds<PortFrame> feeds_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
   RecordLists<RecordVector> records_;
   bool replayed_ = false;

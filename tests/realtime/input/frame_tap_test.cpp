@@ -30,20 +30,21 @@ class OnePort final : public Probe {
 
 TEST(FrameTap, CountsFramesDroppedWhenFull) {
   OnePort probe;
-  FrameTap tap(probe, 1, 0, 16);
+  Feed<PortFrame> feed(16);
+  FrameTap tap(probe, 1, 0, feed);
   constexpr std::uint32_t kFrames = 500;
   for (std::uint32_t i = 0; i < kFrames; ++i) probe.say({.parsed = i});
   tap.end();
-  EXPECT_TRUE(tap.ended.load());
+  EXPECT_TRUE(feed.ended());
   probe.say({});
   std::uint32_t taken = 0;
   // The oldest frames are kept, in order.
-  for (PortFrame item; tap.queue.items.try_pop(item);) {
+  for (PortFrame item; feed.try_pop(item);) {
     EXPECT_EQ(item.probe, 1U);
     EXPECT_EQ(item.frame.parsed, taken++);
   }
   EXPECT_GE(taken, 16U);
-  EXPECT_EQ(taken + tap.queue.dropped.value(), kFrames);
+  EXPECT_EQ(taken + feed.dropped(), kFrames);
 }
 
 TEST(ThreadRights, MatchTheKernel) {

@@ -133,7 +133,7 @@ class LiveRun {
  public:
   explicit LiveRun(TactileModel& model) : model_(model) {
     channel_of_records_ = &fanout_.add_consumer(4'096);
-    channel_of_records_->ticks = std::make_unique<CountedQueue<TickRecord>>(4'096);
+    channel_of_records_->add<TickRecord>(4'096);
   }
 
   /// \param arrivals  one per sample; a sample each millisecond
@@ -162,10 +162,8 @@ class LiveRun {
         clock, model_, inputs, fanout_, statistics, events_);
     model_.reset();
     loop.run(stop_);
-    TickRecord record;
-    while (channel_of_records_->ticks->items.try_pop(record)) records.push_back(record);
-    SpikeEvent spike;
-    while (channel_of_records_->spikes.try_pop(spike)) spikes.push_back(spike);
+    channel_of_records_->feed<TickRecord>().take(records);
+    channel_of_records_->feed<SpikeEvent>().take(spikes);
   }
 
   std::atomic<std::int64_t> delay_ns{2'000'000};

@@ -299,16 +299,16 @@ TEST_F(FixedStepLoopTest, AFullQueueAffectsOnlyItsOwnConsumer) {
   const auto drain = [](SpikeChannel& channel) {
     SpikeEvent spike;
     std::uint64_t count = 0;
-    while (channel.spikes.try_pop(spike)) ++count;
+    while (channel.feed<SpikeEvent>().try_pop(spike)) ++count;
     return count;
   };
   const std::uint64_t made = statistics_.spikes.value();
   EXPECT_GT(made, 100U);
   EXPECT_EQ(drain(quick), made);
-  EXPECT_EQ(quick.dropped.value(), 0U);
+  EXPECT_EQ(quick.dropped<SpikeEvent>(), 0U);
   const std::uint64_t taken = drain(slow);
   EXPECT_LT(taken, made);
-  EXPECT_EQ(taken + slow.dropped.value(), made);
+  EXPECT_EQ(taken + slow.dropped<SpikeEvent>(), made);
 }
 
 TEST_F(FixedStepLoopTest, SpikesOfHeldTicksAreFlagged) {
@@ -317,7 +317,7 @@ TEST_F(FixedStepLoopTest, SpikesOfHeldTicksAreFlagged) {
   run(on_time, milliseconds{2});
   SpikeEvent spike;
   int held = 0;
-  while (consumer.spikes.try_pop(spike)) {
+  while (consumer.feed<SpikeEvent>().try_pop(spike)) {
     const bool flagged = (spike.flags & SpikeEvent::kInputHeld) != 0;
     held += flagged ? 1 : 0;
     EXPECT_EQ(flagged, spike.time > milliseconds{99} && spike.time <= milliseconds{127});

@@ -90,7 +90,7 @@ Expected<StageCosts, ParameterError> stage_costs(const TactileModel::Parameters&
 
   SpikeFanout fanout;
   SpikeChannel& channel = fanout.add_consumer(1024);
-  channel.ticks = std::make_unique<CountedQueue<TickRecord>>(1024);
+  channel.add<TickRecord>(1024);
   VirtualClock clock;
   const SpikeEvent spike{.neuron = 1};
   const TickRecord record;
@@ -99,8 +99,8 @@ Expected<StageCosts, ParameterError> stage_costs(const TactileModel::Parameters&
     fanout.publish(std::span(&record, 1), clock);
     SpikeEvent taken;
     TickRecord taken_record;
-    static_cast<void>(channel.spikes.try_pop(taken));
-    static_cast<void>(channel.ticks->items.try_pop(taken_record));
+    static_cast<void>(channel.feed<SpikeEvent>().try_pop(taken));
+    static_cast<void>(channel.feed<TickRecord>().try_pop(taken_record));
   };
   costs.publish = us(measure(publish));
   return costs;
