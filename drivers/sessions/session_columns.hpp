@@ -10,40 +10,12 @@
 #include <tuple>
 #include <type_traits>
 
-#include "core/records/columns.hpp"
-#include "drivers/sessions/session_chunk.hpp"
+#include "core/records/column.hpp"
 #include "drivers/sessions/session_format.hpp"
 
 namespace merkel {
 
-// The channels of a session's streams, from the columns of their records.
-
-inline constexpr auto kProbeSampleColumns =
-    std::tuple_cat(std::tuple(column(
-                       "probe", "", "from 0", [](auto& r) -> auto& { return r.probe; })),
-                   columns_within(
-                       kSampleColumns, [](auto& r) -> auto& { return r.sample; }));
-
-/// Of a frame, without its bytes.
-inline constexpr auto kFrameColumns = std::tuple(
-    column(
-        "probe", "", "from 0", [](auto& r) -> auto& { return r.probe; }),
-    column(
-        "port", "", "of the probe, from 0", [](auto& r) -> auto& { return r.port; }),
-    time_column(
-        "time_ns", "time_s", "host-monotonic", [](auto& r) -> auto& { return r.frame.time; }),
-    limited_column(
-        "kind", "0 received, 1 sent, 2 opened, 3 started",
-        [](auto& r) -> auto& { return r.frame.kind; }, 0.0, number_of(RawFrame::Kind::kStarted)),
-    limited_column(
-        "length", "of the bytes", [](auto& r) -> auto& { return r.frame.length; }, 0.0,
-        static_cast<double>(RawFrame::kMostBytes)),
-    column(
-        "parsed", "", "frames", [](auto& r) -> auto& { return r.frame.parsed; }),
-    column(
-        "damaged", "", "frames", [](auto& r) -> auto& { return r.frame.damaged; }),
-    column(
-        "lost", "", "frames", [](auto& r) -> auto& { return r.frame.lost; }));
+// Channels of a stream and values of an item, from the columns of a record.
 
 /// True if the numbers of a stream cannot represent all nanoseconds of an instant.
 template <class Value, class Access>

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <type_traits>
 
-#include "core/records/run_status.hpp"
-#include "drivers/sessions/session_columns.hpp"
+#include "drivers/sessions/session_records.hpp"
 
 namespace merkel {
 namespace {
 
 using Channel = SessionStream::Channel;
-using Id = SessionStream::Id;
 
 /// The status channels: all counters, the losses of this file, and the loop's rights.
 constexpr auto kStatusChannels = [] {
@@ -43,17 +42,28 @@ constexpr auto kFrameChannels = [] {
   return all;
 }();
 
+template <class Record>
+constexpr SessionStream stream_of(std::string_view name, std::string_view type,
+                                  std::span<const Channel> channels, bool open_ended = false) {
+  using Stored = SessionStreamOf<Record>;
+  constexpr bool integers = std::is_same_v<typename Stored::Value, std::int64_t>;
+  return {Stored::kId, name, type, integers, channels, open_ended};
+}
+/// All its channels follow from the columns of its records.
+template <class Record>
+constexpr SessionStream stream_of(std::string_view name, std::string_view type) {
+  using Stored = SessionStreamOf<Record>;
+  return stream_of<Record>(name, type, kSessionChannels<typename Stored::Value, Stored::kColumns>);
+}
+
 constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
-    {Id::kSpikes, "merkel.spikes", "Spikes", true, kSessionChannels<std::int64_t, kSpikeColumns>},
-    {Id::kTicks, "merkel.ticks", "TickInputs", false, kSessionChannels<double, kTickColumns>},
-    {Id::kSamples, "merkel.samples", "ProbeSamples", false,
-     kSessionChannels<double, kProbeSampleColumns>},
-    {Id::kEvents, "merkel.events", "LoopEvents", true,
-     kSessionChannels<std::int64_t, kEventColumns>},
-    {Id::kStatus, "merkel.status", "Status", true, kStatusChannels, true},
-    {Id::kFrames, "merkel.frames", "RawFrames", true, kFrameChannels},
-    {Id::kStimulation, "merkel.stimulation", "StimulationCommands", false,
-     kSessionChannels<double, kCommandColumns>},
+    stream_of<SpikeEvent>("merkel.spikes", "Spikes"),
+    stream_of<TickRecord>("merkel.ticks", "TickInputs"),
+    stream_of<DeliveredSample>("merkel.samples", "ProbeSamples"),
+    stream_of<LoopEvent>("merkel.events", "LoopEvents"),
+    stream_of<RunStatus>("merkel.status", "Status", kStatusChannels, true),
+    stream_of<PortFrame>("merkel.frames", "RawFrames", kFrameChannels),
+    stream_of<StimulationCommand>("merkel.stimulation", "StimulationCommands"),
 }};
 
 }  // namespace

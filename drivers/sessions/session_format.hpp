@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -38,6 +39,10 @@ struct SessionStream {
 
 /// The largest number of channels of a stream.
 inline constexpr std::size_t kMostSessionChannels = 64;
+
+/// The values of one item, in the order of its stream's table of channels.
+template <class Value>
+using ItemValues = std::array<Value, kMostSessionChannels>;
 
 inline constexpr std::size_t kSessionStreams = 7;
 

@@ -11,7 +11,7 @@
 #include "drivers/files/output_file.hpp"
 #include "drivers/files/raw_bytes.hpp"
 #include "drivers/sessions/session_headers.hpp"
-#include "drivers/sessions/session_items.hpp"
+#include "drivers/sessions/session_records.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
@@ -44,21 +44,15 @@ class SessionWriter final : public SpikeSink {
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<PortFrame, DeliveredSample, SpikeEvent, StimulationCommand, TickRecord, LoopEvent,
-                  Mark, RunStatus>;
-  }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSessionKinds; }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (auto started = begin({}); !started) return started;
-    const bool written = write_items<std::int64_t>(Id::kFrames, batch.frames) &&
-                         write_items<double>(Id::kSamples, batch.samples) &&
-                         write_items<std::int64_t>(Id::kSpikes, batch.spikes) &&
-                         write_items<double>(Id::kStimulation, batch.commands) &&
-                         write_items<double>(Id::kTicks, batch.ticks) &&
-                         write_items<std::int64_t>(Id::kEvents, batch.events) &&
-                         write_marks(batch.marks) &&
-                         write_items<std::int64_t>(Id::kStatus, batch.status);
+    bool written = true;
+    for_each_kind(batch, [&]<class Record>(std::span<const Record> records) {
+      if constexpr (kStored<Record>) written = written && write_items(records);
+    });
+    written = written && write_marks(batch.marks);
     taken_ += batch.spikes.size();
     return settle(written);
   }
@@ -136,15 +130,16 @@ class SessionWriter final : public SpikeSink {
   }
 
   /// Writes a chunk of items with 8-byte channels.
-  template <class Value, class Item>
-  bool write_items(Id id, std::span<const Item> items) {
+  template <class Item>
+  bool write_items(std::span<const Item> items) {
     if (items.empty()) return true;
+    constexpr Id id = SessionStreamOf<Item>::kId;
     begin_chunk(static_cast<std::uint32_t>(id), items.size());
     for (const Item& item : items) {
       if constexpr (std::is_same_v<Item, RunStatus>) {
-        put<Value>(id, newest(), item);
+        put(id, newest(), item);
       } else {
-        put<Value>(id, time_of(item), item);
+        put(id, time_of(item), item);
       }
       if constexpr (std::is_same_v<Item, DeliveredSample>) {
         for (std::size_t column = 0; column < extra_.size(); ++column) {
@@ -180,7 +175,7 @@ class SessionWriter final : public SpikeSink {
   }
 
   /// Appends an item of a stream with 8-byte channels.
-  template <class Value, class Item>
+  template <class Item>
   void put(Id id, nanoseconds time, const Item& item) {
     const double stamp_s = units::s_from(time);
     StreamTally& all = tally(id);
@@ -190,11 +185,11 @@ class SessionWriter final : public SpikeSink {
     newest_ = std::max(newest_, time);
     append_raw(chunk_, std::uint8_t{8});
     append_raw(chunk_, stamp_s);
-    ItemValues<Value> values{};
+    ValuesOf<Item> values{};
     values_of(item, values);
     const std::size_t channels =
         session_streams()[static_cast<std::size_t>(id) - 1].channels.size();
-    chunk_.append(reinterpret_cast<const char*>(values.data()), channels * sizeof(Value));
+    chunk_.append(reinterpret_cast<const char*>(values.data()), channels * sizeof values[0]);
   }
 
   /// The newest time in the file, in probe time; in an empty file, the host's time.

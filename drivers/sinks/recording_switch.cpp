@@ -4,6 +4,7 @@
 #include <ctime>
 #include <optional>
 
+#include "drivers/sessions/session_records.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
@@ -27,10 +28,7 @@ class SessionOnRequest final : public SpikeSink {
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<PortFrame, DeliveredSample, SpikeEvent, StimulationCommand, TickRecord, LoopEvent,
-                  Mark, RunStatus>;
-  }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSessionKinds; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     origin_ = origin;
     return {};

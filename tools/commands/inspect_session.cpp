@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,8 +12,8 @@
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/column_text.hpp"
 #include "drivers/printable_text.hpp"
-#include "drivers/sessions/session_columns.hpp"
 #include "drivers/sessions/session_reader.hpp"
+#include "drivers/sessions/session_records.hpp"
 #include "tools/commands/command.hpp"
 
 namespace merkel {
@@ -47,40 +48,22 @@ std::string status_header() {
   return header;
 }
 
-std::string header_of(SessionStream::Id stream) {
-  switch (stream) {
-    case SessionStream::Id::kSpikes:
-      return csv_header(kSpikeColumns);
-    case SessionStream::Id::kTicks:
-      return csv_header(kTickColumns);
-    case SessionStream::Id::kSamples:
-      return csv_header(kProbeSampleColumns);
-    case SessionStream::Id::kEvents:
-      return csv_header(kEventColumns);
-    case SessionStream::Id::kStatus:
-      return status_header();
-    case SessionStream::Id::kFrames:
-      return csv_header(kFrameColumns) + ",bytes";
-    case SessionStream::Id::kStimulation:
-      return csv_header(kCommandColumns);
-  }
-  return "";
+template <class Record>
+std::string header_of() {
+  std::string header = csv_header(SessionStreamOf<Record>::kColumns);
+  if constexpr (std::is_same_v<Record, RunStatus>) header = status_header();
+  if constexpr (std::is_same_v<Record, PortFrame>) header += ",bytes";
+  return header;
 }
 
-template <class Columns, class Record>
-std::string row_of(const Columns& columns, const Record& record) {
+template <class Record>
+std::string row_of(const Record& record) {
   std::string row;
-  append_csv(row, columns, record);
+  append_csv(row, SessionStreamOf<Record>::kColumns, record);
+  if constexpr (std::is_same_v<Record, PortFrame>) {
+    row += fmt::format(",{:02x}", fmt::join(record.frame.content(), ""));
+  }
   return row;
-}
-
-std::string row_of(const SpikeEvent& spike) { return row_of(kSpikeColumns, spike); }
-std::string row_of(const TickRecord& tick) { return row_of(kTickColumns, tick); }
-std::string row_of(const DeliveredSample& item) { return row_of(kProbeSampleColumns, item); }
-std::string row_of(const LoopEvent& event) { return row_of(kEventColumns, event); }
-std::string row_of(const StimulationCommand& command) { return row_of(kCommandColumns, command); }
-std::string row_of(const PortFrame& item) {
-  return row_of(kFrameColumns, item) + fmt::format(",{:02x}", fmt::join(item.frame.content(), ""));
 }
 
 std::string row_of(const RunStatus& status) {
@@ -100,11 +83,6 @@ std::string row_of(const Mark& mark) {
   return seconds(mark.time) + "," + printable_lines(mark.label);
 }
 
-template <class Items>
-void print_rows(const Items& items) {
-  for (const auto& item : items) std::puts(row_of(item).c_str());
-}
-
 /// Calls work(chunk) for each chunk of a session. \return the exit code
 template <class Work>
 int for_each_chunk(SessionReader& session, const Work& work) {
@@ -119,7 +97,9 @@ int for_each_chunk(SessionReader& session, const Work& work) {
 
 int print_marks(SessionReader& session) {
   std::puts("time_s,label");
-  return for_each_chunk(session, [](const SessionChunk& chunk) { print_rows(chunk.marks); });
+  return for_each_chunk(session, [](const SessionChunk& chunk) {
+    for (const Mark& mark : chunk.marks) std::puts(row_of(mark).c_str());
+  });
 }
 
 /// The delay of the loop, one row for each change.
@@ -136,7 +116,12 @@ int print_delay(SessionReader& session) {
 }
 
 int print_stream(SessionReader& session, const SessionStream& stream) {
-  std::string header = header_of(stream.id);
+  std::string header;
+  for_each_kind(RecordLists<RecordKind>{}, [&]<class Record>(const RecordKind<Record>&) {
+    if constexpr (kStored<Record>) {
+      if (SessionStreamOf<Record>::kId == stream.id) header = header_of<Record>();
+    }
+  });
   const std::size_t extra =
       stream.id == SessionStream::Id::kSamples ? session.extra_columns().size() : 0;
   for (std::size_t k = 0; k < extra; ++k) {
@@ -144,18 +129,20 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
   }
   std::puts(header.c_str());
   return for_each_chunk(session, [&](const SessionChunk& chunk) {
-    if (!chunk.marks.empty() || chunk.stream != stream.id) return;
-    print_rows(chunk.spikes);
-    print_rows(chunk.ticks);
-    for (const DeliveredSample& item : chunk.samples) {
-      std::string row = row_of(item);
-      for (std::size_t k = 0; k < extra; ++k) row += "," + shortest_decimal(item.sample.extra[k]);
-      std::puts(row.c_str());
-    }
-    print_rows(chunk.events);
-    print_rows(chunk.status);
-    print_rows(chunk.frames);
-    print_rows(chunk.commands);
+    if (chunk.stream != stream.id) return;
+    for_each_kind(chunk, [&]<class Record>(const std::vector<Record>& records) {
+      if constexpr (kStored<Record>) {
+        for (const Record& record : records) {
+          std::string row = row_of(record);
+          if constexpr (std::is_same_v<Record, DeliveredSample>) {
+            for (std::size_t k = 0; k < extra; ++k) {
+              row += "," + shortest_decimal(record.sample.extra[k]);
+            }
+          }
+          std::puts(row.c_str());
+        }
+      }
+    });
   });
 }
 
@@ -185,9 +172,7 @@ int print_overview(SessionReader& session) {
   const int read = for_each_chunk(session, [&](const SessionChunk& chunk) {
     marks += chunk.marks.size();
     if (!chunk.marks.empty()) return;
-    items.at(static_cast<std::size_t>(chunk.stream) - 1) +=
-        chunk.spikes.size() + chunk.ticks.size() + chunk.samples.size() + chunk.events.size() +
-        chunk.status.size() + chunk.frames.size() + chunk.commands.size();
+    items.at(static_cast<std::size_t>(chunk.stream) - 1) += count_of(chunk);
   });
   if (read != kDone) return read;
   for (const SessionStream& stream : session_streams()) {
