@@ -11,71 +11,23 @@
 #include <pybind11/pybind11.h>
 
 #include "core/expected.hpp"
-#include "core/records/loop_event.hpp"
-#include "core/records/probe_sample.hpp"
-#include "core/records/spike_event.hpp"
-#include "core/records/stimulation_command.hpp"
-#include "core/records/tick_record.hpp"
 #include "core/scene/model_parameters.hpp"
 #include "drivers/sinks/afferent_table.hpp"
+#include "tools/python/src/row.hpp"
 
 namespace merkel::python {
 
-/// Rows of the structured arrays that Python sees. Times are in s; neurons count from 1 through all
-/// patches, probes and patches from 0, as in every file that merkel writes.
-struct SpikeRow {
-  double time_s;
-  std::uint32_t neuron;
-  std::uint16_t patch;
-  std::uint16_t flags;
-};
-struct SampleRow {
-  double time_s;
-  double arrival_s;
-  std::uint32_t probe;
-  double depth_mm;
-  double force_N;
-  double x_mm;
-  double y_mm;
-};
-struct TickRow {
-  double time_s;
-  std::uint32_t probe;
-  double depth_mm;
-  double force_N;
-  double x_mm;
-  double y_mm;
-  std::uint8_t state;
-  std::uint16_t late;
-  double latency_us;
-};
-struct EventRow {
-  double time_s;
-  double length_s;
-  std::uint32_t subject;
-  std::uint8_t kind;
-};
-
-struct CommandRow {
-  double time_s;
-  std::uint16_t electrode;
-  std::uint8_t kind;
-  std::uint8_t stop;
-  double amplitude_uA;
-  double frequency_Hz;
-  std::uint32_t heartbeat;
-};
+using SpikeRow = Row<SpikeEvent>;
+using SampleRow = Row<DeliveredSample>;
+using TickRow = Row<TickRecord>;
+using EventRow = Row<LoopEvent>;
+using CommandRow = Row<StimulationCommand>;
 
 /// Makes the rows known to numpy. Call once, when the module is loaded.
 void register_rows();
 
-/// Rows with times counted from `zero`.
-[[nodiscard]] SpikeRow row_of(const SpikeEvent& spike, std::chrono::nanoseconds zero);
-[[nodiscard]] SampleRow row_of(std::uint32_t probe, const ProbeSample& sample,
-                               std::chrono::nanoseconds zero);
-[[nodiscard]] TickRow row_of(const TickRecord& tick, std::chrono::nanoseconds zero);
-[[nodiscard]] CommandRow row_of(const StimulationCommand& command, std::chrono::nanoseconds zero);
-[[nodiscard]] EventRow row_of(const LoopEvent& event, std::chrono::nanoseconds zero);
+/// A row of a sample; what the probe does not measure is NaN.
+[[nodiscard]] SampleRow row_of_sample(const DeliveredSample& item, std::chrono::nanoseconds zero);
 
 /// The afferents of a model, by number. \throws Error
 [[nodiscard]] std::vector<AfferentRow> afferent_rows(const ModelParameters& model);

@@ -26,6 +26,9 @@ namespace py = pybind11;
 
 constexpr double kMostBins = 1e8;
 
+double time_s_of(const SpikeRow& spike) { return spike.get<double>("time_ns"); }
+std::uint32_t neuron_of(const SpikeRow& spike) { return spike.get<std::uint32_t>("neuron"); }
+
 /// Keeps spikes and stimulation commands.
 class Collector final : public SpikeSink {
  public:
@@ -141,7 +144,7 @@ py::array_t<double> RunObject::times(std::uint32_t neuron) const {
   }
   std::vector<double> of_neuron;
   for (const SpikeRow& spike : spikes) {
-    if (spike.neuron == neuron) of_neuron.push_back(spike.time_s);
+    if (neuron_of(spike) == neuron) of_neuron.push_back(time_s_of(spike));
   }
   return py::array_t<double>(static_cast<py::ssize_t>(of_neuron.size()), of_neuron.data());
 }
@@ -156,7 +159,7 @@ std::size_t RunObject::bins(double bin_s) const {
 }
 
 std::size_t RunObject::bin_of(const SpikeRow& spike, double bin_s) const {
-  const double place = std::max(0.0, (spike.time_s - start_s) / bin_s);
+  const double place = std::max(0.0, (time_s_of(spike) - start_s) / bin_s);
   return std::min(static_cast<std::size_t>(place), bins(bin_s) - 1);
 }
 
@@ -165,7 +168,7 @@ py::array_t<double> RunObject::rate(double bin_s) const {
   std::fill_n(rates.mutable_data(), rates.size(), 0.0);
   auto cell = rates.mutable_unchecked<2>();
   for (const SpikeRow& spike : spikes) {
-    cell(static_cast<py::ssize_t>(bin_of(spike, bin_s)), spike.neuron - 1) += 1.0 / bin_s;
+    cell(static_cast<py::ssize_t>(bin_of(spike, bin_s)), neuron_of(spike) - 1) += 1.0 / bin_s;
   }
   return rates;
 }
@@ -231,8 +234,8 @@ void add_run(py::module_& module) {
       .def_property_readonly(
           "stimulation", [](const RunObject& run) { return array_of(run.stimulation); },
           "(commands,) for the scene's electrodes: time_s, electrode (from 0), kind (0 update, 1 "
-          "pulse), stop (0 none, 1 released, 2 gap, 3 neuron reset, 4 sink failure, 5 end), "
-          "amplitude_uA, frequency_Hz and heartbeat.")
+          "pulse), amplitude_uA, frequency_Hz, heartbeat and stop (0 none, 1 released, 2 gap, 3 "
+          "neuron reset, 4 sink failure, 5 end, 6 stale).")
       .def_readonly("start_s", &RunObject::start_s, "When the first tick began, in s.")
       .def_readonly("duration_s", &RunObject::duration_s, "Simulated time, in s.")
       .def_readonly("counters", &RunObject::counters, "The run's counters, by name.")

@@ -34,10 +34,10 @@ SessionObject SessionObject::load(const std::string& path) {
   while (or_throw(reader.next(chunk))) {
     if (numbering) numbering->apply(chunk);
     for (const SpikeEvent& spike : chunk.spikes) session.spikes.push_back(row_of(spike, zero));
-    for (const auto& [probe, sample] : chunk.samples) {
-      session.samples.push_back(row_of(probe, sample, zero));
+    for (const DeliveredSample& item : chunk.samples) {
+      session.samples.push_back(row_of_sample(item, zero));
       for (std::size_t k = 0; k < session.extra.size(); ++k) {
-        session.extra[k].second.push_back(sample.extra[k]);
+        session.extra[k].second.push_back(item.sample.extra[k]);
       }
     }
     for (const TickRecord& tick : chunk.ticks) session.ticks.push_back(row_of(tick, zero));
@@ -61,7 +61,8 @@ void add_session(py::module_& module) {
           "(spikes,) of time_s, neuron, patch and flags, in order of time.")
       .def_property_readonly(
           "samples", [](const SessionObject& session) { return array_of(session.samples); },
-          "(samples,) of time_s, arrival_s, probe, depth_mm, force_N, x_mm and y_mm; NaN: not measured.")
+          "(samples,) of probe, time_s, arrival_s, depth_mm, force_N, x_mm, y_mm (NaN: not measured), sequence, "
+          "channels (bits: 1 depth, 2 force, 4 x, 8 y) and valid_for_s.")
       .def_property_readonly(
           "extra",
           [](const SessionObject& session) {
@@ -73,8 +74,8 @@ void add_session(py::module_& module) {
           "Further columns of the samples, which the model does not use, by name: (samples,); NaN: no number.")
       .def_property_readonly(
           "ticks", [](const SessionObject& session) { return array_of(session.ticks); },
-          "(ticks × probes,) of what the loop used: time_s (the tick's end), probe, depth_mm, force_N, "
-          "x_mm, y_mm, state (0 following, 1 held, 2 released, 3 ended), late and latency_us.")
+          "(ticks × probes,) of what the loop used: number, probe, time_s (the tick's end), latency_s, "
+          "depth_mm, force_N, x_mm, y_mm, late, state (0 following, 1 held, 2 released, 3 ended) and delay_s.")
       .def_property_readonly(
           "events", [](const SessionObject& session) { return array_of(session.events); },
           "(events,) of time_s, length_s, subject and kind (0 release, 1 resume, 2 gap, 3 neuron reset).")
