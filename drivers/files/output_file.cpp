@@ -46,6 +46,20 @@ Unexpected<SetupError> in_use(const std::string& path) {
                    ": another sink or merkel process is writing it; give another name");
 }
 
+/// Renames a file to the first free recovered name of `path`. \return the name
+Expected<std::string, SetupError> rename_recovered(const std::string& file, const std::string& path,
+                                                   const struct stat& status) {
+  const auto last_written = std::chrono::system_clock::from_time_t(status.st_mtim.tv_sec);
+  for (int number = 1; number < 100; ++number) {
+    const std::string free = recovered_name(path, last_written, number);
+    const int error = rename_without_replacing(file, free);
+    if (error == EEXIST) continue;
+    if (error != 0) return bad_input("cannot rename " + file + ": " + std::strerror(error));
+    return free;
+  }
+  return bad_input(file + " was left by a killed run: rename it, or give another name");
+}
+
 /// Renames the .part file of a killed run to a recovered name. Does nothing if there is none; fails
 /// if another program is still writing it. \return the recovered name
 Expected<std::string, SetupError> recover(const std::string& path, const std::string& part,
@@ -63,16 +77,9 @@ Expected<std::string, SetupError> recover(const std::string& path, const std::st
     if (::unlink(part.c_str()) == 0) return std::string();
     return bad_input(cannot_write(part, errno));
   }
-  const auto last_written = std::chrono::system_clock::from_time_t(status.st_mtim.tv_sec);
-  for (int number = 1; number < 100; ++number) {
-    const std::string free = recovered_name(path, last_written, number);
-    const int error = rename_without_replacing(part, free);
-    if (error == EEXIST) continue;
-    if (error != 0) return bad_input("cannot rename " + part + ": " + std::strerror(error));
-    if (notice) notice("a killed run left " + part + "; it was renamed to " + free);
-    return free;
-  }
-  return bad_input(part + " was left by a killed run: rename it, or give another name");
+  const auto renamed = rename_recovered(part, path, status);
+  if (renamed && notice) notice("a killed run left " + part + "; it was renamed to " + *renamed);
+  return renamed;
 }
 
 }  // namespace
@@ -93,6 +100,12 @@ std::string recover_file(const std::string& path, const OutputFile::Notice& noti
     }
   }
   return recover(path, part, notice).value_or("");
+}
+
+void set_aside(const std::string& path) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0) return;
+  static_cast<void>(rename_recovered(path, path, status));
 }
 
 std::string recovered_name(const std::string& path,

@@ -105,6 +105,9 @@ std::string recover_file(const std::string& path, const OutputFile::Notice& noti
                                          std::chrono::system_clock::time_point last_written,
                                          int number = 1);
 
+/// Gives a file that a failed run left its recovered name; does nothing if there is none.
+void set_aside(const std::string& path);
+
 /// Fails if an output is one of the inputs, by whatever name: writing it would destroy the input.
 /// \param inputs  files or folders; those that do not exist are ignored
 [[nodiscard]] Expected<void, SetupError> check_not_input(const std::string& path,

@@ -8,11 +8,11 @@
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
-#include "drivers/files/output_file.hpp"
 #include "drivers/files/raw_bytes.hpp"
 #include "drivers/sessions/session_headers.hpp"
 #include "drivers/sessions/session_records.hpp"
 #include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sinks/file_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
@@ -29,21 +29,14 @@ constexpr unsigned char kBoundary[] = {0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41,
 
 /// Writes a session: the input of the loop, its output and the facts of the run. SessionReader
 /// reads it; `session_items` converts the items.
-class SessionWriter final : public SpikeSink {
+class SessionWriter final : public FileSink {
  public:
   SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup)
-      : uri_(std::move(uri)),
-        file_(std::move(file)),
+      : FileSink(std::move(uri), std::move(file)),
         run_(setup.run),
         afferents_(afferent_csv(afferents_of(setup))),
         extra_(run_.probes) {}
 
-  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    if (std::exchange(started_, true)) return {};
-    return settle(write_headers(run_, origin));
-  }
-
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSessionKinds; }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
@@ -53,19 +46,18 @@ class SessionWriter final : public SpikeSink {
       if constexpr (kStored<Record>) written = written && write_items(records);
     });
     written = written && write_marks(batch.marks);
-    taken_ += batch.spikes.size();
-    return settle(written);
+    return settle(written, batch.spikes.size());
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {
-    if (!started_) return {};
+    if (!started()) return {};
     const bool boundary_due = ++flushes_ % kFlushesPerBoundary == 0;
     if (flushes_ % kFlushesPerClockOffset == 1 && !write_clock_offsets()) return settle(false);
     if (boundary_due && !write_chunk(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary),
                                                          sizeof kBoundary})) {
       return settle(false);
     }
-    return settle(file_.flush());
+    return settle(file().flush());
   }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
@@ -77,16 +69,18 @@ class SessionWriter final : public SpikeSink {
       }
     }
     if (!write_footer(kMarkStreamId, mark_tally_)) return settle(false);
-    return settle(file_.close());
+    return settle(file().close());
   }
 
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
-
  private:
+  [[nodiscard]] Expected<void, SinkError> start(const RunOrigin& origin) override {
+    return settle(write_headers(run_, origin));
+  }
+
   StreamTally& tally(Id id) { return tallies_[static_cast<std::size_t>(id) - 1]; }
 
   bool write_headers(const RunDescription& run, const RunOrigin& origin) {
-    if (!file_.write("XDF:") ||
+    if (!file().write("XDF:") ||
         !write_chunk(XdfTag::kFileHeader, session_header(run, origin, afferents_))) {
       return false;
     }
@@ -97,8 +91,8 @@ class SessionWriter final : public SpikeSink {
       }
     }
     if (!write_chunk_of(XdfTag::kStreamHeader, kMarkStreamId, mark_header())) return false;
-    file_.end_header();
-    return file_.flush();
+    file().end_header();
+    return file().flush();
   }
 
   bool write_footer(std::uint32_t id, StreamTally tally) {
@@ -120,7 +114,7 @@ class SessionWriter final : public SpikeSink {
     append_raw(head, std::uint8_t{4});
     append_raw(head, static_cast<std::uint32_t>(content.size() + sizeof tag));
     append_raw(head, tag);
-    return file_.write(head) && file_.write(content);
+    return file().write(head) && file().write(content);
   }
 
   /// Ticks have a regular rate; with several probes they share times and have none.
@@ -213,26 +207,15 @@ class SessionWriter final : public SpikeSink {
     return write_chunk_of(XdfTag::kClockOffset, id, content);
   }
 
-  Expected<void, SinkError> settle(bool succeeded) {
-    if (!succeeded) return Unexpected<SinkError>({.sentence = file_.error()});
-    if (file_.settled()) delivered_ = taken_;
-    return {};
-  }
-
-  std::string uri_;
-  OutputFile file_;
   RunDescription run_;
   std::string afferents_;
   ExtraColumns extra_;
-  bool started_ = false;
   std::string chunk_;
   std::array<StreamTally, kSessionStreams> tallies_{};
   std::optional<nanoseconds> start_;  ///< of the first item
   nanoseconds newest_{0};             ///< of all items
   StreamTally mark_tally_;
   int flushes_ = 0;
-  std::uint64_t taken_ = 0;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace

@@ -82,27 +82,24 @@ void RowsSink::convert_recovered(
 
 RowsSink::RowsSink(std::string uri, OutputFile rows, TimeBase time, bool overwrite,
                    std::string_view what)
-    : uri_(std::move(uri)),
-      rows_(std::move(rows)),
-      path_(rows_.path()),
+    : FileSink(std::move(uri), std::move(rows)),
+      path_(file().path()),
       time_(time),
       overwrite_(overwrite),
       what_(what) {}
 
-Expected<void, SinkError> RowsSink::begin(const RunOrigin& origin) {
-  if (std::exchange(started_, true)) return {};
+Expected<void, SinkError> RowsSink::start(const RunOrigin& origin) {
   time_.set(origin);
   std::string text;
   for (const auto& [name, value] : time_.facts()) text += "# " + name + "=" + value + "\n";
-  const bool written = rows_.write(text + head(origin));
-  rows_.end_header();
+  const bool written = file().write(text + head(origin));
+  file().end_header();
   return settle(written);
 }
 
 Expected<void, SinkError> RowsSink::write_rows(std::string_view text, std::size_t spikes) {
   if (auto started = begin({}); !started) return started;
-  taken_ += spikes;
-  return settle(rows_.write(text));
+  return settle(file().write(text), spikes);
 }
 
 Expected<void, SinkError> RowsSink::close() {
@@ -110,16 +107,10 @@ Expected<void, SinkError> RowsSink::close() {
   if (auto flushed = flush(); !flushed) return flushed;
   if (auto written = convert(path_, overwrite_); !written) {
     return Unexpected<SinkError>({.sentence = written.error() + "; " + what_ + " in " +
-                                              rows_.part() +
+                                              file().part() +
                                               ", as text: free some space, and run again"});
   }
-  rows_.remove();
-  return {};
-}
-
-Expected<void, SinkError> RowsSink::settle(bool succeeded) {
-  if (!succeeded) return Unexpected<SinkError>({.sentence = rows_.error()});
-  if (rows_.settled()) delivered_ = taken_;
+  file().remove();
   return {};
 }
 

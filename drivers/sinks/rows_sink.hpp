@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "drivers/files/output_file.hpp"
+#include "drivers/sinks/file_sink.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 #include "drivers/sinks/time_base.hpp"
 #include "drivers/spike_sink.hpp"
@@ -18,7 +18,7 @@ namespace merkel {
 /// A sink whose format is HDF5. It collects the run as rows of text in FILE.part, which survives
 /// any crash, and converts them at the end of the run. HDF5 does not guarantee that an unclosed
 /// file can be read, and it cannot continue after a failed write.
-class RowsSink : public SpikeSink {
+class RowsSink : public FileSink {
  public:
   /// Opens the file of rows. Fails if the path cannot be an HDF5 file or cannot be written.
   [[nodiscard]] static Expected<OutputFile, SetupError> open_rows(const Uri& uri,
@@ -40,11 +40,7 @@ class RowsSink : public SpikeSink {
   /// The start of the lines at the head of the rows that hold the description of the run.
   static constexpr std::string_view kContentMark = "# content=";
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
-  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
-  [[nodiscard]] Expected<void, SinkError> flush() override { return settle(rows_.flush()); }
   [[nodiscard]] Expected<void, SinkError> close() override;
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  protected:
   /// \param what  the subject of the error after a failed conversion, such as "all spikes are"
@@ -64,20 +60,15 @@ class RowsSink : public SpikeSink {
   [[nodiscard]] Expected<void, SinkError> write_rows(std::string_view text, std::size_t spikes = 0);
   [[nodiscard]] const TimeBase& time() const noexcept { return time_; }
   /// The file of the rows.
-  [[nodiscard]] const std::string& rows() const noexcept { return rows_.part(); }
+  [[nodiscard]] const std::string& rows() const noexcept { return file().part(); }
 
  private:
-  [[nodiscard]] Expected<void, SinkError> settle(bool succeeded);
+  [[nodiscard]] Expected<void, SinkError> start(const RunOrigin& origin) final;
 
-  std::string uri_;
-  OutputFile rows_;
   std::string path_;
   TimeBase time_;
   bool overwrite_;
   std::string what_;
-  bool started_ = false;
-  std::uint64_t taken_ = 0;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace merkel

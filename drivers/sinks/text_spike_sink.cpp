@@ -20,8 +20,7 @@ void append_number(std::string& text, std::uint32_t number) {
 
 TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, TimeFile time_file, Form form,
                              TimeBase time)
-    : uri_(std::move(uri)),
-      file_(std::move(file)),
+    : FileSink(std::move(uri), std::move(file)),
       time_file_(std::move(time_file)),
       form_(form),
       time_(time) {}
@@ -41,21 +40,14 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const Uri& 
       new TextSpikeSink(uri.text, std::move(*file), std::move(*time_file), form, time));
 }
 
-Expected<void, SinkError> TextSpikeSink::begin(const RunOrigin& origin) {
-  if (std::exchange(header_written_, true)) return {};
+Expected<void, SinkError> TextSpikeSink::start(const RunOrigin& origin) {
   time_.set(origin);
   if (!time_file_.write(time_)) return Unexpected<SinkError>({.sentence = time_file_.error()});
   // Neither form has comments: readers differ in what they make of them. Neo, for one, takes the
   // times of a GDF file for whole numbers if its first line has no ".".
-  const bool written = form_ == Form::kGdf || file_.write("time_s,neuron\n");
-  file_.end_header();
+  const bool written = form_ == Form::kGdf || file().write("time_s,neuron\n");
+  file().end_header();
   return settle(written);
-}
-
-Expected<void, SinkError> TextSpikeSink::settle(bool succeeded) {
-  if (!succeeded) return Unexpected<SinkError>({.sentence = file_.error()});
-  if (file_.settled()) delivered_ = taken_;
-  return {};
 }
 
 Expected<void, SinkError> TextSpikeSink::write(const RecordBatch& batch) {
@@ -74,15 +66,7 @@ Expected<void, SinkError> TextSpikeSink::write(const RecordBatch& batch) {
     }
     rows_ += '\n';
   }
-  taken_ += batch.spikes.size();
-  return settle(file_.write(rows_));
-}
-
-Expected<void, SinkError> TextSpikeSink::flush() { return settle(file_.flush()); }
-
-Expected<void, SinkError> TextSpikeSink::close() {
-  if (auto started = begin({}); !started) return started;
-  return settle(file_.close());
+  return settle(file().write(rows_), batch.spikes.size());
 }
 
 }  // namespace merkel

@@ -1,6 +1,5 @@
 #include "drivers/sinks/time_file.hpp"
 
-#include <cerrno>
 #include <string>
 #include <utility>
 
@@ -9,18 +8,6 @@
 #include "drivers/files/file_rename.hpp"
 
 namespace merkel {
-namespace {
-
-/// Gives a file another name, if there is one.
-void set_aside(const std::string& name) {
-  constexpr int kMostNames = 100;
-  for (int number = 1; number <= kMostNames; ++number) {
-    if (rename_without_replacing(name, name + ".left-" + std::to_string(number)) != EEXIST) return;
-  }
-}
-
-}  // namespace
-
 Expected<TimeFile, SetupError> TimeFile::beside(const OutputFile& file, const SinkSetup& setup) {
   if (file.part().empty()) return TimeFile(std::nullopt, false);  // a device or a pipe
   const std::string name = name_beside(file.path());
