@@ -6,6 +6,17 @@
 namespace merkel {
 namespace {
 
+constexpr std::size_t kLongestWord = 300;
+constexpr std::size_t kLongestMessage = 4000;
+
+/// The first two thirds and the last sixth of `longest` bytes.
+std::string without_middle(std::string_view text, std::size_t longest) {
+  if (text.size() <= longest) return std::string(text);
+  const std::size_t end = longest / 6;
+  return std::string(text.substr(0, 4 * end)) + "[...]" +
+         std::string(text.substr(text.size() - end));
+}
+
 /// The length of the well-formed UTF-8 character at the start of a text, and its code point; 0 if
 /// the text does not start with one.
 std::size_t first_character(std::string_view text, std::uint32_t& code) noexcept {
@@ -61,6 +72,18 @@ std::string printable_column(std::string_view name) {
   std::string text = printable_text(name);
   std::replace(text.begin(), text.end(), ',', '_');
   return text;
+}
+
+std::string shortened(std::string_view message) {
+  std::string text;
+  while (!message.empty()) {
+    const auto end = std::min(message.find_first_of(" \n\t"), message.size());
+    text += without_middle(message.substr(0, end), kLongestWord);
+    const auto next = std::min(message.find_first_not_of(" \n\t", end), message.size());
+    text += message.substr(end, next - end);
+    message.remove_prefix(next);
+  }
+  return without_middle(text, kLongestMessage);
 }
 
 std::string printable_lines(std::string_view text) {

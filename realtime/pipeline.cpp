@@ -33,6 +33,11 @@ constexpr std::size_t kEventQueue = 1024;
 constexpr milliseconds kMostBehind{4000};  ///< the first tick begins at most this long before now
 constexpr nanoseconds kProgressEvery{250'000'000};
 
+/// The simulated time, skipped ticks included.
+nanoseconds simulated_in(const RunCounters& counters, nanoseconds tick) {
+  return static_cast<std::int64_t>(counters.ticks + counters.skipped_ticks) * tick;
+}
+
 }  // namespace
 
 bool RunReport::complete() const {
@@ -285,9 +290,11 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
     }
     if (parameters.on_progress && now - last_progress >= kProgressEvery) {
       last_progress = now;
+      const RunCounters counted = counters();
       parameters.on_progress({.probes = probes.readings(),
                               .wall = now - loop_start,
-                              .counters = counters(),
+                              .simulated = simulated_in(counted, model.parameters().tick),
+                              .counters = counted,
                               .wake_up = statistics.wake_up.snapshot(),
                               .tick = statistics.tick.snapshot()});
     }
@@ -326,8 +333,7 @@ void Pipeline::Parts::finish(RunReport& report) {
   report.smallest_delay = delays.quantile(0.0);
   report.median_delay = delays.quantile(0.5);
   report.largest_delay = delays.longest();
-  report.simulated =
-      static_cast<std::int64_t>(report.ticks + report.skipped_ticks) * model.parameters().tick;
+  report.simulated = simulated_in(report, model.parameters().tick);
   sinks.finish(report, parameters.ending_patience, hurry);
 }
 

@@ -92,6 +92,7 @@ struct RunProgress {
   };
   std::vector<OfProbe> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began
+  std::chrono::nanoseconds simulated{0};
   RunCounters counters;
   LatencyHistogram::Snapshot wake_up;
   LatencyHistogram::Snapshot tick;

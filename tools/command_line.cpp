@@ -220,12 +220,12 @@ int run_command_line(int argc, char** argv, const std::function<void(CommandLine
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);
+    if (error.get_exit_code() == 0) return after_output(program.exit(error));
     const std::string unknown = unknown_word(program, argc, argv);
     if (!unknown.empty()) return refuse(unknown);
     return refuse(sentence_of(program, error));
   }
-  return line.choice_->action();
+  return after_output(line.choice_->action());
 }
 
 }  // namespace merkel

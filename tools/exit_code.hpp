@@ -18,5 +18,10 @@ int refuse(const std::string& sentence);
 int refuse(const SetupError& error);
 /// The same for a failure at run time. \return 1
 int fail(const std::string& sentence);
+/// Prints "merkel: sentence" to stderr, and the command goes on.
+void warn(const std::string& sentence);
+/// Writes what standard output still buffers. \return the exit code; 1 where it was 0 and output is
+/// lost: printed with the reason, except for a reader that has closed its pipe
+int after_output(int exit_code);
 
 }  // namespace merkel

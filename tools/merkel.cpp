@@ -2,6 +2,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
+#include <system_error>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -58,6 +59,13 @@ int main(int argc, char** argv) {
       merkel::add_self_test_command(program);
       merkel::add_completion_command(program);
     });
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::resource_unavailable_try_again)
+      return merkel::fail(error.what());
+    merkel::warn(
+        "the system refuses another thread: every probe and every sink needs one; use fewer of them, "
+        "or raise the limits of processes and memory (ulimit -u, ulimit -v, TasksMax of a service)");
+    return merkel::kRefused;
   } catch (const std::exception& error) {
     return merkel::fail(error.what());
   }

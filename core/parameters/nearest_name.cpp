@@ -34,6 +34,9 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
     if (name.size() <= 3 && !candidate.starts_with(name.substr(0, 1))) continue;
     // A prefix, such as "delay" of "delay_ms", is near however much is missing.
     const bool begins = name.size() >= 3 && candidate.starts_with(name);
+    // At least as many edits as one is longer than the other: a name of a megabyte takes no time.
+    const auto [shorter, longer] = std::minmax({name.size(), candidate.size()});
+    if (!begins && longer - shorter >= fewest) continue;
     const std::size_t distance = begins ? 1 : edits(name, candidate);
     if (distance < fewest) {
       fewest = distance;

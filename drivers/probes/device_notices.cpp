@@ -5,6 +5,11 @@
 #include "drivers/printable_text.hpp"
 
 namespace merkel {
+namespace {
+
+constexpr std::size_t kLongest = 8000;  ///< far beyond a shortened sentence
+
+}  // namespace
 
 void DeviceNotices::add(const std::string& sentence, std::chrono::nanoseconds now) {
   const std::scoped_lock lock(mutex_);
@@ -21,7 +26,7 @@ void DeviceNotices::add(const std::string& sentence, std::chrono::nanoseconds no
     return;
   }
   ++passed_;
-  sentences_.push_back(printable_text(sentence));
+  sentences_.push_back(printable_text(shortened(sentence), kLongest));
 }
 
 void DeviceNotices::dropped(std::uint64_t count) {

@@ -41,11 +41,11 @@ SetupError no_valid_data(const FailedOpening& opening) {
                  ", so use protocol=" + std::string(likely));
   }
   if (counts.readings == 0 && counts.refused > 0) {
-    return error(device + " sends values outside the range of any probe (" +
-                 std::to_string(counts.refused) + " readings): check its units" +
-                 (opening.protocol == "csv"
-                      ? "; for raw counts, use columns=force_mN and then merkel calibrate"
-                      : ""));
+    return error(device + " has sent " + std::to_string(counts.refused) +
+                 " readings, each beyond 10 kN or 1 m: check its units (is the unit mN or µm?)" +
+                 (opening.protocol == "csv" ? ", and name them, for example columns=force_mN; "
+                                              "for raw counts, use that and merkel calibrate"
+                                            : ""));
   }
   return error(device + " sent " + std::to_string(counts.bytes) + " bytes in " + seconds +
                " that are not " + opening.protocol + " readings: check " + opening.hint);

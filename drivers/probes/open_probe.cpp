@@ -1,5 +1,6 @@
 #include "drivers/probes/open_probe.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "drivers/lsl_library.hpp"
@@ -65,6 +66,25 @@ Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
   auto probe = open_any(text);
   if (!probe || (*probe)->info().replayed) return probe;
   return std::make_unique<MeasuredProbe>(std::move(*probe));
+}
+
+std::vector<std::string> files_of_probe(std::string_view text) {
+  const auto uri = Uri::parse(text);
+  if (!uri) return {};
+  std::vector<std::string> files;
+  if (uri->scheme == "replay") files.push_back(uri->path);
+  if (const auto calibration = uri->options.find("calibration");
+      calibration != uri->options.end()) {
+    files.push_back(calibration->second);
+  }
+  if (uri->scheme != "fused") return files;
+  std::string_view members = text.substr(text.find(':') + 1);
+  while (!members.empty()) {
+    const std::string_view member = members.substr(0, members.find('|'));
+    for (std::string& file : files_of_probe(member)) files.push_back(std::move(file));
+    members.remove_prefix(std::min(member.size() + 1, members.size()));
+  }
+  return files;
 }
 
 }  // namespace merkel

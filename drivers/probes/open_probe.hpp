@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/probe.hpp"
@@ -13,5 +14,9 @@ namespace merkel {
 /// usb:VID:PID, udp:HOST:PORT, tcp:HOST:PORT, fused:URI|URI. With the option live=1, a recording
 /// plays like a device: in real time, losing samples that are not read. Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri);
+
+/// The files that the probe of a URI reads: recordings and calibrations, of the members of a fused
+/// probe too.
+[[nodiscard]] std::vector<std::string> files_of_probe(std::string_view uri);
 
 }  // namespace merkel

@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "drivers/probes/sample_meter.hpp"
 #include "drivers/sessions/session_samples.hpp"
@@ -17,6 +19,7 @@ constexpr std::size_t kFirst = 256;         ///< samples from which regularity i
 constexpr std::size_t kFewestSamples = 20;  ///< fewer samples: written by hand
 constexpr double kRegular = 0.9;            ///< share of steps within a factor of two of the median
 constexpr nanoseconds kSparse{50'000'000};
+constexpr nanoseconds kLongGap = std::chrono::minutes{1};
 
 /// The median time step, which dropouts and jitter do not affect.
 std::optional<nanoseconds> median_period(std::span<const ProbeSample> samples) {
@@ -138,8 +141,22 @@ void ReplayProbe::take_over(std::span<ProbeSample> samples) {
     if (!sample.has(ProbeSample::kDepth)) sample.depth_mm = 0.0;
   }
   std::vector<std::string> notices = source_->take_notices();
+  if (auto gap = gap_in(samples); !gap.empty()) notices.push_back(std::move(gap));
   const std::lock_guard lock(mutex_);
   for (std::string& notice : notices) notices_.push_back(std::move(notice));
+}
+
+/// The first long gap in time, as a notice: all of it is simulated, and often it is a wrong unit.
+std::string ReplayProbe::gap_in(std::span<const ProbeSample> samples) {
+  for (const ProbeSample& sample : samples) {
+    const auto before = std::exchange(last_time_, sample.time);
+    if (gap_noted_ || !before || sample.time - *before <= kLongGap) continue;
+    gap_noted_ = true;
+    return info_.name + " has no sample from " + shortest_decimal(units::s_from(*before)) +
+           " s to " + shortest_decimal(units::s_from(sample.time)) +
+           " s, and all of this time is simulated: is its unit s?";
+  }
+  return {};
 }
 
 std::vector<std::string> ReplayProbe::take_notices() {

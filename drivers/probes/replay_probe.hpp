@@ -49,6 +49,7 @@ class ReplayProbe final : public Probe {
   ReplayProbe(std::unique_ptr<SampleSource> source, std::vector<ProbeSample> first, ProbeInfo info,
               std::size_t chunk);
   void take_over(std::span<ProbeSample> samples);
+  [[nodiscard]] std::string gap_in(std::span<const ProbeSample> samples);
 
   std::unique_ptr<SampleSource> source_;
   std::vector<ProbeSample> first_;  ///< read at opening, not yet handed over
@@ -58,6 +59,8 @@ class ReplayProbe final : public Probe {
   std::optional<std::chrono::nanoseconds>
       valid_for_;  ///< used if the recording has no validity period
   std::string error_message_;
+  std::optional<std::chrono::nanoseconds> last_time_;
+  bool gap_noted_ = false;
   std::mutex mutex_;  ///< guards the rest
   std::vector<std::string> notices_;
 };

@@ -6,6 +6,7 @@
 #include "drivers/files/dated_name.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/lsl_library.hpp"
+#include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/phy_spike_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/text_spike_sink.hpp"
@@ -102,25 +103,11 @@ void recover_runs(const Scheme& scheme, const Uri& uri, const SinkSetup& setup) 
   }
 }
 
-/// Adds the files of a probe: a recording, or the members of a fused probe.
-void add_files_of_probe(std::string_view text, std::vector<std::string>& files) {
-  const auto uri = Uri::parse(text);
-  if (!uri) return;
-  if (uri->scheme == "replay") files.push_back(uri->path);
-  if (uri->scheme != "fused") return;
-  std::string_view members = text.substr(text.find(':') + 1);
-  while (!members.empty()) {
-    const std::string_view member = members.substr(0, members.find('|'));
-    add_files_of_probe(member, files);
-    members.remove_prefix(std::min(member.size() + 1, members.size()));
-  }
-}
-
 /// The files that a run reads.
 std::vector<std::string> inputs_of(const SinkSetup& setup) {
   std::vector<std::string> files = setup.inputs;
   for (const ProbeInfo& probe : setup.run.probes) {
-    add_files_of_probe(probe.uri, files);
+    for (std::string& file : files_of_probe(probe.uri)) files.push_back(std::move(file));
     if (!probe.calibration_file.empty()) files.push_back(probe.calibration_file);
   }
   return files;

@@ -31,22 +31,34 @@ bool has_object(hid_t file, const std::string& path) {
   }
 }
 
+/// A list of numbers, or what is there instead.
 template <class Value>
-std::optional<std::vector<Value>> numbers(hid_t file, const std::string& path, hid_t type) {
-  if (!has_object(file, path)) return std::nullopt;
+Expected<std::vector<Value>, std::string> numbers(hid_t file, const std::string& path, hid_t type) {
+  const auto fault = [&](const std::string& what) {
+    return Unexpected<std::string>(path + " " + what);
+  };
+  if (!has_object(file, path)) return fault("is missing");
   const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!dataset.valid()) return std::nullopt;
+  if (!dataset.valid()) return fault("is not a dataset");
   const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
   const Hdf5Handle own_type(H5Dget_type(dataset.id()), H5Tclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space.id());
+  const int dimensions = H5Sget_simple_extent_ndims(space.id());
   const H5T_class_t kind = H5Tget_class(own_type.id());
-  if (count < 0 || (kind != H5T_INTEGER && kind != H5T_FLOAT)) return std::nullopt;
+  if (kind != H5T_INTEGER && kind != H5T_FLOAT) return fault("does not hold numbers");
+  if (dimensions != 1) {
+    return fault(dimensions == 0 ? "is a single value instead of a list"
+                                 : "has " + std::to_string(dimensions) +
+                                       " dimensions instead of one: store a list");
+  }
   // A file of a few bytes can declare any number of values.
   const std::uint64_t stored_bytes = H5Dget_storage_size(dataset.id());
-  if (static_cast<std::uint64_t>(count) / kMostCompression > stored_bytes) return std::nullopt;
+  if (count < 0 || static_cast<std::uint64_t>(count) / kMostCompression > stored_bytes) {
+    return fault("declares more values than the file can hold");
+  }
   std::vector<Value> values(static_cast<std::size_t>(count));
   if (count > 0 && H5Dread(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
-    return std::nullopt;
+    return fault("is damaged");
   }
   return values;
 }
@@ -104,39 +116,54 @@ bool add(SpikeFile& file, double time_ns, std::uint64_t neuron) {
   return true;
 }
 
-/// Reads the first population; nodes count from 0.
-bool read_sonata(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
+Unexpected<std::string> impossible(std::uint64_t spike) {
+  return Unexpected<std::string>("spike " + std::to_string(spike) +
+                                 " has an impossible time or number of its neuron");
+}
+
+/// Reads the first population; nodes count from 0. Fails with what is wrong.
+Expected<void, std::string> read_sonata(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   file.format = "SONATA";
-  const auto population = first_member(hdf5, "/spikes");
-  if (!population) return false;
+  const auto population =
+      has_object(hdf5, "/spikes") ? first_member(hdf5, "/spikes") : std::optional<std::string>();
+  if (!population) return Unexpected<std::string>("it has neither /spikes nor /units");
   const std::string group = "/spikes/" + *population;
   const auto times_ms = numbers<double>(hdf5, group + "/timestamps", H5T_NATIVE_DOUBLE);
+  if (!times_ms) return Unexpected<std::string>(times_ms.error());
   const auto nodes = numbers<std::uint64_t>(hdf5, group + "/node_ids", H5T_NATIVE_UINT64);
-  if (!times_ms || !nodes || times_ms->size() != nodes->size()) return false;
+  if (!nodes) return Unexpected<std::string>(nodes.error());
+  if (times_ms->size() != nodes->size()) {
+    return Unexpected<std::string>(group + " has " + std::to_string(times_ms->size()) +
+                                   " timestamps, but " + std::to_string(nodes->size()) +
+                                   " node_ids");
+  }
   for (const char* const name : RecordedZero::kNames) {
     if (const auto value = attribute(hdf5, group, name)) zero.take(name, *value);
   }
   for (std::size_t i = 0; i < nodes->size(); ++i) {
-    if (!add(file, (*times_ms)[i] * 1e6, (*nodes)[i] + 1)) return false;
+    if (!add(file, (*times_ms)[i] * 1e6, (*nodes)[i] + 1)) return impossible(i);
   }
-  return true;
+  return {};
 }
 
-/// Reads the units, which count from 0.
-bool read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
+/// Reads the units, which count from 0. Fails with what is wrong.
+Expected<void, std::string> read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
   file.format = "NWB";
   const auto times_s = numbers<double>(hdf5, "/units/spike_times", H5T_NATIVE_DOUBLE);
+  if (!times_s) return Unexpected<std::string>(times_s.error());
   const auto ends = numbers<std::uint64_t>(hdf5, "/units/spike_times_index", H5T_NATIVE_UINT64);
-  if (!times_s || !ends) return false;
+  if (!ends) return Unexpected<std::string>(ends.error());
   zero.take_all(dataset_text(hdf5, "/general/notes").value_or(""));
   std::uint64_t i = 0;
   for (std::size_t unit = 0; unit < ends->size(); ++unit) {
-    if ((*ends)[unit] < i || (*ends)[unit] > times_s->size()) return false;
+    if ((*ends)[unit] < i || (*ends)[unit] > times_s->size()) {
+      return Unexpected<std::string>("/units/spike_times_index does not fit spike_times");
+    }
     for (; i < (*ends)[unit]; ++i) {
-      if (!add(file, (*times_s)[i] * 1e9, unit + 1)) return false;
+      if (!add(file, (*times_s)[i] * 1e9, unit + 1)) return impossible(i);
     }
   }
-  return true;
+  return {};
 }
 
 }  // namespace
@@ -148,10 +175,11 @@ Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
   if (!hdf5.valid()) return bad_input("cannot read " + path + ": HDF5 refused");
   SpikeFile file;
   RecordedZero zero;
-  const bool read = has_object(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)
+  const auto read = has_object(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)
                                                     : read_sonata(hdf5.id(), file, zero);
   if (!read) {
-    return bad_input(path + " has no spikes of SONATA (/spikes) or NWB (/units), or is damaged");
+    return bad_input(path + " has no spikes of SONATA (/spikes) or NWB (/units), or is damaged: " +
+                     read.error());
   }
   file.from_start = zero.apply(file.spikes);
   return file;

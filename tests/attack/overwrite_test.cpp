@@ -32,7 +32,9 @@ TEST(Overwrite, AnOutputThatIsAnInputIsRefusedByItsIdentity) {
   SinkSetup of_calibration{.neurons = 1, .overwrite = true, .run = {}};
   of_calibration.run.probes = {{.uri = "sim:ramp", .calibration_file = input}};
   const SinkSetup of_scene{.neurons = 1, .overwrite = true, .run = {}, .inputs = {input}};
-  for (const SinkSetup& setup : {of_probe, of_fused, of_calibration, of_scene}) {
+  SinkSetup of_option = of_probe;
+  of_option.run.probes = {{.uri = "serial:/dev/ttyS9?protocol=hbf1&calibration=" + input}};
+  for (const SinkSetup& setup : {of_probe, of_fused, of_calibration, of_option, of_scene}) {
     for (const std::string& name : names) {
       for (const char* scheme : {"csv:", "gdf:", "xdf:", "stim-csv:"}) {
         EXPECT_NE(refusal_of(scheme + name, setup).find("would destroy its input"),

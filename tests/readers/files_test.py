@@ -2,6 +2,7 @@
 import glob
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import time
@@ -34,6 +35,25 @@ class Files(merkel_program.TestCase):
         spikes = spikes_of_csv(self.path("s.csv"))
         self.assertGreater(len(spikes), 100)
         return spikes
+
+    def test_hdf5_files_whose_spikes_are_no_list_say_so(self):
+        self.record("sonata:" + self.path("s.h5"), "nwb:" + self.path("s.nwb"))
+        for name, dataset, value, sentence in (
+                ("s.h5", "/spikes/sai/timestamps", np.ones((2, 3)), "has 2 dimensions instead of one: store a list"),
+                ("s.h5", "/spikes/sai/timestamps", 5.0, "is a single value instead of a list"),
+                ("s.h5", "/spikes/sai/timestamps", np.array([b"x"]), "does not hold numbers"),
+                ("s.h5", "/spikes/sai/node_ids", np.arange(3), "timestamps, but 3 node_ids"),
+                ("s.nwb", "/units/spike_times", np.ones((2, 3)), "has 2 dimensions instead of one: store a list"),
+                ("s.nwb", "/units/spike_times_index", 7, "is a single value instead of a list")):
+            copy = self.path("damaged-" + name)
+            shutil.copy(self.path(name), copy)
+            with h5py.File(copy, "a") as file:
+                path = dataset if dataset in file else "/spikes/" + next(iter(file["/spikes"])) + dataset[dataset.rindex("/"):]
+                del file[path]
+                file[path] = value
+            done = merkel_program.run("compare", copy, self.path("s.csv"))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(sentence, done.stderr)
 
     def test_neo_reads_gdf(self):
         spikes = self.record("gdf:" + self.path("s.gdf"))

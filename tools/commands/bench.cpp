@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/simd/simd_target.hpp"
@@ -10,6 +13,7 @@
 #include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
+#include "tools/number_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/fma_peak.hpp"
 #include "tools/studies/bench/population_cost.hpp"
@@ -20,6 +24,7 @@ namespace {
 
 struct BenchOptions {
   bool json = false;
+  bool set_up = false;
   std::string target;
   std::optional<double> neurons;  ///< empty: several sizes, and the ticks
   std::string method = std::string(name_of(IntegrationMethod::kCrankNicolson));
@@ -71,6 +76,37 @@ DefaultCost default_cost() {
   model.tick = kShortTick;
   cost.short_tick = 1e6 * tick_cost(model, {&press, 1})->median_s;
   return cost;
+}
+
+/// The time to build the model of each preset, ms: the median of three.
+std::vector<std::pair<std::string, double>> set_up_times() {
+  std::vector<std::pair<std::string, double>> times;
+  for (const std::string& name : preset_names()) {
+    const TactileModel::Parameters model = preset_scene(name)->model;
+    std::array<double, 3> runs_ms{};
+    for (double& run_ms : runs_ms) {
+      const auto begin = std::chrono::steady_clock::now();
+      static_cast<void>(TactileModel::create(model));
+      run_ms = units::ms_from(std::chrono::steady_clock::now() - begin);
+    }
+    std::sort(runs_ms.begin(), runs_ms.end());
+    times.emplace_back(name, runs_ms[1]);
+  }
+  return times;
+}
+
+int bench_set_up(bool json) {
+  const auto times = set_up_times();
+  if (json) {
+    Json all;
+    for (const auto& [name, ms] : times) all["set_up_ms"][name] = ms;
+    std::fputs(json_text(all).c_str(), stdout);
+    return kDone;
+  }
+  for (const auto& [name, ms] : times) {
+    std::printf("preset %s: set-up %s ms\n", name.c_str(), number_text(ms).c_str());
+  }
+  return kDone;
 }
 
 /// The cost of a tick of the whole hand, µs.
@@ -214,6 +250,7 @@ void print_text(const BenchOptions& options, const BenchResult& result) {
 }
 
 int bench(const BenchOptions& options) {
+  if (options.set_up) return bench_set_up(options.json);
   if (auto forced = force_simd_target(options.target); !forced) return refuse(forced.error());
   const auto method = integration_method_named(options.method);
   if (!method) {
@@ -253,6 +290,7 @@ void add_bench_command(CommandLine& program) {
               "Measure only populations of this size; default: 20 to 17000, and ticks", {1.0, 1e6})
       .option("--method", options->method, "Integration method of the populations")
       .option("--step-us", options->step_us, "Step of the populations, µs", {0.1, 1000.0})
+      .flag("--set-up", options->set_up, "Measure only the set-up of every preset")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return bench(*options); });
 }

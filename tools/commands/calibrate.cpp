@@ -102,6 +102,9 @@ int calibrate(const CalibrateOptions& options) {
   if (!calibration.channels[channel]) {
     return refuse("the device at " + options.uri + " does not measure " + options.channel);
   }
+  if (const auto safe = check_not_input(options.file, files_of_probe(options.uri)); !safe) {
+    return refuse(safe.error());
+  }
   auto file = OutputFile::create(options.file, options.overwrite);
   if (!file) return refuse(file.error());
 

@@ -1,7 +1,5 @@
 #include "tools/commands/command.hpp"
 
-#include <cstdio>
-
 #include "realtime/threads/spinning_team.hpp"
 #include "tools/scene/scene_presets.hpp"
 
@@ -10,7 +8,7 @@ namespace merkel {
 Expected<Scene, SetupError> given_scene(const std::string& name_or_file) {
   auto scene = scene_named(name_or_file);
   if (scene && !scene->notice.empty()) {
-    std::fprintf(stderr, "merkel: %s\n", scene->notice.c_str());
+    warn(scene->notice);
   }
   return scene;
 }

@@ -134,9 +134,7 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
     for (std::size_t i = 0; i < *count; ++i)
       forces_N.push_back(units::N_from_mN(samples[i].force_mN));
     measured.timing = (*probe)->timing();
-    for (const std::string& sentence : (*probe)->take_notices()) {
-      std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
-    }
+    for (const std::string& sentence : (*probe)->take_notices()) warn(sentence);
   }
   measured.counts = (*probe)->device_counts();
   measured.noise_N = deviation_of(forces_N);
@@ -241,6 +239,9 @@ int connect(const ConnectOptions& options) {
     uri = recognised(*address, options);
   }
   if (!uri) return refuse(uri.error());
+  if (const auto safe = check_not_input(options.out, files_of_probe(*uri)); !safe) {
+    return refuse(safe.error());
+  }
   const auto measured = measure(*uri);
   if (!measured) return refuse(measured.error());
   print(*measured);

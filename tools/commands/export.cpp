@@ -20,10 +20,6 @@ struct ExportOptions {
   bool allow_remote = false;
 };
 
-void print_notice(const std::string& sentence) {
-  std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
-}
-
 int export_session(const ExportOptions& options) {
   if (options.time_zero != "session" && options.time_zero != "unix" &&
       options.time_zero != "device") {
@@ -54,7 +50,7 @@ int export_session(const ExportOptions& options) {
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
                                 .run = *run,
-                                .notice = print_notice,
+                                .notice = warn,
                                 .inputs = {options.session},
                                 .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
                                              : options.time_zero == "device" ? TimeZero::kDevice

@@ -114,6 +114,8 @@ int fit_command(const FitCommand& command) {
   if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());
+  const std::string inputs[] = {command.scene, command.data};
+  if (const auto safe = check_not_input(command.out, inputs); !safe) return refuse(safe.error());
   const bool compares = !recordings->trials.empty();
   if (!command.report.empty() && !compares) {
     return refuse(
@@ -129,9 +131,10 @@ int fit_command(const FitCommand& command) {
     std::error_code ignored;
     std::filesystem::create_directories(folder.folder, ignored);
     for (const char* const table : kTrialTables) {
-      if (auto free = check_not_taken(folder.path(table), command.overwrite); !free) {
-        return refuse(free.error());
-      }
+      const std::string path = folder.path(table);
+      auto free = check_not_taken(path, command.overwrite);
+      if (free) free = check_not_input(path, inputs);
+      if (!free) return refuse(free.error());
     }
   }
   auto out = OutputFile::create(command.out, command.overwrite);

@@ -51,9 +51,7 @@ class Recording {
                            .overwrite = options.overwrite,
                            .allow_remote = false,
                            .run = std::move(run),
-                           .notice = [](const std::string& sentence) {
-                             std::fprintf(stderr, "merkel: %s\n", sentence.c_str());
-                           }});
+                           .notice = warn});
     if (!sink) return Unexpected<SetupError>(sink.error());
     recording.sink_ = std::move(*sink);
     recording.replayed_ = probe.info().replayed;

@@ -27,6 +27,10 @@ std::vector<std::string> StatusLine::fields(const RunProgress& now) {
     return seconds > 0.0 ? static_cast<double>(later - earlier) / seconds : 0.0;
   };
   std::vector<std::string> fields = {fmt::format("{:.0f} s", units::s_from(now.wall))};
+  // As fast as possible, or behind.
+  if (now.simulated > now.wall + std::chrono::seconds{5}) {
+    fields.push_back(fmt::format("simulated {:.0f} s", units::s_from(now.simulated)));
+  }
   if (!now.probes.empty()) {
     const RunProgress::OfProbe& probe = now.probes.front();
     fields.push_back(bar_.text(reading_of(probe)));

@@ -8,6 +8,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "drivers/printable_text.hpp"
+
 namespace merkel {
 namespace {
 
@@ -65,7 +67,7 @@ void TerminalLine::show(const std::vector<std::string>& fields) {
 
 void TerminalLine::print_line(const std::string& sentence) {
   const bool line = on_terminal_ && !shown_.empty();
-  std::fprintf(stderr, "%s%s\n", line ? "\r\033[K" : "", sentence.c_str());
+  std::fprintf(stderr, "%s%s\n", line ? "\r\033[K" : "", shortened(sentence).c_str());
   if (line) std::fputs(cut(shown_, columns_now()).c_str(), stderr);
   std::fflush(stderr);
 }

@@ -11,6 +11,7 @@
 namespace merkel {
 namespace {
 
+constexpr std::uint64_t kTicksToInterrupt = 64;
 constexpr std::size_t kMostWaiting = 4096;  ///< samples of one probe while another is behind
 
 }  // namespace
@@ -86,24 +87,22 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
   if (std::string fault = fault_of(probe, sample); !fault.empty()) {
     return bad_input(std::move(fault));
   }
-  spikes_.clear();
-  commands_.clear();
+  begin_call();
   if (line.channel.samples.size_approx() >= kMostWaiting ||
       !line.channel.samples.try_push(sample)) {
     return bad_input(line.name + " is " + std::to_string(kMostWaiting) +
                      " samples ahead of another probe: push the samples of all probes in turn");
   }
   line.last = sample.time;
-  while (ready()) simulate();
+  while (may_go_on()) simulate();
   return std::span<const SpikeEvent>(spikes_);
 }
 
 std::span<const SpikeEvent> SampleStream::finish() {
-  spikes_.clear();
-  commands_.clear();
+  begin_call();
   for (const auto& line : lines_) line->channel.ended.store(true, std::memory_order_release);
-  while (!exhausted() && ready()) simulate();
-  if (encoder_) {
+  while (!exhausted() && may_go_on()) simulate();
+  if (encoder_ && !interrupted_) {
     const auto last = encoder_->finish();
     commands_.insert(commands_.end(), last.begin(), last.end());
   }
@@ -136,6 +135,19 @@ bool SampleStream::ready() {
   const auto end = *next_ + model_->parameters().tick;
   return std::all_of(lines_.begin(), lines_.end(),
                      [end](const auto& line) { return line->input.ready_for(end); });
+}
+
+void SampleStream::begin_call() {
+  if (!std::exchange(interrupted_, false)) {
+    spikes_.clear();
+    commands_.clear();
+  }
+}
+
+bool SampleStream::may_go_on() {
+  if (!ready()) return false;
+  if (interrupt_ && ticks_ % kTicksToInterrupt == 0) interrupted_ = interrupt_();
+  return !interrupted_;
 }
 
 void SampleStream::simulate() {

@@ -2,10 +2,12 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/encoding/stimulation_encoder.hpp"
@@ -44,6 +46,10 @@ class SampleStream {
   [[nodiscard]] std::span<const StimulationCommand> commands() const noexcept { return commands_; }
   /// Null if the scene has no electrodes.
   [[nodiscard]] const StimulationEncoder* encoder() const noexcept { return encoder_.get(); }
+  /// Sets a function that is called every few milliseconds of simulation. If it returns true,
+  /// push() and finish() return early; the next call goes on, and also returns what the interrupted
+  /// one had simulated.
+  void set_interrupt(std::function<bool()> interrupt) { interrupt_ = std::move(interrupt); }
   /// Ends the stream: simulates up to the last sample. No sample may follow.
   [[nodiscard]] std::span<const SpikeEvent> finish();
 
@@ -59,6 +65,10 @@ class SampleStream {
   [[nodiscard]] std::string fault_of(std::size_t probe, const ProbeSample& sample) const;
   [[nodiscard]] bool ready();
   [[nodiscard]] bool exhausted() const;
+  /// Forgets what the last call returned, unless it was interrupted.
+  void begin_call();
+  /// Whether a tick is due and no one interrupts.
+  [[nodiscard]] bool may_go_on();
   void simulate();
   void encode(std::span<const SpikeEvent> spikes);
 
@@ -73,6 +83,8 @@ class SampleStream {
   std::uint64_t ticks_ = 0;
   std::vector<SpikeEvent> spikes_;
   std::vector<StimulationCommand> commands_;
+  std::function<bool()> interrupt_;
+  bool interrupted_ = false;
 
  public:
   SampleStream(SampleStream&&) noexcept;

@@ -12,9 +12,7 @@ True
 Times are in s, lengths in mm, forces in N. Neurons are numbered from 1, probes and patches from 0. Errors
 raise merkel.Error with the message that the program would print.
 """
-import functools as _functools
-import re as _re
-
+from . import _arguments
 from ._merkel import Bridge, Error, Output, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect
 from ._batch import Batch, Result, batch
@@ -23,25 +21,18 @@ from ._streams import RecordedStream, load_streams
 __all__ = ["Batch", "Bridge", "Error", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "load_streams", "presets"]
 
 
-def _named(function):
-    """Reports a wrong keyword as the program reports a wrong key of a scene: with the known ones."""
-    signature = (function.__doc__ or "").partition("\n")[0]
-    known = [name for name in _re.findall(r"(\w+): ", signature) if name != "self"]
-
-    @_functools.wraps(function)
-    def checked(*arguments, **keywords):
-        for name in keywords:
-            if name not in known:
-                raise Error(f"{function.__name__}() has no keyword {name}; the known ones are {', '.join(known)}")
-        return function(*arguments, **keywords)
-    return checked
+for _class in (Bridge, Run, Scene, Session, Stream):
+    for _name, _method in list(vars(_class).items()):
+        if isinstance(_method, staticmethod):
+            setattr(_class, _name, staticmethod(_arguments.checked(getattr(_class, _name), is_method=False)))
+        elif callable(_method) and (not _name.startswith("_") or _name in ("__getitem__", "__setitem__", "__init__")):
+            if (_method.__doc__ or "").startswith(_name + "("):
+                _title = {"__init__": "Scene()", "__getitem__": "scene[key]", "__setitem__": "scene[key]"}.get(_name)
+                setattr(_class, _name, _arguments.checked(getattr(_class, _name), _title))
+load, presets, _connect = (_arguments.checked(each, is_method=False) for each in (load, presets, _connect))
 
 
-for _class, _names in ((Scene, ("run",)), (Stream, ("push",)), (Bridge, ("read", "mark", "tare")), (Run, ("rate", "psth", "times"))):
-    for _name in _names:
-        setattr(_class, _name, _named(getattr(_class, _name)))
-
-
+@_arguments.checked_by_signature
 def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False,
             most_unread=1_000_000):
     """Starts the real-time pipeline: probe -> model -> sinks, and spikes and stimulation to Python.
@@ -59,7 +50,7 @@ def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False,
     """
     if not isinstance(scene, Scene):
         scene = Scene(scene)
-    return _connect(_uris(probe, scene), scene, sinks=list(sinks), duration_s=duration_s, overwrite=overwrite,
+    return _connect(_uris(probe, scene), scene, sinks=[sinks] if isinstance(sinks, str) else sinks, duration_s=duration_s, overwrite=overwrite,
                     allow_remote=allow_remote, most_unread=most_unread)
 
 
@@ -68,6 +59,9 @@ def _uris(probe, scene):
     if isinstance(probe, str):
         return [probe]
     if not isinstance(probe, dict):
+        if not hasattr(probe, "__iter__"):
+            raise Error("connect(): probe must be a URI, a list of URIs or a dict from patches to URIs, but is "
+                        + repr(probe))
         return list(probe)
     patches = [scene[f"probe[{i}].patch"] for i in range(scene.probes)]
     unknown = [patch for patch in probe if patch not in patches]

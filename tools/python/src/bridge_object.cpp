@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <pybind11/stl.h>
+#include <unistd.h>
 
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
@@ -73,7 +74,10 @@ class BridgeObject::Outlet final : public SpikeSink {
 };
 
 BridgeObject::BridgeObject(Scene scene, const Options& options)
-    : most_unread_(options.most_unread) {
+    : most_unread_(options.most_unread), process_(::getpid()) {
+  if (most_unread_ == 0) {
+    throw Error("most_unread must be at least 1, but is 0: no spike could reach Python");
+  }
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
   run_ = std::make_unique<PreparedRun>(or_throw(prepare_run(std::move(scene), {})));
@@ -86,8 +90,9 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
   run_->parameters.on_sink_failure = [notice](const std::string& uri, const std::string& error) {
     notice("the sink " + uri + " was closed and the run continues: " + error);
   };
-  if (options.duration_s)
-    run_->parameters.duration = units::nanoseconds_from_s(*options.duration_s);
+  if (const auto duration = duration_of(options.duration_s)) {
+    run_->parameters.duration = duration;
+  }
   pipeline_ = std::make_unique<Pipeline>(*run_->model, run_->parameters);
   run_->add_probes_to(*pipeline_);
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run_->model->neurons()),
@@ -106,7 +111,23 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
   thread_ = std::thread([this] { run(); });
 }
 
-BridgeObject::~BridgeObject() { stop(); }
+BridgeObject::~BridgeObject() {
+  if (::getpid() == process_) {
+    stop();
+    return;
+  }
+  // A forked process has a copy of everything but the threads: nothing here can be ended.
+  thread_.detach();
+  static_cast<void>(pipeline_.release());
+  static_cast<void>(run_.release());
+}
+
+void BridgeObject::check_process() const {
+  if (::getpid() == process_) return;
+  throw Error(
+      "this Bridge runs in the process that called connect(), not in this fork of it: connect in "
+      "this process");
+}
 
 void BridgeObject::run() {
   const auto report = pipeline_->run();
@@ -117,6 +138,7 @@ void BridgeObject::run() {
 }
 
 BridgeObject::Unread BridgeObject::read(nanoseconds patience) {
+  check_process();
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, patience, [this] { return !unread_.empty() || over_; });
   Unread unread = std::exchange(unread_, {});
@@ -133,11 +155,14 @@ bool BridgeObject::ended() {
 }
 
 void BridgeObject::stop() noexcept {
+  if (::getpid() != process_) return;
   pipeline_->request_stop();
+  const std::lock_guard lock(ending_);
   if (thread_.joinable()) thread_.join();
 }
 
 bool BridgeObject::started(nanoseconds patience) {
+  check_process();
   std::unique_lock lock(mutex_);
   return changed_.wait_for(lock, patience, [this] { return newest_ || over_; });
 }

@@ -15,6 +15,7 @@
 
 #include "drivers/run_control.hpp"
 #include "realtime/pipeline.hpp"
+#include "tools/python/src/initialised.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -51,7 +52,7 @@ class BridgeObject {
   [[nodiscard]] Unread read(std::chrono::nanoseconds patience);
   /// Whether the run is over and everything was fetched.
   [[nodiscard]] bool ended();
-  /// Ends the run and waits for its sinks.
+  /// Ends the run and waits for its sinks. Any number of threads may call it at once.
   void stop() noexcept;
 
   /// Waits for the first tick, for so long at most. False if there is none yet.
@@ -66,6 +67,8 @@ class BridgeObject {
  private:
   class Outlet;
   void run();
+  /// \throws Error in a process that was forked from the one of the run: it has no threads
+  void check_process() const;
 
   std::unique_ptr<PreparedRun> run_;
   std::unique_ptr<Pipeline> pipeline_;
@@ -80,10 +83,16 @@ class BridgeObject {
   std::optional<std::chrono::nanoseconds> newest_;  ///< end of the newest tick
   std::string error_;
   bool over_ = false;
+  std::mutex ending_;  ///< guards thread_
   std::thread thread_;
+  const int process_;  ///< that started the threads
 };
 
 /// Adds Bridge and connect() to the module.
 void add_bridge(pybind11::module_& module);
 
 }  // namespace merkel::python
+
+template <>
+struct pybind11::detail::type_caster<merkel::python::BridgeObject>
+    : merkel::python::Initialised<merkel::python::BridgeObject> {};

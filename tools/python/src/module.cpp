@@ -122,8 +122,12 @@ Scene("finger", overrides={"skin.radius_mm": 9}).)")
            py::arg("sinks") = std::vector<std::string>(), py::arg("overwrite") = false, kRunHelp)
       .def(
           "stream",
-          [](const SceneObject& scene) { return std::make_unique<StreamObject>(scene.scene()); },
-          "Builds the model and returns a Stream to push samples into.")
+          [](const SceneObject& scene, double max_gap_s) {
+            return std::make_unique<StreamObject>(scene.scene(), max_gap_s);
+          },
+          py::kw_only(), py::arg("max_gap_s") = StreamObject::kMaxGap_s,
+          "Builds the model and returns a Stream to push samples into. A sample more than max_gap_s "
+          "seconds after its probe's last one raises Error.")
       .def("__copy__", [](const SceneObject& scene) { return scene; })
       .def(py::pickle(
           [](const SceneObject& scene) { return py::str(scene_text(scene.scene())); },

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 
 #include "core/expected.hpp"
 #include "core/scene/model_parameters.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "tools/python/src/row.hpp"
 
@@ -49,7 +51,7 @@ void add_output(pybind11::module_& module);
 /// The module's exception: the sentence that the program would print.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(const std::string& sentence) : std::runtime_error(shortened(sentence)) {}
 };
 
 /// A sentence of the program with its options as arguments of Python.

@@ -25,6 +25,7 @@ namespace {
 namespace py = pybind11;
 
 constexpr double kMostBins = 1e8;
+constexpr double kShortestRun_s = 1e-6;
 
 double time_s_of(const SpikeRow& spike) { return spike.get<double>("time_ns"); }
 std::uint32_t neuron_of(const SpikeRow& spike) { return spike.get<std::uint32_t>("neuron"); }
@@ -81,6 +82,15 @@ std::string failure_of(const Expected<RunReport, SetupError>& report) {
   return {};
 }
 
+std::optional<std::chrono::nanoseconds> duration_of(std::optional<double> duration_s) {
+  if (!duration_s) return std::nullopt;
+  if (!(*duration_s >= kShortestRun_s && *duration_s <= kLongest_s)) {
+    throw Error("duration_s must be a number of seconds from 1e-6 to 4e9, but is " +
+                shortest_decimal(*duration_s));
+  }
+  return units::nanoseconds_from_s(*duration_s);
+}
+
 RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) {
   if (options.press.given() && !options.probes.empty()) {
     throw Error("pass either a press or a probe, not both");
@@ -95,7 +105,7 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
   PreparedRun run = or_throw(prepare_run(std::move(scene), std::move(preparation)));
   if (!run.notice.empty()) result.notices.push_back(run.notice);
-  if (options.duration_s) run.parameters.duration = units::nanoseconds_from_s(*options.duration_s);
+  if (const auto duration = duration_of(options.duration_s)) run.parameters.duration = duration;
   run.parameters.on_notice = [&](const std::string& notice) { result.notices.push_back(notice); };
   bool interrupted = false;
   Pipeline* running = nullptr;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -11,6 +12,7 @@
 
 #include "realtime/pipeline.hpp"
 #include "tools/python/src/array_source.hpp"
+#include "tools/python/src/initialised.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -56,6 +58,9 @@ struct RunOptions {
 [[nodiscard]] RunObject run_scene(Scene scene, const RunOptions& options,
                                   ModelCache* models = nullptr);
 
+/// The argument duration_s of a run. \throws Error where it is not a positive time
+[[nodiscard]] std::optional<std::chrono::nanoseconds> duration_of(std::optional<double> duration_s);
+
 /// The counters of a run, by name.
 [[nodiscard]] std::map<std::string, std::uint64_t> counters_of(const RunCounters& counters);
 /// Why a run failed; empty if it did not.
@@ -65,3 +70,7 @@ struct RunOptions {
 void add_run(pybind11::module_& module);
 
 }  // namespace merkel::python
+
+template <>
+struct pybind11::detail::type_caster<merkel::python::RunObject>
+    : merkel::python::Initialised<merkel::python::RunObject> {};

@@ -139,6 +139,13 @@ struct Table {
 };
 
 }  // namespace
+}  // namespace merkel::python
+
+template <>
+struct pybind11::detail::type_caster<merkel::python::Table>
+    : merkel::python::Initialised<merkel::python::Table> {};
+
+namespace merkel::python {
 
 SceneObject SceneObject::named(const std::string& name_or_file) {
   auto scene = or_throw(scene_named(name_or_file));

@@ -6,6 +6,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include "tools/python/src/initialised.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
 #include "tools/scene/scene_overrides.hpp"
@@ -54,3 +55,7 @@ void add_tables(pybind11::module_& module);
 [[nodiscard]] pybind11::object table_named(const pybind11::object& scene, const std::string& name);
 
 }  // namespace merkel::python
+
+template <>
+struct pybind11::detail::type_caster<merkel::python::SceneObject>
+    : merkel::python::Initialised<merkel::python::SceneObject> {};

@@ -10,6 +10,7 @@
 
 #include "drivers/run_control.hpp"
 #include "drivers/spike_sink.hpp"
+#include "tools/python/src/initialised.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/scene_file.hpp"
 
@@ -39,3 +40,7 @@ struct SessionObject {
 void add_session(pybind11::module_& module);
 
 }  // namespace merkel::python
+
+template <>
+struct pybind11::detail::type_caster<merkel::python::SessionObject>
+    : merkel::python::Initialised<merkel::python::SessionObject> {};

@@ -1,11 +1,13 @@
 #include "tools/python/src/stream_object.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include <pybind11/stl.h>
 
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "tools/python/src/array_source.hpp"
 
@@ -14,6 +16,7 @@ namespace {
 
 namespace py = pybind11;
 
+constexpr std::chrono::milliseconds kSignalsEvery{50};
 constexpr std::uint32_t kPresses = ProbeSample::kDepth | ProbeSample::kForce;
 
 }  // namespace
@@ -34,8 +37,15 @@ class StreamObject::Use {
   std::atomic<bool>& used_;
 };
 
-StreamObject::StreamObject(Scene scene)
-    : scene_(std::move(scene)), started_(scene_.probes.size(), false) {
+StreamObject::StreamObject(Scene scene, double max_gap_s)
+    : scene_(std::move(scene)),
+      max_gap_s_(max_gap_s),
+      last_s_(scene_.probes.size()),
+      started_(scene_.probes.size(), false) {
+  if (!(max_gap_s_ > 0.0 && max_gap_s_ <= 2.0 * kLongest_s)) {
+    throw Error("max_gap_s must be a positive number of seconds up to 8e9, but is " +
+                shortest_decimal(max_gap_s_));
+  }
   for (const Scene::OfProbe& probe : scene_.probes) {
     channels_.push_back(probe.control == Indenter::Control::kForce
                             ? std::uint32_t{ProbeSample::kForce}
@@ -47,6 +57,7 @@ StreamObject::StreamObject(Scene scene)
 void StreamObject::build() {
   const py::gil_scoped_release no_gil;
   stream_.emplace(or_throw(SampleStream::create(scene_, channels_)));
+  stream_->set_interrupt([this] { return signalled(); });
 }
 
 /// The first sample of a probe shows what it measures. The model is built again where that changes
@@ -96,6 +107,17 @@ py::tuple StreamObject::output(std::span<const SpikeEvent> spikes) {
                    array(stream_->commands(), command_rows_, no_commands_));
 }
 
+template <class Call>
+auto StreamObject::interruptible(Call&& call) {
+  asked_ = std::chrono::steady_clock::now();
+  const auto result = [&] {
+    const py::gil_scoped_release no_gil;
+    return call();
+  }();
+  if (std::exchange(interrupted_, false)) throw py::error_already_set();
+  return result;
+}
+
 py::tuple StreamObject::push(double time_s, const Reading& reading, std::size_t probe) {
   const Use use(used_);
   if (!(std::fabs(time_s) <= kLongest_s)) {
@@ -114,20 +136,37 @@ py::tuple StreamObject::push(double time_s, const Reading& reading, std::size_t 
   take(reading.y_mm, ProbeSample::kY, sample.y_mm);
   if (reading.force_N && std::isfinite(*reading.force_N)) sample.force_mN = mN_of(*reading.force_N);
   announce(probe, sample.channels);
-  auto spikes = [&] {
-    const py::gil_scoped_release no_gil;
-    return stream_->push(probe, sample);
-  }();
-  return output(or_throw(std::move(spikes)));
+  check_gap(time_s, probe);
+  const auto spikes = interruptible([&] {
+    auto pushed = or_throw(stream_->push(probe, sample));
+    last_s_[probe] = time_s;
+    return pushed;
+  });
+  return output(spikes);
+}
+
+void StreamObject::check_gap(double time_s, std::size_t probe) const {
+  const double gap_s = time_s - last_s_[probe].value_or(time_s);
+  if (gap_s <= max_gap_s_) return;
+  throw Error("the sample of " + shortest_decimal(time_s) + " s comes " + shortest_decimal(gap_s) +
+              " s after the last one of its probe, which is more than max_gap_s = " +
+              shortest_decimal(max_gap_s_) +
+              ": check that time_s is in seconds, or allow the gap with scene.stream(max_gap_s=" +
+              shortest_decimal(std::ceil(gap_s)) + ")");
+}
+
+bool StreamObject::signalled() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - asked_ < kSignalsEvery) return false;
+  asked_ = now;
+  const py::gil_scoped_acquire gil;
+  interrupted_ = PyErr_CheckSignals() != 0;
+  return interrupted_;
 }
 
 py::tuple StreamObject::finish() {
   const Use use(used_);
-  const auto spikes = [&] {
-    const py::gil_scoped_release no_gil;
-    return stream_->finish();
-  }();
-  return output(spikes);
+  return output(interruptible([&] { return stream_->finish(); }));
 }
 
 std::optional<double> StreamObject::time_s() const {
@@ -153,7 +192,7 @@ GIL while it simulates; one thread at a time.)")
           py::arg("y_mm") = py::none(), py::arg("probe") = 0,
           R"(Takes a sample and returns the Output: the new spikes and stimulation commands.
 
-time_s is in s and increases from sample to sample. Give depth_mm (mm), force_N (N) or both; x_mm and
+time_s is in s and increases from sample to sample, by at most max_gap_s. Give depth_mm (mm), force_N (N) or both; x_mm and
 y_mm if the probe moves over the skin. An invalid sample raises Error and is ignored.)")
       .def("finish", &StreamObject::finish,
            "Simulates up to the last sample and returns the Output. No sample may follow.")
