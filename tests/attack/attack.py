@@ -282,10 +282,21 @@ class Attacker:
             raise Failure("the run under attack has no spikes")
         return made
 
+    def wrong_baud(self, protocol, trace):
+        """The program at half the baud rate of a device. \\returns what is wrong"""
+        device = self.start("simulate-probe", protocol, "--trace", trace, "--repeat", "--baud", "19200")
+        uri = device.stdout.readline().strip()
+        wrong = re.sub(r"baud=\d+", "baud=9600", uri) if "baud=" in uri else uri + "&baud=9600"
+        code = self.start("run", "--probe", wrong, "--duration-s", "1")
+        _, err = code.communicate(timeout=PATIENCE_S)
+        device.kill()
+        device.communicate()
+        return [] if code.returncode == 3 and "merkel: " in err else [f"{protocol} at half its baud rate: {code.returncode}: {err[:300]}"]
+
     def device(self):
         """All hostile devices of hostile_devices.py. \\returns minutes"""
         trace, seconds, minutes = self.path(".csv"), 8, 0.0
-        pathlib.Path(trace).write_text("time_s,force_N\n" + "".join(f"{0.004 * k:.3f},1\n" for k in range(5000)))
+        pathlib.Path(trace).write_text("time_s,depth_mm,force_N\n" + "".join(f"{0.004 * k:.3f},1,1\n" for k in range(5000)))
         faults = []
         for name, options, device, words in hostile_devices.opening_attacks():
             begin = time.monotonic()
@@ -293,9 +304,13 @@ class Attacker:
             minutes += (time.monotonic() - begin) / 60
             if code != 3 or not all(word in said for word in words):
                 faults.append(f"{name}: exit code {code}: {said[:300]}")
+        for protocol in ("hbf1", "csv", "mark10", "esm", "grbl", "optoforce", "zaber"):
+            begin = time.monotonic()
+            faults += self.wrong_baud(protocol, trace)
+            minutes += (time.monotonic() - begin) / 60
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             attacks = hostile_devices.touch_attacks(self.program, trace)
-            runs = pool.map(lambda each: hostile_devices.run_with(self.program, each[2], each[3], each[1], self.folder, seconds), attacks)
+            runs = pool.map(lambda each: hostile_devices.run_with(self.program, each[2], each[3], each[1], self.folder, seconds, 2 * ("busy" in each[0])), attacks)
             for (name, _, _, _, expected, words), (code, summary, said, spikes, _) in zip(attacks, runs):
                 minutes += seconds / 60
                 if fault := hostile_devices.fault_of(expected, words, code, summary, said, spikes):

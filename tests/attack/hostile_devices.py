@@ -237,19 +237,23 @@ def touch_attacks(program, trace):
         ("negative times", timed, clock(lambda s: -s), tcp, "kept", []),
         ("a frozen clock", timed, clock(lambda s: min(s, CLEAN_S)), tcp, "kept", []),
         ("a unit that changes midway", timed, clock(lambda s: s if s < CLEAN_S else 1000 * s), tcp, "kept", []),
-        ("one time of +0.5 s", timed, clock(lambda s: s + (0.5 if abs(s - CLEAN_S) < 0.002 else 0)), tcp, "kept", []),
+        ("one time of +0.5 s beside two busy processes", timed, clock(lambda s: s + (0.5 if abs(s - CLEAN_S) < 0.002 else 0)), tcp, "kept", []),
         ("bursts of 0.5 s", timed, burst, tcp, "any", ["TCP_NODELAY"]),
     ]
 
 
-def run_with(program, device, kind, options, folder, seconds, *more):
+def run_with(program, device, kind, options, folder, seconds, busy=0):
     """Runs the program with a device. \\returns exit code, summary, what it said, unix times of the spikes, start"""
     served = Device(device, kind)
     file = os.path.join(folder, f"{served.port}.csv")
     scheme = "tcp" if kind == socket.SOCK_STREAM else "udp"
     begin = time.time()
+    rivals = [subprocess.Popen(["sh", "-c", "while :; do :; done"]) for _ in range(busy)]
     done = subprocess.run([program, "run", "goodwin", "--probe", f"{scheme}:127.0.0.1:{served.port}?{options}", "--duration-s", str(seconds),
-                           "--json", "--sink", f"csv:{file}?time=unix", *more], capture_output=True, text=True, timeout=120)
+                           "--json", "--sink", f"csv:{file}?time=unix"], capture_output=True, text=True, timeout=120)
+    for rival in rivals:
+        rival.kill()
+        rival.wait()
     served.close()
     spikes = []
     if os.path.exists(file):

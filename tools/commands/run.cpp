@@ -70,8 +70,7 @@ class LongSetUp {
       : thread_([sentence = "still setting up " +
                             number_text(static_cast<double>(scene.model.patches.size())) +
                             " patches" + " and " + counted(scene.probes.size(), "probe") +
-                            "; merkel plan prints what each part of the scene costs"](
-                    const std::stop_token& stop) {
+                            ": the time grows with their number"](const std::stop_token& stop) {
           std::mutex mutex;
           std::unique_lock lock(mutex);
           std::condition_variable_any changed;
