@@ -88,7 +88,7 @@ int merge(const MergeOptions& options) {
     }
   }
   std::fprintf(stderr, "%zu spikes of %u afferents of %zu sessions merged%s\n",
-               merged->spikes.size(), merged->neurons, options.sessions.size(),
+               merged->records.spikes.size(), merged->neurons, options.sessions.size(),
                merged->complete ? "" : "; one recording is incomplete and ends earlier");
   return kDone;
 }

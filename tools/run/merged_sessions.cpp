@@ -28,8 +28,7 @@ struct OneSession {
   RunOrigin origin;
   std::uint32_t neurons = 0;
   bool complete = true;
-  SessionChunk items = {};
-  std::vector<std::vector<ProbeSample>> samples = {};
+  RecordLists<RecordVector> items = {};
 };
 
 template <class Item>
@@ -64,7 +63,6 @@ Expected<OneSession, SetupError> read_session(const std::string& path) {
                      .run = std::move(*run),
                      .origin = *origin,
                      .neurons = static_cast<std::uint32_t>(model->neurons())};
-  session.samples.resize(session.scene.probes.size());
   const SessionNumbering numbering(*reader, *model);
   SessionChunk chunk;
   for (;;) {
@@ -81,9 +79,7 @@ Expected<OneSession, SetupError> read_session(const std::string& path) {
     append(chunk.events, session.items.events);
     append(chunk.commands, session.items.commands);
     append(chunk.marks, session.items.marks);
-    for (const SessionChunk::Sample& each : chunk.samples) {
-      if (each.probe < session.samples.size()) session.samples[each.probe].push_back(each.sample);
-    }
+    append(chunk.samples, session.items.samples);
   }
   session.complete = reader->complete();
   return session;
@@ -166,33 +162,31 @@ Expected<MergedSessions::Alignment, SetupError> by_utc(const OneSession& first,
 void add(OneSession&& session, nanoseconds offset, MergedSessions& merged) {
   RunDescription& all = merged.run;
   const auto patches = static_cast<std::uint16_t>(all.model.patches.size());
-  const auto probes = static_cast<std::uint32_t>(merged.samples.size());
   const auto electrodes = static_cast<std::uint16_t>(all.encoding.electrodes.size());
   for (SpikeEvent spike : session.items.spikes) {
     spike.time += offset;
     spike.neuron += merged.neurons;
     spike.patch = static_cast<std::uint16_t>(spike.patch + patches);
-    merged.spikes.push_back(spike);
+    merged.records.spikes.push_back(spike);
   }
   for (LoopEvent event : session.items.events) {
     event.time += offset;
-    event.subject += event.kind == LoopEvent::Kind::kNeuronReset ? merged.neurons : probes;
-    merged.events.push_back(event);
+    event.subject += event.kind == LoopEvent::Kind::kNeuronReset ? merged.neurons : merged.probes;
+    merged.records.events.push_back(event);
   }
   for (StimulationCommand command : session.items.commands) {
     command.time += offset;
     command.electrode = static_cast<std::uint16_t>(command.electrode + electrodes);
-    merged.commands.push_back(command);
+    merged.records.commands.push_back(command);
   }
   for (const Mark& mark : session.items.marks) {
-    merged.marks.push_back({mark.time + offset, session.rig + ": " + mark.label});
+    merged.records.marks.push_back({mark.time + offset, session.rig + ": " + mark.label});
   }
-  for (std::vector<ProbeSample>& of_probe : session.samples) {
-    for (ProbeSample& sample : of_probe) {
-      sample.time += offset;
-      sample.arrival += offset;
-    }
-    merged.samples.push_back(std::move(of_probe));
+  for (DeliveredSample item : session.items.samples) {
+    item.probe += merged.probes;
+    item.sample.time += offset;
+    item.sample.arrival += offset;
+    merged.records.samples.push_back(item);
   }
   for (PatchParameters patch : session.run.model.patches) {
     patch.name = session.rig + (patch.name.empty() ? "" : "." + patch.name);
@@ -212,13 +206,14 @@ void add(OneSession&& session, nanoseconds offset, MergedSessions& merged) {
   all.facts.emplace_back("merged_offset_ns", std::to_string(offset.count()));
   all.scene += (all.scene.empty() ? "" : " + ") + session.rig;
   merged.neurons += session.neurons;
+  merged.probes += static_cast<std::uint32_t>(session.scene.probes.size());
   merged.complete = merged.complete && session.complete;
 }
 
 template <class Item>
 void sort_by_time(std::vector<Item>& items) {
   std::stable_sort(items.begin(), items.end(),
-                   [](const Item& a, const Item& b) { return a.time < b.time; });
+                   [](const Item& a, const Item& b) { return time_of(a) < time_of(b); });
 }
 
 }  // namespace
@@ -256,25 +251,14 @@ Expected<MergedSessions, SetupError> merge_sessions(const std::vector<std::strin
     }
     add(std::move(*session), offset, merged);
   }
-  std::stable_sort(merged.spikes.begin(), merged.spikes.end());
-  sort_by_time(merged.events);
-  sort_by_time(merged.commands);
-  sort_by_time(merged.marks);
+  for_each_kind(merged.records, [](auto& list) { sort_by_time(list); });
+  std::stable_sort(merged.records.spikes.begin(), merged.records.spikes.end());
   return merged;
 }
 
 Expected<void, SinkError> write_merged(const MergedSessions& merged, SpikeSink& sink) {
-  const std::uint32_t takes = sink.subscriptions();
-  const auto wants = [takes](std::uint32_t kind) { return (takes & kind) != 0U; };
   auto written = sink.begin(merged.origin);
-  for (std::size_t probe = 0;
-       written && wants(SpikeSink::kSamples) && probe < merged.samples.size(); ++probe) {
-    if (!merged.samples[probe].empty()) written = sink.write_samples(probe, merged.samples[probe]);
-  }
-  if (written && sink.takes_spikes()) written = sink.write(merged.spikes);
-  if (written && wants(SpikeSink::kEvents)) written = sink.write_events(merged.events);
-  if (written && wants(SpikeSink::kMarks)) written = sink.write_marks(merged.marks);
-  if (written && wants(SpikeSink::kStimulation)) written = sink.write_commands(merged.commands);
+  if (written) written = sink.write(batch_of(merged.records));
   return written ? sink.close() : written;
 }
 

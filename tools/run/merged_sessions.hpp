@@ -15,12 +15,9 @@ namespace merkel {
 /// Sessions of several rigs on one clock: that of the first session. Neurons, patches, probes and
 /// electrodes are numbered through all sessions, in their order.
 struct MergedSessions {
-  std::vector<SpikeEvent> spikes;
-  std::vector<LoopEvent> events;
-  std::vector<StimulationCommand> commands;
-  std::vector<Mark> marks;
-  std::vector<std::vector<ProbeSample>> samples;  ///< of each probe
+  RecordLists<RecordVector> records;  ///< spikes, commands, events, marks and samples
   std::uint32_t neurons = 0;
+  std::uint32_t probes = 0;
   RunDescription run;
   RunOrigin origin;
   bool complete = true;  ///< no recording broke off

@@ -190,10 +190,10 @@ def batch(
     progress: bool | None = ...,
 ) -> Batch: ...
 def connect(
-    probe: str,
+    probe: str | Sequence[str] | Mapping[str, str],
     scene: Scene | str | PathLike[str] = ...,
     *,
-    sinks: Sequence[str] = ...,
+    sinks: str | Sequence[str] = ...,
     duration_s: float | None = ...,
     overwrite: bool = ...,
     allow_remote: bool = ...,

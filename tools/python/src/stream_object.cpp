@@ -108,7 +108,7 @@ py::tuple StreamObject::output(std::span<const SpikeEvent> spikes) {
 }
 
 template <class Call>
-auto StreamObject::interruptible(Call&& call) {
+auto StreamObject::interruptible(const Call& call) {
   asked_ = std::chrono::steady_clock::now();
   const auto result = [&] {
     const py::gil_scoped_release no_gil;

@@ -50,7 +50,7 @@ class StreamObject {
   [[nodiscard]] bool signalled();
   /// Calls the stream without the GIL, and lets Ctrl-C end it. \throws error_already_set
   template <class Call>
-  auto interruptible(Call&& call);
+  auto interruptible(const Call& call);
 
   Scene scene_;
   double max_gap_s_;
