@@ -251,8 +251,12 @@ Expected<MergedSessions, SetupError> merge_sessions(const std::vector<std::strin
     }
     add(std::move(*session), offset, merged);
   }
-  for_each_kind(merged.records, [](auto& list) { sort_by_time(list); });
-  std::stable_sort(merged.records.spikes.begin(), merged.records.spikes.end());
+  RecordLists<RecordVector>& records = merged.records;
+  std::stable_sort(records.spikes.begin(), records.spikes.end());
+  sort_by_time(records.samples);
+  sort_by_time(records.events);
+  sort_by_time(records.commands);
+  sort_by_time(records.marks);
   return merged;
 }
 
