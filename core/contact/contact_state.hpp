@@ -3,7 +3,7 @@
 namespace merkel {
 
 /// The contact of a tip with the skin at one instant. All zero when not touching. A sphere's
-/// pressure is p(r) = p0·√(1−r²/a²), r ≤ a; a flat tip sets depth and force only.
+/// pressure is p(r) = p0·√(1−r²/a²), r ≤ a; a solved contact sets depth and force only.
 struct ContactState {
   double depth_mm = 0.0;           ///< d, indentation depth
   double force_mN = 0.0;           ///< F

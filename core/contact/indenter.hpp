@@ -3,8 +3,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "core/contact/bar_contact.hpp"
-#include "core/contact/pin_contact.hpp"
+#include "core/contact/tip_shape.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/skin/skin_material.hpp"
 
@@ -17,19 +16,31 @@ inline constexpr std::string_view kMixedControl =
 
 /// The rigid tip of a probe.
 struct Indenter {
-  enum class Tip { kSphere, kBars, kPin };
+  enum class Tip { kSphere, kBars, kPin, kEdge, kWedge, kCone, kCylinder, kDots, kShape };
   /// Which reading of the probe drives the contact.
   enum class Control { kDepth, kForce };
 
   Tip tip = Tip::kSphere;
-  double radius_mm = 2.0;  ///< of the sphere; infinity is a flat plate, on curved skin only
-  BarTip bars;             ///< if the tip is bars
-  PinTip pin;              ///< if the tip is a pin
+  /// Of a sphere or cylinder; infinity is a flat plate, a sphere on curved skin only.
+  double radius_mm = 2.0;
+  BarTip bars;     ///< if the tip is bars
+  PinTip pin;      ///< of pins, dots and cones
+  TipShape shape;  ///< of all tips but spheres
   Control control = Control::kDepth;
   std::size_t patch = 0;  ///< index of the patch that it presses on
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
+  /// Whether closed forms describe the contact: a sphere on skin of one material.
+  [[nodiscard]] bool closed_form(const SkinParameters& skin) const noexcept {
+    return tip == Tip::kSphere && skin.layers.empty();
+  }
+  /// Whether two indenters have the same tip.
+  [[nodiscard]] bool same_tip(const Indenter& other) const noexcept {
+    return tip == other.tip && radius_mm == other.radius_mm && bars == other.bars &&
+           pin == other.pin && shape == other.shape;
+  }
+  [[nodiscard]] static std::string_view name_of(Tip tip) noexcept;
 };
 
 }  // namespace merkel

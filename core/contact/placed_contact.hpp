@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "core/contact/contact_state.hpp"
-#include "core/contact/flat_tip_field.hpp"
 #include "core/contact/layer_field.hpp"
+#include "core/contact/tip_field.hpp"
 #include "core/realtime_tag.hpp"
 
 namespace merkel {
@@ -12,7 +12,7 @@ namespace merkel {
 /// A contact, the position of its axis on the patch, and its reach.
 struct PlacedContact {
   ContactState contact;
-  const FlatTipField* flat_tip = nullptr;  ///< the unit field of bars or a pin; null for a sphere
+  const TipField* field = nullptr;  ///< the tables of a solved contact; null: closed forms
   const LayerField* layer =
       nullptr;  ///< field of a sphere on skin bonded to bone; null: half-space
   double x_mm = 0.0;
@@ -21,11 +21,10 @@ struct PlacedContact {
   double reach_mm = std::numeric_limits<double>::infinity();
 
   /// The energy density in the skin, which this press stiffens, where the stress of its field would
-  /// store `at_rest` in skin at rest. A flat tip's field is that of skin at rest; a sphere's
-  /// pressure already contains the stiffening.
-  /// Real-time: yes.
+  /// store `at_rest` in skin at rest. A solved contact's field is that of skin at rest; the
+  /// pressure of a closed form already contains the stiffening. Real-time: yes.
   [[nodiscard]] double stored_energy(double at_rest) const noexcept MERKEL_REALTIME {
-    return flat_tip != nullptr ? at_rest * contact.stiffening : at_rest / contact.stiffening;
+    return field != nullptr ? at_rest * contact.stiffening : at_rest / contact.stiffening;
   }
 
   friend bool operator==(const PlacedContact&, const PlacedContact&) = default;

@@ -4,10 +4,10 @@
 #include <optional>
 #include <span>
 
-#include "core/contact/flat_tip_field.hpp"
 #include "core/contact/indenter.hpp"
 #include "core/contact/layer_field.hpp"
 #include "core/contact/sphere_law.hpp"
+#include "core/contact/tip_field.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/contact_input.hpp"
 
@@ -26,8 +26,10 @@ struct Press {
 class TipContact {
  public:
   /// \param layer  result of layer_field() for this skin; null: computed here if needed
+  /// \param field  shared_field() of an equal tip; null: solved here if needed
   TipContact(const Indenter& indenter, const SkinParameters& skin,
-             std::shared_ptr<const LayerField> layer = nullptr);
+             std::shared_ptr<const LayerField> layer = nullptr,
+             std::shared_ptr<const TipField> field = nullptr);
 
   /// The stress field that all spheres of a scene share; null if no sphere presses on skin with an
   /// exact layer. Real-time: no (it takes about half a second).
@@ -41,19 +43,20 @@ class TipContact {
   /// Downward displacement of the surface by a press at a point of the patch.
   [[nodiscard]] double displacement_mm(const Press& press, double x_mm,
                                        double y_mm) const noexcept MERKEL_REALTIME;
-  /// The unit field of bars or a pin; null for a sphere.
-  [[nodiscard]] const FlatTipField* flat_tip() const noexcept { return flat_tip_.get(); }
+  /// The tables of a solved contact; null for closed forms.
+  [[nodiscard]] const TipField* field() const noexcept { return field_.get(); }
+  [[nodiscard]] std::shared_ptr<const TipField> shared_field() const noexcept { return field_; }
   /// The field of a sphere on a layer; null for a half-space.
   [[nodiscard]] const LayerField* layer() const noexcept { return layer_.get(); }
   [[nodiscard]] bool by_force() const noexcept { return by_force_; }
-  /// The contact law of a sphere; null for a flat tip.
+  /// The contact law of a sphere; null for a solved contact.
   [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
 
  private:
   [[nodiscard]] Press placed(const ContactInput& input, const ContactState& contact) const noexcept;
 
   [[nodiscard]] double stiffening_of(double depth_mm) const noexcept;
-  [[nodiscard]] double flat_depth_mm(double force_mN) const noexcept;
+  [[nodiscard]] double solved_depth_mm(double force_mN) const noexcept;
 
   bool by_force_;
   double stiffening_mm_;
@@ -64,7 +67,7 @@ class TipContact {
   /// 1/R_skin), k = 1/R.
   double kept_along_ = 1.0;
   double kept_across_ = 1.0;
-  std::shared_ptr<const FlatTipField> flat_tip_;
+  std::shared_ptr<const TipField> field_;
 };
 
 }  // namespace merkel

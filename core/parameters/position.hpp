@@ -7,6 +7,8 @@ namespace merkel {
 struct Position {
   double x_mm = 0.0;
   double y_mm = 0.0;
+
+  friend bool operator==(const Position&, const Position&) = default;
 };
 
 }  // namespace merkel

@@ -55,6 +55,7 @@ ReceptorArrays<Real>::ReceptorArrays(std::span<const Receptor> receptors,
   top_ = receptors.empty() ? 0.0 : static_cast<double>(*most_y);
   for (auto& profile : stress_profile_) profile = AlignedArray<double>(LayerField::kMostPoints);
   energy_profile_ = AlignedArray<Real>(LayerField::kMostPoints + 1);
+  known_blocks_.assign(x_.size() / kReceptorBlock, 0);
 }
 
 template <class Real>
@@ -81,8 +82,8 @@ void ReceptorArrays<Real>::add_tabulated(const PlacedContact& placed, std::size_
     const double dx = static_cast<double>(x_[i]) - placed.x_mm;
     const double dy = static_cast<double>(y_[i]) - placed.y_mm;
     const CartesianStress stress =
-        (placed.flat_tip != nullptr
-             ? placed.flat_tip->at(dx, dy, placed.contact.depth_mm).stress
+        (placed.field != nullptr
+             ? placed.field->at(dx, dy, placed.contact.depth_mm).stress
              : cartesian(placed.layer->stress(placed.contact, std::hypot(dx, dy)), dx, dy)) *
         factor;
     const double parts[kSums] = {stress.sigma_x, stress.sigma_y, stress.sigma_z,
@@ -94,26 +95,10 @@ void ReceptorArrays<Real>::add_tabulated(const PlacedContact& placed, std::size_
 template <class Real>
 void ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
                                                double farthest_mm) noexcept {
-  if (placed.layer != nullptr) {
-    profile_points_ = placed.layer->points_within(farthest_mm);
-    for (std::size_t field = 0; field < 4; ++field) {
-      placed.layer->profile(placed.contact, static_cast<LayerField::Field>(field),
-                            {stress_profile_[field].data(), profile_points_});
-    }
-    return;
-  }
-  // Beyond the last point, at least 80 mm away, the energy density is taken as zero.
-  const double spacing_mm = placed.flat_tip->spacing_mm();
-  profile_points_ = static_cast<std::size_t>(
-      std::min(farthest_mm / spacing_mm + 4.0, static_cast<double>(LayerField::kMostPoints)));
-  for (std::size_t k = 0; k < profile_points_; ++k) {
-    const CartesianStress stress =
-        placed.flat_tip->at(static_cast<double>(k) * spacing_mm, 0.0, placed.contact.depth_mm)
-            .stress;
-    stress_profile_[LayerTable::kSigmaR][k] = stress.sigma_x;
-    stress_profile_[LayerTable::kSigmaTheta][k] = stress.sigma_y;
-    stress_profile_[LayerTable::kSigmaZ][k] = stress.sigma_z;
-    stress_profile_[LayerTable::kTauRz][k] = stress.tau_zx;
+  profile_points_ = placed.layer->points_within(farthest_mm);
+  for (std::size_t field = 0; field < 4; ++field) {
+    placed.layer->profile(placed.contact, static_cast<LayerField::Field>(field),
+                          {stress_profile_[field].data(), profile_points_});
   }
 }
 
@@ -143,11 +128,9 @@ EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed
     }
     energy_profile_[0] = energy[1];  // even in r
   }
-  const double spacing_mm =
-      placed.layer != nullptr ? placed.layer->spacing_mm() : placed.flat_tip->spacing_mm();
   return {.x = static_cast<Real>(placed.x_mm),
           .y = static_cast<Real>(placed.y_mm),
-          .points_per_mm = static_cast<Real>(1.0 / spacing_mm),
+          .points_per_mm = static_cast<Real>(1.0 / placed.layer->spacing_mm()),
           .end = static_cast<Real>(profile_points_ - 3),
           .energy = energy_profile_.data()};
 }
@@ -158,10 +141,11 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
   const ReceptorArguments<Real> receptors = blocks(first, last);
   if (contacts.size() == 1) {
     const PlacedContact& only = contacts.front();
-    const bool pin = only.flat_tip != nullptr && only.flat_tip->round();
-    if (only.layer != nullptr || pin) return profile_energy(profile_of(only), receptors);
-    if (only.flat_tip == nullptr) return sphere_energy(field(only), receptors);
+    if (only.field != nullptr) return press_alone(only, receptors.first, receptors.last);
+    if (only.layer != nullptr) return profile_energy(profile_of(only), receptors);
+    return sphere_energy(field(only), receptors);
   }
+  alone_.field = nullptr;
   for (AlignedArray<Real>& sum : sums_) {
     std::fill(sum.data() + receptors.first, sum.data() + receptors.last, Real(0));
   }
@@ -172,7 +156,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                 .tau_yz = sums_[4].data(),
                                 .tau_zx = sums_[5].data()};
   for (const PlacedContact& placed : contacts) {
-    if (placed.flat_tip != nullptr || placed.layer != nullptr) {
+    if (placed.field != nullptr || placed.layer != nullptr) {
       add_tabulated(placed, receptors.first, receptors.last);
     } else {
       add_sphere_stress(field(placed), receptors, sums);
@@ -180,6 +164,37 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
   }
   stress_energy(sums, receptors, 1.0 / (12.0 * skin_.shear_modulus_kPa()),
                 kind_ == EnergyDensity::kFull ? 1.0 / (18.0 * skin_.bulk_modulus_kPa()) : 0.0);
+}
+
+template <class Real>
+void ReceptorArrays<Real>::press_alone(const PlacedContact& placed, std::size_t first,
+                                       std::size_t last) noexcept {
+  const TipField::Blend blend = placed.field->blend(placed.contact.depth_mm);
+  const Alone now{placed.field, placed.x_mm, placed.y_mm, blend.lower};
+  if (!(now == alone_)) {
+    alone_ = now;
+    std::fill(known_blocks_.begin(), known_blocks_.end(), std::uint8_t{0});
+  }
+  for (std::size_t block = first / kReceptorBlock; block < last / kReceptorBlock; ++block) {
+    if (known_blocks_[block] != 0) continue;
+    known_blocks_[block] = 1;
+    for (std::size_t i = block * kReceptorBlock; i < (block + 1) * kReceptorBlock; ++i) {
+      const auto energies =
+          placed.field->energies(blend.lower, static_cast<double>(x_[i]) - placed.x_mm,
+                                 static_cast<double>(y_[i]) - placed.y_mm);
+      sums_[0][i] = static_cast<Real>(energies.lower);
+      sums_[1][i] = static_cast<Real>(energies.cross);
+      sums_[2][i] = static_cast<Real>(energies.upper);
+    }
+  }
+  const auto [below, above] = blend.weight;
+  const auto lower = static_cast<Real>(placed.stored_energy(below * below));
+  const auto cross = static_cast<Real>(placed.stored_energy(below * above));
+  const auto upper = static_cast<Real>(placed.stored_energy(above * above));
+  for (std::size_t i = first; i < last; ++i) {
+    const Real energy = lower * sums_[0][i] + cross * sums_[1][i] + upper * sums_[2][i];
+    energy_[i] = std::max(energy, Real(0));
+  }
 }
 
 template <class Real>

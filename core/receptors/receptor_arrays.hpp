@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/contact/placed_contact.hpp"
 #include "core/realtime_tag.hpp"
@@ -52,9 +54,12 @@ class ReceptorArrays {
 
   [[nodiscard]] ReceptorArguments<Real> blocks(std::size_t first, std::size_t last) noexcept;
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
-  /// Adds the stress under a flat tip or a sphere on a layer.
+  /// Adds the stress of a solved contact or of a sphere on a layer.
   void add_tabulated(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
-  /// The profile of the energy density along the radius, under a sphere on a layer or a pin.
+  /// The energy densities under one solved contact. While the tip stays in place and between the
+  /// same two depths of its tables, they are remembered at every receptor.
+  void press_alone(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
+  /// The profile of the energy density along the radius, under a sphere on a layer.
   [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
   /// Fills stress_profile_ up to a distance.
   void fill_stress_profile(const PlacedContact& placed, double farthest_mm) noexcept;
@@ -64,7 +69,17 @@ class ReceptorArrays {
   double receptor_depth_mm_;
   SigmoidConstants<Real> sigmoid_;
   AlignedArray<Real> x_, y_, energy_, current_;
-  AlignedArray<Real> sums_[kSums];      ///< of stresses
+  /// Of stresses; of one solved contact, the first three are TipField::Energies.
+  AlignedArray<Real> sums_[kSums];
+  /// The solved contact whose energies are remembered, in the blocks that are known.
+  struct Alone {
+    const TipField* field = nullptr;
+    double x_mm = 0.0, y_mm = 0.0;
+    std::size_t lower = 0;
+    friend bool operator==(const Alone&, const Alone&) = default;
+  };
+  Alone alone_;
+  std::vector<std::uint8_t> known_blocks_;
   double left_, right_, bottom_, top_;  ///< bounding box of the receptors
   PlacedContact profiled_;              ///< contact of the profile
   std::size_t profile_points_ = 0;

@@ -94,11 +94,17 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
   for (const PlacedContact& placed : contacts) {
     const double farthest2 = box_.farthest2(placed.x_mm, placed.y_mm);
     Ranges ranges{.reach2 = square(placed.reach_mm), .displaced2 = 0.0, .may_displace2 = 0.0};
-    if (placed.flat_tip != nullptr) {
+    if (placed.field != nullptr) {
+      if (!placed.field->on_half_space()) {
+        // Layers may bulge: ask each receptor.
+        ranges.may_displace2 = std::numeric_limits<double>::infinity();
+        ranges_.push_back(ranges);
+        continue;
+      }
       // The whole force acts within half a diagonal of the axis, so U lies between its values for
       // a point load at the near and at the far side.
-      const double half_diagonal = placed.flat_tip->half_diagonal_mm();
-      const double at_1_mm = placed.flat_tip->far_displacement_mm2(placed.contact.depth_mm);
+      const double half_diagonal = placed.field->half_diagonal_mm();
+      const double at_1_mm = placed.field->far_displacement_mm2(placed.contact.depth_mm);
       ranges.displaced2 = square(std::max(0.0, at_1_mm / threshold_mm - half_diagonal));
       ranges.may_displace2 = square(at_1_mm / share_mm + half_diagonal);
     } else if (sphere_displacement_mm(placed, std::sqrt(farthest2)) >= threshold_mm) {
@@ -143,9 +149,9 @@ bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
     const double dy = y - contacts_[i].y_mm;
     const double r2 = dx * dx + dy * dy;
     if (r2 <= ranges_[i].displaced2) return true;
-    if (contacts_.size() == 1 && contacts_[i].flat_tip == nullptr) return false;
-    sum_mm += contacts_[i].flat_tip != nullptr
-                  ? contacts_[i].flat_tip->at(dx, dy, contacts_[i].contact.depth_mm).displacement
+    if (contacts_.size() == 1 && contacts_[i].field == nullptr) return false;
+    sum_mm += contacts_[i].field != nullptr
+                  ? contacts_[i].field->at(dx, dy, contacts_[i].contact.depth_mm).displacement
                   : sphere_displacement_mm(contacts_[i], std::sqrt(r2));
   }
   return sum_mm >= units::mm_from_um(parameters_.transduction.threshold_um);

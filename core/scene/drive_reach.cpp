@@ -17,7 +17,7 @@ constexpr double kDeepest_mm = 10.0;
 constexpr int kDepths = 200;
 constexpr double kFarthest_mm = 200.0;
 constexpr double kSpacing_mm = 0.05;  ///< between sampled distances
-constexpr int kDirections = 360;      ///< sampled directions around bars
+constexpr int kDirections = 360;      ///< sampled directions around a tip
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// The smallest distance beyond which an energy density stays below a limit, searched from
@@ -44,19 +44,23 @@ double radius_of_sphere(const PlacedContact& placed, const SkinParameters& skin,
   });
 }
 
-/// The energy density per depth² that bars or a pin cause in skin at rest at kSpacing_mm·k or
-/// farther, maximised over all directions and depths. On flat skin it is the same at all depths; on
-/// a curved finger the longest contact has the maximum.
-std::vector<double> largest_energy_per_depth2(const FlatTipField& tip, const SkinParameters& skin) {
+/// The largest energy density per depth² that a solved contact causes in skin at rest at
+/// kSpacing_mm·k or farther, in all directions and at several depths.
+std::vector<double> largest_energy_per_depth2(const TipField& tip, const SkinParameters& skin) {
   const SkinMaterial material(skin);
+  const double end_mm = tip.farthest_mm();
   std::vector<double> largest_kPa;
   for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
     double largest = 0.0;
-    for (int k = 0; k < kDirections; ++k) {
-      const double angle = 2.0 * std::numbers::pi * k / kDirections;
-      const auto deepest = tip.at(r * std::cos(angle), r * std::sin(angle), kDeepest_mm);
-      largest = std::max(largest, energy_density_kPa(deepest.stress * (1.0 / kDeepest_mm), material,
-                                                     skin.energy_density));
+    // Beyond the tables, the tip is a point load.
+    const int directions = r > end_mm ? 1 : kDirections;
+    for (const double depth_mm : {0.25 * tip.deepest_mm(), tip.deepest_mm(), kDeepest_mm}) {
+      for (int k = 0; k < directions; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / kDirections;
+        const auto values = tip.at(r * std::cos(angle), r * std::sin(angle), depth_mm);
+        largest = std::max(largest, energy_density_kPa(values.stress * (1.0 / depth_mm), material,
+                                                       skin.energy_density));
+      }
     }
     largest_kPa.push_back(largest);
   }
@@ -66,8 +70,8 @@ std::vector<double> largest_energy_per_depth2(const FlatTipField& tip, const Ski
   return largest_kPa;
 }
 
-double radius_of_flat_tip(const PlacedContact& placed, const std::vector<double>& largest_kPa,
-                          double limit_kPa) {
+double radius_of_field(const PlacedContact& placed, const std::vector<double>& largest_kPa,
+                       double limit_kPa) {
   const double depth_mm = placed.contact.depth_mm;
   const auto beyond = std::find_if(largest_kPa.begin(), largest_kPa.end(), [&](double energy) {
     return placed.stored_energy(energy * depth_mm * depth_mm) <= limit_kPa;
@@ -98,17 +102,16 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
   if (!(limit_of_all_kPa > 0.0)) return;
   const double share = static_cast<double>(tips);
   const double limit_kPa = limit_of_all_kPa / (share * share);
-  const auto largest_kPa = tip.flat_tip() != nullptr
-                               ? largest_energy_per_depth2(*tip.flat_tip(), skin)
-                               : std::vector<double>{};
+  const auto largest_kPa = tip.field() != nullptr ? largest_energy_per_depth2(*tip.field(), skin)
+                                                  : std::vector<double>{};
   radius_mm_.reserve(kDepths + 1);
   for (int k = 0; k <= kDepths; ++k) {
     const double depth_mm = k * spacing_mm_;
     const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
-                               .flat_tip = tip.flat_tip(),
+                               .field = tip.field(),
                                .layer = tip.layer()};
-    const double radius_mm = tip.flat_tip() != nullptr
-                                 ? radius_of_flat_tip(placed, largest_kPa, limit_kPa)
+    const double radius_mm = tip.field() != nullptr
+                                 ? radius_of_field(placed, largest_kPa, limit_kPa)
                                  : radius_of_sphere(placed, skin, limit_kPa);
     radius_mm_.push_back(radius_mm_.empty() ? radius_mm : std::max(radius_mm, radius_mm_.back()));
   }

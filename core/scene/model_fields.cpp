@@ -88,6 +88,7 @@ BoundFields tip_fields(Indenter& indenter) {
   BoundFields fields = bind_fields(indenter);
   bind_fields(indenter.pin, fields);
   bind_fields(indenter.bars, fields);
+  bind_fields(indenter.shape, fields);
   return fields;
 }
 

@@ -102,7 +102,12 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       resets_(neurons()) {
   const auto layer = TipContact::layer_field(parameters.indenters, parameters.skin);
   for (const Indenter& indenter : parameters.indenters) {
-    tips_.emplace_back(indenter, parameters.skin, layer);
+    // Equal tips share their tables.
+    std::shared_ptr<const TipField> field;
+    for (std::size_t i = 0; i < tips_.size() && !field; ++i) {
+      if (indenter.same_tip(parameters.indenters[i])) field = tips_[i].shared_field();
+    }
+    tips_.emplace_back(indenter, parameters.skin, layer, std::move(field));
     if (parameters.energy_driven()) {
       reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.accuracy.cull_tolerance,
                                  indenters_on(indenter.patch, parameters));
@@ -225,7 +230,7 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
     if (!made.touching()) continue;
     touching_[parameters_.indenters[i].patch].push_back(
         {.contact = made.contact,
-         .flat_tip = tips_[i].flat_tip(),
+         .field = tips_[i].field(),
          .layer = tips_[i].layer(),
          .x_mm = made.x_mm,
          .y_mm = made.y_mm,

@@ -2,6 +2,17 @@
 
 namespace merkel {
 
+FieldTable SkinLayer::fields() {
+  using L = SkinLayer;
+  static constexpr Field kFields[] = {
+      {"thickness_mm", "mm", positive(1e3),
+       "thickness; of no effect in the last layer if bone = false; must be set",
+       at<&L::thickness_mm>},
+      {"E_kPa", "kPa", positive(1e9), "Young's modulus; must be set", at<&L::youngs_modulus_kPa>},
+      {"poisson_ratio", "", from_to(0.0, 0.5), "Poisson's ratio", at<&L::poisson_ratio>}};
+  return {"skin.layer", kFields};
+}
+
 FieldTable SkinParameters::fields() {
   using P = SkinParameters;
   static constexpr std::string_view kContactLaws[] = {"hertz", "sneddon"};
@@ -16,8 +27,8 @@ FieldTable SkinParameters::fields() {
       {"radius_mm", "mm", positive_or_infinite(1e6),
        "radius of curvature of the finger; inf: flat skin", at<&P::radius_mm>},
       {"radius_along_mm", "mm", not_negative(1e6),
-       "radius along the finger (radius_mm is across it); only affects how far a contact moves "
-       "with its tip, if apex_mm is set; 0: same as radius_mm",
+       "radius along the finger (radius_mm is across it); for spheres on skin without [[skin.layer]] "
+       "only affects how far a contact moves with its tip, if apex_mm is set; 0: same as radius_mm",
        at<&P::radius_along_mm>},
       {"stiffening_mm", "mm", positive_or_infinite(1e6),
        "d1: all moduli grow by e^(depth/d1); inf: no stiffening", at<&P::stiffening_mm>},
@@ -37,13 +48,26 @@ FieldTable SkinParameters::fields() {
        at<&P::layer_law>},
       {"energy_density", "", one_of(kEnergyDensities),
        "strain energy density at the receptors: distortional part (the paper) or full",
-       at<&P::energy_density>}};
+       at<&P::energy_density>},
+      {"bone", "", any_value(),
+       "with [[skin.layer]]: the last layer lies on bone; false: it has no end", at<&P::bone>}};
   return {"skin", kFields};
 }
 
 Expected<void, ParameterError> SkinParameters::check() const {
-  return ParameterCheck()
-      .fields(*this)
+  ParameterCheck all;
+  double depth_mm = 0.0;
+  for (const SkinLayer& layer : layers.all()) {
+    all.fields(layer);
+    depth_mm += layer.thickness_mm;
+  }
+  return all.fields(*this)
+      .require(layers.empty() || !bone || receptor_depth_mm < depth_mm, "skin.receptor_depth_mm",
+               "must be less than the thickness of all layers: the receptors lie in the skin, not "
+               "the bone")
+      .require(layers.empty() || !layered(), "skin.thickness_mm",
+               "cannot be combined with [[skin.layer]]: remove it and set bone = true; the layers "
+               "end on the bone")
       .require(!apex || std::isfinite(radius_mm), "skin.apex_mm",
                "requires a curved finger: set skin.radius_mm")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
@@ -57,7 +81,15 @@ Expected<void, ParameterError> SkinParameters::check() const {
 
 SkinMaterial::SkinMaterial(const SkinParameters& parameters) noexcept
     : SkinMaterial(2.0 / (1.0 / parameters.epidermis_kPa + 1.0 / parameters.dermis_kPa),
-                   parameters.poisson_ratio) {}
+                   parameters.poisson_ratio) {
+  double below_mm = parameters.receptor_depth_mm;
+  for (const SkinLayer& layer : parameters.layers.all()) {
+    youngs_modulus_kPa_ = layer.youngs_modulus_kPa;
+    poisson_ratio_ = layer.poisson_ratio;
+    if (below_mm < layer.thickness_mm) break;
+    below_mm -= layer.thickness_mm;
+  }
+}
 
 SkinMaterial::SkinMaterial(double youngs_modulus_kPa, double poisson_ratio) noexcept
     : youngs_modulus_kPa_(youngs_modulus_kPa), poisson_ratio_(poisson_ratio) {}

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "core/parameters/parameter_error.hpp"
 
@@ -26,14 +29,39 @@ enum class EnergyDensity {
   kFull,          ///< with the volumetric part, (σ1+σ2+σ3)²/(18K)
 };
 
+/// An elastic layer of skin. Poisson's ratio may be 0.5.
+struct SkinLayer {
+  double thickness_mm = 0.0;        ///< must be set; infinite: the last layer of a half-space
+  double youngs_modulus_kPa = 0.0;  ///< must be set
+  double poisson_ratio = 0.48;
+
+  /// E* = E/(1−ν²).
+  [[nodiscard]] double reduced_modulus_kPa() const noexcept {
+    return youngs_modulus_kPa / (1.0 - poisson_ratio * poisson_ratio);
+  }
+  [[nodiscard]] static FieldTable fields();
+};
+
+/// Layers from the surface inwards.
+struct SkinLayers {
+  static constexpr std::size_t kMost = 10;
+
+  std::array<SkinLayer, kMost> layer{};
+  std::size_t count = 0;
+
+  [[nodiscard]] bool empty() const noexcept { return count == 0; }
+  [[nodiscard]] std::span<const SkinLayer> all() const noexcept { return {layer.data(), count}; }
+  [[nodiscard]] std::span<SkinLayer> all() noexcept { return {layer.data(), count}; }
+};
+
 /// Material and geometry of the skin.
 struct SkinParameters {
   double epidermis_kPa = 136.0;                                ///< Young's modulus of the epidermis
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
   double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
-  /// Curvature radius along the finger, x; radius_mm is the radius across it. Only affects how far
-  /// a contact moves with its tip. 0: the same as radius_mm.
+  /// Curvature radius along the finger, x; radius_mm is the radius across it. Closed forms of a
+  /// sphere use it only for how far a contact moves with its tip. 0: the same as radius_mm.
   double radius_along_mm = 0.0;
   /// Highest point of a curved finger, in patch coordinates. A sphere whose axis is offset by X
   /// from it touches the finger at X·k/(k + 1/R_skin), k = 1/R; a plate always touches the apex.
@@ -47,6 +75,9 @@ struct SkinParameters {
   ContactLaw contact_law = ContactLaw::kHertz;
   LayerLaw layer_law = LayerLaw::kDimitriadis;
   EnergyDensity energy_density = EnergyDensity::kDistortional;
+  /// Bonded layers from the surface inwards, which replace the moduli and the thickness above.
+  SkinLayers layers;
+  bool bone = true;  ///< the last layer lies on bone; otherwise it has no end
 
   [[nodiscard]] bool layered() const noexcept { return std::isfinite(thickness_mm); }
   [[nodiscard]] bool stiffens() const noexcept { return std::isfinite(stiffening_mm); }
@@ -60,7 +91,8 @@ struct SkinParameters {
 
 /// The skin as one isotropic elastic solid.
 ///
-/// E = 2/(1/E_epidermis + 1/E_dermis), the equal-weight series (Reuss) mean of the two layers;
+/// E = 2/(1/E_epidermis + 1/E_dermis), the equal-weight series (Reuss) mean of the two layers, or
+/// that of the layer in which the receptors lie, if the skin has its own layers;
 /// E* = E/(1−ν²) under a rigid indenter (Eq. 1, corrected); G = E/(2(1+ν)) (Eq. 3, corrected).
 /// Real-time: yes, after construction.
 class SkinMaterial {

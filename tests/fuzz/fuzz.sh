@@ -80,7 +80,7 @@ for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*
 done
 core+=(drivers/files/csv_text.cpp drivers/uri.cpp)
 scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
-  drivers/files/toml{,_guard}.cpp realtime/threads/thread_setup.cpp)
+  drivers/files/{height_map_file,toml,toml_guard}.cpp realtime/threads/thread_setup.cpp)
 # One instruction set is enough for memory faults.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
@@ -95,6 +95,6 @@ limits=()
 seconds=${MERKEL_FUZZ_SECONDS:-}
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
   tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
-  core/contact/bar_contact.cpp core/math/gauss_legendre.cpp
+  core/contact/tip_shape.cpp
 fuzz table 2048 "" table_fuzz.cpp tools/batch/text_table.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

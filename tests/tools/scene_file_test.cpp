@@ -1,10 +1,13 @@
 #include "tools/scene/scene_file.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
@@ -321,6 +324,64 @@ TEST(SceneFile, ANonAsciiKeyIsRefusedWithItsLine) {
   const auto latin = parse_scene("gr\u00f6\u00dfe = 1\n\u024b = 2\n", "s.toml");
   ASSERT_FALSE(latin);
   EXPECT_EQ(latin.error().sentence.substr(0, 9), "s.toml:1:") << latin.error().sentence;
+}
+
+TEST(SceneFile, ReadsLayersFromTheOutsideInAndWritesThemBack) {
+  const auto scene = parse_scene(R"(
+[skin]
+bone = false
+[[skin.layer]]
+thickness_mm = 0.3
+E_kPa = 1000
+[[skin.layer]]
+thickness_mm = 4
+E_kPa = 40
+poisson_ratio = 0.5
+)",
+                                 "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  for (const SkinParameters& skin :
+       {scene->model.skin, parse_scene(scene_text(*scene), "s.toml")->model.skin}) {
+    ASSERT_EQ(skin.layers.count, 2U);
+    EXPECT_FALSE(skin.bone);
+    EXPECT_EQ(skin.layers.layer[0].youngs_modulus_kPa, 1000.0);
+    EXPECT_EQ(skin.layers.layer[0].poisson_ratio, 0.48);
+    EXPECT_EQ(skin.layers.layer[1].thickness_mm, 4.0);
+    // The receptors lie in the second layer.
+    EXPECT_EQ(SkinMaterial(skin).youngs_modulus_kPa(), 40.0);
+  }
+  EXPECT_EQ(fault_of_scene("[[skin.layer]]\nE = 3\n").substr(0, 39),
+            "s.toml:2: the key skin.layer.E is unkno");
+  const auto refused = [](const std::string& text) {
+    const auto read = parse_scene(text, "s.toml");
+    if (!read) return read.error().sentence;
+    const auto made = TactileModel::create(read->model);
+    return made ? std::string() : read->sentence(made.error());
+  };
+  EXPECT_EQ(refused("[[skin.layer]]\nthickness_mm = 1\n").substr(0, 29),
+            "s.toml: skin.layer.E_kPa must");
+  EXPECT_NE(refused("[skin]\nthickness_mm = 4\n[[skin.layer]]\nthickness_mm = 4\nE_kPa = 9\n")
+                .find("cannot be combined with [[skin.layer]]"),
+            std::string::npos);
+}
+
+TEST(SceneFile, ReadsAShapeBesideTheScene) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "shaped_scene";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "step.csv") << "0,0,0.5\n0,0,0.5\n";
+  std::ofstream(folder / "s.toml")
+      << "[probe]\ntip = \"shape\"\nshape = \"step.csv\"\npixel_mm = 0.25\n";
+  const auto scene = read_scene((folder / "s.toml").string());
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  const TipShape& shape = scene->model.indenters[0].shape;
+  ASSERT_TRUE(shape.map);
+  EXPECT_EQ(shape.map->grid.columns, 3U);
+  EXPECT_EQ(shape.map->height_mm[5], 0.5);
+  // The written scene finds the file from anywhere.
+  EXPECT_TRUE(parse_scene(scene_text(*scene), "elsewhere.toml"));
+  std::ofstream(folder / "step.csv") << "0,0,0.5\n0,nan,0.5\n";
+  EXPECT_NE(read_scene((folder / "s.toml").string()).error().sentence.find("row 2, column 2"),
+            std::string::npos);
 }
 
 TEST(SceneFile, AMissingFileIsNamed) {

@@ -84,9 +84,11 @@ void add_inspect_command(CommandLine& program) {
                          "inspect contact --radius-mm 2 --depth-mm 1.5");
   command.require_subcommand();
 
-  CommandLine contact =
-      command.subcommand("contact", "Contact radius, force and peak pressure of a press.",
-                         "inspect contact --radius-mm 2 --depth-mm 1.5");
+  CommandLine contact = command.subcommand(
+      "contact",
+      "Force, size and peak pressure of a press; for a solved contact without a depth or force, at "
+      "all depths of its tables.",
+      "inspect contact --radius-mm 2 --depth-mm 1.5");
   CommandLine field =
       command.subcommand("field", "Stress and strain energy density under a press.",
                          "inspect field --radius-mm 2 --depth-mm 1.5 --r-mm 0,1,2 --z-mm 0.65");
@@ -98,7 +100,10 @@ void add_inspect_command(CommandLine& program) {
         .option("--force-N", options->force_N, "Force, N", {0.0, 1e4})
         .option("--scene", options->scene, "Scene whose skin and tip are used");
   }
-  contact.runs([options] { return inspect_contact(*options); });
+  contact
+      .option("--draw", options->folder,
+              "Folder for a table and a picture of a solved contact: tip, pressure, energy density")
+      .runs([options] { return inspect_contact(*options); });
   field
       .list("--r-mm", options->r_mm,
             "Positions x on the line through the centre of the press, mm, separated by commas; 0 "

@@ -17,6 +17,8 @@ struct InspectOptions {
   std::vector<double> r_mm;
   std::vector<double> z_mm;
   bool printed = false;
+  std::string folder;       ///< of a picture; empty: none
+  bool all_depths = false;  ///< without a depth or force, all depths of a solved contact
   std::optional<double> current;
   std::vector<double> ramp;
   double duration_ms = 200.0;

@@ -1,36 +1,26 @@
 #include "tools/scene/contact_sentence.hpp"
 
-#include <cmath>
 #include <string>
 
+#include <fmt/core.h>
+
 #include "core/contact/contact_validity.hpp"
+#include "core/contact/pressed_tip.hpp"
 
 namespace merkel {
 
 std::string contact_sentence(const ContactState& contact, const Indenter& indenter,
                              const SkinParameters& skin) {
-  const std::string stiffening =
-      std::isfinite(skin.stiffening_mm) ? "; the skin stiffens with depth" : "";
-  if (indenter.tip == Indenter::Tip::kBars) {
-    return (std::isfinite(skin.radius_mm)
-                ? "flat bars on a curved finger: the contact grows with depth; force within 5 % and "
-                  "energy density within 15 % of boundary elements for bars 1 and 3 mm wide"
-                : "flat bars, linear at any depth; strains are of the order of depth over bar width") +
-           stiffening;
-  }
-  if (indenter.tip == Indenter::Tip::kPin) {
-    const bool longer = skin.radius_along_mm > skin.radius_mm;
-    return (std::isfinite(skin.radius_mm)
-                ? std::string(
-                      "flat pin on a curved finger: a plate until its rim touches, then a punch; ") +
-                      (longer
-                           ? "the contact neglects that the finger is less curved along than "
-                             "across: no error for a pin of 1 mm, but for one of 6.35 mm and 14 mm "
-                             "along, force 17 % too low, energy density 54 % too high in the "
-                             "middle and 80 % too low at the rim"
-                           : "within 3 % of boundary elements for 1 and 6.35 mm")
-                : "flat pin, linear at any depth; strains are of the order of depth over diameter") +
-           stiffening;
+  if (!indenter.closed_form(skin)) {
+    const PressedTip tip = pressed_tip(indenter, skin);
+    const PixelGrid grid = contact_pixels(tip, skin.receptor_depth_mm);
+    return fmt::format(
+        "contact of the tip \"{}\" solved on {} x {} pixels of {:.3f} mm, {}; linear elasticity "
+        "without friction, valid while the depth is small beside the tip's smallest part{}",
+        Indenter::name_of(indenter.tip), grid.columns, grid.rows, grid.pixel_mm,
+        tip.proportional ? "proportional to the depth"
+                         : fmt::format("at depths to {:.2g} mm", tip.deepest_mm),
+        skin.stiffens() ? "; the skin stiffens with depth" : "");
   }
   return validity_of(contact, skin, indenter.radius_mm).sentence();
 }

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <system_error>
 #include <utility>
 
 #include "core/scene/model_fields.hpp"
+#include "drivers/files/height_map_file.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/scene_table.hpp"
@@ -141,6 +145,38 @@ void read_electrodes(SceneTable& root, Findings& findings, Scene& scene) {
   });
 }
 
+void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
+  table.read(bind_fields(skin));
+  for_each_table(table, "layer", findings, [&](const toml::table& layer) {
+    if (skin.layers.count == SkinLayers::kMost) {
+      findings.fail(layer.source(), "skin.layer may have at most 10 layers");
+      return;
+    }
+    SkinLayer& read = skin.layers.layer[skin.layers.count++];
+    read = {};
+    SceneTable(layer, "skin.layer", findings).read(bind_fields(read)).finish();
+  });
+  table.finish();
+}
+
+/// The heights of measured shapes, whose names are relative to the folder of the scene's file.
+void read_shapes(const std::string& scene_file, Findings& findings, Scene& scene) {
+  const auto folder = std::filesystem::path(scene_file).parent_path();
+  for (Indenter& indenter : scene.model.indenters) {
+    TipShape& shape = indenter.shape;
+    if (indenter.tip != Indenter::Tip::kShape || shape.file.empty()) continue;
+    std::error_code ignored;
+    const std::string beside = (folder / shape.file).string();
+    if (std::filesystem::exists(beside, ignored)) shape.file = beside;
+    auto map = read_height_map(shape.file, shape.pixel_mm);
+    if (map) {
+      shape.map = std::make_shared<HeightMap>(std::move(*map));
+    } else if (findings.error.empty()) {
+      findings.error = findings.file + ": " + map.error().sentence;
+    }
+  }
+}
+
 Scene scene_of(const toml::table& root, Findings& findings) {
   SceneTable top(root, "", findings);
   std::size_t preset = 0;
@@ -155,7 +191,8 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   const auto read = [&](std::string_view table, const BoundFields& keys) {
     with_table(top, table, findings, [&](SceneTable reader) { reader.read(keys).finish(); });
   };
-  read("skin", bind_fields(scene.model.skin));
+  with_table(top, "skin", findings,
+             [&](SceneTable table) { read_skin(std::move(table), findings, scene.model.skin); });
   read_patches(top, findings, scene);
   read("accuracy", accuracy_keys(scene));
   read("transduction", bind_fields(scene.model.transduction));
@@ -243,6 +280,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   }
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);
+  read_shapes(name, findings, scene);
   if (!findings.error.empty()) return bad_input(findings.error);
   scene.file = name;
   scene.text = text;

@@ -110,6 +110,12 @@ std::vector<SceneSection> sections_of(Scene& scene) {
     sections.push_back({"[[probe]]", "a probe and its tip", probe_keys(scene, i)});
   }
   sections.push_back({"[skin]", "material and shape of the skin", bind_fields(model.skin)});
+  for (SkinLayer& layer : model.skin.layers.all()) {
+    sections.push_back({"[[skin.layer]]",
+                        "an elastic layer, from the surface inwards; replaces the moduli and "
+                        "thickness_mm of [skin]",
+                        bind_fields(layer)});
+  }
   for (auto& patch : model.patches) {
     sections.push_back({"[[receptors]]", "a patch of skin", receptor_fields(patch)});
   }

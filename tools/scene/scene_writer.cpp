@@ -133,10 +133,11 @@ std::string scene_keys_text() {
       "`paper`; the top-level\nkey `preset` selects another:\n\n" +
       preset_list("- `", "`: ") +
       "\n`merkel scene NAME` prints a preset as a complete scene file. `[[probe]]`, "
-      "`[[receptors]]`, `[[electrode]]` and `[[sink]]` may be\nrepeated; `[[sink]]` has one key, "
+      "`[[skin.layer]]`, `[[receptors]]`, `[[electrode]]` and `[[sink]]`\nmay be repeated; `[[sink]]` has one key, "
       "`uri`.\n";
   Scene scene = *preset_scene("paper");
   scene.encoding.electrodes.push_back({.name = "E1"});
+  scene.model.skin.layers.count = 1;
   for (const SceneSection& section : sections_of(scene)) {
     if (section.heading != "[neuron]") {
       text.append("\n## `").append(section.heading).append("`: ").append(section.meaning);

@@ -13,7 +13,7 @@ namespace HWY_NAMESPACE {
 
 /// Lanes are the values of a node.
 void interpolate_patch(const GridPatch& patch, GridNode& total) {
-  using D = hn::CappedTag<double, 8>;
+  using D = hn::CappedTag<float, 8>;
   constexpr int kVectors = static_cast<int>(8 / hn::MaxLanes(D()));
   using Math = SideBySide<D, kVectors>;
   using X = VectorPack<D, kVectors>;

@@ -6,9 +6,9 @@
 namespace merkel {
 
 /// The values at a node of a grid: seven and a zero, so that a node is a whole number of vectors.
-struct alignas(64) GridNode {
+struct alignas(32) GridNode {
   static constexpr std::size_t kFields = 7;
-  std::array<double, 8> values{};
+  std::array<float, 8> values{};
 };
 
 /// A node and the 15 around it that a cubic interpolation in two directions needs, in two tables.

@@ -53,6 +53,12 @@ double shear_modulus(const SkinLayer& layer) {
 }
 
 std::vector<SkinLayer> layers_of(const SkinParameters& skin) {
+  if (!skin.layers.empty()) {
+    const auto all = skin.layers.all();
+    std::vector<SkinLayer> layers(all.begin(), all.end());
+    if (!skin.bone) layers.back().thickness_mm = std::numeric_limits<double>::infinity();
+    return layers;
+  }
   return {{.thickness_mm = skin.thickness_mm,
            .youngs_modulus_kPa = SkinMaterial(skin).youngs_modulus_kPa(),
            .poisson_ratio = skin.poisson_ratio}};

@@ -8,18 +8,6 @@
 
 namespace merkel {
 
-/// An elastic layer of skin. Poisson's ratio may be 0.5.
-struct SkinLayer {
-  double thickness_mm = 0.0;  ///< infinite: the last layer of a half-space
-  double youngs_modulus_kPa = 0.0;
-  double poisson_ratio = 0.0;
-
-  /// E* = E/(1−ν²).
-  [[nodiscard]] double reduced_modulus_kPa() const noexcept {
-    return youngs_modulus_kPa / (1.0 - poisson_ratio * poisson_ratio);
-  }
-};
-
 /// Elastic layers bonded to each other, from the surface inwards. The last one is bonded to bone,
 /// or infinitely thick.
 ///
@@ -30,7 +18,7 @@ struct SkinLayer {
 class LayeredMedium {
  public:
   explicit LayeredMedium(std::vector<SkinLayer> layers);
-  /// The medium of a scene: one material, down to infinity or to the bone.
+  /// The medium of a scene: its layers, or one material down to infinity or to the bone.
   explicit LayeredMedium(const SkinParameters& skin);
 
   /// Response at a depth to a unit pressure p(ξ): in units of p, with U in p/(2Gξ).

@@ -6,17 +6,33 @@
 namespace merkel {
 namespace {
 
-constexpr double kPixelsPerFeature = 6.0;
-constexpr double kPixelsPerDepth = 8.0;
+constexpr double kPixelsPerFeature = 12.0;
+constexpr double kPixelsPerDepth = 6.0;
 constexpr double kMostPixels = 65536.0;
 constexpr double kFinestPixel_mm = 0.01;
-/// Nodes are this many per receptor depth, or fewer.
-constexpr double kNodesPerDepth = 8.0;
-constexpr RigidContact::Accuracy kTableAccuracy{.tolerance = 1e-4, .most_iterations = 200};
+constexpr double kNodesPerDepth = 6.0;
+constexpr double kLeastMargin_mm = 6.0;
+constexpr double kMostMargin_mm = 10.0;
+constexpr double kMostMarginPixels = 150.0;  ///< where pixels are fine, a smaller margin
+constexpr RigidContact::Accuracy kTableAccuracy{.tolerance = 5e-4, .most_iterations = 300};
 
 /// Pixels on both sides of a middle, so that they cover a half width.
 std::size_t pixels_over(double half_mm, double pixel_mm) {
   return 2 * static_cast<std::size_t>(std::ceil(half_mm / pixel_mm)) + 1;
+}
+
+/// Nodes, each `stride` pixels apart, over a contact and its margin: as many as fill the transform
+/// that the least margin needs.
+std::size_t nodes_around(std::size_t contact, std::size_t stride, double pixel_mm) {
+  const double half_mm = 0.5 * static_cast<double>(contact) * pixel_mm;
+  const double step_mm = pixel_mm * static_cast<double>(stride);
+  const auto window = [&](std::size_t nodes) { return (nodes - 1) * stride + 1; };
+  const double finest_mm = kMostMarginPixels * pixel_mm;
+  std::size_t nodes = pixels_over(half_mm + std::min(kLeastMargin_mm, finest_mm), step_mm);
+  const std::size_t most = pixels_over(half_mm + kMostMargin_mm, step_mm);
+  const std::size_t room = padded_pixels(contact + window(nodes) - 1);
+  while (nodes + 2 <= most && contact + window(nodes + 2) - 1 <= room) nodes += 2;
+  return nodes;
 }
 
 }  // namespace
@@ -31,21 +47,16 @@ PixelGrid contact_pixels(const PressedTip& tip, double receptor_depth_mm) {
 }
 
 PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
-                         double receptor_depth_mm, double deepest_mm, std::size_t count,
-                         double margin_mm) {
+                         double receptor_depth_mm, std::size_t count) {
   const PixelGrid contact = contact_pixels(tip, receptor_depth_mm);
   const double pixel = contact.pixel_mm;
   const auto stride = static_cast<std::size_t>(
       std::max(1.0, std::floor(receptor_depth_mm / kNodesPerDepth / pixel + 1e-9)));
-  // The nodes are every `stride`-th pixel of a window around the same middle.
-  const auto nodes = [&](std::size_t pixels) {
-    const double half = 0.5 * static_cast<double>(pixels) * pixel + margin_mm;
-    return pixels_over(half, pixel * static_cast<double>(stride));
-  };
   PressTables press{.grid = {.pixel_mm = pixel * static_cast<double>(stride),
-                             .columns = nodes(contact.columns),
-                             .rows = nodes(contact.rows)},
-                    .tables = std::vector<PressTables::Table>(count + 1)};
+                             .columns = nodes_around(contact.columns, stride, pixel),
+                             .rows = nodes_around(contact.rows, stride, pixel)},
+                    .tables = std::vector<PressTables::Table>(count + 1),
+                    .contact = contact};
   const PixelGrid window{.pixel_mm = pixel,
                          .columns = (press.grid.columns - 1) * stride + 1,
                          .rows = (press.grid.rows - 1) * stride + 1};
@@ -62,21 +73,26 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
   for (std::size_t k = 1; k <= count; ++k) {
     const double part = static_cast<double>(k) / static_cast<double>(count);
     PressTables::Table& table = press.tables[k];
-    table.depth_mm = part * part * deepest_mm;
+    table.depth_mm = part * part * tip.deepest_mm;
     const RigidContact::Solution solution = solver.press(table.depth_mm, kTableAccuracy);
+    press.iterations += solution.iterations;
+    press.error = std::max(press.error, solution.error);
     table.force_mN_per_mm = solution.force_mN / table.depth_mm;
+    table.area_mm2 = solution.area_mm2;
+    table.peak_pressure_kPa = solution.peak_pressure_kPa;
     table.nodes.resize(press.grid.pixels());
     kernels.transform().forward(solver.pressure_kPa(), contact.columns, contact.rows, pressure);
     for (std::size_t f = 0; f < kPixelFields; ++f) {
       kernels.transform().convolve(pressure, fields[f], window.columns, window.rows, image);
       for (std::size_t row = 0; row < press.grid.rows; ++row) {
         for (std::size_t column = 0; column < press.grid.columns; ++column) {
-          table.nodes[row * press.grid.columns + column].values[f] =
-              image[row * stride * window.columns + column * stride] / table.depth_mm;
+          table.nodes[row * press.grid.columns + column].values[f] = static_cast<float>(
+              image[row * stride * window.columns + column * stride] / table.depth_mm);
         }
       }
     }
   }
+  press.pressure_kPa.assign(solver.pressure_kPa().begin(), solver.pressure_kPa().end());
   return press;
 }
 

@@ -16,6 +16,8 @@ struct PressedTip {
   double half_width_mm = 0.0;   ///< of the largest contact along x
   double half_length_mm = 0.0;  ///< along y
   double feature_mm = 0.0;      ///< the smallest part of the tip that must be resolved
+  double deepest_mm = 1.0;      ///< of the tables
+  bool proportional = false;    ///< to the depth: a flat end on flat skin
 };
 
 /// The fields of a press at depths (k/last)²·deepest, per mm of depth; the first is empty.
@@ -23,20 +25,26 @@ struct PressTables {
   struct Table {
     double depth_mm = 0.0;
     double force_mN_per_mm = 0.0;
+    double area_mm2 = 0.0;           ///< of the contact
+    double peak_pressure_kPa = 0.0;  ///< of a pixel: at a sharp rim, it depends on its size
     std::vector<GridNode> nodes;
   };
-  PixelGrid grid;  ///< of the nodes, around the tip's origin
+  PixelGrid grid;  ///< of the nodes, around the tip's axis
   std::vector<Table> tables;
+  PixelGrid contact;                 ///< in which the contact is solved
+  std::vector<double> pressure_kPa;  ///< at the deepest table
+  int iterations = 0;                ///< of all solutions
+  double error = 0.0;                ///< largest of the solutions, see RigidContact::Solution
 };
 
-/// The pixels of a tip's contact: six across its smallest feature, eight per receptor depth, fewer
+/// The pixels of a tip's contact: twelve across its smallest feature, six per receptor depth, fewer
 /// where that would be more than 2^16 in all.
 [[nodiscard]] PixelGrid contact_pixels(const PressedTip& tip, double receptor_depth_mm);
 
-/// Solves the contact at `count` depths and computes stresses and displacements.
+/// Solves the contact at `count` depths and computes stresses and displacements on the contact and
+/// a margin around it of at least 6 mm, and 10 mm at most, where that takes no larger transforms.
 /// Real-time: no.
 [[nodiscard]] PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
-                                       double receptor_depth_mm, double deepest_mm,
-                                       std::size_t count, double margin_mm);
+                                       double receptor_depth_mm, std::size_t count);
 
 }  // namespace merkel

@@ -54,6 +54,14 @@ TipHeight sphere_height(double radius_mm) {
   return [curvature = 0.5 / radius_mm](double x, double y) { return curvature * (x * x + y * y); };
 }
 
+TipHeight exact_sphere_height(double radius_mm) {
+  return [=](double x, double y) {
+    const double r2 = x * x + y * y;
+    const double root2 = radius_mm * radius_mm - r2;
+    return root2 < 0.0 ? kNoTip : r2 / (radius_mm + std::sqrt(root2));
+  };
+}
+
 TipHeight pin_height(double diameter_mm, double edge_radius_mm) {
   return [=](double x, double y) {
     return flat_end(0.5 * diameter_mm - std::hypot(x, y), edge_radius_mm);

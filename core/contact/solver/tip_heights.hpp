@@ -17,6 +17,8 @@ using TipHeight = std::function<double(double x_mm, double y_mm)>;
 
 /// A paraboloid with the sphere's curvature, as in Hertz contact.
 [[nodiscard]] TipHeight sphere_height(double radius_mm);
+/// The sphere itself, which ends at its equator.
+[[nodiscard]] TipHeight exact_sphere_height(double radius_mm);
 [[nodiscard]] TipHeight pin_height(double diameter_mm, double edge_radius_mm);
 struct FlatRectangle {
   double x_mm, y_mm;           ///< of its centre

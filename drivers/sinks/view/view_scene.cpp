@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/contact/pressed_tip.hpp"
 #include "core/records/stimulation_command.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
@@ -53,19 +54,18 @@ Json json_of(const PatchParameters& parameters) {
 Json json_of(const Indenter& indenter) {
   const bool force = indenter.control == Indenter::Control::kForce;
   Json json = {{"patch", indenter.patch}, {"control", force ? "force" : "depth"}};
+  json["tip"] = Indenter::name_of(indenter.tip);
   switch (indenter.tip) {
     case Indenter::Tip::kSphere:
-      json.update({{"tip", "sphere"}, {"radius_mm", indenter.radius_mm}});
+      json["radius_mm"] = indenter.radius_mm;
       break;
     case Indenter::Tip::kBars:
-      json.update({{"tip", "bars"},
-                   {"bar_length_mm", indenter.bars.length_mm},
+      json.update({{"bar_length_mm", indenter.bars.length_mm},
                    {"bar_widths_mm", indenter.bars.widths_mm},
                    {"bar_gaps_mm", indenter.bars.gaps_mm}});
       break;
-    case Indenter::Tip::kPin:
-      json.update({{"tip", "pin"}, {"diameter_mm", indenter.pin.diameter_mm}});
-      break;
+    default:
+      json["diameter_mm"] = across_mm(indenter);
   }
   return json;
 }

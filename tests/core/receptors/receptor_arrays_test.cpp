@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/contact/pin_contact.hpp"
 #include "core/math/random.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/studies/reference/flat_punch.hpp"
 
 namespace merkel {
 namespace {
@@ -16,6 +16,10 @@ namespace {
 constexpr double kX_mm = 14.3;
 constexpr double kY_mm = 9.1;
 constexpr double kStiffening = 1.7;
+
+Indenter pin(double diameter_mm) {
+  return {.tip = Indenter::Tip::kPin, .pin = {.diameter_mm = diameter_mm}};
+}
 
 std::vector<Receptor> scattered() {
   Random random(5);
@@ -30,12 +34,12 @@ std::vector<Receptor> scattered() {
 /// The largest difference of the energy density under a pin from that of `stress(dx, dy)` at every
 /// receptor, as a fraction of the largest energy density.
 template <class Real, class Stress>
-double error_under(const FlatTipField& field, const SkinParameters& skin, double depth_mm,
+double error_under(const TipField& field, const SkinParameters& skin, double depth_mm,
                    Stress stress) {
   const std::vector<Receptor> receptors = scattered();
   ReceptorArrays<Real> arrays(receptors, skin, {});
   const PlacedContact placed{.contact = {.depth_mm = depth_mm, .stiffening = kStiffening},
-                             .flat_tip = &field,
+                             .field = &field,
                              .x_mm = kX_mm,
                              .y_mm = kY_mm};
   arrays.press({&placed, 1}, 0, receptors.size());
@@ -56,28 +60,44 @@ TEST(ReceptorArrays, EnergyUnderAPinOnFlatSkinIsThatOfTheClosedForm) {
   for (const EnergyDensity kind : {EnergyDensity::kDistortional, EnergyDensity::kFull}) {
     for (const double diameter_mm : {0.5, 1.0, 6.35}) {
       const SkinParameters skin{.energy_density = kind};
-      const PinTip pin{.diameter_mm = diameter_mm};
-      const SkinMaterial material(skin);
-      const double force_mN = 0.8 * pin_force_mN_per_mm(pin, material.reduced_modulus_kPa());
+      const double force_mN = 0.8 * diameter_mm * SkinMaterial(skin).reduced_modulus_kPa();
       const auto closed_form = [&](double dx, double dy) {
-        return cartesian(pin_stress(force_mN, 0.5 * diameter_mm, skin.poisson_ratio,
-                                    std::hypot(dx, dy), skin.receptor_depth_mm),
-                         dx, dy);
+        return cartesian(
+            reference::flat_punch_stress(force_mN, 0.5 * diameter_mm, skin.poisson_ratio,
+                                         std::hypot(dx, dy), skin.receptor_depth_mm),
+            dx, dy);
       };
-      const FlatTipField field(pin, skin);
-      EXPECT_LT(error_under<double>(field, skin, 0.8, closed_form), 3e-4) << diameter_mm;
-      EXPECT_LT(error_under<float>(field, skin, 0.8, closed_form), 3e-4) << diameter_mm;
+      const TipField field(pin(diameter_mm), skin);
+      EXPECT_LT(error_under<double>(field, skin, 0.8, closed_form), 0.02) << diameter_mm;
+      EXPECT_LT(error_under<float>(field, skin, 0.8, closed_form), 0.02) << diameter_mm;
     }
   }
 }
 
-TEST(ReceptorArrays, EnergyUnderAPinOnAFingerIsThatOfTheGrid) {
-  const SkinParameters skin{.radius_mm = 7.0};
-  const FlatTipField field(PinTip{.diameter_mm = 1.0}, skin);
-  // 0.03 mm: the rim does not touch yet.
-  for (const double depth_mm : {0.03, 0.2, 1.0, 2.5}) {
+// A lone tip is remembered at every receptor: in place, moved, between other tables and beyond
+// them.
+TEST(ReceptorArrays, EnergyUnderOneTipIsThatOfItsStress) {
+  const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = 14.0};
+  const TipField field(pin(1.0), skin);
+  for (const double depth_mm : {0.03, 0.031, 0.2, 1.0, 2.5}) {
     const auto at = [&](double dx, double dy) { return field.at(dx, dy, depth_mm).stress; };
     EXPECT_LT(error_under<double>(field, skin, depth_mm, at), 1e-3) << depth_mm;
+  }
+  const std::vector<Receptor> receptors = scattered();
+  ReceptorArrays<double> arrays(receptors, skin, {});
+  const auto energies = [&](double depth_mm, double x_mm) {
+    ReceptorArrays<double> fresh(receptors, skin, {});
+    const PlacedContact placed{
+        .contact = {.depth_mm = depth_mm}, .field = &field, .x_mm = x_mm, .y_mm = kY_mm};
+    arrays.press({&placed, 1}, 0, receptors.size());
+    fresh.press({&placed, 1}, 0, receptors.size());
+    for (std::size_t i = 0; i < receptors.size(); ++i) {
+      ASSERT_EQ(arrays.energy_density_kPa(i), fresh.energy_density_kPa(i));
+    }
+  };
+  for (const auto& [depth_mm, x_mm] :
+       {std::pair{0.5, 14.3}, {0.51, 14.3}, {0.51, 15.0}, {0.02, 15.0}, {0.51, 14.3}}) {
+    energies(depth_mm, x_mm);
   }
 }
 

@@ -31,8 +31,8 @@ struct Reference {
     for (const PlacedContact& placed : contacts) {
       const double dx = receptor.x_mm - placed.x_mm;
       const double dy = receptor.y_mm - placed.y_mm;
-      if (placed.flat_tip != nullptr) {
-        sum += placed.flat_tip->at(dx, dy, placed.contact.depth_mm).stress;
+      if (placed.field != nullptr) {
+        sum += placed.field->at(dx, dy, placed.contact.depth_mm).stress;
       } else {
         sum += cartesian(huber_stress(placed.contact, skin.poisson_ratio, std::hypot(dx, dy),
                                       skin.receptor_depth_mm),
@@ -47,8 +47,8 @@ struct Reference {
     for (const PlacedContact& placed : contacts) {
       const double dx = receptor.x_mm - placed.x_mm;
       const double dy = receptor.y_mm - placed.y_mm;
-      sum += placed.flat_tip != nullptr
-                 ? placed.flat_tip->at(dx, dy, placed.contact.depth_mm).displacement
+      sum += placed.field != nullptr
+                 ? placed.field->at(dx, dy, placed.contact.depth_mm).displacement
                  : HertzContact::surface_displacement_mm(placed.contact, std::hypot(dx, dy));
     }
     return sum;
@@ -151,16 +151,17 @@ TEST(ReceptorDrive, ReceptorsAtAnyDepthAgreeWithTheScalarClosedForms) {
 
 TEST(ReceptorDrive, BarsAndSpheresActTogether) {
   const Reference reference;
-  const FlatTipField bars(BarTip{}, reference.skin);
+  const TipField bars({.tip = Indenter::Tip::kBars}, reference.skin);
   ReceptorDrive drive = drive_of(reference);
   for (const double depth : {0.001, 0.003, 0.4}) {
     const std::vector<PlacedContact> contacts = {
-        {.contact = {.depth_mm = depth}, .flat_tip = &bars, .x_mm = 14.0, .y_mm = 9.0},
+        {.contact = {.depth_mm = depth}, .field = &bars, .x_mm = 14.0, .y_mm = 9.0},
         sphere(0.01, 4.0, 4.0)};
     drive.compute(contacts);
     expect_currents(drive, reference.currents(receptors_of_the_paper(), contacts), 1e-10);
     drive.compute({contacts.data(), 1});
-    expect_currents(drive, reference.currents(receptors_of_the_paper(), {contacts[0]}), 1e-10);
+    // Energies are interpolated for one tip, stresses for several.
+    expect_currents(drive, reference.currents(receptors_of_the_paper(), {contacts[0]}), 5e-3);
   }
 }
 
@@ -184,21 +185,22 @@ TEST(ReceptorDrive, GivesTheSameBitsOnEveryInstructionSet) {
 
 TEST(ReceptorDrive, FlatTipsGiveTheSameBitsOnEveryInstructionSet) {
   const Reference reference{.skin = {.radius_mm = 7.0}, .transduction = {}};
-  const FlatTipField pin(PinTip{.diameter_mm = 1.0}, reference.skin);
-  const FlatTipField bar(BarTip{.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 4.0},
-                         reference.skin);
+  const TipField pin({.tip = Indenter::Tip::kPin}, reference.skin);
+  const TipField bar(
+      {.tip = Indenter::Tip::kBars, .bars = {.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 4.0}},
+      reference.skin);
   for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
     on_every_simd_target([&] {
       ReceptorDrive drive = drive_of(reference, precision);
       std::vector<double> bits;
       for (const double depth_mm : {0.02, 0.4, 1.3}) {
-        const auto tip = [&](const FlatTipField& field, double x_mm) {
+        const auto tip = [&](const TipField& field, double x_mm) {
           return PlacedContact{.contact = {.depth_mm = depth_mm, .force_mN = 1.0},
-                               .flat_tip = &field,
+                               .field = &field,
                                .x_mm = x_mm,
                                .y_mm = 9.3};
         };
-        // One pin is a profile; the others are vectors of the grid's nodes.
+        // One tip is remembered at every receptor; the others are vectors of the grid's nodes.
         for (const std::vector<PlacedContact>& contacts :
              {std::vector{tip(pin, 14.2)}, std::vector{tip(bar, 15.1)},
               std::vector{tip(pin, 12.0), tip(pin, 16.5)},
@@ -258,7 +260,7 @@ TEST(DriveReach, TwoTipsAtOnePlaceTogetherKeepTheTolerance) {
     const DriveReach reach(tip, reference.skin, kLimit_kPa, 2);
     for (const double depth_mm : {0.5, 1.0, 2.0}) {
       const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
-                                 .flat_tip = tip.flat_tip()};
+                                 .field = tip.field()};
       const auto energy_kPa = [&](double r_mm) {
         return reference.energy({.x_mm = r_mm}, {placed, placed});
       };
@@ -285,7 +287,7 @@ TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
       EXPECT_GE(radius, before);
       before = radius;
       ASSERT_TRUE(std::isfinite(radius));
-      PlacedContact placed{.contact = {.depth_mm = depth}, .flat_tip = tip.flat_tip()};
+      PlacedContact placed{.contact = {.depth_mm = depth}, .field = tip.field()};
       if (tip.sphere() != nullptr) placed.contact = tip.sphere()->at_depth(depth);
       for (double r = radius; r < 60.0; r += 0.37) {
         for (double angle = 0.0; angle < 6.3; angle += 0.21) {

@@ -1,7 +1,7 @@
 // Bars on a curved finger: the model's contact against boundary elements.
 #include <fmt/core.h>
 
-#include "core/contact/flat_tip_field.hpp"
+#include "core/contact/tip_field.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"
@@ -25,14 +25,16 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
       "middle and under an edge.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
       "|\n|---|---|---|---|---|\n";
   for (const double width : {1.0, 3.0}) {
-    const BarTip tip{.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0};
-    const FlatTipField field(tip, skin);
+    const Indenter tip{.tip = Indenter::Tip::kBars,
+                       .bars = {.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0}};
+    const TipField field(tip, skin);
     for (const double depth : {0.3, 0.7, 1.5}) {
       const reference::FlatTipBoundaryElements elements(
           {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
            .poisson_ratio = skin.poisson_ratio,
            .width_mm = width,
-           .length_mm = tip.length_mm,
+           .length_mm = tip.bars.length_mm,
+
            .skin_radius_mm = skin.radius_mm,
            .depth_mm = depth});
       const auto energy = [&](const CartesianStress& stress) {

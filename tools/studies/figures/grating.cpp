@@ -6,7 +6,7 @@
 
 #include <fmt/core.h>
 
-#include "core/contact/flat_tip_field.hpp"
+#include "core/contact/tip_field.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/receptors/sigmoid_transduction.hpp"
 #include "core/skin/strain_energy_density.hpp"
@@ -39,7 +39,7 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
   const SigmoidTransduction transduction;
-  const FlatTipField field(tip, skin);
+  const TipField field({.tip = Indenter::Tip::kBars, .bars = tip}, skin);
 
   std::vector<double> x;
   std::vector<double> energy;

@@ -154,7 +154,7 @@ export class Finger {
       let left = x - (tip.bar_widths_mm.reduce((a, b) => a + b, 0) + tip.bar_gaps_mm.reduce((a, b) => a + b, 0)) / 2;
       tip.bar_widths_mm.forEach((w, i) => { c.rect(left, y - tip.bar_length_mm / 2, w, tip.bar_length_mm); left += w + (tip.bar_gaps_mm[i] ?? 0); });
     } else {
-      const radius = tip.tip === 'pin' ? tip.diameter_mm / 2 : tip.radius_mm;
+      const radius = tip.tip === 'sphere' ? tip.radius_mm : tip.diameter_mm / 2;
       if (radius) c.arc(x, y, radius, 0, 7);
     }
   }

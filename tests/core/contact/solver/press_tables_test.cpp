@@ -1,13 +1,15 @@
 #include "core/contact/solver/press_tables.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "core/contact/layer_field.hpp"
-#include "core/contact/pin_contact.hpp"
 #include "core/contact/sphere_law.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 
 namespace merkel {
@@ -36,7 +38,7 @@ TEST(PressTables, TheFieldOfAPinIsItsClosedForm) {
   const LayeredMedium medium(skin);
   const PressTables press = press_tables(
       {.gap = pin_height(1.0, 0.0), .half_width_mm = 0.5, .half_length_mm = 0.5, .feature_mm = 1.0},
-      medium, 0.65, 1.0, 1, 3.0);
+      medium, 0.65, 1);
   const double force = press.tables[1].force_mN_per_mm;
   EXPECT_NEAR(force / medium.reduced_modulus_kPa(), 1.0, 0.005);
   const auto at = [&](std::size_t steps) {
@@ -44,10 +46,10 @@ TEST(PressTables, TheFieldOfAPinIsItsClosedForm) {
   };
   for (const std::size_t i : {0U, 3U, 6U, 10U, 20U}) {
     for (const std::size_t j : {0U, 4U, 11U}) {
-      const double exact =
-          energy_density_kPa(pin_stress(medium.reduced_modulus_kPa(), 0.5, skin.poisson_ratio,
-                                        std::hypot(at(i), at(j)), 0.65),
-                             SkinMaterial(skin), EnergyDensity::kDistortional);
+      const double exact = energy_density_kPa(
+          reference::flat_punch_stress(medium.reduced_modulus_kPa(), 0.5, skin.poisson_ratio,
+                                       std::hypot(at(i), at(j)), 0.65),
+          SkinMaterial(skin), EnergyDensity::kDistortional);
       for (const double sign : {-1.0, 1.0}) {
         EXPECT_NEAR(energy_at(press, 1, sign * at(i), -sign * at(j), skin) / exact, 1.0, 0.01)
             << i << " " << j;
@@ -67,8 +69,9 @@ TEST(PressTables, APinOnAFingerOfTwoRadiiAgreesWithBoundaryElements) {
         press_tables({.gap = above_finger(pin_height(diameter, 0.0), 14.0, 7.0, {}),
                       .half_width_mm = 0.5 * diameter,
                       .half_length_mm = 0.5 * diameter,
-                      .feature_mm = diameter},
-                     medium, 0.65, 2.0, 2, 1.0);
+                      .feature_mm = diameter,
+                      .deepest_mm = 2.0},
+                     medium, 0.65, 2);
     for (const std::size_t table : {1U, 2U}) {
       const reference::FlatTipBoundaryElements elements(
           {.reduced_modulus_kPa = medium.reduced_modulus_kPa(),
@@ -98,7 +101,7 @@ TEST(PressTables, TheFieldOfASphereOnALayerIsTheHankelTransforms) {
   const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
   const PressTables press = press_tables(
       {.gap = sphere_height(5.0), .half_width_mm = 2.6, .half_length_mm = 2.6, .feature_mm = 5.0},
-      LayeredMedium(skin), 0.65, 1.0, 1, 1.0);
+      LayeredMedium(skin), 0.65, 1);
   const ContactState contact = SphereLaw(skin, 5.0).at_depth(1.0);
   const LayerField field(skin, 3.0);
   const double peak = energy_density_kPa(field.stress(contact, 0.0), SkinMaterial(skin),

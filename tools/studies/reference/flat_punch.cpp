@@ -1,27 +1,13 @@
-#include "core/contact/pin_contact.hpp"
+#include "tools/studies/reference/flat_punch.hpp"
 
 #include <cassert>
 #include <cmath>
 #include <complex>
 #include <numbers>
 
-namespace merkel {
+namespace merkel::reference {
 
-FieldTable PinTip::fields() {
-  static constexpr Field kFields[] = {{"diameter_mm", "mm", positive(100.0),
-                                       "diameter of a flat round pin", at<&PinTip::diameter_mm>}};
-  return {"probe", kFields};
-}
-
-Expected<void, ParameterError> PinTip::check() const {
-  return ParameterCheck().fields(*this).result();
-}
-
-double pin_force_mN_per_mm(const PinTip& pin, double reduced_modulus_kPa) noexcept {
-  return pin.diameter_mm * reduced_modulus_kPa;
-}
-
-AxisymmetricStress pin_stress(double force_mN, double a, double nu, double r, double z) noexcept {
+AxisymmetricStress flat_punch_stress(double force_mN, double a, double nu, double r, double z) {
   assert(z > 0.0);
   using Complex = std::complex<double>;
   const Complex c(z, a);
@@ -50,9 +36,9 @@ AxisymmetricStress pin_stress(double force_mN, double a, double nu, double r, do
           .tau_rz = -scale * z * r * rz_over_r.imag()};
 }
 
-double pin_displacement_mm(double depth_mm, double radius_mm, double r_mm) noexcept {
+double flat_punch_displacement_mm(double depth_mm, double radius_mm, double r_mm) {
   if (r_mm <= radius_mm) return depth_mm;
   return depth_mm * 2.0 / std::numbers::pi * std::asin(radius_mm / r_mm);
 }
 
-}  // namespace merkel
+}  // namespace merkel::reference

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "core/contact/indenter.hpp"
+#include "core/contact/solver/press_tables.hpp"
+#include "core/skin/skin_material.hpp"
+
+namespace merkel {
+
+/// The height of an indenter's tip, turned and tilted, infinite beyond its end.
+[[nodiscard]] TipHeight height_of(const Indenter& indenter, const SkinParameters& skin);
+
+/// The tip above the finger's apex: its gap, the part of it that can touch, and the depths to
+/// solve. Bars on a finger with skin.apex_mm touch as if the finger were straight along.
+[[nodiscard]] PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin);
+
+/// Diameter of the circle around a tip, mm; infinite for a plate.
+[[nodiscard]] double across_mm(const Indenter& indenter) noexcept;
+
+/// Whether the pixels of a tip resolve its smallest part.
+[[nodiscard]] bool fits(const PressedTip& tip, double receptor_depth_mm) noexcept;
+
+}  // namespace merkel

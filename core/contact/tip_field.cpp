@@ -1,0 +1,208 @@
+#include "core/contact/tip_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/contact/pressed_tip.hpp"
+#include "core/math/cubic_interpolation.hpp"
+#include "core/skin/point_load.hpp"
+#include "core/skin/strain_energy_density.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kDepths = 28;       ///< number of tables
+constexpr std::size_t kFewerDepths = 14;  ///< of contacts with many pixels
+constexpr std::size_t kManyPixels = 20'000;
+/// Distances over which the response of layers to a point load is tabulated.
+constexpr double kFarthest_mm = 60.0;
+constexpr double kPointDisc_mm = 0.05;
+
+CartesianStress stress_of(const GridNode& node) {
+  const auto value = [&](std::size_t field) { return static_cast<double>(node.values[field]); };
+  return {.sigma_x = value(0),
+          .sigma_y = value(1),
+          .sigma_z = value(2),
+          .tau_xy = value(3),
+          .tau_yz = value(4),
+          .tau_zx = value(5)};
+}
+
+PressedTip at_one_depth(PressedTip tip, double depth_mm) {
+  tip.deepest_mm = depth_mm;
+  tip.proportional = true;
+  return tip;
+}
+
+}  // namespace
+
+TipField::TipField(const Indenter& indenter, const SkinParameters& skin)
+    : TipField(pressed_tip(indenter, skin), skin, 0) {}
+
+TipField::TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm)
+    : TipField(at_one_depth(pressed_tip(indenter, skin), depth_mm), skin, 1) {}
+
+TipField::TipField(PressedTip tip, const SkinParameters& skin, std::size_t count)
+    : skin_(skin),
+      kind_(skin.energy_density),
+      receptor_depth_mm_(skin.receptor_depth_mm),
+      half_diagonal_mm_(std::hypot(tip.half_width_mm, tip.half_length_mm)),
+      proportional_(tip.proportional) {
+  const LayeredMedium medium(skin);
+  surface_modulus_kPa_ = medium.reduced_modulus_kPa();
+  if (count == 0) {
+    const PixelGrid pixels = contact_pixels(tip, receptor_depth_mm_);
+    count = pixels.pixels() > kManyPixels ? kFewerDepths : kDepths;
+  }
+  press_ = press_tables(tip, medium, receptor_depth_mm_, proportional_ ? 1 : count);
+  if (!medium.half_space()) {
+    far_.emplace(medium, receptor_depth_mm_, kPointDisc_mm, kFarthest_mm);
+  }
+  fill_energies();
+}
+
+void TipField::fill_energies() {
+  const auto energy = [&](const CartesianStress& stress) {
+    return energy_density_kPa(stress, skin_, kind_);
+  };
+  for (std::size_t k = 0; k + 1 < press_.tables.size(); ++k) {
+    const auto& below = press_.tables[k].nodes;
+    const auto& above = press_.tables[k + 1].nodes;
+    std::vector<EnergyNode>& nodes = energies_.emplace_back(below.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      CartesianStress sum = stress_of(below[i]);
+      sum += stress_of(above[i]);
+      const double lower = energy(stress_of(below[i]));
+      const double upper = energy(stress_of(above[i]));
+      nodes[i].values[0] = static_cast<float>(lower);
+      nodes[i].values[1] = static_cast<float>(energy(sum) - lower - upper);
+      nodes[i].values[2] = static_cast<float>(upper);
+    }
+  }
+}
+
+TipField::Blend TipField::blend(double depth_mm) const noexcept {
+  const double depth = std::max(0.0, depth_mm);
+  const std::size_t last = press_.tables.size() - 1;
+  const double deepest = press_.tables[last].depth_mm;
+  if (proportional_ || depth >= deepest) {
+    const double before = press_.tables[last - 1].depth_mm;
+    const double beyond = (depth - deepest) / (deepest - before);
+    return {last - 1, {-beyond * before, deepest + beyond * deepest}};
+  }
+  const double place = static_cast<double>(last) * std::sqrt(depth / deepest);
+  const auto below = std::min(static_cast<std::size_t>(place), last - 1);
+  const double part = place - static_cast<double>(below);
+  return {below, {(1.0 - part) * depth, part * depth}};
+}
+
+double TipField::force_mN(double depth_mm) const noexcept {
+  const Blend at = blend(depth_mm);
+  return at.weight[0] * press_.tables[at.lower].force_mN_per_mm +
+         at.weight[1] * press_.tables[at.lower + 1].force_mN_per_mm;
+}
+
+double TipField::depth_mm(double force_mN_wanted) const noexcept {
+  if (!(force_mN_wanted > 0.0)) return 0.0;
+  double low = 0.0;
+  double high = press_.tables.back().depth_mm;
+  for (int doubling = 0; doubling < 60 && force_mN(high) < force_mN_wanted; ++doubling) {
+    low = high;
+    high *= 2.0;
+  }
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (force_mN(middle) < force_mN_wanted ? low : high) = middle;
+  }
+  return high;
+}
+
+double TipField::far_displacement_mm2(double depth_mm) const noexcept {
+  return force_mN(depth_mm) / (std::numbers::pi * surface_modulus_kPa_);
+}
+
+double TipField::largest_energy_kPa(double depth_mm) const noexcept {
+  const Blend at = blend(depth_mm);
+  double largest = 0.0;
+  for (const EnergyNode& node : energies_[at.lower]) {
+    largest =
+        std::max(largest, at.weight[0] * at.weight[0] * static_cast<double>(node.values[0]) +
+                              at.weight[0] * at.weight[1] * static_cast<double>(node.values[1]) +
+                              at.weight[1] * at.weight[1] * static_cast<double>(node.values[2]));
+  }
+  return largest;
+}
+
+double TipField::farthest_mm() const noexcept {
+  const PixelGrid& grid = press_.grid;
+  return 0.5 * grid.pixel_mm *
+         std::hypot(static_cast<double>(grid.columns), static_cast<double>(grid.rows));
+}
+
+TipField::Values TipField::far_away(double force_mN, double x_mm, double y_mm) const noexcept {
+  const double r = std::hypot(x_mm, y_mm);
+  const double half_space_mm = force_mN / (std::numbers::pi * surface_modulus_kPa_) / r;
+  if (far_) {
+    return {.stress = cartesian(far_->stress(r), x_mm, y_mm) * force_mN,
+            .displacement = half_space_mm + force_mN * far_->excess_displacement_mm(r)};
+  }
+  return {
+      .stress = cartesian(point_load_stress(force_mN, skin_.poisson_ratio(), r, receptor_depth_mm_),
+                          x_mm, y_mm),
+      .displacement = half_space_mm};
+}
+
+std::optional<std::size_t> TipField::place(double x_mm, double y_mm,
+                                           GridPatch& patch) const noexcept {
+  const PixelGrid& grid = press_.grid;
+  const double column = x_mm / grid.pixel_mm + 0.5 * static_cast<double>(grid.columns - 1);
+  const double row = y_mm / grid.pixel_mm + 0.5 * static_cast<double>(grid.rows - 1);
+  if (!(column >= 1.0 && column < static_cast<double>(grid.columns - 2) && row >= 1.0 &&
+        row < static_cast<double>(grid.rows - 2))) {
+    return std::nullopt;
+  }
+  const auto i = static_cast<std::size_t>(column);
+  const auto j = static_cast<std::size_t>(row);
+  patch.columns = grid.columns;
+  patch.along_x = cubic_weights(column - static_cast<double>(i));
+  patch.along_y = cubic_weights(row - static_cast<double>(j));
+  return (j - 1) * grid.columns + (i - 1);
+}
+
+TipField::Values TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept {
+  GridPatch patch;
+  const auto corner = place(x_mm, y_mm, patch);
+  if (!corner) return far_away(force_mN(depth_mm), x_mm, y_mm);
+  const Blend blended = blend(depth_mm);
+  for (std::size_t t = 0; t < 2; ++t) {
+    if (blended.weight[t] == 0.0) continue;
+    patch.corner[t] = press_.tables[blended.lower + t].nodes.data() + *corner;
+    patch.weight[t] = blended.weight[t];
+  }
+  const GridNode total = interpolate(patch);
+  return {.stress = stress_of(total), .displacement = static_cast<double>(total.values[6])};
+}
+
+TipField::Energies TipField::energies(std::size_t lower, double x_mm, double y_mm) const noexcept {
+  const double below = press_.tables[lower].force_mN_per_mm;
+  const double above = press_.tables[lower + 1].force_mN_per_mm;
+  GridPatch patch;
+  const auto corner = place(x_mm, y_mm, patch);
+  if (!corner) {
+    const double unit = energy_density_kPa(far_away(1.0, x_mm, y_mm).stress, skin_, kind_);
+    return {unit * below * below, 2.0 * unit * below * above, unit * above * above};
+  }
+  float sum[4] = {};
+  const EnergyNode* row = energies_[lower].data() + *corner;
+  for (std::size_t b = 0; b < 4; ++b, row += patch.columns) {
+    for (std::size_t a = 0; a < 4; ++a) {
+      const auto weight = static_cast<float>(patch.along_x[a] * patch.along_y[b]);
+      for (std::size_t v = 0; v < 4; ++v) sum[v] += weight * row[a].values[v];
+    }
+  }
+  return {static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])};
+}
+
+}  // namespace merkel

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "core/contact/indenter.hpp"
+#include "core/contact/solver/press_tables.hpp"
+#include "core/realtime_tag.hpp"
+#include "core/skin/skin_material.hpp"
+#include "core/skin/stress.hpp"
+
+namespace merkel {
+
+/// Stress at receptor depth and displacement of the surface under any tip: the contact is solved
+/// at several depths once per scene (PressTables) and then interpolated at any depth and position.
+///
+/// Between two tables, the field per mm of depth is linear in √d, as in Hertz contact. Deeper than
+/// the last table, it grows as between the last two, which is exact once the whole tip touches.
+/// Positions are relative to the tip's axis. Beyond the tables, the tip acts as a point load.
+/// Real-time: yes, after construction.
+class TipField {
+ public:
+  /// Solves the contact and fills the tables. Real-time: no (up to some seconds).
+  TipField(const Indenter& indenter, const SkinParameters& skin);
+  /// For one depth only.
+  TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm);
+
+  struct Values {
+    CartesianStress stress;     ///< kPa
+    double displacement = 0.0;  ///< mm
+  };
+  /// Stress and displacement at a point, by cubic interpolation in both directions.
+  [[nodiscard]] Values at(double x_mm, double y_mm, double depth_mm) const noexcept MERKEL_REALTIME;
+
+  [[nodiscard]] double force_mN(double depth_mm) const noexcept MERKEL_REALTIME;
+  /// The depth at which the tip presses with a force. A force ≤ 0 means no contact.
+  [[nodiscard]] double depth_mm(double force_mN) const noexcept MERKEL_REALTIME;
+
+  /// The field at a depth: table `lower` times weight[0] plus the next table times weight[1].
+  struct Blend {
+    std::size_t lower = 0;
+    double weight[2] = {};
+  };
+  [[nodiscard]] Blend blend(double depth_mm) const noexcept MERKEL_REALTIME;
+  /// The energy density of a blend is w0²·lower + w0·w1·cross + w1²·upper.
+  struct Energies {
+    double lower = 0.0;
+    double cross = 0.0;
+    double upper = 0.0;
+  };
+  /// Energies of two neighbouring tables in skin at rest, kPa per mm².
+  [[nodiscard]] Energies energies(std::size_t lower, double x_mm,
+                                  double y_mm) const noexcept MERKEL_REALTIME;
+
+  /// At a large distance r on a half-space, the surface is displaced by this value divided by r.
+  [[nodiscard]] double far_displacement_mm2(double depth_mm) const noexcept MERKEL_REALTIME;
+  /// Whether the skin is a half-space of one material.
+  [[nodiscard]] bool on_half_space() const noexcept { return !far_; }
+  /// Distance from the tip's axis within which the whole force acts.
+  [[nodiscard]] double half_diagonal_mm() const noexcept { return half_diagonal_mm_; }
+  /// The tables end this far from the axis at most.
+  [[nodiscard]] double farthest_mm() const noexcept;
+  [[nodiscard]] double deepest_mm() const noexcept { return press_.tables.back().depth_mm; }
+  /// The largest energy density at a node of the tables, kPa.
+  [[nodiscard]] double largest_energy_kPa(double depth_mm) const noexcept;
+  [[nodiscard]] const PressTables& tables() const noexcept { return press_; }
+
+ private:
+  struct alignas(16) EnergyNode {
+    float values[4] = {};  ///< lower, cross, upper, and a zero
+  };
+  TipField(PressedTip tip, const SkinParameters& skin, std::size_t count);
+  void fill_energies();
+  [[nodiscard]] Values far_away(double force_mN, double x_mm, double y_mm) const noexcept;
+  /// Fills a patch's weights. \return index of its first node, if it lies inside the grid
+  [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm,
+                                                 GridPatch& patch) const noexcept;
+
+  SkinMaterial skin_;
+  EnergyDensity kind_;
+  double receptor_depth_mm_;
+  double surface_modulus_kPa_;
+  double half_diagonal_mm_;
+  bool proportional_;
+  PressTables press_;
+  std::vector<std::vector<EnergyNode>> energies_;  ///< of each pair of tables
+  std::optional<PointResponse> far_;               ///< on layers
+};
+
+}  // namespace merkel

@@ -1,0 +1,258 @@
+#include "core/contact/tip_field.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "core/contact/pressed_tip.hpp"
+#include "core/contact/sphere_law.hpp"
+#include "core/skin/point_load.hpp"
+#include "core/skin/strain_energy_density.hpp"
+#include "tools/studies/reference/flat_punch.hpp"
+#include "tools/studies/reference/flat_tip_boundary_elements.hpp"
+
+namespace merkel {
+namespace {
+
+using Tip = Indenter::Tip;
+
+Indenter pin(double diameter_mm) { return {.tip = Tip::kPin, .pin = {.diameter_mm = diameter_mm}}; }
+Indenter bar(double width_mm, double length_mm) {
+  return {.tip = Tip::kBars,
+          .bars = {.widths_mm = {width_mm}, .gaps_mm = {}, .length_mm = length_mm}};
+}
+
+double energy(const CartesianStress& stress, const SkinParameters& skin) {
+  return energy_density_kPa(stress, SkinMaterial(skin), skin.energy_density);
+}
+
+TEST(TipField, AFlatPinIsTheClosedForm) {
+  const SkinParameters skin;
+  const double modulus = SkinMaterial(skin).reduced_modulus_kPa();
+  for (const double diameter : {0.5, 1.0, 6.35}) {
+    const TipField field(pin(diameter), skin);
+    EXPECT_NEAR(field.force_mN(0.7) / (0.7 * diameter * modulus), 1.0, 0.005) << diameter;
+    EXPECT_NEAR(field.force_mN(1.4), 2.0 * field.force_mN(0.7), 1e-9);
+    const auto exact = [&](double x, double y) {
+      return energy(cartesian(reference::flat_punch_stress(0.7 * diameter * modulus, 0.5 * diameter,
+                                                           skin.poisson_ratio, std::hypot(x, y),
+                                                           skin.receptor_depth_mm),
+                              x, y),
+                    skin);
+    };
+    const double rim = exact(0.5 * diameter, 0.0);
+    for (double x = -6.0; x < 6.0; x += 0.37) {
+      for (const double y : {0.0, -0.9, 2.1}) {
+        EXPECT_NEAR(energy(field.at(x, y, 0.7).stress, skin), exact(x, y), 0.02 * rim)
+            << diameter << " " << x << " " << y;
+      }
+    }
+    EXPECT_NEAR(
+        field.at(diameter, 0.3, 0.7).displacement,
+        reference::flat_punch_displacement_mm(0.7, 0.5 * diameter, std::hypot(diameter, 0.3)),
+        0.003);
+  }
+}
+
+// The boundary elements converge from above as they become smaller: under the rim of the wide pin,
+// 60 across are 2.5 % above their limit.
+TEST(TipField, FlatTipsOnAFingerAgreeWithBoundaryElements) {
+  struct Case {
+    Indenter tip;
+    double width_mm, length_mm, depth_mm, along_mm, error;
+  };
+  for (const Case& c :
+       {Case{pin(1.0), 1.0, 1.0, 0.02, 7.0, 0.02}, Case{pin(1.0), 1.0, 1.0, 0.3, 14.0, 0.02},
+        Case{pin(6.35), 6.35, 6.35, 0.5, 14.0, 0.04}, Case{pin(6.35), 6.35, 6.35, 2.0, 14.0, 0.04},
+        Case{bar(1.0, 20.0), 1.0, 20.0, 0.3, 14.0, 0.03},
+        Case{bar(1.0, 20.0), 1.0, 20.0, 1.5, 14.0, 0.03},
+        Case{bar(3.0, 20.0), 3.0, 20.0, 0.3, 14.0, 0.04},
+        Case{bar(3.0, 20.0), 3.0, 20.0, 1.5, 14.0, 0.04}}) {
+    const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = c.along_mm};
+    const bool round = c.tip.tip == Tip::kPin;
+    const reference::FlatTipBoundaryElements elements(
+        {.reduced_modulus_kPa = SkinMaterial(skin).reduced_modulus_kPa(),
+         .poisson_ratio = skin.poisson_ratio,
+         .width_mm = c.width_mm,
+         .length_mm = c.length_mm,
+         .round = round,
+         .skin_radius_mm = skin.radius_mm,
+         .skin_radius_along_mm = c.along_mm,
+         .depth_mm = c.depth_mm,
+         .columns = round ? 60 : 24,
+         .rows = 60});
+    const TipField field(c.tip, skin);
+    EXPECT_NEAR(field.force_mN(c.depth_mm) / elements.force_mN(), 1.0, 0.015)
+        << c.width_mm << " " << c.depth_mm;
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5 * c.width_mm, 0.0}}) {
+      EXPECT_NEAR(energy(field.at(x, y, c.depth_mm).stress, skin) /
+                      energy(elements.stress(x, y, 0.65), skin),
+                  1.0, c.error)
+          << c.width_mm << " " << c.depth_mm << " " << x;
+    }
+    EXPECT_NEAR(field.depth_mm(field.force_mN(c.depth_mm)), c.depth_mm, 1e-9);
+  }
+}
+
+TEST(TipField, BetweenItsTablesItIsTheSolutionAtThatDepth) {
+  const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = 14.0};
+  Indenter dots{.tip = Tip::kDots, .pin = {.diameter_mm = 0.8}};
+  dots.shape.dots = {{-1.2, 0.0}, {1.2, 0.0}, {1.2, 2.4}};
+  dots.shape.edge_radius_mm = 0.1;
+  for (const Indenter& tip : {pin(6.35), bar(1.0, 20.0), dots}) {
+    const TipField field(tip, skin);
+    for (const double depth : {0.11, 0.52, 1.17, 2.9}) {
+      const TipField exact(tip, skin, depth);
+      EXPECT_NEAR(field.force_mN(depth) / exact.force_mN(depth), 1.0, 0.005) << depth;
+      const double largest = exact.largest_energy_kPa(depth);
+      for (double x = -4.0; x < 4.0; x += 0.41) {
+        EXPECT_NEAR(energy(field.at(x, 0.3, depth).stress, skin),
+                    energy(exact.at(x, 0.3, depth).stress, skin), 0.02 * largest)
+            << depth << " " << x;
+      }
+    }
+  }
+}
+
+TEST(TipField, AShortBarOnAFingerEventuallyTouchesAsAWhole) {
+  const SkinParameters skin{.radius_mm = 7.0};
+  const TipField curved(bar(1.0, 3.0), skin);
+  const TipField flat(bar(1.0, 3.0), {});
+  // Beyond that depth, it is as stiff as on flat skin.
+  EXPECT_NEAR((curved.force_mN(4.0) - curved.force_mN(3.0)) / flat.force_mN(1.0), 1.0, 0.005);
+  EXPECT_LT(curved.force_mN(1.0), flat.force_mN(1.0));
+  EXPECT_EQ(curved.force_mN(0.0), 0.0);
+  EXPECT_EQ(curved.force_mN(-1.0), 0.0);
+}
+
+TEST(TipField, FarAwayTheTipIsAPointLoad) {
+  const TipField field(bar(2.0, 3.0), {});
+  const double modulus = SkinMaterial(SkinParameters{}).reduced_modulus_kPa();
+  // On both sides of the border of the tables.
+  for (const double x : {7.5, 11.5}) {
+    const auto point = point_load_stress(field.force_mN(1.0), 0.48, x, 0.65);
+    EXPECT_NEAR(field.at(x, 0.0, 1.0).stress.sigma_x / point.sigma_r, 1.0, 0.05) << x;
+    EXPECT_NEAR(field.at(x, 0.0, 1.0).displacement /
+                    (field.force_mN(1.0) / (std::numbers::pi * modulus * x)),
+                1.0, 0.02);
+  }
+}
+
+TEST(TipField, ATurnedTipIsTheSameTipTurned) {
+  const SkinParameters skin;
+  Indenter edge{.tip = Tip::kEdge};
+  const TipField straight(edge, skin);
+  edge.shape.orientation_deg = 30.0;
+  const TipField turned(edge, skin);
+  EXPECT_NEAR(turned.force_mN(1.0) / straight.force_mN(1.0), 1.0, 0.01);
+  const double c = std::sqrt(0.75);
+  const double peak = straight.largest_energy_kPa(1.0);
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.3, 1.0}, {-0.2, 2.5}, {1.5, -1.0}}) {
+    EXPECT_NEAR(energy(turned.at(c * x - 0.5 * y, 0.5 * x + c * y, 1.0).stress, skin),
+                energy(straight.at(x, y, 1.0).stress, skin), 0.02 * peak)
+        << x << " " << y;
+  }
+}
+
+TEST(TipField, ATiltedPinPressesOnItsLowerSide) {
+  Indenter tilted = pin(2.0);
+  tilted.shape.tilt_deg = 10.0;
+  const TipField field(tilted, {});
+  EXPECT_GT(energy(field.at(-0.9, 0.0, 0.2).stress, {}),
+            2.0 * energy(field.at(0.9, 0.0, 0.2).stress, {}));
+  EXPECT_LT(field.force_mN(0.2), TipField(pin(2.0), {}).force_mN(0.2));
+}
+
+TEST(TipField, TheEnergyOfABlendIsThatOfItsStress) {
+  const SkinParameters skin{.radius_mm = 7.0, .energy_density = EnergyDensity::kFull};
+  const TipField field(pin(2.0), skin);
+  const double largest = field.largest_energy_kPa(0.9);
+  for (const double depth : {0.001, 0.09, 0.2, 0.9, 3.0}) {
+    const TipField::Blend blend = field.blend(depth);
+    for (const double x : {0.0, 0.7, 1.1, 3.0, 9.0, 30.0}) {
+      const auto [lower, cross, upper] = field.energies(blend.lower, x, 0.4);
+      const auto [w0, w1] = blend.weight;
+      const double direct = energy(field.at(x, 0.4, depth).stress, skin);
+      EXPECT_NEAR(w0 * w0 * lower + w0 * w1 * cross + w1 * w1 * upper, direct,
+                  1e-3 * depth * depth * largest)
+          << depth << " " << x;
+    }
+  }
+}
+
+TEST(TipField, ASphereOnOneLayerOfItsOwnIsTheExactLaw) {
+  SkinParameters skin;
+  skin.layers = {.layer = {{{.thickness_mm = 1.0, .youngs_modulus_kPa = 100.0},
+                            {.thickness_mm = 3.0, .youngs_modulus_kPa = 100.0}}},
+                 .count = 2};
+  const SkinParameters one{.epidermis_kPa = 100.0,
+                           .dermis_kPa = 100.0,
+                           .thickness_mm = 4.0,
+                           .layer_law = LayerLaw::kExact};
+  const TipField field({.radius_mm = 3.0}, skin);
+  const SphereLaw law(one, 3.0);
+  for (const double depth : {0.2, 0.7, 1.5}) {
+    EXPECT_NEAR(field.force_mN(depth) / law.at_depth(depth).force_mN, 1.0, 0.01) << depth;
+  }
+  // A stiff layer on a soft one needs more force than the soft one alone.
+  skin.layers.layer[0].youngs_modulus_kPa = 1000.0;
+  EXPECT_GT(TipField({.radius_mm = 3.0}, skin, 0.7).force_mN(0.7), field.force_mN(0.7));
+}
+
+TEST(TipField, EveryTipIsStifferWhenDeeper) {
+  const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = 14.0};
+  HeightMap map{.grid = {.pixel_mm = 0.2, .columns = 21, .rows = 15},
+                .height_mm = std::vector<double>(21 * 15, 0.5),
+                .coverage = {}};
+  for (std::size_t row = 4; row < 11; ++row) map.height_mm[row * 21 + 10] = 0.0;
+  for (const Tip kind : {Tip::kBars, Tip::kPin, Tip::kEdge, Tip::kWedge, Tip::kCone, Tip::kCylinder,
+                         Tip::kDots, Tip::kShape}) {
+    Indenter tip{.tip = kind};
+    tip.shape.dots = {{0.0, 0.0}, {2.5, 0.0}};
+    tip.shape.width_mm = 2.0;
+    tip.shape.pixel_mm = 0.2;
+    tip.shape.map = std::make_shared<HeightMap>(map);
+    ASSERT_TRUE(tip.check(skin)) << tip.check(skin).error().reason;
+    const TipField field(tip, skin);
+    EXPECT_LT(field.tables().error, 1e-3) << Indenter::name_of(kind);
+    double before = 0.0;
+    for (double depth = 0.05; depth < 6.0; depth += 0.05) {
+      const double stiffness = field.force_mN(depth) / depth;
+      EXPECT_GE(stiffness, 0.999 * before) << Indenter::name_of(kind) << " " << depth;
+      before = stiffness;
+    }
+  }
+}
+
+TEST(BarTip, RefusesOverlappingBarsAndEmptyRows) {
+  EXPECT_EQ((BarTip{.widths_mm = {}, .gaps_mm = {}}.check().error().key), "probe.bar_widths_mm");
+  EXPECT_EQ((BarTip{.widths_mm = {5.0, -1.0}, .gaps_mm = {1.0}}.check().error().key),
+            "probe.bar_widths_mm");
+  EXPECT_NE(
+      (BarTip{.widths_mm = {5.0, 5.0}, .gaps_mm = {-1.0}}.check().error().reason).find("overlap"),
+      std::string::npos);
+  EXPECT_EQ((BarTip{.widths_mm = {5.0, 5.0}, .gaps_mm = {}}.check().error().key),
+            "probe.bar_gaps_mm");
+  EXPECT_TRUE(BarTip{}.check());
+}
+
+TEST(Indenter, RefusesTipsThatCannotBeSolved) {
+  const auto key = [](Indenter tip, const SkinParameters& skin = {}) {
+    const auto checked = tip.check(skin);
+    return checked ? std::string() : checked.error().key;
+  };
+  EXPECT_EQ(key({.tip = Tip::kDots}), "probe.dots_mm");
+  EXPECT_EQ(key({.tip = Tip::kShape}), "probe.pixel_mm");
+  EXPECT_EQ(key({.tip = Tip::kShape, .shape = {.pixel_mm = 0.1}}), "probe.shape");
+  EXPECT_EQ(key({.tip = Tip::kEdge, .shape = {.edge_radius_mm = 0.4}}), "probe.edge_radius_mm");
+  EXPECT_EQ(key({.tip = Tip::kPin}, {.contact_law = ContactLaw::kSneddon}), "skin.contact_law");
+  // A bar of 0.01 mm beside one of 80 mm.
+  EXPECT_EQ(key({.tip = Tip::kBars,
+                 .bars = {.widths_mm = {80.0, 0.01}, .gaps_mm = {1.0}, .length_mm = 80.0}}),
+            "probe.bar_widths_mm");
+  EXPECT_EQ(key({.tip = Tip::kPin}), "");
+}
+
+}  // namespace
+}  // namespace merkel
