@@ -31,8 +31,9 @@ COMPARISONS = {
 }
 if len(sys.argv) > 3:
     PROGRAM = (sys.argv[1], sys.argv[3])
-    COMPARISONS = {f"{preset}, this program / the other": (scene, scene, 1.01) for preset, scene in (
-        (preset, f'preset = "{preset}"\n[probe]\nuri = "{PRESS}"\n') for preset in ("paper", "goodwin"))}
+    COMPARISONS = {f"{preset}, {tip}, this program / the other": (scene, scene, limit) for preset, tip, limit, scene in (
+        (preset, tip, limit, f'preset = "{preset}"\n[probe]\nuri = "{PRESS}"\ntip = "{tip}"\n')
+        for preset, tip, limit in (("paper", "sphere", 1.01), ("goodwin", "sphere", 1.01), ("goodwin", "pin", 1.05)))}
 else:
     PROGRAM = (PROGRAM, PROGRAM)
 SHORT_S, LONG_S = 2, 42

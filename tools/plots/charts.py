@@ -180,5 +180,19 @@ def touch():
     figure.savefig(FOLDER / "touch.png")
 
 
-for draw in (integrators, contact_stage, end_to_end, stability, touch):
-    draw()
+def solved_contact():
+    table = read_table(FOLDER / "solved_contact.csv")
+    figure, axes = plt.subplots(figsize=(7, 4.5))
+    for tip in unique(table["tip"]):
+        rows = select(table, tip=tip)
+        axes.plot(rows["cold_ms"], [100 * max(abs(e), 1e-6) for e in rows["force_error"]], "o-", label=tip)
+    log_axes(axes, "cold solution (ms of one core)", "error of the force (%)")
+    axes.legend()
+    figure.savefig(FOLDER / "solved_contact.png")
+
+
+for draw in (integrators, contact_stage, solved_contact, end_to_end, stability, touch):
+    try:
+        draw()
+    except FileNotFoundError:
+        pass  # a part that was not made
