@@ -96,12 +96,19 @@ class Probe {
   Probe& operator=(const Probe&) = delete;
   virtual ~Probe() = default;
 
-  /// Thread: any.
+  /// Of its first output. Thread: any.
   [[nodiscard]] virtual const ProbeInfo& info() const noexcept = 0;
 
-  /// Reads up to samples.size() samples in strictly increasing order of time; waits at most
-  /// `patience` for the first one. 0 samples is a timeout, not an error. Real-time: no. Thread:
-  /// probe.
+  /// A device with many channels has an output for each of the probes that it feeds. Thread: any.
+  [[nodiscard]] virtual std::size_t outputs() const noexcept { return 1; }
+  /// \param output  below outputs(). Thread: any.
+  [[nodiscard]] virtual const ProbeInfo& info_of(std::size_t /*output*/) const noexcept {
+    return info();
+  }
+
+  /// Reads up to samples.size() samples, those of each output (ProbeSample::output) in strictly
+  /// increasing order of time; waits at most `patience` for the first one. 0 samples is a timeout,
+  /// not an error. Real-time: no. Thread: probe.
   [[nodiscard]] virtual Expected<std::size_t, ProbeError> read(
       std::span<ProbeSample> samples, std::chrono::milliseconds patience) = 0;
 
@@ -114,14 +121,15 @@ class Probe {
   [[nodiscard]] virtual bool is_timed() const noexcept { return false; }
   /// The timing of the samples, once measured; empty for a recording. Thread: any.
   [[nodiscard]] virtual std::optional<SampleTiming> timing() const { return std::nullopt; }
-  /// The calibration of a device's readings; null for other probes. Thread: any.
+  /// The calibration of a device's readings for its first output; null for other probes. Thread:
+  /// any.
   [[nodiscard]] virtual const ProbeCalibration* calibration() const noexcept { return nullptr; }
   /// Messages since the last call: unplugged, reconnected, overloaded. Thread: any.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
 
-  /// Requests a tare: the present force becomes zero, or the present depth if the probe has no
-  /// force. A notice reports the result. False if the probe has no tare. Thread: any.
-  [[nodiscard]] virtual bool request_tare() noexcept { return false; }
+  /// Requests a tare of an output: the present force becomes zero, or the present depth if it has
+  /// no force. A notice reports the result. False if the probe has no tare. Thread: any.
+  [[nodiscard]] virtual bool request_tare(std::size_t /*output*/) noexcept { return false; }
   /// True if all its devices are plugged in. Thread: any.
   [[nodiscard]] virtual bool connected() const noexcept { return true; }
 

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/expected.hpp"
 
@@ -17,6 +18,9 @@ struct Uri {
   std::string scheme;
   std::string path;
   std::map<std::string, std::string, std::less<>> options;
+  /// Of a probe: what followed '#', one for each probe of the device (probes/probe_channels.hpp).
+  /// Set by open_probe(), not by parse().
+  std::vector<std::string> parts = {};
 
   /// Fails without a scheme, or if an option lacks '=' or its name, or is given twice.
   [[nodiscard]] static Expected<Uri, SetupError> parse(std::string_view text);

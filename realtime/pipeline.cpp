@@ -100,7 +100,12 @@ Pipeline::Pipeline(TactileModel& model, Parameters parameters)
 Pipeline::~Pipeline() = default;
 
 void Pipeline::add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters) {
-  parts_->probes.add(std::move(probe), parameters);
+  const std::size_t next = parts_->probes.size();
+  parts_->probes.add(std::move(probe), {{.probe = next, .parameters = parameters}});
+}
+
+void Pipeline::add_device(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs) {
+  parts_->probes.add(std::move(device), inputs);
 }
 
 void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) { parts_->sinks.add(std::move(sink)); }
@@ -147,7 +152,7 @@ Expected<RunReport, SetupError> Pipeline::run() {
 }
 
 Expected<void, SetupError> Pipeline::Parts::start_probes() {
-  if (probes.size() != model.indenters()) {
+  if (probes.size() != model.indenters() || !probes.complete()) {
     return bad_input("the scene has " + std::to_string(model.indenters()) + " indenters, but " +
                      std::to_string(probes.size()) + " probes: pass one probe per indenter");
   }

@@ -69,7 +69,10 @@ class Pipeline {
   Pipeline& operator=(const Pipeline&) = delete;
   ~Pipeline();
 
+  /// Adds a device that feeds one probe, the next one.
   void add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
+  /// Adds a device that feeds several probes. \param inputs  one for each of its outputs
+  void add_device(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs);
   void add_sink(std::unique_ptr<SpikeSink> sink);
   /// Adds a consumer that polls its own queue from a single thread.
   /// \param capacity  spikes that may wait; further ones are dropped and counted

@@ -47,62 +47,85 @@ std::string no_sample(const std::optional<DeviceCounts>& device) {
 
 }  // namespace
 
-RunProbes::Entry::Entry(std::unique_ptr<Probe> the_probe,
+RunProbes::Route::Route(Device& the_device, std::size_t the_output,
                         const ProbeInput::Parameters& the_parameters)
-    : probe(std::move(the_probe)),
+    : device(&the_device),
+      output(the_output),
       parameters(the_parameters),
-      channel(queue_capacity(probe->info())) {}
+      channel(queue_capacity(the_device.probe->info_of(the_output))) {}
 
-void RunProbes::add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters) {
-  entries_.push_back(std::make_unique<Entry>(std::move(probe), parameters));
+const ProbeInfo& RunProbes::Route::info() const noexcept { return device->probe->info_of(output); }
+
+void RunProbes::add(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs) {
+  Device& added = *devices_.emplace_back(std::make_unique<Device>());
+  added.probe = std::move(device);
+  for (std::size_t output = 0; output < inputs.size(); ++output) {
+    const RunInput& input = inputs[output];
+    if (routes_.size() <= input.probe) routes_.resize(input.probe + 1);
+    routes_[input.probe] = std::make_unique<Route>(added, output, input.parameters);
+    added.routes.push_back(routes_[input.probe].get());
+  }
+}
+
+bool RunProbes::complete() const noexcept {
+  return std::all_of(routes_.begin(), routes_.end(),
+                     [](const auto& route) { return route != nullptr; });
 }
 
 bool RunProbes::all_replayed() const {
-  return std::all_of(entries_.begin(), entries_.end(),
-                     [](const auto& entry) { return entry->probe->info().replayed; });
+  return std::all_of(devices_.begin(), devices_.end(),
+                     [](const auto& device) { return device->probe->info().replayed; });
 }
 
 void RunProbes::start(const MakeFeeds& make_feeds, bool wait_for_sinks) {
   const bool mixed = !all_replayed();
-  for (const auto& entry : entries_) {
-    const auto number = static_cast<std::uint32_t>(inputs_.size());
-    const ProbeInfo& info = entry->probe->info();
+  std::vector<std::vector<Feed<DeliveredSample>*>> feeds;
+  for (std::size_t i = 0; i < routes_.size(); ++i) {
+    // A recording's reader fills both the loop's queue and this one before anything is drained.
+    feeds.push_back(make_feeds(queue_capacity(routes_[i]->info()) + kSampleQueue));
+    inputs_.emplace_back(routes_[i]->channel, routes_[i]->parameters);
+  }
+  for (const auto& device : devices_) {
     // Together with devices, a recording plays as if it were acquired now.
-    const nanoseconds shift = info.replayed && mixed ? PeriodicClock::now() : nanoseconds{0};
-    inputs_.emplace_back(entry->channel, entry->parameters);
-    entry->reader = std::make_unique<ProbeReader>(
-        *entry->probe, entry->channel,
-        ProbeReader::Parameters{.number = number,
-                                .shift = shift,
-                                // A recording's reader fills both the loop's queue and this one
-                                // before anything is drained.
-                                .feeds = make_feeds(queue_capacity(info) + kSampleQueue),
-                                .wait_for_sinks = wait_for_sinks});
+    const bool replayed = device->probe->info().replayed;
+    const nanoseconds shift = replayed && mixed ? PeriodicClock::now() : nanoseconds{0};
+    std::vector<ProbeReader::Receivers> receivers(device->routes.size());
+    for (std::size_t i = 0; i < routes_.size(); ++i) {
+      Route& route = *routes_[i];
+      if (route.device != device.get()) continue;
+      receivers[route.output] = {.probe = static_cast<std::uint32_t>(i),
+                                 .channel = &route.channel,
+                                 .feeds = std::move(feeds[i])};
+    }
+    device->reader = std::make_unique<ProbeReader>(
+        *device->probe, std::move(receivers),
+        ProbeReader::Parameters{.shift = shift, .wait_for_sinks = wait_for_sinks});
   }
 }
 
 Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<bool>& stop) {
   const nanoseconds deadline = PeriodicClock::now() + kSilence;
-  for (const auto& entry : entries_) {
-    const ProbeChannel& channel = entry->channel;
-    const ProbeInfo& info = entry->probe->info();
+  for (const auto& route : routes_) {
+    const ProbeChannel& channel = route->channel;
+    const ProbeInfo& info = route->info();
     // A recording starts with a well-filled queue, so that none of its samples is late.
     const std::uint64_t wanted = info.replayed ? kSampleQueue / 2 : 1;
     while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
            !stop.load(std::memory_order_relaxed)) {
       if (PeriodicClock::now() > deadline) {
         if (channel.delivered.value() > 0) break;
-        return unavailable("the probe " + info.uri + no_sample(entry->probe->device_counts()));
+        return unavailable("the probe " + info.uri +
+                           no_sample(route->device->probe->device_counts()));
       }
       std::this_thread::sleep_for(std::chrono::microseconds{info.replayed ? 50 : 1000});
     }
   }
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
+  for (std::size_t i = 0; i < routes_.size(); ++i) {
     if (inputs_[i].first_time()) continue;
-    Entry& entry = *entries_[i];
-    entry.reader->stop();
-    const ProbeInfo& info = entry.probe->info();
-    const std::string& error_message = entry.reader->error_message();
+    const Route& route = *routes_[i];
+    route.device->reader->stop();
+    const ProbeInfo& info = route.info();
+    const std::string& error_message = route.device->reader->error_message();
     return Unexpected<SetupError>(
         {.kind = info.replayed ? SetupError::Kind::kBadInput : SetupError::Kind::kUnavailable,
          .sentence =
@@ -115,11 +138,12 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
 
 void RunProbes::wait_for_timing(const std::atomic<bool>& stop) const {
   const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
-  for (const auto& entry : entries_) {
-    if (!entry->probe->is_timed()) continue;
-    while (!entry->probe->timing() && !entry->channel.ended.load(std::memory_order_acquire) &&
-           entry->channel.delivered.value() < kSampleQueue / 2 &&
-           !stop.load(std::memory_order_relaxed) && PeriodicClock::now() < deadline) {
+  for (const auto& device : devices_) {
+    if (!device->probe->is_timed()) continue;
+    const ProbeChannel& channel = device->routes.front()->channel;
+    while (!device->probe->timing() && !channel.ended.load(std::memory_order_acquire) &&
+           channel.delivered.value() < kSampleQueue / 2 && !stop.load(std::memory_order_relaxed) &&
+           PeriodicClock::now() < deadline) {
       std::this_thread::sleep_for(milliseconds{1});
     }
   }
@@ -128,8 +152,8 @@ void RunProbes::wait_for_timing(const std::atomic<bool>& stop) const {
 std::pair<nanoseconds, nanoseconds> RunProbes::first_times() const {
   const bool recordings = all_replayed();
   std::vector<nanoseconds> times;
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    const auto& run = entries_[i]->probe->info().run;
+  for (std::size_t i = 0; i < routes_.size(); ++i) {
+    const auto& run = routes_[i]->info().run;
     times.push_back(recordings && run ? run->start : *inputs_[i].first_time());
   }
   const auto [earliest, latest] = std::minmax_element(times.begin(), times.end());
@@ -138,23 +162,23 @@ std::pair<nanoseconds, nanoseconds> RunProbes::first_times() const {
 
 std::optional<RecordedRun> RunProbes::recorded_run() const {
   if (!all_replayed()) return std::nullopt;
-  for (const auto& entry : entries_) {
-    if (const auto& run = entry->probe->info().run) return run;
+  for (const auto& device : devices_) {
+    if (const auto& run = device->probe->info().run) return run;
   }
   return std::nullopt;
 }
 
 nanoseconds RunProbes::measured_delay() const {
   nanoseconds delay{0};
-  for (const auto& entry : entries_) {
-    const ProbeInfo& info = entry->probe->info();
+  for (const auto& route : routes_) {
+    const ProbeInfo& info = route->info();
     if (info.replayed) continue;
-    const auto timing = entry->probe->timing();
+    const auto timing = route->device->probe->timing();
     if (timing) {
       const nanoseconds needed =
-          entry->parameters.interpolate ? timing->delay : timing->delay_of_newest;
+          route->parameters.interpolate ? timing->delay : timing->delay_of_newest;
       const nanoseconds ceiling = DelayEstimate::ceiling(timing->period);
-      delay = std::max(delay, std::min(needed, entry->parameters.max_delay.value_or(ceiling)));
+      delay = std::max(delay, std::min(needed, route->parameters.max_delay.value_or(ceiling)));
     } else {
       delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));
     }
@@ -163,23 +187,23 @@ nanoseconds RunProbes::measured_delay() const {
 }
 
 void RunProbes::add_devices_to(RunWatch& watch, std::span<const std::size_t> patches) const {
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    if (!entries_[i]->probe->info().replayed) watch.add_device(patches[i], entries_[i]->channel);
+  for (std::size_t i = 0; i < routes_.size(); ++i) {
+    if (!routes_[i]->info().replayed) watch.add_device(patches[i], routes_[i]->channel);
   }
 }
 
 Expected<void, SetupError> RunProbes::check_ceilings() const {
-  for (const auto& entry : entries_) {
-    const auto timing = entry->probe->timing();
-    const auto& ceiling = entry->parameters.max_delay;
-    if (!timing || !ceiling || !entry->parameters.interpolate || *ceiling > timing->period)
+  for (const auto& route : routes_) {
+    const auto timing = route->device->probe->timing();
+    const auto& ceiling = route->parameters.max_delay;
+    if (!timing || !ceiling || !route->parameters.interpolate || *ceiling > timing->period)
       continue;
     std::array<char, 320> text{};
     std::snprintf(text.data(), text.size(),
                   "probe.max_delay_ms = %.4g is not longer than the sample period of %s, %.4g ms, "
                   "and linear interpolation waits for the next sample: set max_delay_ms = %.4g, or "
                   "loop.interpolation = \"hold\"",
-                  units::ms_from(*ceiling), entry->probe->info().uri.c_str(),
+                  units::ms_from(*ceiling), route->info().uri.c_str(),
                   units::ms_from(timing->period), std::ceil(3.0 * units::ms_from(timing->period)));
     return bad_input(text.data());
   }
@@ -187,9 +211,9 @@ Expected<void, SetupError> RunProbes::check_ceilings() const {
 }
 
 Expected<void, SetupError> RunProbes::check_watchdog(nanoseconds watchdog) const {
-  for (const auto& entry : entries_) {
-    const ProbeInfo& info = entry->probe->info();
-    const auto timing = entry->probe->timing();
+  for (const auto& device : devices_) {
+    const ProbeInfo& info = device->probe->info();
+    const auto timing = device->probe->timing();
     const nanoseconds period = timing ? timing->period : info.period.value_or(nanoseconds{0});
     if (info.replayed || watchdog >= period * 3 / 2) continue;
     std::array<char, 320> text{};
@@ -204,69 +228,73 @@ Expected<void, SetupError> RunProbes::check_watchdog(nanoseconds watchdog) const
 }
 
 void RunProbes::measure_delays() {
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    if (!entries_[i]->probe->info().replayed) inputs_[i].measure_delay();
+  for (std::size_t i = 0; i < routes_.size(); ++i) {
+    if (!routes_[i]->info().replayed) inputs_[i].measure_delay();
   }
 }
 
 std::vector<RunProgress::OfProbe> RunProbes::readings() const {
   std::vector<RunProgress::OfProbe> readings;
-  for (const auto& entry : entries_) {
-    readings.push_back({.depth_mm = entry->channel.depth_mm.load(std::memory_order_relaxed),
-                        .force_mN = entry->channel.force_mN.load(std::memory_order_relaxed),
-                        .channels = entry->probe->info().channels,
-                        .state = entry->channel.state.load(std::memory_order_relaxed)});
+  for (const auto& route : routes_) {
+    readings.push_back({.depth_mm = route->channel.depth_mm.load(std::memory_order_relaxed),
+                        .force_mN = route->channel.force_mN.load(std::memory_order_relaxed),
+                        .channels = route->info().channels,
+                        .state = route->channel.state.load(std::memory_order_relaxed)});
   }
   return readings;
 }
 
 void RunProbes::add_to(RunCounters& counters) const {
-  counters.probe_count = entries_.size();
-  for (const auto& entry : entries_) {
-    const ProbeChannel& channel = entry->channel;
+  counters.probe_count = routes_.size();
+  for (const auto& route : routes_) {
+    const ProbeChannel& channel = route->channel;
     counters.samples += channel.delivered.value() + channel.dropped.value();
     counters.samples_dropped += channel.dropped.value();
     counters.samples_late += channel.late.value();
     counters.held_ticks += channel.held_ticks.value();
     counters.released_ticks += channel.released_ticks.value();
     if (channel.ended.load(std::memory_order_relaxed)) ++counters.probes_ended;
-    if (const auto device = entry->probe->device_counts()) merge(counters, *device);
+  }
+  for (const auto& device : devices_) {
+    if (const auto counts = device->probe->device_counts()) merge(counters, *counts);
   }
 }
 
 void RunProbes::take_notices(const std::function<void(const std::string&)>& on_notice) {
-  for (const auto& entry : entries_) {
-    for (const std::string& sentence : entry->probe->take_notices()) {
+  for (const auto& device : devices_) {
+    for (const std::string& sentence : device->probe->take_notices()) {
       if (on_notice) on_notice(sentence);
     }
   }
 }
 
 void RunProbes::stop() {
-  for (const auto& entry : entries_) {
-    if (entry->reader) entry->reader->stop();
+  for (const auto& device : devices_) {
+    if (device->reader) device->reader->stop();
   }
 }
 
 void RunProbes::finish(RunReport& report) {
   stop();
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    Entry& entry = *entries_[i];
+  for (std::size_t i = 0; i < routes_.size(); ++i) {
+    const Route& route = *routes_[i];
+    const Probe& device = *route.device->probe;
     if (report.error_message.empty()) {
-      report.error_message = entry.reader->error_message();
-      report.bad_input = entry.reader->bad_input();
+      report.error_message = route.device->reader->error_message();
+      report.bad_input = route.device->reader->bad_input();
     }
     RunReport::OfProbe& of = report.probes[i];
-    of.uri = entry.probe->info().uri;
+    of.uri = route.info().uri;
     of.counts = inputs_[i].counts();
-    of.device = entry.probe->device_counts();
-    of.timing = entry.probe->timing();
-    of.channels = entry.probe->info().channels;
+    of.device = device.device_counts();
+    of.shares_device = !is_first_of_device(i);
+    of.timing = device.timing();
+    of.channels = route.info().channels;
     of.stale_after =
-        entry.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
-    of.dropped = entry.channel.dropped.value();
-    of.samples_in = entry.channel.delivered.value() + of.dropped;
-    of.unused = entry.channel.delivered.value() - of.counts.used - of.counts.late;
+        route.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
+    of.dropped = route.channel.dropped.value();
+    of.samples_in = route.channel.delivered.value() + of.dropped;
+    of.unused = route.channel.delivered.value() - of.counts.used - of.counts.late;
   }
 }
 

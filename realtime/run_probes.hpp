@@ -22,17 +22,29 @@
 
 namespace merkel {
 
-/// The probes of a run, each with its thread and its queue to the loop. Thread: that of
-/// Pipeline::run(), unless stated otherwise.
+/// The probes of a run, each with its queue to the loop, and the devices that feed them, each with
+/// its thread. Thread: that of Pipeline::run(), unless stated otherwise.
 class RunProbes {
  public:
-  /// Makes the feeds of one probe, each with room for `capacity` samples.
+  /// Makes the feeds of the next probe, each with room for `capacity` samples.
   using MakeFeeds = std::function<std::vector<Feed<DeliveredSample>*>(std::size_t capacity)>;
 
-  void add(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
+  /// Adds a device. \param inputs  one for each of its outputs
+  void add(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs);
 
-  [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
-  [[nodiscard]] Probe& probe(std::size_t i) const { return *entries_.at(i)->probe; }
+  [[nodiscard]] std::size_t size() const noexcept { return routes_.size(); }
+  /// Whether each number up to size() has a probe.
+  [[nodiscard]] bool complete() const noexcept;
+  /// The device of a probe. Thread: any, after the start.
+  [[nodiscard]] Probe& device_of(std::size_t probe) const {
+    return *routes_.at(probe)->device->probe;
+  }
+  /// The output of its device that feeds a probe.
+  [[nodiscard]] std::size_t output_of(std::size_t probe) const { return routes_.at(probe)->output; }
+  /// Whether a probe is the first one that its device feeds.
+  [[nodiscard]] bool is_first_of_device(std::size_t probe) const {
+    return routes_.at(probe).get() == routes_.at(probe)->device->routes.front();
+  }
   /// One per probe, for the loop; made by start().
   [[nodiscard]] std::span<ProbeInput> inputs() noexcept { return inputs_; }
   [[nodiscard]] bool all_replayed() const;
@@ -77,15 +89,25 @@ class RunProbes {
   void finish(RunReport& report);
 
  private:
-  struct Entry {
-    Entry(std::unique_ptr<Probe> the_probe, const ProbeInput::Parameters& the_parameters);
-    std::unique_ptr<Probe> probe;
+  struct Device;
+  /// The way of the samples from one output of a device to the loop.
+  struct Route {
+    Route(Device& the_device, std::size_t the_output, const ProbeInput::Parameters& the_parameters);
+    [[nodiscard]] const ProbeInfo& info() const noexcept;
+
+    Device* device;
+    std::size_t output;
     ProbeInput::Parameters parameters;
     ProbeChannel channel;
+  };
+  struct Device {
+    std::unique_ptr<Probe> probe;
+    std::vector<Route*> routes;  ///< by output
     std::unique_ptr<ProbeReader> reader;
   };
 
-  std::vector<std::unique_ptr<Entry>> entries_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::vector<std::unique_ptr<Route>> routes_;  ///< by the number of the probe
   std::vector<ProbeInput> inputs_;
 };
 

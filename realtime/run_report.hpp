@@ -41,6 +41,7 @@ struct RunReport : RunCounters {
     ProbeInput::Counts counts;           ///< of these, used and late; also ticks held or released
     std::uint64_t releases = 0;          ///< outages in which the probe was released
     std::optional<DeviceCounts> device;  ///< counted by the driver; none for a recording
+    bool shares_device = false;          ///< with an earlier probe, which stands for the device
     std::optional<SampleTiming> timing;  ///< as measured; none for a recording
     std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples

@@ -47,7 +47,9 @@ class RunSinks::Control final : public RunControl {
     }
   }
   [[nodiscard]] bool tare(std::size_t probe) override {
-    return started() && probe < sinks_.probes_.size() && sinks_.probes_.probe(probe).request_tare();
+    const RunProbes& probes = sinks_.probes_;
+    return started() && probe < probes.size() &&
+           probes.device_of(probe).request_tare(probes.output_of(probe));
   }
   void mark(const Mark& mark) override {
     if (!started()) return;
@@ -57,7 +59,7 @@ class RunSinks::Control final : public RunControl {
   }
   [[nodiscard]] Link link(std::size_t probe) const override {
     if (!started()) return Link::kConnected;
-    const Probe& queried = sinks_.probes_.probe(probe);
+    const Probe& queried = sinks_.probes_.device_of(probe);
     if (queried.info().replayed) return Link::kRecording;
     return queried.connected() ? Link::kConnected : Link::kUnplugged;
   }
@@ -105,7 +107,8 @@ void RunSinks::listen() {
   for (const auto& entry : entries_) {
     if (!entry->sink->takes<PortFrame>()) continue;
     for (std::uint32_t i = 0; i < probes_.size(); ++i) {
-      Probe& probe = probes_.probe(i);
+      if (!probes_.is_first_of_device(i)) continue;
+      Probe& probe = probes_.device_of(i);
       for (std::uint32_t port = 0; port < probe.ports(); ++port) {
         entry->taps.push_back(std::make_unique<FrameTap>(
             probe, i, port, entry->channel.add<PortFrame>(FrameTap::kCapacity)));

@@ -34,7 +34,7 @@ class RunSinks {
   void add(std::unique_ptr<SpikeSink> sink);
   /// Adds a feed of a probe's samples for each sink that takes samples.
   [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity);
-  /// Listens to the ports of all probes for the sinks that take frames.
+  /// Listens to the ports of all devices for the sinks that take frames.
   void listen();
 
   /// Starts the threads. The sinks may make requests from now on.

@@ -30,6 +30,9 @@ using FieldPointer =
                  std::optional<double>*, std::optional<int>*, std::optional<std::int64_t>*,
                  std::optional<std::chrono::nanoseconds>*, std::optional<Position>*>;
 
+/// The unit of a text for which a scene may also write a whole number.
+inline constexpr std::string_view kNameOrNumber = "name or number";
+
 /// One parameter of a struct, with everything that the check, the reader and writer of scenes, and
 /// the documents need. Times are std::chrono::nanoseconds in the struct and numbers in `unit` ("µs"
 /// or "ms") outside.
@@ -39,7 +42,7 @@ struct Field {
   Range range;               ///< the allowed values
   std::string_view meaning;  ///< a phrase without a full stop
   FieldPointer (*in)(void* parameters);
-  std::string_view absent = {};  ///< of an optional: the default when it is not set
+  std::string_view absent = {};  ///< of an optional or an empty text: the default when not set
   bool fitted = false;           ///< may be changed by `merkel fit`
 };
 

@@ -115,9 +115,12 @@ std::string calibration_text(const ProbeCalibration& calibration, const std::str
       // A TOML float needs a decimal point.
       return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
     };
-    text << "\n[" << kSampleChannelNames[i] << "]\nsource = \""
-         << kDeviceChannelNames[static_cast<std::size_t>(channel->source)]
-         << "\"\ngain = " << number(channel->gain) << "\nzero = " << number(channel->zero) << "\n";
+    const std::string source =
+        is_named(channel->source)
+            ? channel->name
+            : std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]);
+    text << "\n[" << kSampleChannelNames[i] << "]\nsource = " << quoted(source)
+         << "\ngain = " << number(channel->gain) << "\nzero = " << number(channel->zero) << "\n";
     if (channel->saturation) text << "saturation = " << number(*channel->saturation) << "\n";
     text << "noise = " << number(channel->noise)
          << "     # rms\nresidual = " << number(channel->residual)

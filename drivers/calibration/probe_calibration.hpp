@@ -15,6 +15,7 @@ namespace merkel {
 /// Converts a device's reading to one channel of a sample: gain · (reading − zero), in N or mm.
 struct ChannelCalibration {
   DeviceChannel source = DeviceChannel::kForce;
+  std::string name = {};  ///< of the source, if it has a name of its own
   double gain = 1.0;
   double zero = 0.0;
   /// Uncalibrated readings beyond this magnitude count as saturated; not set: none.

@@ -125,13 +125,19 @@ Expected<void, SetupError> TraceReader::read_header() {
         lines_.where() +
         "the column time_s is missing: add the times, in seconds (or time_ms, time_us)" + hint);
   }
-  if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
+  const auto is_reading = [](const std::string& column) {
+    const auto named = csv_column_named(column);
+    return named && named->kind == CsvColumn::Kind::kValue;
+  };
+  // A single one is rather a misspelt depth or force.
+  const bool readings = std::count_if(extra_columns_.begin(), extra_columns_.end(), is_reading) > 1;
+  if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U && !readings) {
     return bad_input(lines_.where() +
                      "a column depth_mm or force_N is missing: add the recorded one; other units "
                      "are named like force_g and depth_um" +
                      hint);
   }
-  if (!extra.empty()) {
+  if (!extra.empty() && channels_ != 0U) {
     notices_.push_back(lines_.path() + ": " + unused + ", which sessions keep");
   }
   if (!ignored_columns_.empty()) {

@@ -19,10 +19,10 @@ namespace merkel {
 /// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
 /// `depth_um`. Up to ProbeSample::kMostExtra further columns are kept in
-/// ProbeSample::extra; the model does not use them. Lines that begin with '#' are comments. Times
-/// are strictly increasing, to the nanosecond; every value is finite. A comment `#
-/// valid_for_s=0.05` sets the validity of the samples after it (ProbeSample::valid_for). Streams:
-/// memory is bounded.
+/// ProbeSample::extra; readings of several probes are named like thumb_N, and need neither depth
+/// nor force. Lines that begin with '#' are comments. Times are strictly increasing, to the
+/// nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the validity of the
+/// samples after it (ProbeSample::valid_for). Streams: memory is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.

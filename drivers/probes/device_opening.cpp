@@ -73,7 +73,8 @@ Unexpected<SetupError> closed_while_opening(const FailedOpening& opening) {
 
 Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::string& file,
                                                                   const std::string& serial_number,
-                                                                  std::uint32_t channels) {
+                                                                  std::uint32_t channels,
+                                                                  const ProbeCalibration* chosen) {
   ProbeCalibration calibration;
   if (!file.empty()) {
     auto read = read_calibration(file);
@@ -86,7 +87,17 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::str
                        ": calibrate this device, or plug in the other one");
     }
     for (std::size_t i = 0; i < calibration.channels.size(); ++i) {
-      const auto& channel = calibration.channels[i];
+      auto& channel = calibration.channels[i];
+      if (chosen != nullptr) {
+        const auto& own = chosen->channels[i];
+        if (channel && own) {
+          channel->source = own->source;
+          channel->name = own->name;
+        } else {
+          channel = own;
+        }
+        continue;
+      }
       if (channel && (channels & bit_of(channel->source)) == 0U) {
         return bad_input(
             "the calibration " + file + " takes " + std::string(kSampleChannelNames[i]) +
@@ -96,7 +107,8 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::str
       }
     }
   }
-  calibration.complete(channels);
+  if (chosen == nullptr) calibration.complete(channels);
+  if (chosen != nullptr && file.empty()) calibration.channels = chosen->channels;
   return calibration;
 }
 

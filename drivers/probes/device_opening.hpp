@@ -33,7 +33,10 @@ struct FailedOpening {
 /// Reads the calibration of a device and checks that it is for this one.
 /// \param file  empty: every channel as the device sends it
 /// \param channels  DeviceChannel bits that the device has
+/// \param chosen  the channels that a probe names: their gains and zeros are those of the file, and
+/// no other channels are used; null: none named
 [[nodiscard]] Expected<ProbeCalibration, SetupError> read_calibration_of_device(
-    const std::string& file, const std::string& serial_number, std::uint32_t channels);
+    const std::string& file, const std::string& serial_number, std::uint32_t channels,
+    const ProbeCalibration* chosen = nullptr);
 
 }  // namespace merkel

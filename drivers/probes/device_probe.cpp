@@ -1,15 +1,13 @@
 #include "drivers/probes/device_probe.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/probes/device_opening.hpp"
-#include "drivers/sample_limits.hpp"
+#include "drivers/probes/probe_channels.hpp"
 
 namespace merkel {
 namespace {
@@ -19,10 +17,7 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kBoot{3000};
 constexpr milliseconds kFirstBackoff{50};
-constexpr double kPressed_N = 0.2;
-constexpr double kPressed_mm = 0.5;
 constexpr milliseconds kLongestBackoff{2000};
-constexpr milliseconds kSaturationPause{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
@@ -30,6 +25,7 @@ constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
 DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri& uri) {
   Settings settings{.uri = uri.text};
+  settings.parts = uri.parts;
   const std::string times = options.word("clock", "mapped", "mapped|device|arrival");
   settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
                    : times == "device" ? ReadingTimes::Rule::kDevice
@@ -67,7 +63,7 @@ Expected<std::unique_ptr<Probe>, SetupError> DeviceProbe::open(std::unique_ptr<T
   std::unique_ptr<DeviceProbe> probe(
       new DeviceProbe(std::move(transport), std::move(protocol), std::move(settings)));
   if (auto heard = probe->listen(); !heard) return Unexpected<SetupError>(heard.error());
-  if (auto done = probe->calibrate(); !done) return Unexpected<SetupError>(done.error());
+  if (auto done = probe->make_outputs(); !done) return Unexpected<SetupError>(done.error());
   return probe;
 }
 
@@ -109,28 +105,58 @@ Expected<void, SetupError> DeviceProbe::listen() {
     times_.set_wrap(protocol_->clock_wrap());
     times_.observe(std::exchange(stream_.exchanges, {}));
   }
-  info_ = {.uri = settings_.uri,
-           .name = settings_.protocol + " at " + transport_->info().name,
-           .serial_number =
-               printable_text(protocol_->serial_number().empty() ? transport_->info().serial_number
-                                                                 : protocol_->serial_number()),
-           .channels = 0,
-           .period = protocol_->period(),
-           .replayed = false};
+  name_ = settings_.protocol + " at " + transport_->info().name;
   counts_.port = transport_->info().note;
   opened_serial_number_ = protocol_->serial_number();
   opened_channels_ = protocol_->channels();
   return {};
 }
 
-Expected<void, SetupError> DeviceProbe::calibrate() {
-  auto calibration =
-      read_calibration_of_device(settings_.calibration, info_.serial_number, protocol_->channels());
-  if (!calibration) return Unexpected<SetupError>(calibration.error());
-  calibration_ = std::move(*calibration);
-  info_.channels = calibration_.sample_channels();
-  info_.calibration_file = settings_.calibration;
-  info_.calibration = calibration_text(calibration_, "of " + info_.name);
+Expected<void, SetupError> DeviceProbe::make_outputs() {
+  const ProbeInfo device{.uri = settings_.uri,
+                         .name = name_,
+                         .serial_number = printable_text(protocol_->serial_number().empty()
+                                                             ? transport_->info().serial_number
+                                                             : protocol_->serial_number()),
+                         .channels = 0,
+                         .period = protocol_->period(),
+                         .replayed = false,
+                         .calibration_file = settings_.calibration};
+  const std::vector<ChannelName> names = protocol_->channel_names();
+  const auto refuse = [&](const std::string& why) {
+    return bad_input("\"" + settings_.uri + "\": " + why);
+  };
+  const std::vector<std::string> parts =
+      settings_.parts.empty() ? std::vector<std::string>(1) : settings_.parts;
+  if (parts.size() > 1 && !settings_.calibration.empty()) {
+    return refuse("the option calibration is for a device with one probe: remove it");
+  }
+  for (const std::string& part : parts) {
+    const auto wanted = ProbeChannels::parse(part);
+    if (!wanted) return refuse(wanted.error());
+    const auto chosen = wanted->among(names);
+    if (!chosen) return refuse(chosen.error());
+    auto calibration =
+        read_calibration_of_device(settings_.calibration, device.serial_number,
+                                   protocol_->channels(), wanted->empty() ? nullptr : &*chosen);
+    if (!calibration) return Unexpected<SetupError>(calibration.error());
+    ProbeInfo info = device;
+    if (!part.empty()) {
+      info.uri += "#" + part;
+      info.name += ", " + names_of_channels(*chosen);
+    }
+    info.channels = calibration->sample_channels();
+    info.calibration = calibration_text(*calibration, "of " + info.name);
+    std::vector<DeviceChannel> further;
+    for (const ChannelName& each : names) {
+      const bool kept = wanted->empty() && is_named(each.channel);
+      if (!kept || further.size() == ProbeSample::kMostExtra) continue;
+      further.push_back(each.channel);
+      info.extra_columns.push_back(
+          printable_text(each.name.substr(0, each.name.rfind('_')) + (each.force ? "_N" : "_mm")));
+    }
+    outputs_.emplace_back(std::move(info), std::move(*calibration), std::move(further));
+  }
   return {};
 }
 
@@ -207,7 +233,7 @@ void DeviceProbe::disconnected(Time time) {
   backoff_ = kFirstBackoff;
   try_again_ = time + backoff_;
   ++counts_.outages;
-  notice(info_.name + " is disconnected: the press is released until it returns");
+  notice(name_ + " is disconnected: the press is released until it returns");
   // Readings from before the disconnection are still valid.
   take_readings();
 }
@@ -224,7 +250,7 @@ bool DeviceProbe::connect_again(Time until) {
     protocol_->begin(time, stream_);
     log_.opened(time);
     last_sense_ = time;
-    notice(info_.name + " is back after " + std::to_string((time - lost_since_) / milliseconds{1}) +
+    notice(name_ + " is back after " + std::to_string((time - lost_since_) / milliseconds{1}) +
            " ms");
     return true;
   }
@@ -235,7 +261,7 @@ bool DeviceProbe::connect_again(Time until) {
 
 void DeviceProbe::take_readings() {
   for (std::string& sentence : std::exchange(stream_.notices, {})) {
-    notice(info_.name + ": " + sentence);
+    notice(name_ + ": " + sentence);
   }
   if (const std::uint64_t count = stream_.take_dropped_notices()) notices_.dropped(count);
   times_.set_wrap(protocol_->clock_wrap());
@@ -253,7 +279,7 @@ void DeviceProbe::take_readings() {
   }
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
   const std::vector<Time> times = times_.of(readings);
-  for (const std::string& sentence : times_.take_notices()) notice(info_.name + ": " + sentence);
+  for (const std::string& sentence : times_.take_notices()) notice(name_ + ": " + sentence);
   for (std::size_t i = 0; i < readings.size(); ++i) deliver(readings[i], times[i]);
 
   const Time time = now();
@@ -261,11 +287,11 @@ void DeviceProbe::take_readings() {
     frames_at_last_sense_ = stream_.counts.frames;
     bytes_at_last_sense_ = stream_.counts.bytes;
     last_sense_ = time;
-    if (std::exchange(silence_reported_, false)) notice(info_.name + " sends again");
+    if (std::exchange(silence_reported_, false)) notice(name_ + " sends again");
   } else if (time - last_sense_ > settings_.silence && !silence_reported_) {
-    notice(info_.name + (stream_.counts.bytes == bytes_at_last_sense_
-                             ? " has stopped sending: check that it is switched on and streaming"
-                             : " no longer sends valid data: check " + settings_.hint));
+    notice(name_ + (stream_.counts.bytes == bytes_at_last_sense_
+                        ? " has stopped sending: check that it is switched on and streaming"
+                        : " no longer sends valid data: check " + settings_.hint));
     silence_reported_ = true;
   }
 }
@@ -278,12 +304,12 @@ void DeviceProbe::judge_quality() {
   judged_ = counts;
   if (!changed || !started_) return;
   if (quality_.trusted()) {
-    notice(info_.name + " sends valid data again: its readings are used again");
+    notice(name_ + " sends valid data again: its readings are used again");
     return;
   }
   ++counts_.distrusted;
   ready_.clear();
-  notice(info_.name + ": " + std::to_string(std::lround(100.0 * quality_.bad_share())) +
+  notice(name_ + ": " + std::to_string(std::lround(100.0 * quality_.bad_share())) +
          " % of what it sends is damaged, impossible or out of order: the press is released until "
          "its data is clean; check " +
          settings_.hint);
@@ -301,51 +327,38 @@ bool DeviceProbe::same_device() {
             ? "another device is connected at " + transport_->info().name +
                   ", with serial number " + serial_number + " instead of " + opened_serial_number_ +
                   ": the press is released; plug in the original device, or start a new run"
-            : info_.name +
+            : name_ +
                   " has fewer channels than at the start: the press is released; start a new run");
   }
   wrong_device_reported_ = other || lacking;
   return !wrong_device_reported_;
 }
 
-/// Takes the mean of some readings as the new zero of force, or of depth without force.
-void DeviceProbe::tare(const DeviceReading& reading) {
-  const bool force = calibration_.channels[1].has_value();
-  auto& channel = calibration_.channels[force ? 1 : 0];
-  if (!channel) {
-    tare_.cancel();
-    return notice(info_.name + " measures neither force nor depth: there is nothing to tare");
-  }
-  const auto zero = tare_.add(reading[channel->source]);
-  if (!zero) return;
-  const double shift = channel->gain * (*zero - channel->zero);
-  if (!std::isfinite(shift)) {
-    return notice(info_.name + " was not tared: its readings are not finite");
-  }
-  channel->zero = *zero;
-  // A large change may be a press, which a tare would take away from every later reading.
-  const bool pressed = std::fabs(shift) > (force ? kPressed_N : kPressed_mm);
-  const char* const unit = force ? "N" : "mm";
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                " is tared: its zero is %.4f %s, where it read %+.4f %s%s", *zero, unit, shift,
-                unit, pressed ? ": if the probe was pressed, lift it and tare again" : "");
-  notice(info_.name + text.data());
-}
-
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
-  if (tare_.pending()) tare(reading);
-  ProbeSample sample = calibration_.apply(reading);
   sequence_ += reading.lost;
-  sample.sequence = sequence_++;
-  if (!plausible(sample)) {
-    ++stream_.counts.refused;
-    return;
-  }
-  count_saturation(reading);
+  const std::uint32_t sequence = sequence_++;
   if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
-  sample.time = last_time_ = time;
-  sample.arrival = reading.arrival;
+  std::uint64_t refused = 0;
+  bool saturated = false;
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    DeviceOutput::Result result = outputs_[i].take(reading);
+    for (const std::string& sentence : result.notices) notice(sentence);
+    if (!result.sample) {
+      ++refused;
+      continue;
+    }
+    saturated = saturated || result.saturated;
+    ProbeSample& sample = ready_.emplace_back(*result.sample);
+    sample.output = static_cast<std::uint32_t>(i);
+    sample.sequence = sequence;
+    sample.time = time;
+    sample.arrival = reading.arrival;
+  }
+  stream_.counts.refused += refused;
+  if (refused == outputs_.size()) return;
+  judged_.refused += refused;  // one sensor of several without a value is no damaged stream
+  last_time_ = time;
+  if (saturated) ++counts_.saturated;
   if (first_reading_.count() == 0) first_reading_ = reading.arrival;
   ++counts_.readings;
   counts_.age_ms += (units::ms_from(reading.arrival - time) - counts_.age_ms) /
@@ -354,18 +367,6 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     counts_.rate_Hz =
         static_cast<double>(counts_.readings - 1) / units::s_from(reading.arrival - first_reading_);
   }
-  ready_.push_back(sample);
-}
-
-void DeviceProbe::count_saturation(const DeviceReading& reading) {
-  const bool saturated = reading.saturated || calibration_.saturated(reading);
-  if (saturated) ++counts_.saturated;
-  // Reported at its start; at most once a second if it recurs.
-  if (saturated && !saturated_ && reading.arrival >= saturation_again_) {
-    notice(info_.name + ": the sensor is at the end of its range");
-    saturation_again_ = reading.arrival + kSaturationPause;
-  }
-  saturated_ = saturated;
 }
 
 void DeviceProbe::notice(const std::string& sentence) { notices_.add(sentence, now()); }

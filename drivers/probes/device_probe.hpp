@@ -10,14 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/probes/device_notices.hpp"
+#include "drivers/probes/device_output.hpp"
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
 #include "drivers/probes/reading_times.hpp"
 #include "drivers/probes/stream_quality.hpp"
-#include "drivers/probes/tare_request.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -29,8 +28,9 @@ namespace merkel {
 class DeviceProbe final : public Probe {
  public:
   struct Settings {
-    std::string uri;
-    std::string protocol;  ///< its name, for messages
+    std::string uri;                 ///< without what follows '#',
+    std::vector<std::string> parts;  ///< which is this, one for each probe that it feeds
+    std::string protocol;            ///< its name, for messages
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;  ///< file; empty: none
     std::chrono::milliseconds silence{2000};
@@ -49,17 +49,20 @@ class DeviceProbe final : public Probe {
       std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol, Settings settings);
   ~DeviceProbe() override;
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_of(0); }
+  [[nodiscard]] std::size_t outputs() const noexcept override { return outputs_.size(); }
+  [[nodiscard]] const ProbeInfo& info_of(std::size_t output) const noexcept override {
+    return outputs_[output].info();
+  }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
-  /// The calibration of its readings.
   [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
-    return &calibration_;
+    return &outputs_.front().calibration();
   }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
-  [[nodiscard]] bool request_tare() noexcept override {
-    tare_.make();
+  [[nodiscard]] bool request_tare(std::size_t output) noexcept override {
+    outputs_[output].request_tare();
     return true;
   }
   [[nodiscard]] bool connected() const noexcept override {
@@ -78,7 +81,7 @@ class DeviceProbe final : public Probe {
               Settings settings);
   [[nodiscard]] Time now() const { return settings_.clock->now(); }
   Expected<void, SetupError> listen();
-  Expected<void, SetupError> calibrate();
+  Expected<void, SetupError> make_outputs();
 
   /// Sends and receives once; waits until `until` at most. False if disconnected.
   bool exchange(Time until);
@@ -90,16 +93,14 @@ class DeviceProbe final : public Probe {
   void deliver(const DeviceReading& reading, Time time);
   [[nodiscard]] bool same_device();
   void judge_quality();
-  void tare(const DeviceReading& reading);
-  void count_saturation(const DeviceReading& reading);
   void notice(const std::string& sentence);
   void publish();
 
   Settings settings_;
   std::unique_ptr<Transport> transport_;
   std::unique_ptr<Protocol> protocol_;
-  ProbeInfo info_;
-  ProbeCalibration calibration_;
+  std::string name_;                  ///< of the device, for messages
+  std::deque<DeviceOutput> outputs_;  ///< at least one
   ReadingTimes times_;
   DeviceStream stream_;
   StreamQuality quality_;
@@ -114,7 +115,6 @@ class DeviceProbe final : public Probe {
   bool wrong_device_reported_ = false;
   bool started_ = false;
   std::atomic<bool> connected_{true};
-  TareRequest tare_;
   Time lost_since_{0};
   Time try_again_{0};
   Time backoff_{0};
@@ -125,8 +125,6 @@ class DeviceProbe final : public Probe {
   std::uint64_t frames_at_last_sense_ = 0;
   std::uint64_t bytes_at_last_sense_ = 0;
   bool silence_reported_ = false;
-  bool saturated_ = false;
-  Time saturation_again_{0};  ///< when it may be reported again
 
   DeviceCounts counts_;  ///< of the probe thread
   DeviceNotices notices_;

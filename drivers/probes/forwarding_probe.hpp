@@ -17,6 +17,10 @@ class ForwardingProbe : public Probe {
   explicit ForwardingProbe(std::unique_ptr<Probe> probe) : probe_(std::move(probe)) {}
 
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return probe_->info(); }
+  [[nodiscard]] std::size_t outputs() const noexcept override { return probe_->outputs(); }
+  [[nodiscard]] const ProbeInfo& info_of(std::size_t output) const noexcept override {
+    return probe_->info_of(output);
+  }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(
       std::span<ProbeSample> samples, std::chrono::milliseconds patience) override {
     return probe_->read(samples, patience);
@@ -31,7 +35,9 @@ class ForwardingProbe : public Probe {
     return probe_->calibration();
   }
   [[nodiscard]] std::vector<std::string> take_notices() override { return probe_->take_notices(); }
-  [[nodiscard]] bool request_tare() noexcept override { return probe_->request_tare(); }
+  [[nodiscard]] bool request_tare(std::size_t output) noexcept override {
+    return probe_->request_tare(output);
+  }
   [[nodiscard]] bool connected() const noexcept override { return probe_->connected(); }
   [[nodiscard]] std::size_t ports() const noexcept override { return probe_->ports(); }
   void add_listener(std::size_t port, PortListener& listener) override {

@@ -195,14 +195,14 @@ std::optional<DeviceCounts> FusedProbe::device_counts() const {
   return sum;
 }
 
-bool FusedProbe::request_tare() noexcept {
+bool FusedProbe::request_tare(std::size_t /*output*/) noexcept {
   const auto measures_force = [](const Member& member) {
     return (member.fills & ProbeSample::kForce) != 0U;
   };
   const bool any = std::any_of(members_.begin(), members_.end(), measures_force);
   bool accepted = false;
   for (const Member& member : members_) {
-    if (!any || measures_force(member)) accepted = member.probe->request_tare() || accepted;
+    if (!any || measures_force(member)) accepted = member.probe->request_tare(0) || accepted;
   }
   return accepted;
 }

@@ -38,7 +38,7 @@ class FusedProbe final : public Probe {
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
   /// Tares the members that measure force or, if none does, all.
-  [[nodiscard]] bool request_tare() noexcept override;
+  [[nodiscard]] bool request_tare(std::size_t output) noexcept override;
   [[nodiscard]] bool connected() const noexcept override;
   /// One per member, in their order.
   [[nodiscard]] std::size_t ports() const noexcept override { return members_.size(); }

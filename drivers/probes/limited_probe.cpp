@@ -31,7 +31,8 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samp
   if (!count) return count;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < *count; ++i) {
-    std::string why = press_excess(samples[i], limits_, info().name);
+    const std::size_t output = samples[i].output;
+    std::string why = press_excess(samples[i], limits_[output], info_of(output).name);
     if (why.empty()) {
       samples[kept++] = samples[i];
       continue;
@@ -42,7 +43,9 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samp
       break;
     }
     const std::scoped_lock lock(mutex_);
-    if (refused_++ == 0) notice_ = std::move(why);
+    ++refused_;
+    if (!reported_[output]) notices_.push_back(std::move(why));
+    reported_[output] = true;
   }
   return kept;
 }
@@ -57,7 +60,7 @@ std::optional<DeviceCounts> LimitedProbe::device_counts() const {
 std::vector<std::string> LimitedProbe::take_notices() {
   std::vector<std::string> notices = ForwardingProbe::take_notices();
   const std::scoped_lock lock(mutex_);
-  if (notice_) notices.push_back(*std::exchange(notice_, std::nullopt));
+  for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
   return notices;
 }
 

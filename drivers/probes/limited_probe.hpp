@@ -26,8 +26,12 @@ struct PressLimits {
 /// samples of a device are dropped, counted as refused and reported.
 class LimitedProbe final : public ForwardingProbe {
  public:
-  LimitedProbe(std::unique_ptr<Probe> probe, const PressLimits& limits)
-      : ForwardingProbe(std::move(probe)), limits_(limits) {}
+  /// \param limits  one for each of the probe's outputs; the default for others
+  LimitedProbe(std::unique_ptr<Probe> probe, std::vector<PressLimits> limits)
+      : ForwardingProbe(std::move(probe)), limits_(std::move(limits)) {
+    limits_.resize(outputs());
+    reported_.resize(outputs());
+  }
 
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
@@ -38,11 +42,12 @@ class LimitedProbe final : public ForwardingProbe {
   [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
-  PressLimits limits_;
+  std::vector<PressLimits> limits_;
   std::string error_message_;
   mutable std::mutex mutex_;  ///< guards the rest
   std::uint64_t refused_ = 0;
-  std::optional<std::string> notice_;
+  std::vector<bool> reported_;  ///< by output
+  std::vector<std::string> notices_;
 };
 
 }  // namespace merkel

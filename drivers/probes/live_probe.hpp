@@ -17,6 +17,9 @@ class LiveProbe final : public ForwardingProbe {
   explicit LiveProbe(std::unique_ptr<Probe> recording);
 
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] const ProbeInfo& info_of(std::size_t /*output*/) const noexcept override {
+    return info_;
+  }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
 

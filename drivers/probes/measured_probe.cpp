@@ -19,7 +19,9 @@ Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> sam
       SampleMeter::stale_after(info().period.value_or(std::chrono::milliseconds{100}));
   for (ProbeSample& sample : samples.first(*count)) {
     const bool first = !meter_.timing();
-    if (meter_.add(sample)) publish(first);
+    // The probes of a device share its readings: those of an instant count once.
+    if (sample.time != last_time_ && meter_.add(sample)) publish(first);
+    last_time_ = sample.time;
     sample.valid_for = meter_.timing() ? meter_.timing()->stale_after : nominal;
   }
   return count;

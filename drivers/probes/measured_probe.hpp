@@ -29,7 +29,8 @@ class MeasuredProbe final : public ForwardingProbe {
   void publish(bool first);
 
   SampleMeter meter_;
-  mutable std::mutex mutex_;  ///< guards the rest
+  std::optional<std::chrono::nanoseconds> last_time_;  ///< of any output
+  mutable std::mutex mutex_;                           ///< guards the rest
   std::optional<SampleTiming> timing_;
   std::vector<std::string> notices_;
 };

@@ -1,6 +1,7 @@
 // Compiled only if liblsl is found.
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/probes/device_probe.hpp"
@@ -13,15 +14,20 @@ namespace merkel {
 namespace {
 
 /// The columns of the port's lines, in the form of the csv option `columns`, by the labels and
-/// units of the channels ("force", "N"). A channel that measures something else is "-".
+/// units of the channels ("force", "N"). A channel that measures something else is "-". Several
+/// channels of a unit have the names of their labels: "thumb_N".
 std::string columns_of(const LslStream& stream) {
-  std::string columns = "time_s";
+  std::vector<std::string> names;
+  std::vector<CsvField> labels;
   for (const LslStream::Channel& channel : stream.channels) {
-    const std::string name =
-        csv_column_of({.label = channel.label, .number = {}, .unit = channel.unit});
+    labels.push_back({.label = channel.label, .number = {}, .unit = channel.unit});
+    const std::string name = csv_column_of(labels.back());
     const bool measures = !name.empty() && name != "seq" && !name.starts_with("time");
-    columns += "," + (measures ? name : "-");
+    names.push_back(measures ? name : "-");
   }
+  tell_csv_columns_apart(names, labels);
+  std::string columns = "time_s";
+  for (const std::string& name : names) columns += "," + name;
   return columns;
 }
 

@@ -8,6 +8,7 @@
 #include "drivers/probes/live_probe.hpp"
 #include "drivers/probes/measured_probe.hpp"
 #include "drivers/probes/open_device.hpp"
+#include "drivers/probes/recorded_outputs.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/uri.hpp"
@@ -30,17 +31,27 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
   return std::make_unique<LiveProbe>(std::move(*probe));
 }
 
-Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
+/// A recording or a simulated press: one or several probes are fed by its columns.
+Expected<std::unique_ptr<Probe>, SetupError> recorded(
+    const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
+  auto probe = played(uri, open);
+  if (!probe) return probe;
+  return RecordedOutputs::split(std::move(*probe), uri.parts);
+}
+
+Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
+                                                      const std::vector<std::string>& parts) {
   if (text.starts_with("fused:")) return FusedProbe::open(text);
   if (text.starts_with("/dev/")) {
     const std::string port(text);
     return bad_input("\"" + port + "\" is a port, not a probe URI: merkel connect " + port +
                      " recognises the device at it and writes its URI into a scene");
   }
-  const auto uri = Uri::parse(text);
+  auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
-  if (uri->scheme == "replay") return played(*uri, ReplayProbe::open);
-  if (uri->scheme == "sim") return played(*uri, SimProbe::open);
+  uri->parts = parts;
+  if (uri->scheme == "replay") return recorded(*uri, ReplayProbe::open);
+  if (uri->scheme == "sim") return recorded(*uri, SimProbe::open);
   if (uri->scheme == "serial") return open_serial_device(*uri);
   if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri);
   if (uri->scheme == "hid") return open_hid_device(*uri);
@@ -62,14 +73,18 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text) {
 
 }  // namespace
 
-Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
-  auto probe = open_any(text);
+Expected<std::unique_ptr<Probe>, SetupError> open_device(const DeviceUri& device) {
+  auto probe = open_any(device.uri, device.parts);
   if (!probe || (*probe)->info().replayed) return probe;
   return std::make_unique<MeasuredProbe>(std::move(*probe));
 }
 
+Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
+  return open_device(DeviceUri::split(text));
+}
+
 std::vector<std::string> files_of_probe(std::string_view text) {
-  const auto uri = Uri::parse(text);
+  const auto uri = Uri::parse(DeviceUri::split(text).uri);
   if (!uri) return {};
   std::vector<std::string> files;
   if (uri->scheme == "replay") files.push_back(uri->path);

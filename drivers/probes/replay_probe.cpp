@@ -98,7 +98,8 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   const std::uint32_t excluded = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}
                                                   : 0U;
-  if (((*source)->channels() & ~excluded & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U) {
+  constexpr std::uint32_t kPress = ProbeSample::kDepth | ProbeSample::kForce;
+  if (use != "all" && ((*source)->channels() & ~excluded & kPress) == 0U) {
     return bad_input(uri.path + " has no " + use + ": remove the option use=" + use);
   }
   return play(std::move(*source), {.uri = uri.text,

@@ -32,9 +32,9 @@ SimProbe::SimProbe(ProbeInfo info, std::function<Press(double)> press, double am
       random_(faults.seed),
       count_(static_cast<std::uint32_t>(std::floor(duration_s * rate_hz + 1e-9)) + 1) {}
 
-SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place) {
-  const double tap_s = options.number("tap_s", 0.1, 1e-3, kLongest_s);
-  const double interval_s = options.number("interval_s", 0.4, 1e-3, kLongest_s);
+SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place, bool grasp) {
+  const double tap_s = options.number("tap_s", grasp ? 0.9 : 0.1, 1e-3, kLongest_s);
+  const double interval_s = options.number("interval_s", grasp ? 1.2 : 0.4, 1e-3, kLongest_s);
   const auto count = static_cast<double>(options.whole("count", 6, 1, 1'000'000));
   return {.press =
               [=](double t) {
@@ -95,12 +95,14 @@ SimProbe::Faults SimProbe::read_faults(UriOptions& options, bool force, double r
 }
 
 Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
-  if (uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" && uri.path != "slide") {
+  const bool grasp = uri.path == "grasp";
+  if (!grasp && uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" &&
+      uri.path != "slide") {
     return bad_input("\"" + uri.text + "\": there is no simulated press \"" + uri.path +
-                     "\"; write sim:ramp, sim:taps, sim:sine or sim:slide");
+                     "\"; write sim:ramp, sim:taps, sim:sine, sim:slide or sim:grasp");
   }
   UriOptions options(uri);
-  const bool both = options.given("force_N") && options.given("depth_mm");
+  const bool both = !grasp && options.given("force_N") && options.given("depth_mm");
   const bool force = options.given("force_N") && !both;
   const double rate_hz = options.number("rate_hz", 1000.0, 1.0, 1e5);
   const double wait_s = options.number("wait_s", 0.2, 0.0, kLongest_s);
@@ -113,17 +115,22 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
       force ? units::mN_from_N(
                   options.number("force_N", 0.1, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))
             : options.number("depth_mm", 1.5, 0.0, SampleLimits::kDepth_mm);
+  const double delay_s = grasp ? 1e-3 * options.number("delay_ms", 60.0, 0.0, 1e6) : 0.0;
   const bool positioned = options.given("x_mm") || options.given("y_mm") || uri.path == "slide";
   const bool slide = uri.path == "slide";
   const double x = options.number("x_mm", slide ? 3.0 : 15.0, -kPosition, kPosition);
   const double y = options.number("y_mm", 10.0, -kPosition, kPosition);
 
   const Press place{.x_mm = x, .y_mm = y};
-  Shape shape = uri.path == "taps" ? taps(options, wait_s, place)
-                                   : held_press(options, uri.path, wait_s, place, amplitude, force);
-  const Faults faults = read_faults(options, force, rate_hz);
+  Shape shape = grasp || uri.path == "taps"
+                    ? taps(options, wait_s, place, grasp)
+                    : held_press(options, uri.path, wait_s, place, amplitude, force);
+  Faults faults = read_faults(options, force, rate_hz);
+  // The values of further columns are in their unit.
+  if (grasp && force) faults.noise = units::N_from_mN(faults.noise);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  const double duration_s = wait_s + shape.length_s + tail_s;
+  const double duration_s =
+      wait_s + shape.length_s + tail_s + static_cast<double>(kHand.size() - 1) * delay_s;
   if (duration_s * rate_hz > 4e9) {
     return bad_input("\"" + uri.text +
                      "\" makes more than 4e9 samples: reduce its duration or rate");
@@ -132,13 +139,20 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   ProbeInfo info{.uri = uri.text,
                  .name = "simulated " + uri.path,
                  .serial_number = {},
-                 .channels = (force ? ProbeSample::kForce : ProbeSample::kDepth) |
+                 .channels = (grasp   ? 0U
+                              : force ? std::uint32_t{ProbeSample::kForce}
+                                      : std::uint32_t{ProbeSample::kDepth}) |
                              (both ? std::uint32_t{ProbeSample::kForce} : 0U) | positions,
                  .period = units::nanoseconds_from_s(1.0 / rate_hz),
                  .replayed = true};
+  for (std::size_t i = 0; grasp && i < kHand.size(); ++i) {
+    info.extra_columns.push_back(std::string(kHand[i].name) + (force ? "_N" : "_mm"));
+  }
   std::unique_ptr<SimProbe> probe(new SimProbe(std::move(info), std::move(shape.press), amplitude,
                                                duration_s, rate_hz, faults));
   if (both) probe->force_mN_ = force_mN;
+  if (grasp && force) probe->amplitude_ = units::N_from_mN(amplitude);
+  if (grasp) probe->finger_delay_s_ = delay_s;
   return probe;
 }
 
@@ -147,6 +161,15 @@ double SimProbe::normal() noexcept {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += random_.uniform();
   return sum;
+}
+
+/// Each finger presses a little later than the one before it.
+void SimProbe::grasp(double time_s, ProbeSample& sample) {
+  for (std::size_t i = 0; i < kHand.size(); ++i) {
+    const Press press = press_(time_s - static_cast<double>(i) * *finger_delay_s_);
+    const double noise = faults_.noise > 0.0 ? faults_.noise * normal() : 0.0;
+    sample.extra[i] = amplitude_ * kHand[i].share * press.level + noise;
+  }
 }
 
 Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
@@ -170,7 +193,11 @@ Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
               .sequence = number,
               .channels = info_.channels,
               .valid_for = SampleMeter::stale_after(*info_.period)};
-    (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
+    if (finger_delay_s_) {
+      grasp(taken_s, sample);
+    } else {
+      (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
+    }
     if (force_mN_) {
       const double relative = amplitude_ > 0.0 ? std::max(value / amplitude_, 0.0) : 0.0;
       sample.force_mN = *force_mN_ * relative * std::sqrt(relative);  // Hertz: power 1.5

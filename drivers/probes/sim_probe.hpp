@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/expected.hpp"
 #include "core/math/random.hpp"
@@ -22,6 +24,10 @@ inline constexpr const char* kSimProbeHelp =
     "         amplitude_mm (0.3) or, with force_N, amplitude_N (0.03)\n"
     "  slide  moves during the hold: ramp_s (0.15), to_x_mm (27), to_y_mm (y_mm),\n"
     "         speed_mm_per_s (12)\n"
+    "  grasp  five fingers and the palm, each as taps: count (6), tap_s (0.9), interval_s (1.2),\n"
+    "         delay_ms (60) between one and the next; channels thumb_mm, index_mm, middle_mm,\n"
+    "         ring_mm, little_mm, palm_mm or, with force_N, thumb_N, …: #thumb_mm at the end\n"
+    "         chooses one\n"
     "  all    depth_mm (1.5), or force_N, or both (force as depth^1.5); x_mm (15; of slide 3), "
     "y_mm (10),\n"
     "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); live (0; 1: in real time,\n"
@@ -59,7 +65,7 @@ class SimProbe final : public Probe {
     std::function<Press(double)> press;
     double length_s = 0.0;
   };
-  static Shape taps(UriOptions& options, double wait_s, Press place);
+  static Shape taps(UriOptions& options, double wait_s, Press place, bool grasp);
   /// A ramp, a sine or a slide. \param amplitude  in mm, or in mN if `force`
   static Shape held_press(UriOptions& options, const std::string& shape, double wait_s, Press place,
                           double amplitude, bool force);
@@ -67,11 +73,25 @@ class SimProbe final : public Probe {
   SimProbe(ProbeInfo info, std::function<Press(double)> press, double amplitude, double duration_s,
            double rate_hz, const Faults& faults);
   double normal() noexcept;
+  void grasp(double time_s, ProbeSample& sample);
+
+  /// One of several presses, in a further column.
+  struct Finger {
+    std::string_view name;
+    double share;  ///< of the amplitude
+  };
+  static constexpr std::array<Finger, 6> kHand = {{{"thumb", 1.0},
+                                                   {"index", 1.0},
+                                                   {"middle", 0.9},
+                                                   {"ring", 0.8},
+                                                   {"little", 0.7},
+                                                   {"palm", 2.0}}};
 
   ProbeInfo info_;
   std::function<Press(double)> press_;
-  double amplitude_;                ///< mm, or mN when force-controlled
-  std::optional<double> force_mN_;  ///< at the amplitude, for a press with depth and force
+  double amplitude_;                      ///< mm, or mN when force-controlled
+  std::optional<double> finger_delay_s_;  ///< of a grasp
+  std::optional<double> force_mN_;        ///< at the amplitude, for a press with depth and force
   double rate_hz_;
   Faults faults_;
   Random random_;

@@ -29,7 +29,7 @@ bool is_endless_number(std::string_view text) noexcept {
 
 Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
   if (name == "-") return CsvColumn{};
-  if (name == "seq") return CsvColumn{.kind = CsvColumn::Kind::kSequence};
+  if (name == "seq") return CsvColumn{.kind = CsvColumn::Kind::kSequence, .name = "seq"};
   const auto mark = name.rfind('_');
   const std::string_view stem = name.substr(0, mark);
   const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
@@ -37,7 +37,10 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     for (const auto& [known, ns] : {std::pair<std::string_view, std::int64_t>{"s", 1'000'000'000},
                                     {"ms", 1'000'000},
                                     {"us", 1'000}}) {
-      if (unit == known) return CsvColumn{.kind = CsvColumn::Kind::kTime, .nanoseconds = ns};
+      if (unit == known) {
+        return CsvColumn{
+            .kind = CsvColumn::Kind::kTime, .name = std::string(name), .nanoseconds = ns};
+      }
     }
     return Unexpected<std::string>("the unit of " + std::string(name) +
                                    " is unknown: time is in s, ms or us");
@@ -52,7 +55,20 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
                                      (force ? "forces are in " + std::string(kForceUnits)
                                             : "lengths are in " + std::string(kLengthUnits)));
     }
-    return CsvColumn{.kind = CsvColumn::Kind::kValue, .channel = channel, .factor = *factor};
+    return CsvColumn{.kind = CsvColumn::Kind::kValue,
+                     .name = std::string(name),
+                     .channel = channel,
+                     .factor = *factor,
+                     .force = force};
+  }
+  const auto newtons = newtons_per(unit);
+  const auto factor = newtons ? newtons : millimetres_per(unit);
+  if (factor && !stem.empty()) {
+    return CsvColumn{.kind = CsvColumn::Kind::kValue,
+                     .name = std::string(name),
+                     .channel = named_channel(0),
+                     .factor = *factor,
+                     .force = newtons.has_value()};
   }
   return Unexpected<std::string>("the column " + std::string(name) +
                                  " is unknown; the known ones are " + csv_column_names());
@@ -60,43 +76,75 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
 
 std::string csv_column_names() {
   return "time_s, time_ms, time_us, seq, force_N, force_x_N, force_y_N, force_z_N, depth_mm, x_mm, "
-         "y_mm, z_mm, and - to ignore a column; forces are in " +
+         "y_mm, z_mm, names of your own with a unit, such as thumb_N, and - to ignore a column; "
+         "forces are in " +
          std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits);
 }
 
+void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
+  std::size_t next = 0;
+  for (CsvColumn& column : columns) {
+    if (column.kind == CsvColumn::Kind::kValue && is_named(column.channel)) {
+      column.channel = named_channel(next++);
+    }
+  }
+}
+
 std::vector<std::string> csv_columns_of_header(std::string_view line, char separator) {
+  std::vector<CsvField> headings;
   std::vector<std::string> names;
   bool measures = false;
+  std::size_t own_names = 0;
   for (std::string_view rest = line; !rest.empty();) {
     const std::string_view cell = take_csv_part(rest, separator);
-    const bool exact = csv_column_named(cell).has_value();
+    const auto exact = csv_column_named(cell);
     const CsvField heading = parse_csv_heading(cell);
-    // A unit alone does not make a heading: "calibrated (g)" may be any line of text.
-    const std::string name = exact                                   ? std::string(cell)
-                             : csv_quantity_of(heading.label) == "-" ? "-"
-                                                                     : csv_column_of(heading);
+    const std::string quantity = csv_quantity_of(heading.label);
+    std::string name = "-";
+    if (exact && !(exact->kind == CsvColumn::Kind::kValue && is_named(exact->channel))) {
+      name = cell;
+    } else if (quantity != "-" && quantity != "seq") {
+      name = csv_column_of(heading);
+    } else if (quantity == "seq" && heading.unit.empty()) {
+      name = "seq";
+    } else if (!heading.label.empty()) {
+      name = csv_own_name_of(heading);
+      if (name != "-") ++own_names;
+    }
     const auto column = csv_column_named(name);
-    measures = measures || (column && column->kind == CsvColumn::Kind::kValue);
+    measures = measures ||
+               (column && column->kind == CsvColumn::Kind::kValue && !is_named(column->channel));
     names.push_back(column ? name : "-");
+    headings.push_back(heading);
   }
-  return measures ? names : std::vector<std::string>{};
+  // A unit alone does not make a heading: "calibrated (g)" may be any line of text.
+  if (!measures && (own_names < 2 || 2 * own_names < names.size())) return {};
+  tell_csv_columns_apart(names, headings);
+  return names;
 }
 
 Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view names,
                                                                 char separator) {
   std::vector<CsvColumn> columns;
-  std::uint32_t channels = 0;
+  bool measures = false;
   std::string_view rest = names;
   while (!rest.empty()) {
     auto column = csv_column_named(take_csv_part(rest, separator));
     if (!column) return Unexpected<std::string>(column.error());
-    if (column->kind == CsvColumn::Kind::kValue) channels |= bit_of(column->channel);
-    columns.push_back(*column);
+    for (const CsvColumn& other : columns) {
+      if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
+      return Unexpected<std::string>("the column " + column->name +
+                                     " is named twice: name each differently, such as thumb_N and "
+                                     "index_N");
+    }
+    measures = measures || column->kind == CsvColumn::Kind::kValue;
+    columns.push_back(std::move(*column));
   }
-  if (channels == 0U) {
+  if (!measures) {
     return Unexpected<std::string>(
         "no column is a force, a depth or a position: add one, for example force_N");
   }
+  number_named_channels(columns);
   return columns;
 }
 
@@ -141,11 +189,16 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
         return true;
       }
       const CsvField field = parse_csv_field(part, decimal_comma);
-      if (!field.number) return false;
+      if (!field.number) {
+        // One sensor of several without a value is no damage to the others.
+        const bool absent = part.find_first_of("0123456789") == std::string_view::npos;
+        if (!is_named(column.channel) || !absent) return false;
+        reading.set(column.channel, std::numeric_limits<double>::quiet_NaN());
+        return true;
+      }
       double factor = column.factor;
       if (!field.unit.empty()) {
-        const bool force = column.channel <= DeviceChannel::kForceZ;
-        const auto stated = force ? newtons_per(field.unit) : millimetres_per(field.unit);
+        const auto stated = column.force ? newtons_per(field.unit) : millimetres_per(field.unit);
         if (!stated) return false;
         factor = *stated;
       }

@@ -15,21 +15,27 @@ namespace merkel {
 struct CsvColumn {
   enum class Kind : std::uint8_t { kSkip, kTime, kSequence, kValue };
   Kind kind = Kind::kSkip;
+  std::string name;  ///< with its unit
   DeviceChannel channel = DeviceChannel::kForce;
   double factor = 1.0;           ///< to N or mm
+  bool force = true;             ///< of a value: in N; else in mm
   std::int64_t nanoseconds = 0;  ///< per unit of time
 };
 
-/// Parses the name of a column ("force_N"), or returns an error.
+/// Parses the name of a column ("force_N"), or returns an error. A name of its own with a unit of
+/// force or length ("thumb_N") is a named channel, here the first.
 [[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name);
 
-/// Parses the names of all columns. Fails if none is a force, a depth or a position.
+/// Numbers the channels with names of their own in the order of their columns.
+void number_named_channels(std::vector<CsvColumn>& columns) noexcept;
+
+/// Parses the names of all columns. Fails if none is a force or a length, or if two are the same.
 [[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(
     std::string_view names, char separator);
 
 /// The columns that a header line names, with their units: "force_g,depth_mm", "Force (g); Depth
-/// (mm)". A cell with another meaning is ignored. Empty unless a force, depth or position has its
-/// unit.
+/// (mm)", "thumb_N,index_N". A cell with another meaning is ignored. Empty unless a force, depth or
+/// position has its unit, or two other names have one.
 [[nodiscard]] std::vector<std::string> csv_columns_of_header(std::string_view line, char separator);
 
 /// The names and units of columns, for messages.

@@ -1,8 +1,11 @@
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/printable_text.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_lines.hpp"
 
 namespace merkel {
@@ -14,10 +17,23 @@ class CsvDevice final : public SimulatedDevice {
 
   void boot(std::chrono::nanoseconds /*now*/, Bytes& out) override {
     sequence_ = 0;
-    append(header() + "\r\n", out);
+    append(header(), out);
+    for (const std::string& name : further_) append("," + name, out);
+    append("\r\n", out);
   }
 
-  [[nodiscard]] std::string uri_options() const override { return "columns=" + header(); }
+  [[nodiscard]] std::string uri_options() const override {
+    std::string columns = "columns=" + header();
+    for (const std::string& name : further_) {
+      columns += "," + (csv_column_named(name) ? name : "-");
+    }
+    return columns;
+  }
+
+  [[nodiscard]] bool set_columns(const std::vector<std::string>& names) override {
+    for (const std::string& name : names) further_.push_back(printable_column(name));
+    return true;
+  }
 
   void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) override {
     const auto time_us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
@@ -31,6 +47,7 @@ class CsvDevice final : public SimulatedDevice {
     if (has(ProbeSample::kDepth)) add(shortest_decimal(sample.depth_mm));
     if (has(ProbeSample::kX)) add(shortest_decimal(sample.x_mm));
     if (has(ProbeSample::kY)) add(shortest_decimal(sample.y_mm));
+    for (std::size_t i = 0; i < further_.size(); ++i) add(shortest_decimal(sample.extra[i]));
     append("\r\n", out);
   }
 
@@ -46,6 +63,7 @@ class CsvDevice final : public SimulatedDevice {
   }
 
   std::uint32_t channels_;
+  std::vector<std::string> further_;
   std::uint32_t sequence_ = 0;
 };
 

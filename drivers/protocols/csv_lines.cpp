@@ -41,7 +41,21 @@ class CsvLines final : public LineProtocol {
     unread_.clear();
   }
 
+  /// What was sent while nobody read is not lost.
+  void start(nanoseconds /*now*/, DeviceStream& /*stream*/) override { sequence_.forget(); }
+
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] bool ready() const noexcept override { return measures_; }
+  [[nodiscard]] std::vector<ChannelName> channel_names() const override {
+    std::vector<ChannelName> names;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const CsvColumn& column = columns_[i];
+      if (column.kind != CsvColumn::Kind::kValue) continue;
+      names.push_back(
+          {.name = column.name, .channel = column.channel, .column = i + 1, .force = column.force});
+    }
+    return names;
+  }
   [[nodiscard]] const std::string& error_message() const noexcept override {
     return error_message_;
   }
@@ -55,10 +69,15 @@ class CsvLines final : public LineProtocol {
 
   void use(std::vector<CsvColumn> columns) {
     columns_ = std::move(columns);
+    number_named_channels(columns_);
     channels_ = 0;
+    measures_ = false;
     wrap_.reset();
     for (const CsvColumn& column : columns_) {
-      if (column.kind == CsvColumn::Kind::kValue) channels_ |= bit_of(column.channel);
+      if (column.kind == CsvColumn::Kind::kValue) {
+        channels_ |= bit_of(column.channel);
+        measures_ = true;
+      }
       if (column.kind == CsvColumn::Kind::kTime && column.nanoseconds < 1'000'000'000) {
         wrap_ = nanoseconds{(std::int64_t{1} << clock_bits_) * column.nanoseconds};
       }
@@ -146,10 +165,12 @@ class CsvLines final : public LineProtocol {
   /// The columns of a line with labels and units; empty if it has none.
   static std::vector<CsvColumn> stated_columns(const std::string& line, const CsvStyle& style) {
     std::vector<std::string> names;
-    for (const CsvField& field : csv_fields_of(line, style)) {
+    const std::vector<CsvField> fields = csv_fields_of(line, style);
+    for (const CsvField& field : fields) {
       const std::string name = field.number ? csv_column_of(field) : "-";
       names.push_back(name.empty() ? "-" : name);
     }
+    tell_csv_columns_apart(names, fields);
     std::vector<CsvColumn> columns = columns_of(names);
     const bool measures = std::any_of(columns.begin(), columns.end(), [](const CsvColumn& column) {
       return column.kind == CsvColumn::Kind::kValue;
@@ -237,6 +258,7 @@ class CsvLines final : public LineProtocol {
   std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
   std::vector<CsvColumn> columns_;
   std::uint32_t channels_ = 0;
+  bool measures_ = false;
   std::string error_message_;
   std::optional<nanoseconds> wrap_;
   bool known_ = false;  ///< style and columns

@@ -12,11 +12,12 @@ namespace merkel {
 /// Lines of numbers, as printed by most sketches for the HX711 and similar converters.
 /// Options: `columns` names the columns, separated by commas: `time_s`, `time_ms` or `time_us` (the
 /// device's clock), `seq` (a counter), a channel with its unit (`force_N`, `force_gF`,
-/// `force_z_mN`, `depth_mm`, `depth_um`, `x_mm`, `y_mm`, `z_mm`), or `-` to ignore a column.
-/// Without this option the names come from the device's header line or from labels and units in the
-/// lines ("Force: 0.300 N"). `separator` (comma, semicolon, tab, space) and `decimal` (point,
-/// comma) are detected by default. `rate_hz` is the nominal rate, if known. `seq_bits` and
-/// `clock_bits` give the width of the counters, which wrap (32).
+/// `force_z_mN`, `depth_mm`, `depth_um`, `x_mm`, `y_mm`, `z_mm`), a name of its own with the unit
+/// of a force or a length (`thumb_N`), or `-` to ignore a column. Without this option the names
+/// come from the device's header line or from labels and units in the lines ("Force: 0.300 N").
+/// `separator` (comma, semicolon, tab, space) and `decimal` (point, comma) are detected by default.
+/// `rate_hz` is the nominal rate, if known. `seq_bits` and `clock_bits` give the width of the
+/// counters, which wrap (32).
 [[nodiscard]] Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options);
 
 /// The number of lines in a stream that consist only of numbers.

@@ -218,6 +218,36 @@ std::string csv_column_of(const CsvField& field) {
   return unit.empty() && quantity != "-" ? std::string() : "-";
 }
 
+std::string csv_own_name_of(const CsvField& field) {
+  const std::string unit(field.unit);
+  if (field.label.empty() || (!newtons_per(unit) && !millimetres_per(unit))) return "-";
+  return std::string(field.label) + "_" + unit;
+}
+
+void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields) {
+  const std::vector<std::string> given = names;
+  std::vector<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (given[i].empty() || given[i] == "-") continue;
+    const bool repeated = std::count(given.begin(), given.end(), given[i]) > 1;
+    const std::string own = csv_own_name_of(fields[i]);
+    const bool labelled = own != "-" && csv_quantity_of(fields[i].label) != "force";
+    if (repeated && labelled) names[i] = own;
+    const auto is_taken = [&] {
+      return std::find(taken.begin(), taken.end(), names[i]) != taken.end();
+    };
+    if (is_taken()) {
+      const auto mark = names[i].rfind('_');
+      if (mark == std::string::npos) {
+        names[i] = "-";
+        continue;
+      }
+      names[i].insert(mark, std::to_string(i + 1));
+    }
+    taken.push_back(names[i]);
+  }
+}
+
 CsvField parse_csv_heading(std::string_view cell) noexcept {
   cell = trimmed(cell, " \t\"");
   const auto mark = cell.find_last_of("([_");

@@ -45,6 +45,14 @@ struct CsvField {
 /// they name something else, empty if there are none.
 [[nodiscard]] std::string csv_column_of(const CsvField& field);
 
+/// The column that a field's label and unit name as a channel of its own ("thumb_N"); "-" unless
+/// the unit is one of force or length.
+[[nodiscard]] std::string csv_own_name_of(const CsvField& field);
+
+/// Gives columns of the same name the names of their labels, or numbers: two fields "thumb" and
+/// "index" in N are not both force_N.
+void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields);
+
 /// The field that a cell of a header means: "force_g", "Force (g)" and "Force [g]" have the label
 /// force and the unit g.
 [[nodiscard]] CsvField parse_csv_heading(std::string_view cell) noexcept;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "drivers/protocols/device_reading.hpp"
@@ -13,6 +14,8 @@ struct HidField {
   enum class Kind : std::uint8_t { kValue, kTime, kSequence };
   Kind kind = Kind::kValue;
   DeviceChannel channel = DeviceChannel::kForce;
+  std::string name = {};   ///< of a channel with a name of its own, with its unit
+  bool force = true;       ///< of such a channel: in N; else in mm
   std::size_t offset = 0;  ///< of the lowest bit, after the report ID; little-endian
   std::size_t bits = 16;   ///< 1 to 32
   bool is_signed = false;

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/protocols/device_units.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {
@@ -65,24 +65,20 @@ Expected<HidField, std::string> field_of(std::string_view text) {
     }
     return field;
   }
-  const auto mark = name.rfind('_');
-  const std::string_view stem = name.substr(0, mark);
-  const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
-  const auto* const found = std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), stem);
-  if (found == kDeviceChannelNames.end()) {
-    return Unexpected<std::string>("the channel " + std::string(name) +
-                                   " is unknown; the known ones are force_N, force_x_N, "
-                                   "force_y_N, force_z_N, depth_mm, x_mm, y_mm, z_mm, time_us, "
-                                   "time_ms, seq");
+  const auto column = csv_column_named(name);
+  if (!column || column->kind != CsvColumn::Kind::kValue) {
+    return Unexpected<std::string>(
+        !column && column.error().starts_with("the unit")
+            ? column.error()
+            : "the channel " + std::string(name) +
+                  " is unknown; the known ones are force_N, force_x_N, force_y_N, force_z_N, depth_mm, "
+                  "x_mm, y_mm, z_mm, names of your own with a unit, such as thumb_N, and time_us, "
+                  "time_ms, seq");
   }
-  field.channel = static_cast<DeviceChannel>(found - kDeviceChannelNames.begin());
-  const bool force = field.channel <= DeviceChannel::kForceZ;
-  const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
-  if (!factor) {
-    return Unexpected<std::string>("the unit of " + std::string(name) + " is unknown: " +
-                                   std::string(force ? kForceUnits : kLengthUnits));
-  }
-  field.scale *= *factor;
+  field.channel = column->channel;
+  if (is_named(field.channel)) field.name = name;
+  field.force = column->force;
+  field.scale *= column->factor;
   return field;
 }
 
@@ -155,6 +151,19 @@ class HidFields final : public Protocol {
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] bool ready() const noexcept override { return true; }
+  [[nodiscard]] std::vector<ChannelName> channel_names() const override {
+    std::vector<ChannelName> names;
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      const HidField& field = fields_[i];
+      if (field.kind != HidField::Kind::kValue) continue;
+      ChannelName name = {.name = field.name, .channel = field.channel, .force = field.force};
+      if (!is_named(field.channel)) name = names_of_channels(bit_of(field.channel)).front();
+      name.column = i + 1;
+      names.push_back(std::move(name));
+    }
+    return names;
+  }
   [[nodiscard]] std::optional<nanoseconds> clock_wrap() const noexcept override { return wrap_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return period_of(rate_Hz_);
@@ -178,12 +187,17 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
                   .rate_Hz = options.number("rate_hz", 0.0, 0.1, 20'000.0)};
   if (text.empty()) return map;
   bool measures = false;
+  std::size_t own_names = 0;
   std::string_view rest = text;
   while (!rest.empty()) {
     const auto field = field_of(consume_until(rest, ','));
     if (!field) return bad_input("fields: " + field.error());
     measures = measures || field->kind == HidField::Kind::kValue;
     map.fields.push_back(*field);
+    HidField& added = map.fields.back();
+    if (added.kind == HidField::Kind::kValue && is_named(added.channel)) {
+      added.channel = named_channel(own_names++);
+    }
   }
   if (!measures) {
     return bad_input(

@@ -13,7 +13,7 @@ namespace merkel {
 /// "5.2" from "15.2" is also a number.
 class LineSplitter {
  public:
-  static constexpr std::size_t kLongestLine = 256;
+  static constexpr std::size_t kLongestLine = 8192;
 
   void reset(bool first_is_whole) noexcept {
     length_ = 0;

@@ -83,6 +83,29 @@ struct DeviceStream {
   return units::nanoseconds_from_s(1.0 / rate_Hz);
 }
 
+/// A channel of a device, as a scene names it.
+struct ChannelName {
+  std::string name;        ///< with its unit: "force_N", "thumb_N"
+  DeviceChannel channel;   ///< of a DeviceReading
+  std::size_t column = 0;  ///< its place in the device's data, from 1
+  bool force = true;       ///< in N; else a length in mm
+};
+
+/// The names of known quantities. \param channels  bits of DeviceChannel
+[[nodiscard]] inline std::vector<ChannelName> names_of_channels(std::uint32_t channels) {
+  std::vector<ChannelName> names;
+  for (std::size_t i = 0; i < kDeviceChannels; ++i) {
+    const auto channel = static_cast<DeviceChannel>(i);
+    if ((channels & bit_of(channel)) == 0U) continue;
+    const bool force = channel <= DeviceChannel::kForceZ;
+    names.push_back({.name = std::string(kDeviceChannelNames[i]) + (force ? "_N" : "_mm"),
+                     .channel = channel,
+                     .column = names.size() + 1,
+                     .force = force});
+  }
+  return names;
+}
+
 /// The protocol of a device: bytes in, readings out, requests back. Has no port and no clock: the
 /// owner moves the bytes and passes the time. Times are host-monotonic.
 /// Real-time: no. Thread: probe.
@@ -109,9 +132,13 @@ class Protocol {
     return std::nullopt;
   }
 
-  /// The channels of its readings; 0 until known.
+  /// The known quantities among its readings, as bits of DeviceChannel; 0 until known.
   [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
-  /// True if start() may be called; then channels() is not 0.
+  /// All channels of its readings, those with names of their own included.
+  [[nodiscard]] virtual std::vector<ChannelName> channel_names() const {
+    return names_of_channels(channels());
+  }
+  /// True if start() may be called; then there is a channel.
   [[nodiscard]] virtual bool ready() const noexcept { return channels() != 0U; }
   /// True if the device reports its channels. For other devices, the first reading is the first
   /// sign that the protocol is right.

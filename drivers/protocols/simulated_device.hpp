@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/records/probe_sample.hpp"
 #include "drivers/protocols/protocol.hpp"
@@ -32,6 +33,11 @@ class SimulatedDevice {
   /// The measuring period, if the host or the protocol sets it; default: the trace's.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> period() const noexcept {
     return std::nullopt;
+  }
+  /// Names the further columns of the played trace (ProbeSample::extra). False if the protocol
+  /// cannot send them.
+  [[nodiscard]] virtual bool set_columns(const std::vector<std::string>& names) {
+    return names.empty();
   }
   /// Sets the rate of the played trace, for a device that reports a rate.
   virtual void set_rate(double /*rate_Hz*/) {}

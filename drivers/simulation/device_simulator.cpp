@@ -38,14 +38,18 @@ DeviceSimulator::DeviceSimulator(Settings settings)
 
 Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(Settings settings) {
   std::uint32_t channels = settings.trace.empty() ? 0 : settings.trace.front().channels;
-  if ((channels & settings.protocol->plays) == 0U) {
-    return bad_input(
-        "the trace has no " +
-        std::string((settings.protocol->plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
-        ", which devices of the protocol " + std::string(settings.protocol->name) + " measure");
-  }
+  const std::string name(settings.protocol->name);
+  const std::uint32_t plays = settings.protocol->plays;
   std::unique_ptr<DeviceSimulator> simulator(new DeviceSimulator(std::move(settings)));
   simulator->device_ = simulator->settings_.protocol->simulate(channels);
+  const auto& further = simulator->settings_.extra_columns;
+  const bool sends_further = simulator->device_->set_columns(further) && !further.empty();
+  if ((channels & plays) == 0U && !sends_further) {
+    return bad_input("the trace has no " +
+                     std::string((plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
+                     ", which devices of the protocol " + name + " measure" +
+                     (further.empty() ? "" : "; only those of csv send columns of other names"));
+  }
   simulator->device_->set_rate(
       simulator->settings_.rate_Hz.value_or(rate_of(simulator->settings_.trace)));
   const Settings& own = simulator->settings_;
@@ -169,6 +173,9 @@ ProbeSample DeviceSimulator::sample_at(Time trace_time) const noexcept {
   for (double ProbeSample::*const field :
        {&ProbeSample::depth_mm, &ProbeSample::force_mN, &ProbeSample::x_mm, &ProbeSample::y_mm}) {
     sample.*field += fraction * (*after.*field - before.*field);
+  }
+  for (std::size_t i = 0; i < sample.extra.size(); ++i) {
+    sample.extra[i] += fraction * (after->extra[i] - before.extra[i]);
   }
   sample.time = time;
   return sample;

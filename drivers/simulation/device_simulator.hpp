@@ -39,9 +39,10 @@ class DeviceSimulator {
  public:
   struct Settings {
     const ProtocolEntry* protocol = nullptr;
-    std::vector<ProbeSample> trace;  ///< in order of time; at least one
-    int baud = 115200;               ///< a host with another rate reads garbage
-    std::string link;                ///< symbolic link to the terminal; empty: none
+    std::vector<ProbeSample> trace;               ///< in order of time; at least one
+    std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra
+    int baud = 115200;                            ///< a host with another rate reads garbage
+    std::string link;                             ///< symbolic link to the terminal; empty: none
     /// Network address instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".
     std::string network;
     bool repeat = false;            ///< start again at the end of the trace

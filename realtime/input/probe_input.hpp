@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -101,6 +102,12 @@ class ProbeInput {
   std::optional<ProbeSample> last_;  ///< the latest sample at or before the time read last
   bool touching_ = false;            ///< by contact_N
   std::chrono::nanoseconds simulated_ = std::chrono::nanoseconds::min();
+};
+
+/// One of the probes that a device feeds.
+struct RunInput {
+  std::size_t probe = 0;  ///< its number in the run, from 0: the number of its indenter
+  ProbeInput::Parameters parameters;
 };
 
 }  // namespace merkel

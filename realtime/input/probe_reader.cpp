@@ -8,14 +8,16 @@
 
 namespace merkel {
 
-ProbeReader::ProbeReader(Probe& probe, ProbeChannel& channel, Parameters parameters)
+ProbeReader::ProbeReader(Probe& probe, std::vector<Receivers> receivers, Parameters parameters)
     : probe_(probe),
-      channel_(channel),
-      parameters_(std::move(parameters)),
+      receivers_(std::move(receivers)),
+      parameters_(parameters),
       thread_([this](const std::stop_token& stop) {
         read_all(stop);
-        channel_.ended.store(true, std::memory_order_release);
-        for (auto* const feed : parameters_.feeds) feed->end();
+        for (const Receivers& each : receivers_) {
+          each.channel->ended.store(true, std::memory_order_release);
+          for (auto* const feed : each.feeds) feed->end();
+        }
       }) {}
 
 void ProbeReader::stop() {
@@ -23,16 +25,17 @@ void ProbeReader::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-bool ProbeReader::deliver(const ProbeSample& sample, const std::stop_token& stop) {
-  while (!channel_.samples.try_push(sample)) {
+bool ProbeReader::deliver(ProbeChannel& channel, const ProbeSample& sample,
+                          const std::stop_token& stop) {
+  while (!channel.samples.try_push(sample)) {
     if (!probe_.info().replayed) {
-      channel_.dropped.add();
+      channel.dropped.add();
       return true;
     }
     if (stop.stop_requested()) return false;
     std::this_thread::sleep_for(std::chrono::microseconds{100});
   }
-  channel_.delivered.add();
+  channel.delivered.add();
   return true;
 }
 
@@ -57,11 +60,12 @@ void ProbeReader::read_all(const std::stop_token& stop) {
     for (std::size_t i = 0; i < *count; ++i) {
       samples[i].time += parameters_.shift;
       samples[i].arrival += parameters_.shift;
-      channel_.newest_ns.store(std::min(samples[i].time, samples[i].arrival).count(),
-                               std::memory_order_relaxed);
-      if (!deliver(samples[i], stop)) return;
-      for (auto* const feed : parameters_.feeds) {
-        push_to_feed(*feed, {.probe = parameters_.number, .sample = samples[i]}, stop);
+      const Receivers& of = receivers_[samples[i].output];
+      of.channel->newest_ns.store(std::min(samples[i].time, samples[i].arrival).count(),
+                                  std::memory_order_relaxed);
+      if (!deliver(*of.channel, samples[i], stop)) return;
+      for (auto* const feed : of.feeds) {
+        push_to_feed(*feed, {.probe = of.probe, .sample = samples[i]}, stop);
       }
     }
   }

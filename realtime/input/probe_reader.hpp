@@ -14,22 +14,26 @@
 
 namespace merkel {
 
-/// The thread of one probe: reads its samples and puts them into the loop's queue. A recording
-/// waits while the queue is full. Samples of a device are dropped and counted when the queue is
-/// full.
+/// The thread of one device: reads its samples and puts those of each of its outputs into the
+/// loop's queue for that probe. A recording waits while a queue is full. Samples of a device are
+/// dropped and counted when a queue is full.
 class ProbeReader {
  public:
-  struct Parameters {
-    std::uint32_t number = 0;                   ///< of the probe
-    std::chrono::nanoseconds shift{0};          ///< added to every sample's times
+  /// The receivers of one output.
+  struct Receivers {
+    std::uint32_t probe = 0;  ///< its number
+    ProbeChannel* channel = nullptr;
     std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples
+  };
+  struct Parameters {
+    std::chrono::nanoseconds shift{0};  ///< added to every sample's times
     /// Waits while a feed is full instead of dropping samples. Only on a virtual clock, because a
     /// sink must not delay real time.
     bool wait_for_sinks = false;
   };
 
-  /// Starts reading.
-  ProbeReader(Probe& probe, ProbeChannel& channel, Parameters parameters);
+  /// Starts reading. \param receivers  one for each output of the probe
+  ProbeReader(Probe& probe, std::vector<Receivers> receivers, Parameters parameters);
   ProbeReader(const ProbeReader&) = delete;
   ProbeReader& operator=(const ProbeReader&) = delete;
   /// Stops and joins.
@@ -38,19 +42,19 @@ class ProbeReader {
   /// Stops reading and joins the thread.
   void stop();
 
-  /// The error that ended the stream early; empty if none. Read it after the channel has ended.
+  /// The error that ended the stream early; empty if none. Read it after the channels have ended.
   [[nodiscard]] const std::string& error_message() const noexcept { return error_message_; }
   /// True if the error is in the recording that was passed, not in a device.
   [[nodiscard]] bool bad_input() const noexcept { return bad_input_; }
 
  private:
   void read_all(const std::stop_token& stop);
-  bool deliver(const ProbeSample& sample, const std::stop_token& stop);
+  bool deliver(ProbeChannel& channel, const ProbeSample& sample, const std::stop_token& stop);
   void push_to_feed(Feed<DeliveredSample>& feed, const DeliveredSample& item,
                     const std::stop_token& stop);
 
   Probe& probe_;
-  ProbeChannel& channel_;
+  std::vector<Receivers> receivers_;
   Parameters parameters_;
   std::string error_message_;
   bool bad_input_ = false;

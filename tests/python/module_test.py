@@ -74,6 +74,13 @@ class Hands(Case):
             with merkel.connect(probes, hand) as bridge:
                 patches = {int(patch) for new in bridge for patch in new.spikes["patch"]}
             self.assertEqual(patches, set(range(6)))
+        device = merkel.Device("sim:grasp?count=1&live=1")
+        with merkel.connect({patch: device[f"{patch}_mm"] for patch in ("thumb", "index", "middle", "ring", "little", "palm")},
+                            hand) as bridge:
+            self.assertEqual({int(patch) for new in bridge for patch in new.spikes["patch"]}, set(range(6)))
+            self.assertEqual(bridge.counters["probe_count"], 6)
+        with self.assertRaisesRegex(merkel.Error, "The device has thumb_mm, index_mm"):
+            merkel.connect(merkel.Device("sim:grasp")["tumb_N"], "paper")
         with self.assertRaisesRegex(merkel.Error, "no probe of the scene presses on tumb; its probes press on thumb, index"):
             merkel.connect({"tumb": live}, hand)
         with self.assertRaisesRegex(merkel.Error, "the scene has 6 probes, but 1 URI was given"):

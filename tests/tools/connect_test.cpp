@@ -205,6 +205,29 @@ TEST(Advice, WorksWhenItIsFollowed) {
   }
 }
 
+TEST(Connect, GivesEachSensorOfAHandItsProbe) {
+  for (const auto& [line, header, expected] :
+       {std::tuple("17, 0.31, 0.02, 0.5", "time_ms,F_thumb (N),F_pinky (N),palm_N",
+                   "force = \"F_pinky_N\"\npatch = \"little\""),
+        std::tuple("thumb: 310 g, index: 20 g", "", "force = \"index_N\"\npatch = \"index\""),
+        std::tuple("0.31,0.02,0.5,0.25,0.125,0.75", "",
+                   "force = \"force6_N\"\npatch = \"palm\"  # by its place in the line")}) {
+    const TemporaryFolder folder;
+    const LinePrinter hand(line, 115200, {.header = header});
+    const std::string scene = folder.path("s.toml");
+    const auto connected = run_program({"connect", hand.name(), "--yes", "--out", scene});
+    ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+    const std::string text = read_file(scene);
+    EXPECT_NE(text.find(expected), std::string::npos) << text;
+    EXPECT_NE(connected.out.find("in each reading"), std::string::npos) << connected.out;
+    const auto run = run_program({"run", scene, "--duration-s", "0.2", "--json"});
+    EXPECT_NE(run.exit_code, 2) << run.err << text;
+    const auto probes = nlohmann::json::parse(run.out)["probes"];
+    EXPECT_GT(probes.size(), 1U);
+    for (const auto& probe : probes) EXPECT_GT(probe["used"], 10);
+  }
+}
+
 TEST(Recognition, NamesClocksAndCountersByTheirGrowth) {
   std::vector<std::string> lines;
   for (int k = 0; k < 50; ++k) {

@@ -389,5 +389,39 @@ TEST(SceneFile, AMissingFileIsNamed) {
             "cannot read the scene no/such.toml: No such file or directory; check the name");
 }
 
+TEST(SceneFile, ProbesTakeTheirChannelsFromADevice) {
+  const std::string device = "[[device]]\nname = \"hand\"\nuri = \"sim:grasp\"\n";
+  const auto scene = parse_scene(
+      device +
+          "[[probe]]\ndevice = \"hand\"\ndepth = \"thumb_mm\"\n[[probe]]\nx_mm = 20\n"
+          "[[probe]]\ndevice = \"hand\"\nforce = 3\nx = \"a\"\n[[probe]]\ndevice = \"hand\"\n",
+      "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_EQ(scene->uri_of(0), "sim:grasp#depth=thumb_mm");
+  EXPECT_EQ(scene->uri_of(1), "sim:ramp");
+  EXPECT_EQ(scene->uri_of(2), "sim:grasp#force=3,x=a");
+  EXPECT_EQ(scene->uri_of(3), "sim:grasp#");
+  const auto again = parse_scene(scene_text(*scene), "again.toml");
+  ASSERT_TRUE(again) << again.error().sentence;
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(again->uri_of(i), scene->uri_of(i));
+
+  const auto refusal = [](const std::string& text) {
+    const auto parsed = parse_scene(text, "s.toml");
+    return parsed ? std::string() : parsed.error().sentence;
+  };
+  const std::string probe = "[[probe]]\ndevice = ";
+  EXPECT_NE(refusal(device + probe + "\"hnd\"").find("did you mean \"hand\"?"), std::string::npos);
+  EXPECT_NE(refusal(probe + "\"hand\"").find("add [[device]]"), std::string::npos);
+  EXPECT_NE(refusal(device + probe + "\"hand\"\nuri = \"sim:ramp\"").find("remove one of them"),
+            std::string::npos);
+  EXPECT_NE(refusal(device + device + probe + "\"hand\"").find("that of another device"),
+            std::string::npos);
+  EXPECT_NE(refusal("[[device]]\nname = \"hand\"\n").find("set both"), std::string::npos);
+  EXPECT_NE(refusal("[probe]\nuri = \"sim:grasp#1\"\nforce = 2").find("already names channels"),
+            std::string::npos);
+  EXPECT_NE(refusal(device + probe + "\"hand\"\nforce = -1").find("must be a text"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace merkel

@@ -18,6 +18,7 @@
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/connect/hand_scene.hpp"
 #include "tools/connect/reading_choice.hpp"
 #include "tools/connect/recognition.hpp"
 #include "tools/number_text.hpp"
@@ -26,8 +27,6 @@
 
 namespace merkel {
 namespace {
-
-constexpr double kAtRest_N = 0.1;  ///< a device that measures less is not pressed
 
 struct ConnectOptions {
   std::string target;
@@ -103,7 +102,10 @@ struct Measurement {
   std::optional<SampleTiming> timing;
   std::optional<DeviceCounts> counts;
   ProbeSample last;
-  double noise_N = 0.0;  ///< rms about the mean
+  std::vector<FoundChannel> channels;
+
+  /// Several channels, which are not force and depth of one probe.
+  [[nodiscard]] bool is_hand() const { return channels.size() > 1 && !info.extra_columns.empty(); }
 };
 
 /// The standard deviation.
@@ -116,6 +118,26 @@ double deviation_of(const std::vector<double>& values) {
   return std::sqrt(sum / count);
 }
 
+struct ChannelValue {
+  std::string name;
+  double value = 0.0;
+};
+
+/// The channels of a probe that are forces or depths, with their values in a sample.
+std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sample = {}) {
+  std::vector<ChannelValue> values;
+  if ((info.channels & ProbeSample::kForce) != 0U) {
+    values.push_back({.name = "force_N", .value = units::N_from_mN(sample.force_mN)});
+  }
+  if ((info.channels & ProbeSample::kDepth) != 0U) {
+    values.push_back({.name = "depth_mm", .value = sample.depth_mm});
+  }
+  for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
+    values.push_back({.name = info.extra_columns[i], .value = sample.extra[i]});
+  }
+  return values;
+}
+
 Expected<Measurement, SetupError> measure(const std::string& uri) {
   auto probe = open_probe(uri);
   if (!probe) return Unexpected<SetupError>(probe.error());
@@ -125,19 +147,30 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
   }
   Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}, .last = {}};
   std::vector<ProbeSample> samples(1024);
-  std::vector<double> forces_N;
+  std::vector<std::vector<double>> values;  // by channel
+  for (const ChannelValue& each : values_of(measured.info)) {
+    measured.channels.push_back({.name = each.name});
+  }
+  values.resize(measured.channels.size());
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{6};
   while (!measured.timing && std::chrono::steady_clock::now() < end) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{50});
     if (!count) return unavailable((*probe)->error_message());
     if (*count > 0) measured.last = samples[*count - 1];
-    for (std::size_t i = 0; i < *count; ++i)
-      forces_N.push_back(units::N_from_mN(samples[i].force_mN));
+    for (std::size_t i = 0; i < *count; ++i) {
+      const std::vector<ChannelValue> now = values_of(measured.info, samples[i]);
+      for (std::size_t k = 0; k < now.size(); ++k) {
+        if (std::isfinite(now[k].value)) values[k].push_back(now[k].value);
+      }
+    }
     measured.timing = (*probe)->timing();
     for (const std::string& sentence : (*probe)->take_notices()) warn(sentence);
   }
   measured.counts = (*probe)->device_counts();
-  measured.noise_N = deviation_of(forces_N);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    measured.channels[k].last = values[k].empty() ? 0.0 : values[k].back();
+    measured.channels[k].noise = deviation_of(values[k]);
+  }
   if (!measured.timing) return unavailable(uri + " sent too few samples to measure its rate");
   return measured;
 }
@@ -145,10 +178,14 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
 void print(const Measurement& measured) {
   const ProbeSample& last = measured.last;
   std::printf("measures:");
-  if (last.has(ProbeSample::kForce)) std::printf(" force %.4g N", units::N_from_mN(last.force_mN));
-  if (last.has(ProbeSample::kDepth)) std::printf(" depth %.4g mm", last.depth_mm);
+  for (const FoundChannel& channel : measured.channels) {
+    const auto mark = channel.name.rfind('_');
+    std::printf(" %s %.4g %s", channel.name.substr(0, mark).c_str(), channel.last,
+                channel.name.substr(mark + 1).c_str());
+  }
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
+  if (measured.is_hand()) std::printf("\nchannels: %zu in each reading", measured.channels.size());
   std::printf("\nrate: %.4g samples/s with %s ms of jitter; loop delay in a run: %s ms\n",
               1e3 / units::ms_from(measured.timing->period),
               number_text(units::ms_from(measured.timing->jitter)).c_str(),
@@ -159,7 +196,7 @@ void print(const Measurement& measured) {
 /// Lists what would improve a run with this device.
 std::vector<std::string> missing(const Measurement& measured, const std::string& uri) {
   std::vector<std::string> list;
-  if (measured.info.calibration_file.empty()) {
+  if (measured.info.calibration_file.empty() && !measured.is_hand()) {
     const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;
     list.push_back("a calibration: merkel calibrate '" + uri + "' gauge.toml --points 0,0.5,1" +
                    (force ? "" : " --channel depth"));
@@ -169,7 +206,7 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
     if (guess.empty() || uri.find(guess) == std::string::npos) continue;
     list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
   }
-  if ((measured.info.channels & (ProbeSample::kX | ProbeSample::kY)) == 0U) {
+  if (!measured.is_hand() && (measured.info.channels & (ProbeSample::kX | ProbeSample::kY)) == 0U) {
     list.emplace_back(
         "the position of the press: the patch's centre is assumed; set x_mm and y_mm");
   }
@@ -178,15 +215,6 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
         "a device clock: samples are timed by their arrival, or by the midpoint of request and reply");
   }
   return list;
-}
-
-std::string quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
 }
 
 /// The preset for a device, and why.
@@ -206,21 +234,10 @@ ChosenModel model_for(const ProbeInfo& info) {
           "that a depth gives a finger's force"};
 }
 
-/// The key contact_N for a device at rest; empty if it has no noise, or is being pressed.
-std::string contact_line(const Measurement& measured) {
-  const double force_N = units::N_from_mN(measured.last.force_mN);
-  if (!measured.last.has(ProbeSample::kForce) || measured.noise_N <= 0.0 ||
-      measured.noise_N > 0.1 * kAtRest_N || std::fabs(force_N) > kAtRest_N) {
-    return {};
-  }
-  return fmt::format("contact_N = {:.2g}  # six times the noise of {:.2g} N that was measured\n",
-                     6.0 * measured.noise_N, measured.noise_N);
-}
-
 std::string scene_text(const std::string& uri, const ChosenModel& model, const std::string& contact,
                        const std::vector<std::string>& lacking) {
-  std::string text = "# Written by merkel connect.\npreset = " + quoted(model.preset) + "  # " +
-                     model.why + "\n\n[probe]\nuri = " + quoted(uri) +
+  std::string text = "# Written by merkel connect.\npreset = " + toml_string(model.preset) +
+                     "  # " + model.why + "\n\n[probe]\nuri = " + toml_string(uri) +
                      "\ntip = \"sphere\"\nradius_mm = 2.0  # set the radius of your probe's tip\n" +
                      contact;
   for (const std::string& line : lacking) text += "# missing: " + line + "\n";
@@ -248,9 +265,21 @@ int connect(const ConnectOptions& options) {
   const std::vector<std::string> lacking = missing(*measured, *uri);
   for (const std::string& line : lacking) std::printf("missing: %s\n", line.c_str());
 
-  const ChosenModel model = model_for(measured->info);
-  std::printf("model: the preset %s: %s\n", model.preset.c_str(), model.why.c_str());
-  const std::string text = scene_text(*uri, model, contact_line(*measured), lacking);
+  std::string text;
+  if (measured->is_hand()) {
+    const std::vector<PlacedChannel> placed = place_on_hand(measured->channels);
+    for (const PlacedChannel& each : placed) {
+      std::printf("probe: %s on the patch %s%s\n", each.channel.name.c_str(), each.patch.c_str(),
+                  each.by_name ? "" : ", by its place in the line: set it in the scene");
+    }
+    text = hand_scene_text(*uri, placed, lacking);
+  } else {
+    const ChosenModel model = model_for(measured->info);
+    std::printf("model: the preset %s: %s\n", model.preset.c_str(), model.why.c_str());
+    text = scene_text(*uri, model,
+                      measured->channels.empty() ? "" : contact_line(measured->channels.front()),
+                      lacking);
+  }
   if (const auto scene = parse_scene(text, options.out); !scene) return refuse(scene.error());
   auto file = OutputFile::create(options.out, options.overwrite);
   if (!file) return refuse(file.error());

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/units.hpp"
@@ -41,7 +42,9 @@ struct SimulateOptions {
   std::optional<std::uint64_t> seed;
 };
 
-Expected<std::vector<ProbeSample>, SetupError> read_trace(const std::string& path) {
+/// The samples of a trace, and the names of its further columns.
+Expected<std::pair<std::vector<ProbeSample>, std::vector<std::string>>, SetupError> read_trace(
+    const std::string& path) {
   auto reader = TraceReader::open(path);
   if (!reader) return Unexpected<SetupError>(reader.error());
   std::vector<ProbeSample> samples;
@@ -54,7 +57,7 @@ Expected<std::vector<ProbeSample>, SetupError> read_trace(const std::string& pat
                    chunk.begin() + static_cast<std::ptrdiff_t>(*count));
   }
   if (samples.empty()) return bad_input(path + " holds no samples to play");
-  return samples;
+  return std::pair(std::move(samples), reader->extra_columns());
 }
 
 int simulate(const SimulateOptions& options) {
@@ -67,7 +70,8 @@ int simulate(const SimulateOptions& options) {
   };
   DeviceSimulator::Settings settings{
       .protocol = *protocol,
-      .trace = std::move(*trace),
+      .trace = std::move(trace->first),
+      .extra_columns = std::move(trace->second),
       .baud = options.baud ? static_cast<int>(*options.baud) : (*protocol)->baud,
       .link = options.link,
       .network = options.network,

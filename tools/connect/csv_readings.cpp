@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kLeastLines = 5;
 constexpr std::size_t kMostReadings = 4;
+constexpr std::size_t kSeveral = 3;  ///< sensors, rather than one with force and depth
 constexpr double kHardPress_N = 20.0;
 
 /// Classifies a column of numbers by its growth: a counter, a clock, or a measurement.
@@ -62,9 +63,10 @@ std::vector<std::string> headings_of(const std::vector<std::string>& lines, cons
 
 /// A column as far as the lines describe it.
 struct Column {
-  std::string name;      ///< as in the option columns; empty: the unit is not stated
-  std::string quantity;  ///< if the unit is not stated; empty: not stated either
-  double value = 0.0;    ///< the last one
+  std::string name;       ///< as in the option columns; empty: the unit is not stated
+  std::string quantity;   ///< if the unit is not stated; empty: not stated either
+  double value = 0.0;     ///< the last one
+  bool decimals = false;  ///< one of its numbers is not whole
 };
 
 std::vector<Column> described(const std::vector<std::vector<CsvField>>& fields,
@@ -78,17 +80,39 @@ std::vector<Column> described(const std::vector<std::vector<CsvField>>& fields,
     Column column{.name = "-", .quantity = {}};
     if (!values.empty()) {
       column.value = values.back();
+      column.decimals = std::any_of(values.begin(), values.end(),
+                                    [](double value) { return value != std::floor(value); });
       column.name = headings.empty() ? csv_column_of(fields[i].front()) : headings[i];
       if (column.name.empty()) column.quantity = csv_quantity_of(fields[i].front().label);
       if (column.name.empty()) column.name = column_by_growth(values, seconds);
     }
     columns.push_back(std::move(column));
   }
+  std::vector<std::string> names;
+  std::vector<CsvField> labels;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    names.push_back(columns[i].name);
+    labels.push_back(fields[i].empty() ? CsvField{} : fields[i].front());
+  }
+  if (headings.empty()) tell_csv_columns_apart(names, labels);
+  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].name = names[i];
   return columns;
 }
 
+/// Unnamed columns of numbers with decimals: the forces of a hand, if there are several.
+std::vector<std::size_t> unnamed_measurements(const std::vector<Column>& columns) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Column& column = columns[i];
+    if (column.name.empty() && column.quantity.empty() && column.decimals) places.push_back(i);
+  }
+  return places;
+}
+
 bool is_measured(std::string_view name) {
-  return name.starts_with("force") || name.starts_with("depth");
+  if (name.starts_with("force") || name.starts_with("depth")) return true;
+  const auto column = csv_column_named(name);
+  return column && column->kind == CsvColumn::Kind::kValue && is_named(column->channel);
 }
 
 /// The names of the columns if forces without a unit are in `force_unit`, and the first column
@@ -154,6 +178,15 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
     const bool heavy = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
       return column.name.empty() && std::fabs(column.value) > kHardPress_N;
     });
+    const auto several = unnamed_measurements(columns);
+    if (several.size() >= kSeveral) {
+      const std::string unit = heavy ? "_g" : "_N";
+      std::vector<std::string> names = names_with(columns, "", "N");
+      for (std::size_t k = 0; k < several.size(); ++k) {
+        names[several[k]] = "force" + std::to_string(k + 1) + unit;
+      }
+      readings.push_back(reading_of(columns, names, style));
+    }
     add("force", heavy ? "g" : "N");
     add("depth", heavy ? "g" : "N");
     add("force", heavy ? "N" : "g");

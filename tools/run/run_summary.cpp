@@ -142,7 +142,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];
     text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
-    if (probe.timing) {
+    if (probe.timing && !probe.shares_device) {
       text += fmt::format(
           "  a sample every {:.4g} ms with {} ms of jitter: the loop delay is {:.4g} ms ({} to {}, "
           "median {}), and the press is released after {:.4g} ms of silence\n",
@@ -151,7 +151,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
           number_text(units::ms_from(report.largest_delay)),
           number_text(units::ms_from(report.median_delay)), units::ms_from(probe.stale_after));
     }
-    if (probe.device) text += device_text(*probe.device);
+    if (probe.device && !probe.shares_device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
       text += fmt::format("  never touched the skin\n");
@@ -198,7 +198,7 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
     Json json = {{"uri", probe.uri}};
     add_handover(json, counts_of(probe));
     json["timing"] = timing_json(probe);
-    json["device"] = device_json(probe.device);
+    json["device"] = device_json(probe.shares_device ? std::nullopt : probe.device);
     json["force_and_depth"] = both_json(force_and_depth(probe, model, i));
     json["deepest_press"] = press_json(press, model, i);
     probes.push_back(std::move(json));

@@ -62,7 +62,7 @@ class RunChecks {
     check_touch(probe);
     check_readings(probe);
     check_samples(probe);
-    if (probe.device) check_device(probe, *probe.device);
+    if (probe.device && !probe.shares_device) check_device(probe, *probe.device);
   }
 
   /// A wrong sign, zero or unit shows in the readings of the whole run.
@@ -142,7 +142,7 @@ class RunChecks {
       return lost_s > kLostTouch_s || lost_s > kLostTouch * run_s ? Severity::kFailure
                                                                   : Severity::kLoss;
     };
-    if (probe.device && probe.device->outages > 0) {
+    if (probe.device && probe.device->outages > 0 && !probe.shares_device) {
       const std::uint64_t outages = probe.device->outages;
       add(severity_of(outage_s), outage_s / std::max({run_s, outage_s, 1e-9}),
           fmt::format("{} was unplugged {}, for {} s{}", probe.uri,

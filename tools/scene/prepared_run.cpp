@@ -5,6 +5,7 @@
 
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -40,14 +41,29 @@ std::optional<nanoseconds> delay_of(const Scene& scene) {
   return delay;
 }
 
-Expected<std::vector<std::unique_ptr<Probe>>, SetupError> open_probes(const Scene& scene) {
-  std::vector<std::unique_ptr<Probe>> probes;
-  for (const Scene::OfProbe& each : scene.probes) {
-    auto probe = open_probe(each.uri);
-    if (!probe) return Unexpected<SetupError>(probe.error());
-    probes.push_back(std::move(*probe));
+/// Opens each device once: probes whose URIs differ only in what follows '#' share one.
+Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene& scene) {
+  std::vector<DeviceUri> uris;
+  std::vector<PreparedRun::Device> devices;
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    DeviceUri uri = DeviceUri::split(scene.uri_of(i));
+    const auto same = std::find_if(uris.begin(), uris.end(), [&](const DeviceUri& other) {
+      return other.uri == uri.uri && !other.parts.empty() && !uri.parts.empty();
+    });
+    if (same == uris.end()) {
+      uris.push_back(std::move(uri));
+      devices.push_back({.probe = nullptr, .feeds = {i}});
+      continue;
+    }
+    same->parts.push_back(std::move(uri.parts.front()));
+    devices[static_cast<std::size_t>(same - uris.begin())].feeds.push_back(i);
   }
-  return probes;
+  for (std::size_t k = 0; k < uris.size(); ++k) {
+    auto probe = open_device(uris[k]);
+    if (!probe) return Unexpected<SetupError>(probe.error());
+    devices[k].probe = std::move(*probe);
+  }
+  return devices;
 }
 
 }  // namespace
@@ -72,6 +88,11 @@ Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<Probe
   });
   for (std::size_t i = 0; i < probes.size(); ++i) {
     const bool depth = (probes[i].channels & ProbeSample::kDepth) != 0U;
+    if ((probes[i].channels & (ProbeSample::kForce | ProbeSample::kDepth)) == 0U &&
+        !probes[i].extra_columns.empty()) {
+      return bad_input("the probe " + probes[i].uri + ": " +
+                       no_press_among(probes[i].extra_columns));
+    }
     const auto usual = force || !depth ? Indenter::Control::kForce : Indenter::Control::kDepth;
     const auto control = scene.probes[i].control.value_or(usual);
     const bool by_depth = control == Indenter::Control::kDepth;
@@ -113,25 +134,35 @@ Expected<Simulation, SetupError> make_simulation(Scene& scene, const std::vector
 }
 
 void PreparedRun::add_probes_to(Pipeline& pipeline) {
-  for (std::size_t i = 0; i < probes.size(); ++i) {
-    pipeline.add_probe(std::move(probes[i]), scene.probes[i].input);
+  for (Device& device : devices) {
+    std::vector<RunInput> inputs;
+    for (const std::size_t i : device.feeds) {
+      inputs.push_back({.probe = i, .parameters = scene.probes[i].input});
+    }
+    pipeline.add_device(std::move(device.probe), inputs);
   }
-  probes.clear();
+  devices.clear();
 }
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
   PreparedRun run;
   run.notice = leave_one_core(scene.loop);
-  if (preparation.probes.empty()) {
-    auto opened = open_probes(scene);
-    if (!opened) return Unexpected<SetupError>(opened.error());
-    preparation.probes = std::move(*opened);
-  }
-  std::vector<ProbeInfo> infos;
   for (std::size_t i = 0; i < preparation.probes.size(); ++i) {
-    infos.push_back(preparation.probes[i]->info());
-    run.probes.push_back(
-        std::make_unique<LimitedProbe>(std::move(preparation.probes[i]), scene.probes[i].limits));
+    run.devices.push_back({.probe = std::move(preparation.probes[i]), .feeds = {i}});
+  }
+  if (run.devices.empty()) {
+    auto opened = open_devices(scene);
+    if (!opened) return Unexpected<SetupError>(opened.error());
+    run.devices = std::move(*opened);
+  }
+  std::vector<ProbeInfo> infos(scene.probes.size());
+  for (PreparedRun::Device& device : run.devices) {
+    std::vector<PressLimits> limits;
+    for (std::size_t output = 0; output < device.feeds.size(); ++output) {
+      infos[device.feeds[output]] = device.probe->info_of(output);
+      limits.push_back(scene.probes[device.feeds[output]].limits);
+    }
+    device.probe = std::make_unique<LimitedProbe>(std::move(device.probe), std::move(limits));
   }
   auto simulation = make_simulation(
       scene, infos, preparation.fast ? RealtimeSettings{.fifo = false} : scene.loop.realtime,

@@ -66,13 +66,18 @@ struct Simulation {
 ///   const auto report = pipeline.run();
 /// \endcode
 struct PreparedRun : Simulation {
-  Scene scene;                                 ///< including the chosen controls
-  std::vector<std::unique_ptr<Probe>> probes;  ///< one per indenter
-  Pipeline::Parameters parameters;             ///< the caller adds callbacks
-  RunDescription description;                  ///< for sinks
-  std::string notice;                          ///< for the user; empty: none
+  Scene scene;  ///< including the chosen controls
+  /// A device and the probes that it feeds, one for each of its outputs.
+  struct Device {
+    std::unique_ptr<Probe> probe;
+    std::vector<std::size_t> feeds;
+  };
+  std::vector<Device> devices;      ///< each indenter is fed by one
+  Pipeline::Parameters parameters;  ///< the caller adds callbacks
+  RunDescription description;       ///< for sinks
+  std::string notice;               ///< for the user; empty: none
 
-  /// Moves the probes into a pipeline. Call once.
+  /// Moves the devices into a pipeline. Call once.
   void add_probes_to(Pipeline& pipeline);
 };
 

@@ -9,6 +9,7 @@
 
 #include "core/scene/model_fields.hpp"
 #include "drivers/files/height_map_file.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/scene_table.hpp"
@@ -100,6 +101,43 @@ void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
   drop_unused_probes(scene);
 }
 
+void read_devices(SceneTable& root, Findings& findings, Scene& scene) {
+  for_each_table(root, "device", findings, [&](const toml::table& table) {
+    Scene::OfDevice device;
+    SceneTable reader(table, "device", findings);
+    reader.read(bind_fields(device)).finish();
+    const auto same = [&](const Scene::OfDevice& other) { return other.name == device.name; };
+    if (device.name.empty() || device.uri.empty()) {
+      findings.fail(table.source(),
+                    "a [[device]] has a name, for the probes that it feeds, and a uri: set both");
+    } else if (std::any_of(scene.devices.begin(), scene.devices.end(), same)) {
+      reader.refuse("name", "is that of another device: give each its own");
+    } else if (device.uri.starts_with("fused:") || !DeviceUri::split(device.uri).parts.empty()) {
+      reader.refuse("uri",
+                    "must be that of one device without #: choose its channels by the keys force, "
+                    "depth, x and y of [[probe]]");
+    }
+    scene.devices.push_back(std::move(device));
+  });
+}
+
+/// Checks where a probe gets its samples.
+void check_source(SceneTable& table, const Scene& scene, Scene::OfProbe& probe) {
+  if (table.has("device")) {
+    if (table.has("uri")) {
+      table.refuse("uri", "is not needed, because the probe has a device: remove one of them");
+    }
+    probe.uri.clear();
+    return;
+  }
+  const bool chosen = !(probe.force + probe.depth + probe.x + probe.y).empty();
+  if (chosen && !DeviceUri::split(probe.uri).parts.empty()) {
+    table.refuse("uri",
+                 "already names channels after #: remove them, or the keys force, depth, x "
+                 "and y");
+  }
+}
+
 /// Probes without a position press at the centre of their patch.
 void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   const auto to_centre = [&scene](std::size_t i) {
@@ -123,8 +161,14 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
     BoundFields keys = probe_keys(scene, count);
     const auto after_patch = keys.begin() + 1;
     reader.read({keys.begin(), after_patch});
+    if (reader.has("device") && scene.devices.empty()) {
+      reader.refuse("device",
+                    "names a device, but the scene has none: add [[device]] with a name and a uri");
+    }
     to_centre(count);
-    reader.read({after_patch, keys.end()}).finish();
+    reader.read({after_patch, keys.end()});
+    check_source(reader, scene, scene.probes.back());
+    reader.finish();
     ++count;
   });
   if (count > 0) return;
@@ -203,6 +247,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   // The default coupling is for the default neurons.
   if (scene.model.energy_driven() && !top.has("network")) scene.model.network.gain = 0.0;
   read("loop", loop_keys(scene));
+  read_devices(top, findings, scene);
   read_probes(top, findings, scene);
   read_electrodes(top, findings, scene);
   read("stimulation", bind_fields(scene.encoding.stimulation));
@@ -239,13 +284,20 @@ Expected<void, ParameterError> check(const Scene& scene) {
 }
 }  // namespace
 
+std::string Scene::uri_of(std::size_t probe) const {
+  const OfProbe& of = probes[probe];
+  const std::string& uri = of.device ? devices[*of.device].uri : of.uri;
+  const ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
+  return of.device || !channels.empty() ? uri + "#" + channels.text() : uri;
+}
+
 Expected<void, SetupError> Scene::set_probes(const std::vector<std::string>& uris) {
   if (uris.size() < probes.size()) {
     std::string list;
     for (std::size_t i = 0; i < probes.size(); ++i) {
       const std::string& patch = model.patches[model.indenters[i].patch].name;
       list += (i == 0 ? "" : ", ") + std::to_string(i + 1) + (patch.empty() ? "" : " on " + patch) +
-              " (" + probes[i].uri + ")";
+              " (" + uri_of(i) + ")";
     }
     return bad_input("the scene has " + std::to_string(probes.size()) + " probes, but " +
                      std::to_string(uris.size()) + (uris.size() == 1 ? " URI was" : " URIs were") +
@@ -254,7 +306,14 @@ Expected<void, SetupError> Scene::set_probes(const std::vector<std::string>& uri
   }
   probes.resize(uris.size(), probes.back());
   model.indenters.resize(uris.size(), model.indenters.back());
-  for (std::size_t i = 0; i < uris.size(); ++i) probes[i].uri = uris[i];
+  for (std::size_t i = 0; i < uris.size(); ++i) {
+    OfProbe& probe = probes[i];
+    probe.uri = uris[i];
+    probe.device.reset();
+    for (std::string* const channel : {&probe.force, &probe.depth, &probe.x, &probe.y}) {
+      channel->clear();
+    }
+  }
   return {};
 }
 

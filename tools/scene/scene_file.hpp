@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -19,8 +20,18 @@ namespace merkel {
 
 /// The complete description of a run, as in a scene file.
 struct Scene {
-  struct OfProbe {
+  /// A device that feeds several probes.
+  struct OfDevice {
+    std::string name;
     std::string uri;
+
+    [[nodiscard]] static FieldTable fields();
+  };
+  struct OfProbe {
+    std::string uri;                    ///< empty: that of the device
+    std::optional<std::size_t> device;  ///< number in `devices`
+    /// The channels of the device that are its readings, as ProbeChannels describes; empty: none.
+    std::string force, depth, x, y;
     std::optional<std::chrono::nanoseconds> delay;
     ProbeInput::Parameters input;
     PressLimits limits;
@@ -31,6 +42,7 @@ struct Scene {
   };
   TactileModel::Parameters model;
   EncodingParameters encoding;  ///< no electrodes: no stimulation commands
+  std::vector<OfDevice> devices;
   std::vector<OfProbe> probes;
   std::vector<std::string> sinks;
   LoopSettings loop;
@@ -42,6 +54,8 @@ struct Scene {
   std::string notice;                            ///< for the user; empty: none
   std::map<std::string, std::uint32_t> line_of;  ///< line of each key in the file
 
+  /// The URI of a probe, with its channels after '#'.
+  [[nodiscard]] std::string uri_of(std::size_t probe) const;
   /// Sets the probes; additional ones copy the settings of the scene's last probe. Fails with the
   /// scene's probes if there are fewer URIs.
   [[nodiscard]] Expected<void, SetupError> set_probes(const std::vector<std::string>& uris);

@@ -21,12 +21,28 @@ Choice patch_choice(std::size_t& patch) {
           [](void* at, std::size_t index) { *static_cast<std::size_t*>(at) = index; }};
 }
 
+/// A device of the scene, by name; none: the probe has a uri of its own.
+Choice device_choice(std::optional<std::size_t>& device) {
+  return {
+      &device,
+      [](const void* at) -> std::optional<std::size_t> {
+        return *static_cast<const std::optional<std::size_t>*>(at);
+      },
+      [](void* at, std::size_t index) { *static_cast<std::optional<std::size_t>*>(at) = index; }};
+}
+
 constexpr Field kPatch[] = {{"patch", "", any_value(),
                              "name of the [[receptors]] on which the probe presses",
                              [](void* indenter) -> FieldPointer {
                                return patch_choice(static_cast<Indenter*>(indenter)->patch);
                              },
                              "the first"}};
+constexpr Field kDevice[] = {{"device", "", any_value(),
+                              "name of the [[device]] that feeds the probe",
+                              [](void* probe) -> FieldPointer {
+                                return device_choice(static_cast<Scene::OfProbe*>(probe)->device);
+                              },
+                              "uri"}};
 constexpr Field kElectrodePatch[] = {
     {"patch", "", any_value(), "name of the [[receptors]] that the field lies on",
      [](void* electrode) -> FieldPointer {
@@ -36,11 +52,31 @@ constexpr Field kElectrodePatch[] = {
 
 }  // namespace
 
+FieldTable Scene::OfDevice::fields() {
+  using D = Scene::OfDevice;
+  static constexpr Field kFields[] = {
+      {"name", "", any_value(), "by which probes name it in their key device", at<&D::name>},
+      {"uri", "", any_value(), "source of its readings, opened once (see merkel run --help)",
+       at<&D::uri>}};
+  return {"device", kFields};
+}
+
 FieldTable Scene::OfProbe::fields() {
   using P = Scene::OfProbe;
   static constexpr std::string_view kControls[] = {"depth", "force"};
   static constexpr Field kFields[] = {
-      {"uri", "", any_value(), "source of the samples (see merkel run --help)", at<&P::uri>},
+      {"uri", "", any_value(), "source of the samples (see merkel run --help)", at<&P::uri>,
+       "that of its device"},
+      {"force", kNameOrNumber, any_value(),
+       "channel of the device that is the force: its name, with or without its unit (thumb_N), or "
+       "its column, from 1",
+       at<&P::force>, "the device's own force, if no channel is chosen"},
+      {"depth", kNameOrNumber, any_value(), "channel that is the depth", at<&P::depth>,
+       "the device's own depth, if no channel is chosen"},
+      {"x", kNameOrNumber, any_value(), "channel that is the position along the patch", at<&P::x>,
+       "x_mm, or the device's own, if no channel is chosen"},
+      {"y", kNameOrNumber, any_value(), "channel that is the position across the patch", at<&P::y>,
+       "y_mm, or the device's own, if no channel is chosen"},
       {"x_mm", "mm", from_to(-1e4, 1e4), "position of samples without one",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.x_mm; }},
       {"y_mm", "mm", from_to(-1e4, 1e4), "position of samples without one",
@@ -91,6 +127,8 @@ BoundFields probe_keys(Scene& scene, std::size_t probe) {
   bind_fields({"probe", kPatch}, &scene.model.indenters[probe], keys);
   for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
   for (BoundField& key : tip_fields(scene.model.indenters[probe])) keys.push_back(std::move(key));
+  bind_fields({"probe", kDevice}, &scene.probes[probe], keys);
+  for (const auto& device : scene.devices) keys.back().words.push_back(device.name);
   bind_fields(scene.probes[probe], keys);
   return keys;
 }
@@ -106,6 +144,10 @@ BoundFields electrode_keys(Scene& scene, std::size_t electrode) {
 std::vector<SceneSection> sections_of(Scene& scene) {
   TactileModel::Parameters& model = scene.model;
   std::vector<SceneSection> sections;
+  for (Scene::OfDevice& device : scene.devices) {
+    sections.push_back(
+        {"[[device]]", "a device whose channels feed several probes", bind_fields(device)});
+  }
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     sections.push_back({"[[probe]]", "a probe and its tip", probe_keys(scene, i)});
   }

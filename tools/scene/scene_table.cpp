@@ -49,7 +49,12 @@ std::string_view read_value(const toml::node& node, const Field& /*field*/, bool
   return {};
 }
 
-std::string_view read_value(const toml::node& node, const Field& /*field*/, std::string& value) {
+std::string_view read_value(const toml::node& node, const Field& field, std::string& value) {
+  const auto number = node.value_exact<std::int64_t>();
+  if (field.unit == kNameOrNumber && number && *number > 0) {
+    value = std::to_string(*number);
+    return {};
+  }
   const auto text = node.value_exact<std::string>();
   if (!text) return "a text in quotes";
   value = *text;

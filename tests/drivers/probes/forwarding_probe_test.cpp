@@ -20,6 +20,15 @@ class NotingProbe final : public Probe {
     calls_.insert("info");
     return info_;
   }
+  [[nodiscard]] std::size_t outputs() const noexcept override {
+    calls_.insert("outputs");
+    return 4;
+  }
+  [[nodiscard]] const ProbeInfo& info_of(std::size_t output) const noexcept override {
+    EXPECT_EQ(output, 3U);
+    calls_.insert("info_of");
+    return info_;
+  }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(
       std::span<ProbeSample> samples, std::chrono::milliseconds /*patience*/) override {
     calls_.insert("read");
@@ -49,7 +58,8 @@ class NotingProbe final : public Probe {
     calls_.insert("take_notices");
     return {"unplugged"};
   }
-  [[nodiscard]] bool request_tare() noexcept override {
+  [[nodiscard]] bool request_tare(std::size_t output) noexcept override {
+    EXPECT_EQ(output, 3U);
     calls_.insert("request_tare");
     return true;
   }
@@ -110,7 +120,9 @@ TEST(ForwardingProbe, PassesEveryFunctionOfAProbeOn) {
   EXPECT_EQ(probe.timing()->period, std::chrono::milliseconds{3});
   EXPECT_NE(probe.calibration(), nullptr);
   EXPECT_EQ(probe.take_notices().size(), 1U);
-  EXPECT_TRUE(probe.request_tare());
+  EXPECT_TRUE(probe.request_tare(3));
+  EXPECT_EQ(probe.outputs(), 4U);
+  EXPECT_EQ(probe.info_of(3).uri, "mock:");
   EXPECT_FALSE(probe.connected());
   EXPECT_EQ(probe.ports(), 3U);
   probe.add_listener(2, listener);

@@ -303,7 +303,7 @@ TEST(LimitedProbe, ARecordedPressBeyondTheLimitEndsWithAnError) {
   EXPECT_NE(probe.error_message().find("increase [probe] max_force_N"), std::string::npos)
       << probe.error_message();
   auto raised = open_probe("sim:ramp?force_N=113&wait_s=0.01&hold_s=0.05");
-  LimitedProbe strong(std::move(*raised), {.force_N = 120.0});
+  LimitedProbe strong(std::move(*raised), {{.force_N = 120.0}});
   EXPECT_TRUE(strong.read(samples, milliseconds{0}).has_value());
   EXPECT_TRUE(strong.error_message().empty());
 }

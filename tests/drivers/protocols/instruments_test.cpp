@@ -333,6 +333,23 @@ TEST(HidFields, ReadsBitsWhereTheMapSays) {
   EXPECT_EQ(stream.counts.duplicates, 1U);
 }
 
+TEST(HidFields, ChannelsMayHaveNamesOfTheirOwn) {
+  const auto protocol = hid("fields=seq:0:8:u,thumb_N:8:16:s:0.5,force_N:24:8:u:1,tip_um:32:8:u:1");
+  ASSERT_TRUE(protocol.has_value()) << protocol.error().sentence;
+  const auto names = (*protocol)->channel_names();
+  ASSERT_EQ(names.size(), 3U);
+  EXPECT_EQ(names[0].name, "thumb_N");
+  EXPECT_EQ(names[0].column, 2U);
+  EXPECT_EQ(names[1].name, "force_N");
+  EXPECT_FALSE(names[2].force);
+  DeviceStream stream;
+  (*protocol)->take(Bytes{1, 3, 0, 7, 50}, std::chrono::nanoseconds{5}, stream);
+  ASSERT_EQ(stream.readings.size(), 1U);
+  EXPECT_EQ(stream.readings[0][names[0].channel], 1.5);
+  EXPECT_EQ(stream.readings[0][names[1].channel], 7.0);
+  EXPECT_EQ(stream.readings[0][names[2].channel], 0.05);
+}
+
 TEST(HidFields, BadMapsAreNamed) {
   for (const auto& [fields, sentence] : std::vector<std::pair<std::string, std::string>>{
            {"seq:0:8:u", "must contain a force"},
@@ -340,7 +357,7 @@ TEST(HidFields, BadMapsAreNamed) {
            {"force_N:0:16:x:1", "must be CHANNEL_UNIT"},
            {"force_N:0:16:s:nan", "must be CHANNEL_UNIT"},
            {"force_stone:0:16:s:1", "unit of force_stone is unknown"},
-           {"weight_N:0:16:s:1", "channel weight_N is unknown"},
+           {"weight_C:0:16:s:1", "channel weight_C is unknown"},
            {"time_us:0:16:s", "must be unsigned"}}) {
     const auto made = hid("fields=" + fields);
     ASSERT_FALSE(made.has_value()) << fields;

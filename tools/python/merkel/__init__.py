@@ -18,7 +18,7 @@ from ._merkel import connect as _connect
 from ._batch import Batch, Result, batch
 from ._streams import RecordedStream, load_streams
 
-__all__ = ["Batch", "Bridge", "Error", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "load_streams", "presets"]
+__all__ = ["Batch", "Bridge", "Device", "Error", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "load_streams", "presets"]
 
 
 for _class in (Bridge, Run, Scene, Session, Stream):
@@ -32,12 +32,41 @@ for _class in (Bridge, Run, Scene, Session, Stream):
 load, presets, _connect = (_arguments.checked(each, is_method=False) for each in (load, presets, _connect))
 
 
+class Device:
+    """A device with channels for several probes, such as the sensors of a hand on one line.
+
+    It is opened once, and each probe takes some of its channels: by name, with or without the unit, or by column.
+
+    >>> hand = Device("serial:/dev/ttyUSB0?protocol=csv&columns=time_us,thumb_N,index_N,index_mm")
+    >>> hand["thumb_N"]
+    'serial:/dev/ttyUSB0?protocol=csv&columns=time_us,thumb_N,index_N,index_mm#thumb_N'
+    >>> hand.probe(force="index_N", depth=4).rpartition("#")[2]
+    'force=index_N,depth=4'
+
+    Pass such probes to connect: connect({"thumb": hand["thumb_N"], "index": hand["index_N"]}, scene).
+    """
+
+    def __init__(self, uri):
+        self.uri = str(uri)
+
+    def __getitem__(self, channel):
+        return f"{self.uri}#{channel}"
+
+    def probe(self, *, force=None, depth=None, x=None, y=None):
+        """The URI of a probe with these channels as its readings."""
+        chosen = {"force": force, "depth": depth, "x": x, "y": y}
+        return f"{self.uri}#" + ",".join(f"{key}={channel}" for key, channel in chosen.items() if channel is not None)
+
+    def __repr__(self):
+        return f"Device({self.uri!r})"
+
+
 @_arguments.checked_by_signature
-def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False,
+def connect(probe=None, scene="paper", *, sinks=(), duration_s=None, overwrite=False, allow_remote=False,
             most_unread=1_000_000):
     """Starts the real-time pipeline: probe -> model -> sinks, and spikes and stimulation to Python.
 
-    probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"). For a scene with several probes it is a
+    probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"); None for those of the scene. For a scene with several probes it is a
     list of URIs, one for each, or a dict from patches to URIs: {"thumb": "serial:…", "index": "serial:…"}; the
     probes that the dict leaves out keep the scene's own URI. scene is a Scene, a preset or a scene
     file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run. Beyond most_unread unread spikes (and as many commands), new
@@ -56,8 +85,10 @@ def connect(probe, scene="paper", *, sinks=(), duration_s=None, overwrite=False,
 
 def _uris(probe, scene):
     """One URI for each probe of a scene."""
-    if isinstance(probe, str):
-        return [probe]
+    if probe is None:
+        return scene.uris
+    if isinstance(probe, (str, Device)):
+        return [getattr(probe, "uri", probe)]
     if not isinstance(probe, dict):
         if not hasattr(probe, "__iter__"):
             raise Error("connect(): probe must be a URI, a list of URIs or a dict from patches to URIs, but is "
@@ -67,4 +98,4 @@ def _uris(probe, scene):
     unknown = [patch for patch in probe if patch not in patches]
     if unknown:
         raise Error(f"no probe of the scene presses on {unknown[0]}; its probes press on {', '.join(map(str, patches))}")
-    return [probe.get(patch, scene[f"probe[{i}].uri"]) for i, patch in enumerate(patches)]
+    return [probe.get(patch, scene.uris[i]) for i, patch in enumerate(patches)]

@@ -182,7 +182,12 @@ void BridgeObject::mark(const std::string& label) {
   control_->mark({.time = time, .label = label});
 }
 
-bool BridgeObject::tare(std::size_t probe) { return control_->tare(probe); }
+bool BridgeObject::tare(std::optional<std::size_t> probe) {
+  if (probe) return control_->tare(*probe);
+  bool any = false;
+  for (std::size_t i = 0; i < run_->scene.probes.size(); ++i) any = control_->tare(i) || any;
+  return any;
+}
 
 std::map<std::string, std::uint64_t> BridgeObject::counters() {
   auto all = counters_of(pipeline_->counters());
@@ -279,8 +284,9 @@ block ends the run.)")
       .def("mark", &mark, py::arg("label"),
            "Adds a mark with a one-line label at the current time to every session being recorded. "
            "Raises Error if the run is over or has not begun within 10 s.")
-      .def("tare", &BridgeObject::tare, py::arg("probe") = 0,
-           "Sets a probe's zero to its current reading. Returns False for a recording.")
+      .def(
+          "tare", &BridgeObject::tare, py::arg("probe") = 0,
+          "Sets a probe's zero to its current reading; None: all probes. Returns False for a recording.")
       .def_property_readonly("counters", &BridgeObject::counters,
                              "The run's counters so far, by name.")
       .def_property_readonly("notices", &BridgeObject::notices,

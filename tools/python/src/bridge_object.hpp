@@ -60,7 +60,8 @@ class BridgeObject {
   /// Gives a mark to every sink that records marks, at the newest simulated time.
   /// \throws Error before the first tick and after the end
   void mark(const std::string& label);
-  [[nodiscard]] bool tare(std::size_t probe);
+  /// \param probe  none: all
+  [[nodiscard]] bool tare(std::optional<std::size_t> probe);
   [[nodiscard]] std::map<std::string, std::uint64_t> counters();
   [[nodiscard]] std::vector<std::string> notices();
 

@@ -114,6 +114,16 @@ Scene("finger", overrides={"skin.radius_mm": 9}).)")
       .def_property_readonly(
           "probes", [](const SceneObject& scene) { return scene.scene().probes.size(); },
           "Number of probes.")
+      .def_property_readonly(
+          "uris",
+          [](const SceneObject& scene) {
+            std::vector<std::string> uris;
+            for (std::size_t i = 0; i < scene.scene().probes.size(); ++i) {
+              uris.push_back(scene.scene().uri_of(i));
+            }
+            return uris;
+          },
+          "The URI of each probe, with the channels that it takes from its device after #.")
       .def("run", &run, py::kw_only(), py::arg("depth_mm") = py::none(),
            py::arg("force_N") = py::none(), py::arg("x_mm") = py::none(),
            py::arg("y_mm") = py::none(), py::arg("time_s") = py::none(),

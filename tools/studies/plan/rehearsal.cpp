@@ -42,7 +42,7 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
   auto first = std::chrono::nanoseconds::max();
   auto touch = std::chrono::nanoseconds::max();
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
-    const std::string& uri = scene.probes[i].uri;
+    const std::string uri = scene.uri_of(i);
     const bool recorded = uri.starts_with("replay:") || uri.starts_with("sim:");
     recording.stand_in_ = recording.stand_in_ || !recorded;
     auto probe = open_probe(recorded ? uri : "sim:ramp");

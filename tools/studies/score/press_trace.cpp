@@ -11,6 +11,9 @@ namespace merkel {
 Expected<PressTrace, SetupError> PressTrace::read(const std::string& path) {
   auto reader = TraceReader::open(path);
   if (!reader) return Unexpected<SetupError>(reader.error());
+  if ((reader->channels() & (ProbeSample::kForce | ProbeSample::kDepth)) == 0U) {
+    return bad_input(path + " has neither a column force_N nor depth_mm: add the recorded one");
+  }
   PressTrace trace;
   const bool force = (reader->channels() & ProbeSample::kForce) != 0U;
   const bool positioned = (reader->channels() & (ProbeSample::kX | ProbeSample::kY)) != 0U;

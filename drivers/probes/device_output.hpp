@@ -1,0 +1,53 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/probe.hpp"
+#include "drivers/probes/tare_request.hpp"
+
+namespace merkel {
+
+/// The samples of a device for one probe: some of its channels, calibrated. Thread: probe, except
+/// where noted.
+class DeviceOutput {
+ public:
+  /// What a reading gave.
+  struct Result {
+    std::optional<ProbeSample> sample;  ///< not set: a value is missing or impossible
+    bool saturated = false;
+    std::vector<std::string> notices = {};  ///< for the user
+  };
+
+  /// \param further  channels that its samples carry beside its own: ProbeInfo::extra_columns
+  DeviceOutput(ProbeInfo info, ProbeCalibration calibration, std::vector<DeviceChannel> further)
+      : info_(std::move(info)),
+        calibration_(std::move(calibration)),
+        further_(std::move(further)) {}
+
+  /// Thread: any.
+  [[nodiscard]] const ProbeInfo& info() const noexcept { return info_; }
+  [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
+  /// Thread: any.
+  void request_tare() noexcept { tare_.make(); }
+
+  /// Tares if requested, and converts a reading; the caller sets times and sequence.
+  [[nodiscard]] Result take(const DeviceReading& reading);
+
+ private:
+  [[nodiscard]] std::optional<std::string> tare(const DeviceReading& reading);
+
+  ProbeInfo info_;
+  ProbeCalibration calibration_;
+  std::vector<DeviceChannel> further_;
+  TareRequest tare_;
+  bool lacks_value_ = false;
+  bool saturated_ = false;
+  std::chrono::nanoseconds saturation_again_{0};  ///< when it may be reported again
+};
+
+}  // namespace merkel

@@ -1,0 +1,172 @@
+#include "drivers/probes/probe_channels.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <utility>
+
+#include "core/parameters/nearest_name.hpp"
+#include "drivers/printable_text.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kForcePlace = 1;  ///< in kSampleChannelNames
+constexpr std::size_t kMostListed = 12;
+
+std::string listed(std::span<const ChannelName> channels) {
+  std::string list;
+  for (std::size_t i = 0; i < std::min(channels.size(), kMostListed); ++i) {
+    list += (i == 0 ? "" : ", ") + printable_text(channels[i].name);
+  }
+  if (channels.size() > kMostListed) {
+    list += " and " + std::to_string(channels.size() - kMostListed) + " more";
+  }
+  return list;
+}
+
+std::string_view without_unit(std::string_view name) { return name.substr(0, name.rfind('_')); }
+
+/// A channel by its name, by its name without the unit, or by its column.
+Expected<ChannelName, std::string> find(std::string_view name,
+                                        std::span<const ChannelName> channels) {
+  std::size_t column = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), column);
+  const bool number = error == std::errc{} && end == name.data() + name.size();
+  std::vector<ChannelName> found;
+  for (const ChannelName& each : channels) {
+    const std::string in_own_unit =
+        std::string(without_unit(each.name)) + (each.force ? "_N" : "_mm");
+    if (each.name == name || in_own_unit == name) return each;
+    if (number ? each.column == column : without_unit(each.name) == name) found.push_back(each);
+  }
+  if (found.size() == 1) return found.front();
+  if (found.size() > 1) {
+    return Unexpected<std::string>("there are several channels \"" + std::string(name) +
+                                   "\": name one with its unit; the device has " +
+                                   listed(channels));
+  }
+  std::vector<std::string> names;
+  for (const ChannelName& each : channels) names.push_back(each.name);
+  const std::string nearest = number ? "" : nearest_name(std::string(name), names);
+  return Unexpected<std::string>(
+      (number ? "column " + std::string(name) + " is no force and no length"
+              : "there is no channel \"" + std::string(name) + "\"") +
+      (nearest.empty() ? ": " : ": did you mean " + nearest + "? ") +
+      (channels.empty() ? "the device names none" : "The device has " + listed(channels)));
+}
+
+}  // namespace
+
+bool ProbeChannels::empty() const noexcept {
+  return by_unit.empty() &&
+         std::all_of(of.begin(), of.end(), [](const std::string& name) { return name.empty(); });
+}
+
+Expected<ProbeChannels, std::string> ProbeChannels::parse(std::string_view fragment) {
+  ProbeChannels channels;
+  while (!fragment.empty()) {
+    const std::string_view part = fragment.substr(0, fragment.find(','));
+    fragment.remove_prefix(std::min(part.size() + 1, fragment.size()));
+    const auto equals = part.find('=');
+    if (part.empty() || equals + 1 == part.size()) {
+      return Unexpected<std::string>(
+          "the part after # must name channels, for example #force=thumb_N");
+    }
+    if (equals == std::string_view::npos) {
+      channels.by_unit.emplace_back(part);
+      continue;
+    }
+    const auto* const key =
+        std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), part.substr(0, equals));
+    if (key == kSampleChannelNames.end()) {
+      return Unexpected<std::string>("\"" + std::string(part.substr(0, equals)) +
+                                     "\" after # must be force, depth, x or y, for example "
+                                     "#force=thumb_N");
+    }
+    std::string& name = channels.of[static_cast<std::size_t>(key - kSampleChannelNames.begin())];
+    if (!name.empty()) {
+      return Unexpected<std::string>("the " + std::string(*key) +
+                                     " after # is named twice: keep one");
+    }
+    name = part.substr(equals + 1);
+  }
+  return channels;
+}
+
+std::string ProbeChannels::text() const {
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ",") + part; };
+  for (const std::string& name : by_unit) add(name);
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    if (!of[i].empty()) add(std::string(kSampleChannelNames[i]) + "=" + of[i]);
+  }
+  return text;
+}
+
+Expected<ProbeCalibration, std::string> ProbeChannels::among(
+    std::span<const ChannelName> channels) const {
+  ProbeCalibration calibration;
+  if (empty()) {
+    std::uint32_t bits = 0;
+    for (const ChannelName& each : channels) bits |= bit_of(each.channel);
+    calibration.complete(bits);
+    return calibration;
+  }
+  const auto put = [&](std::size_t place, const std::string& name,
+                       bool by_its_unit) -> Expected<void, std::string> {
+    const auto found = find(name, channels);
+    if (!found) return Unexpected<std::string>(found.error());
+    if (by_its_unit) place = found->force ? kForcePlace : 0;
+    const std::string wanted(kSampleChannelNames[place]);
+    if (found->force != (place == kForcePlace)) {
+      return Unexpected<std::string>("the channel " + found->name + " is a " +
+                                     (found->force ? "force" : "length") + " and cannot be the " +
+                                     wanted + ": choose one in " +
+                                     (place == kForcePlace ? "N" : "mm"));
+    }
+    auto& channel = calibration.channels[place];
+    if (channel) return Unexpected<std::string>("the " + wanted + " is chosen twice: keep one");
+    channel = ChannelCalibration{.source = found->channel, .name = found->name};
+    if (place == 0 && found->channel == DeviceChannel::kZ) channel->gain = -1.0;
+    return {};
+  };
+  for (const std::string& name : by_unit) {
+    if (auto done = put(0, name, true); !done) return Unexpected<std::string>(done.error());
+  }
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    if (of[i].empty()) continue;
+    if (auto done = put(i, of[i], false); !done) return Unexpected<std::string>(done.error());
+  }
+  return calibration;
+}
+
+std::string names_of_channels(const ProbeCalibration& calibration) {
+  std::string names;
+  for (const auto& channel : calibration.channels) {
+    if (channel) names += (names.empty() ? "" : ", ") + printable_text(channel->name);
+  }
+  return names;
+}
+
+std::string no_press_among(std::span<const std::string> channels) {
+  std::vector<ChannelName> names;
+  for (const std::string& name : channels) names.push_back({.name = name, .channel = {}});
+  return "it has the channels " + listed(names) +
+         ", none of which is called force or depth: choose one for each probe, by #" +
+         printable_text(channels.empty() ? "thumb_N" : channels.front()) +
+         " at the end of the URI, or in a scene by [[device]] and the key force or depth of "
+         "[[probe]]";
+}
+
+DeviceUri DeviceUri::split(std::string_view text) {
+  const auto mark = text.rfind('#');
+  const bool fused = text.starts_with("fused:");  // its members have parts of their own
+  if (fused || mark == std::string_view::npos ||
+      text.find_first_of("./?&", mark) != std::string_view::npos) {
+    return {.uri = std::string(text), .parts = {}};
+  }
+  return {.uri = std::string(text.substr(0, mark)), .parts = {std::string(text.substr(mark + 1))}};
+}
+
+}  // namespace merkel

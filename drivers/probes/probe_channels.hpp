@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/protocols/protocol.hpp"
+
+namespace merkel {
+
+/// The channels of a device that are the readings of one probe: the part of its URI after '#'.
+///
+/// `#force=thumb_N,depth=3` names a channel, with or without its unit, or the number of its column
+/// from 1. `#thumb_N` is short for `#force=thumb_N`: the unit tells force from depth. Without this
+/// part, the probe is fed by the quantities that the device names itself (force_N, depth_mm).
+struct ProbeChannels {
+  /// Depth, force, x and y, as in kSampleChannelNames; empty: not chosen.
+  std::array<std::string, kSampleChannelNames.size()> of;
+  std::vector<std::string> by_unit;  ///< depth or force
+
+  [[nodiscard]] bool empty() const noexcept;
+
+  /// \param fragment  without '#'; empty: none
+  [[nodiscard]] static Expected<ProbeChannels, std::string> parse(std::string_view fragment);
+  /// The fragment that parse() reads back.
+  [[nodiscard]] std::string text() const;
+
+  /// The channels among those of a device. Fails with the device's channels if one is missing, or
+  /// measures another quantity. Without chosen channels: the quantities that the device names
+  /// itself, if any.
+  [[nodiscard]] Expected<ProbeCalibration, std::string> among(
+      std::span<const ChannelName> channels) const;
+};
+
+/// The names of a probe's channels: "thumb_N, thumb_mm".
+[[nodiscard]] std::string names_of_channels(const ProbeCalibration& calibration);
+
+/// What to do where a device measures neither a force nor a depth by that name.
+/// \param channels  the names of those that it has
+[[nodiscard]] std::string no_press_among(std::span<const std::string> channels);
+
+/// A probe URI of one or more probes of a device.
+struct DeviceUri {
+  std::string uri;                 ///< without '#'
+  std::vector<std::string> parts;  ///< what followed '#', one for each probe; empty: no '#'
+
+  /// Splits a URI. A '#' within the name of a file is no part.
+  [[nodiscard]] static DeviceUri split(std::string_view text);
+};
+
+}  // namespace merkel

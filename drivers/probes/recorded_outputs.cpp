@@ -1,0 +1,98 @@
+#include "drivers/probes/recorded_outputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
+#include "drivers/probes/probe_channels.hpp"
+#include "drivers/protocols/csv_columns.hpp"
+#include "drivers/sample_limits.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kAtOnce = 256;
+
+constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kChannels = {
+    {{ProbeSample::kDepth, DeviceChannel::kDepth},
+     {ProbeSample::kForce, DeviceChannel::kForce},
+     {ProbeSample::kX, DeviceChannel::kX},
+     {ProbeSample::kY, DeviceChannel::kY}}};
+
+}  // namespace
+
+Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
+    std::unique_ptr<Probe> recording, const std::vector<std::string>& parts) {
+  const ProbeInfo whole = recording->info();
+  if (parts.empty()) return recording;
+  const auto refuse = [&](const std::string& why) {
+    return bad_input("\"" + whole.uri + "\": " + why);
+  };
+  std::uint32_t bits = 0;
+  for (const auto& [bit, channel] : kChannels) {
+    if ((whole.channels & bit) != 0U) bits |= bit_of(channel);
+  }
+  std::vector<ChannelName> names = names_of_channels(bits);
+  std::unique_ptr<RecordedOutputs> outputs(new RecordedOutputs(std::move(recording)));
+  for (std::size_t i = 0; i < whole.extra_columns.size(); ++i) {
+    const auto column = csv_column_named(whole.extra_columns[i]);
+    const bool value = column && column->kind == CsvColumn::Kind::kValue;
+    outputs->factors_.push_back(value ? column->factor : 0.0);
+    if (!value) continue;
+    names.push_back({.name = whole.extra_columns[i],
+                     .channel = named_channel(i),
+                     .column = 0,
+                     .force = column->force});
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
+  for (const std::string& part : parts) {
+    const auto wanted = ProbeChannels::parse(part);
+    if (!wanted) return refuse(wanted.error());
+    auto chosen = wanted->among(names);
+    if (!chosen) return refuse(chosen.error());
+    ProbeInfo info = whole;
+    info.uri += "#" + part;
+    info.name += ", " + names_of_channels(*chosen);
+    info.channels = chosen->sample_channels();
+    info.extra_columns.clear();
+    outputs->infos_.push_back(std::move(info));
+    outputs->calibrations_.push_back(std::move(*chosen));
+  }
+  return outputs;
+}
+
+Expected<std::size_t, ProbeError> RecordedOutputs::read(std::span<ProbeSample> samples,
+                                                        std::chrono::milliseconds patience) {
+  // The samples of an instant are returned together: nobody sees one probe without the others.
+  const std::size_t most = samples.size() / infos_.size();
+  if (most == 0) return std::size_t{0};
+  waiting_.resize(std::min(most, kAtOnce));
+  const auto read = ForwardingProbe::read(waiting_, patience);
+  if (!read) return read;
+  std::size_t count = 0;
+  DeviceReading reading;
+  for (const ProbeSample& from : std::span(waiting_).first(*read)) {
+    reading.set(DeviceChannel::kDepth, from.depth_mm);
+    reading.set(DeviceChannel::kForce, units::N_from_mN(from.force_mN));
+    reading.set(DeviceChannel::kX, from.x_mm);
+    reading.set(DeviceChannel::kY, from.y_mm);
+    for (std::size_t i = 0; i < factors_.size(); ++i) {
+      reading.set(named_channel(i), from.extra[i] * factors_[i]);
+    }
+    for (std::size_t i = 0; i < infos_.size(); ++i) {
+      ProbeSample sample = calibrations_[i].apply(reading);
+      if (!plausible(sample)) sample = {.channels = infos_[i].channels};
+      sample.time = from.time;
+      sample.arrival = from.arrival;
+      sample.sequence = from.sequence;
+      sample.valid_for = from.valid_for;
+      sample.output = static_cast<std::uint32_t>(i);
+      samples[count++] = sample;
+    }
+  }
+  return count;
+}
+
+}  // namespace merkel

@@ -1,0 +1,154 @@
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "drivers/probes/open_probe.hpp"
+#include "drivers/protocols/csv_columns.hpp"
+#include "tests/drivers/simulation/line_printer.hpp"
+#include "tests/text_has.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+std::string uri_of(const LinePrinter& printer, const std::string& columns) {
+  return "serial:" + printer.name() + "?protocol=csv&columns=" + columns;
+}
+
+/// Reads until there are `count` samples.
+std::vector<ProbeSample> read_from(Probe& probe, std::size_t count,
+                                   std::vector<std::string>* notices = nullptr) {
+  std::vector<ProbeSample> all;
+  std::vector<ProbeSample> samples(64);
+  for (int reads = 0; reads < 2000 && all.size() < count; ++reads) {
+    const auto read = probe.read(samples, milliseconds{10});
+    EXPECT_TRUE(read.has_value());
+    if (!read) break;
+    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*read));
+    for (std::string& sentence : probe.take_notices()) {
+      if (notices != nullptr) notices->push_back(std::move(sentence));
+    }
+  }
+  EXPECT_GE(all.size(), count);
+  return all;
+}
+
+TEST(DeviceOutputs, OneReadingFeedsEveryProbeAtTheSameTime) {
+  const LinePrinter printer("7, 200, 0.5, 1.25, 3");
+  auto probe = open_device({.uri = uri_of(printer, "-,thumb_g,index_N,index_mm,seq2_mm"),
+                            .parts = {"thumb_g", "force=index_N,depth=4", "index_mm"}});
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  ASSERT_EQ((*probe)->outputs(), 3U);
+  EXPECT_EQ((*probe)->info_of(0).channels, ProbeSample::kForce);
+  EXPECT_EQ((*probe)->info_of(1).channels, ProbeSample::kForce | ProbeSample::kDepth);
+  EXPECT_EQ((*probe)->info_of(2).channels, ProbeSample::kDepth);
+  EXPECT_TRUE((*probe)->info_of(1).uri.ends_with("#force=index_N,depth=4"));
+  const auto samples = read_from(**probe, 30);
+  for (std::size_t i = 0; i + 2 < samples.size(); i += 3) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(samples[i + k].output, k);
+      EXPECT_EQ(samples[i + k].time, samples[i].time);
+      EXPECT_EQ(samples[i + k].valid_for, samples[i].valid_for);
+      EXPECT_EQ(samples[i + k].sequence, samples[i].sequence);
+    }
+    EXPECT_NEAR(samples[i].force_mN, 200 * 9.80665, 1e-9);
+    EXPECT_EQ(samples[i + 1].force_mN, 500.0);
+    EXPECT_EQ(samples[i + 1].depth_mm, 1.25);
+    EXPECT_EQ(samples[i + 2].depth_mm, 1.25);
+  }
+  EXPECT_LE((*probe)->device_counts()->readings, samples.size() / 3 + 1);
+  EXPECT_EQ((*probe)->ports(), 1U);
+}
+
+TEST(DeviceOutputs, AHeaderNamesTheChannels) {
+  const LinePrinter printer("12,0.5,0.25", 115200, {.header = "time_ms,thumb (N),index (N)"});
+  const auto probe = open_probe("serial:" + printer.name() + "?protocol=csv#index");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_EQ(read_from(**probe, 5).back().force_mN, 250.0);
+}
+
+TEST(DeviceOutputs, LabelsInTheLinesNameTheChannels) {
+  const LinePrinter printer("thumb: 0.5 N, index: 0.25 N");
+  const auto probe = open_probe("serial:" + printer.name() + "?protocol=csv#index");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_EQ(read_from(**probe, 5).back().force_mN, 250.0);
+}
+
+TEST(DeviceOutputs, WithoutAChoiceTheChannelsAreFurtherColumns) {
+  const LinePrinter printer("0.5, 0.25");
+  const auto probe = open_probe(uri_of(printer, "force_N,index_N"));
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_EQ((*probe)->info().extra_columns, std::vector<std::string>{"index_N"});
+  const ProbeSample sample = read_from(**probe, 5).back();
+  EXPECT_EQ(sample.force_mN, 500.0);
+  EXPECT_EQ(sample.extra[0], 0.25);
+}
+
+TEST(DeviceOutputs, ASensorWithoutAValueReleasesOnlyItsProbe) {
+  LinePrinter printer("0.5, 0.25");
+  auto probe = open_device({.uri = uri_of(printer, "thumb_N,index_N"), .parts = {"1", "2"}});
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  static_cast<void>(read_from(**probe, 20));
+  printer.print("0.5, nan");
+  std::vector<std::string> notices;
+  const auto samples = read_from(**probe, 200, &notices);
+  for (std::size_t i = 20; i < samples.size(); ++i) EXPECT_EQ(samples[i].output, 0U) << i;
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_TRUE(has(notices[0], ", index_N has no value")) << notices[0];
+  EXPECT_EQ((*probe)->device_counts()->distrusted, 0U);
+}
+
+TEST(DeviceOutputs, EachIsTaredByItself) {
+  LinePrinter printer("0.0625, 0.03125");
+  auto probe =
+      open_device({.uri = uri_of(printer, "thumb_N,index_N"), .parts = {"thumb", "index"}});
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_TRUE((*probe)->request_tare(1));
+  static_cast<void>(read_from(**probe, 80));
+  printer.print("0.5, 0.5");
+  const auto samples = read_from(**probe, 60);
+  for (const ProbeSample& sample : std::span(samples).last(2)) {
+    EXPECT_EQ(sample.force_mN, sample.output == 0 ? 500.0 : 468.75);
+  }
+}
+
+TEST(DeviceOutputs, RefusalsNameTheChannels) {
+  const LinePrinter printer("0.5, 0.25, 3");
+  const auto refusal = [&](const std::string& columns, const std::string& part) {
+    const auto probe = open_probe(uri_of(printer, columns) + "#" + part);
+    return probe ? std::string() : probe.error().sentence;
+  };
+  EXPECT_TRUE(has(refusal("a_N,b_N,c_mm", "d"), "The device has a_N, b_N, c_mm"));
+  EXPECT_TRUE(has(refusal("a_N,b_N,-", "3"), "column 3 is no force and no length"));
+  EXPECT_TRUE(has(refusal("a_N,b_N,c_mm", "force=c"), "is a length and cannot be the force"));
+  EXPECT_TRUE(has(refusal("a_N,a_mm,-", "a"), "name one with its unit"));
+  EXPECT_TRUE(has(refusal("a_N,b_N,-", "a,b"), "the force is chosen twice"));
+  EXPECT_TRUE(has(refusal("a_N,b_N,-", "weight=a"), "must be force, depth, x or y"));
+  EXPECT_TRUE(has(refusal("force_N,force_N,-", "1"), "named twice"));
+}
+
+TEST(DeviceOutputs, ChannelsAreReadAsTheyAreWritten) {
+  for (const char* const text : {"force=thumb_N,x=2", "thumb_N", "depth=1,force=2,x=3,y=4"}) {
+    const auto channels = ProbeChannels::parse(text);
+    ASSERT_TRUE(channels) << channels.error();
+    EXPECT_EQ(ProbeChannels::parse(channels->text())->of, channels->of);
+    EXPECT_EQ(ProbeChannels::parse(channels->text())->by_unit, channels->by_unit);
+  }
+  EXPECT_EQ(DeviceUri::split("serial:/dev/x?protocol=csv#thumb_N").parts.size(), 1U);
+  for (const char* const whole : {"replay:run#2.csv", "replay:a#b/t.csv", "fused:a:b#c|d:e"}) {
+    EXPECT_EQ(DeviceUri::split(whole).uri, whole);
+  }
+}
+
+TEST(DeviceOutputs, AHeaderIsOneOnlyWithSeveralNamesOrAKnownQuantity) {
+  EXPECT_EQ(csv_columns_of_header("time_us,seq,thumb_N,index_N,palm_N", ','),
+            (std::vector<std::string>{"time_us", "seq", "thumb_N", "index_N", "palm_N"}));
+  EXPECT_EQ(csv_columns_of_header("Force (N),Force (N)", ','),
+            (std::vector<std::string>{"force_N", "force2_N"}));
+  EXPECT_TRUE(csv_columns_of_header("calibrated (g)", ',').empty());
+  EXPECT_TRUE(csv_columns_of_header("HX711 ready, gain 128 (g)", ',').empty());
+}
+
+}  // namespace
+}  // namespace merkel

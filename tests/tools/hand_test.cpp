@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <sstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "drivers/files/trace_file.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "tests/drivers/simulation/running_device.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
+#include "tests/tools/program.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// A grasp as a trace with a column for each finger.
+std::string record_grasp(const TemporaryFolder& folder, const std::string& options) {
+  const std::string trace = folder.path("hand.csv");
+  const auto run = run_program({"record", "sim:grasp?" + options, trace});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  return trace;
+}
+
+/// A simulated hand on one cable.
+DeviceSimulator::Settings cable(const std::string& trace, const SimulatedFaults& faults = {},
+                                std::string link = {}) {
+  auto reader = TraceReader::open(trace);
+  EXPECT_TRUE(reader) << reader.error().sentence;
+  std::vector<ProbeSample> samples(100'000);
+  samples.resize(*reader->read(samples));
+  return {.protocol = *find_protocol("csv"),
+          .trace = std::move(samples),
+          .extra_columns = reader->extra_columns(),
+          .link = std::move(link),
+          .faults = faults};
+}
+
+/// The example of a hand, on another device.
+std::string example_on(const TemporaryFolder& folder, const std::string& uri,
+                       const std::string& more = {}) {
+  std::string scene = read_file("tools/examples/hand_electrodes.toml");
+  const std::string simulated = "sim:grasp?count=1000";
+  const auto place = scene.find("\"" + simulated);
+  EXPECT_NE(place, std::string::npos);
+  scene.replace(place + 1, simulated.size(), uri);
+  return folder.file("hand.toml", scene + more);
+}
+
+TEST(Hand, TheExampleRunsOnOneCable) {
+  const TemporaryFolder folder;
+  RunningDevice hand(cable(record_grasp(folder, "count=30&rate_hz=500")));
+  const std::string scene = example_on(folder, hand.uri());
+  const std::string session = folder.path("s.xdf");
+  const std::string commands = folder.path("stim.csv");
+  const auto run = run_program({"run", scene, "--duration-s", "2.5", "--json", "--sink",
+                                "xdf:" + session, "--sink", "stim-csv:" + commands});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  const auto json = nlohmann::json::parse(run.out);
+  ASSERT_EQ(json["probes"].size(), 6U);
+  for (const auto& probe : json["probes"]) {
+    EXPECT_GT(probe["deepest_press"]["depth_mm"], 0.9) << probe["uri"];
+    EXPECT_EQ(probe["samples_in"], json["probes"][0]["samples_in"]);
+  }
+  EXPECT_TRUE(has(json["probes"][5]["uri"], "#depth=palm_mm"));
+  // One device: its counts stand once.
+  EXPECT_GT(json["probes"][0]["device"]["readings"], 1000);
+  EXPECT_TRUE(json["probes"][1]["device"].is_null());
+  EXPECT_LT(json["device_readings"].get<int>(), 2 * json["probes"][0]["samples_in"].get<int>());
+  for (const char* const electrode : {"thumb-1", "index-2", "middle-1", "palm-3"}) {
+    EXPECT_TRUE(has(read_file(commands), electrode)) << electrode;
+  }
+
+  // One stream of its bytes, and the same spikes again.
+  auto read = SessionReader::open(session);
+  ASSERT_TRUE(read);
+  std::vector<std::size_t> samples(6);
+  std::size_t frames = 0;
+  for (SessionChunk chunk; read->next(chunk).value_or(false);) {
+    for (const auto& each : chunk.frames) {
+      EXPECT_EQ(each.probe, 0U);
+      ++frames;
+    }
+    for (const auto& each : chunk.samples) ++samples.at(each.probe);
+  }
+  EXPECT_GT(frames, 100U);
+  for (const std::size_t count : samples) EXPECT_EQ(count, samples[0]);
+  const auto replay = run_program({"replay", session});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
+}
+
+TEST(Hand, UnpluggingReleasesAllItsProbesInTheSameTick) {
+  const TemporaryFolder folder;
+  RunningDevice hand(cable(record_grasp(folder, "count=30&rate_hz=500"),
+                           {.unplug_at = milliseconds{2500}, .unplug_for = milliseconds{400}},
+                           folder.path("tty")));
+  std::string scene = "[[device]]\nname = \"hand\"\nuri = \"" + hand.uri() + "\"\n";
+  for (const char* const channel : {"\"thumb_mm\"", "\"index\"", "5"}) {
+    scene += std::string("[[probe]]\ndevice = \"hand\"\ndepth = ") + channel + "\n";
+  }
+  const std::string session = folder.path("s.xdf");
+  const auto run = run_program({"run", folder.file("s.toml", scene), "--duration-s", "4.5",
+                                "--json", "--sink", "xdf:" + session});
+  const auto json = nlohmann::json::parse(run.out);
+  auto read = SessionReader::open(session);
+  ASSERT_TRUE(read);
+  std::vector<std::vector<std::uint64_t>> released(3);
+  for (SessionChunk chunk; read->next(chunk).value_or(false);) {
+    for (const TickRecord& tick : chunk.ticks) {
+      if (tick.state == TickRecord::State::kReleased) {
+        released.at(tick.probe).push_back(tick.number);
+      }
+    }
+  }
+  EXPECT_GT(released[0].size(), 100U);
+  for (const auto& ticks : released) EXPECT_EQ(ticks, released[0]);
+  EXPECT_EQ(json["probes"][0]["device"]["outages"], 1);
+  EXPECT_EQ(json["device_outages"], 1);
+  EXPECT_EQ(run_program({"replay", session}).exit_code, 0);
+}
+
+TEST(Hand, ARecordingOfAWholeHandGivesTheSpikesOfTheSimulation) {
+  const TemporaryFolder folder;
+  const std::string trace = record_grasp(folder, "count=1&rate_hz=200");
+  const std::string a = folder.path("a.csv");
+  const std::string b = folder.path("b.csv");
+  const auto simulated = run_program(
+      {"run", example_on(folder, "sim:grasp?count=1&rate_hz=200"), "--fast", "--sink", "csv:" + a});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const auto replayed =
+      run_program({"run", example_on(folder, "replay:" + trace), "--fast", "--sink", "csv:" + b});
+  ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_GT(read_file(a).size(), 1000U);
+  EXPECT_EQ(read_file(a), read_file(b));
+}
+
+TEST(Hand, TheCommandLineChoosesChannelsAfterASharp) {
+  const TemporaryFolder folder;
+  const std::string trace = record_grasp(folder, "count=30&force_N=0.4&rate_hz=200");
+  RunningDevice hand(cable(trace));
+  const auto run = run_program({"run", "goodwin", "--probe", hand.uri() + "#palm_N", "--probe",
+                                hand.uri() + "#force=index", "--duration-s", "1", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  ASSERT_EQ(json["probes"].size(), 2U);
+  EXPECT_EQ(json["probes"][0]["samples_in"], json["probes"][1]["samples_in"]);
+  EXPECT_GT(json["probes"][1]["deepest_press"]["force_N"], 0.3);
+
+  // The sentence says how, and it works.
+  const std::string replay = "replay:" + trace;
+  const auto unnamed = run_program({"run", "--fast", "--probe", replay});
+  EXPECT_EQ(unnamed.exit_code, 2);
+  EXPECT_TRUE(has(unnamed.err, "by #thumb_N at the end")) << unnamed.err;
+  EXPECT_EQ(run_program({"run", "--fast", "--probe", replay + "#thumb_N"}).exit_code, 0);
+  const auto misspelt = run_program({"run", "--fast", "--probe", replay + "#thmb_N"});
+  EXPECT_EQ(misspelt.exit_code, 2);
+  EXPECT_TRUE(has(misspelt.err, "did you mean thumb_N?")) << misspelt.err;
+  const auto length = run_program({"run", "--fast", "--probe", replay + "#depth=thumb_N"});
+  EXPECT_TRUE(has(length.err, "is a force and cannot be the depth")) << length.err;
+}
+
+TEST(Hand, AProtocolWithoutSuchChannelsSaysSo) {
+  const TemporaryFolder folder;
+  const std::string trace = record_grasp(folder, "count=1");
+  const auto run = run_program({"simulate-probe", "hbf1", "--trace", trace});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(has(run.err, "only those of csv send columns of other names")) << run.err;
+  RunningDevice gauge("hbf1", {});
+  const auto chosen =
+      run_program({"run", "--probe", gauge.uri() + "#thumb_N", "--duration-s", "0.1"});
+  EXPECT_TRUE(has(chosen.err, "The device has force_N, depth_mm")) << chosen.err;
+  EXPECT_EQ(
+      run_program({"run", "--probe", gauge.uri() + "#force_N", "--duration-s", "0.1"}).exit_code,
+      0);
+}
+
+}  // namespace
+}  // namespace merkel

@@ -1,0 +1,96 @@
+#include "tools/connect/hand_scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <string_view>
+
+#include <fmt/core.h>
+
+namespace merkel {
+namespace {
+
+constexpr double kAtRest_N = 0.1;  ///< a device that measures less is not pressed
+
+/// The patches of the preset hand, each with the names that devices use for it.
+struct HandPatch {
+  std::string_view name;
+  std::array<std::string_view, 3> words;
+};
+constexpr std::array<HandPatch, 6> kHandPatches = {{{"thumb", {"thumb", "daumen", "pollex"}},
+                                                    {"index", {"index", "pointer", "index"}},
+                                                    {"middle", {"middle", "mid", "middle"}},
+                                                    {"ring", {"ring", "ring", "ring"}},
+                                                    {"little", {"little", "pinky", "pinkie"}},
+                                                    {"palm", {"palm", "hand", "palm"}}}};
+
+/// The patch that a channel names; empty: none.
+std::string_view patch_named(const std::string& channel) {
+  std::string name = channel.substr(0, channel.rfind('_'));
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const HandPatch& patch : kHandPatches) {
+    for (const std::string_view word : patch.words) {
+      if (name.find(word) != std::string::npos) return patch.name;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string toml_string(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::vector<PlacedChannel> place_on_hand(const std::vector<FoundChannel>& channels) {
+  const bool force = std::any_of(channels.begin(), channels.end(),
+                                 [](const FoundChannel& channel) { return channel.is_force(); });
+  std::vector<PlacedChannel> placed;
+  std::vector<PlacedChannel> in_order;
+  for (const FoundChannel& channel : channels) {
+    if (channel.is_force() != force) continue;
+    if (const auto patch = patch_named(channel.name); !patch.empty()) {
+      placed.push_back({.channel = channel, .patch = std::string(patch)});
+    }
+    if (in_order.size() == kHandPatches.size()) continue;
+    in_order.push_back({.channel = channel,
+                        .patch = std::string(kHandPatches[in_order.size()].name),
+                        .by_name = false});
+  }
+  return placed.empty() ? in_order : placed;
+}
+
+std::string contact_line(const FoundChannel& channel) {
+  if (!channel.is_force() || channel.noise <= 0.0 || channel.noise > 0.1 * kAtRest_N ||
+      std::fabs(channel.last) > kAtRest_N) {
+    return {};
+  }
+  return fmt::format("contact_N = {:.2g}  # six times the noise of {:.2g} N that was measured\n",
+                     6.0 * channel.noise, channel.noise);
+}
+
+std::string hand_scene_text(const std::string& uri, const std::vector<PlacedChannel>& placed,
+                            const std::vector<std::string>& lacking) {
+  std::string text =
+      "# Written by merkel connect.\npreset = \"hand\"  # a patch for each finger, and the palm\n\n"
+      "[[device]]\nname = \"hand\"\nuri = " +
+      toml_string(uri) + "\n";
+  for (const std::string& line : lacking) text += "# missing: " + line + "\n";
+  for (const PlacedChannel& each : placed) {
+    text += "\n[[probe]]\ndevice = \"hand\"\n" +
+            std::string(each.channel.is_force() ? "force" : "depth") + " = " +
+            toml_string(each.channel.name) + "\npatch = " + toml_string(each.patch) +
+            (each.by_name ? "" : "  # by its place in the line: set the patch that it presses") +
+            "\ntip = \"sphere\"\nradius_mm = 2.0  # set the radius of your probe's tip\n" +
+            contact_line(each.channel);
+  }
+  return text;
+}
+
+}  // namespace merkel

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace merkel {
+
+/// A channel of a device with several, as merkel connect found it.
+struct FoundChannel {
+  std::string name;    ///< with its unit: "thumb_N"
+  double last = 0.0;   ///< its last value, N or mm
+  double noise = 0.0;  ///< rms about the mean
+  [[nodiscard]] bool is_force() const { return name.ends_with("_N"); }
+};
+
+/// Where one of these channels presses.
+struct PlacedChannel {
+  FoundChannel channel;
+  std::string patch;
+  bool by_name = true;  ///< else only by its place in the line
+};
+
+/// The channels that feed a probe each, on the patches of the preset hand: the forces or, if there
+/// is none, the depths. A patch is that of the channel's name; if no name is that of a patch, the
+/// patches are taken in order.
+[[nodiscard]] std::vector<PlacedChannel> place_on_hand(const std::vector<FoundChannel>& channels);
+
+/// A scene of the preset hand: the device and a probe for each placed channel.
+/// \param lacking  what would improve it, as comments
+[[nodiscard]] std::string hand_scene_text(const std::string& uri,
+                                          const std::vector<PlacedChannel>& placed,
+                                          const std::vector<std::string>& lacking);
+
+/// A text as TOML writes it.
+[[nodiscard]] std::string toml_string(const std::string& text);
+
+/// The key contact_N for a channel at rest; empty if it has no noise, or is being pressed.
+[[nodiscard]] std::string contact_line(const FoundChannel& channel);
+
+}  // namespace merkel
