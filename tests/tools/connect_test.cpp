@@ -207,13 +207,13 @@ TEST(Advice, WorksWhenItIsFollowed) {
 
 TEST(Connect, GivesEachSensorOfAHandItsProbe) {
   for (const auto& [line, header, expected] :
-       {std::tuple("17, 0.31, 0.02, 0.5", "time_ms,F_thumb (N),F_pinky (N),palm_N",
+       {std::tuple("0.31, 0.02, 0.5", "F_thumb (N),F_pinky (N),palm_N",
                    "force = \"F_pinky_N\"\npatch = \"little\""),
         std::tuple("thumb: 310 g, index: 20 g", "", "force = \"index_N\"\npatch = \"index\""),
         std::tuple("0.31,0.02,0.5,0.25,0.125,0.75", "",
                    "force = \"force6_N\"\npatch = \"palm\"  # by its place in the line")}) {
     const TemporaryFolder folder;
-    const LinePrinter hand(line, 115200, {.header = header});
+    const LinePrinter hand(line, 115200, {.silence = milliseconds{1000}, .header = header});
     const std::string scene = folder.path("s.toml");
     const auto connected = run_program({"connect", hand.name(), "--yes", "--out", scene});
     ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;

@@ -12,6 +12,7 @@ namespace merkel {
 namespace {
 
 constexpr double kAtRest_N = 0.1;  ///< a device that measures less is not pressed
+constexpr double kRounding_N = 1e-9;
 
 /// The patches of the preset hand, each with the names that devices use for it.
 struct HandPatch {
@@ -67,7 +68,7 @@ std::vector<PlacedChannel> place_on_hand(const std::vector<FoundChannel>& channe
 }
 
 std::string contact_line(const FoundChannel& channel) {
-  if (!channel.is_force() || channel.noise <= 0.0 || channel.noise > 0.1 * kAtRest_N ||
+  if (!channel.is_force() || channel.noise <= kRounding_N || channel.noise > 0.1 * kAtRest_N ||
       std::fabs(channel.last) > kAtRest_N) {
     return {};
   }
