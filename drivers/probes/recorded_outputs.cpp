@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kAtOnce = 256;
 
-constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kChannels = {
+constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels = {
     {{ProbeSample::kDepth, DeviceChannel::kDepth},
      {ProbeSample::kForce, DeviceChannel::kForce},
      {ProbeSample::kX, DeviceChannel::kX},
@@ -31,7 +31,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     return bad_input("\"" + whole.uri + "\": " + why);
   };
   std::uint32_t bits = 0;
-  for (const auto& [bit, channel] : kChannels) {
+  for (const auto& [bit, channel] : kTraceChannels) {
     if ((whole.channels & bit) != 0U) bits |= bit_of(channel);
   }
   std::vector<ChannelName> names = names_of_channels(bits);

@@ -96,17 +96,20 @@ Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path) {
     const auto tab = line.find('\t');
     const std::string_view time =
         csv ? take_field(line) : line.substr(tab == std::string_view::npos ? line.size() : tab + 1);
-    const auto time_s = csv ? parse_seconds(time) : std::nullopt;
-    const auto time_ms = csv ? std::nullopt : parse_number(time, 6);
+    std::optional<nanoseconds> spike_time;
+    if (csv) {
+      spike_time = parse_seconds(time);
+    } else if (const auto ms = parse_number(time, 6); ms && std::fabs(*ms) < 4e18) {
+      spike_time = nanoseconds{std::llround(*ms)};
+    }
     const auto neuron = neuron_of(csv ? take_field(line) : line.substr(0, tab));
-    if (!neuron || (csv ? !time_s : !(time_ms && std::fabs(*time_ms) < 4e18))) {
+    if (!neuron || !spike_time) {
       return bad_input(
           lines->where() +
           "this is not a spike: expected a header time_s,neuron and rows of them (CSV), or "
           "rows of neuron, tab and ms (GDF, NEST)");
     }
-    file.spikes.push_back(
-        {.time = csv ? *time_s : nanoseconds{std::llround(*time_ms)}, .neuron = *neuron});
+    file.spikes.push_back({.time = *spike_time, .neuron = *neuron});
   }
   if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
   zero.take_file_beside(path);

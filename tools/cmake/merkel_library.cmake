@@ -51,15 +51,11 @@ if(MERKEL_SANITIZE)
   target_compile_definitions(merkel_sanitizers INTERFACE MERKEL_SANITIZED)
 endif()
 
-# merkel_precompile(merkel_core), merkel_precompile(merkel_realtime merkel_core): precompiles the standard
-# headers that most sources include, or takes those of a target with the same options. Sources and headers
-# still include what they use: the sanitizer builds and the headers that are compiled alone do not use them.
+# merkel_precompile(merkel_core): precompiles the standard headers that most sources include,
+# once per target. Sources and headers still include what they use: the sanitizer builds and the test of
+# headers do not use the precompiled ones.
 function(merkel_precompile target)
-  if(MERKEL_SANITIZE)
-    return()
-  elseif(ARGC EQUAL 2)
-    target_precompile_headers(${target} REUSE_FROM ${ARGV1})
-  else()
+  if(NOT MERKEL_SANITIZE)
     target_precompile_headers(${target} PRIVATE
       <algorithm> <array> <chrono> <cmath> <cstddef> <cstdint> <cstring> <fstream> <functional>
       <map> <memory> <optional> <span> <sstream> <string> <string_view> <thread> <utility> <vector>
@@ -84,8 +80,8 @@ function(merkel_join_sources target)
   set_source_files_properties(${sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# merkel_library(merkel_scene tools/scene [merkel_drivers]): settings of the library of a folder, which
-# programs link as merkel::scene; precompiled headers are those of the third argument, if given.
+# merkel_library(merkel_scene tools/scene): settings of the library of a folder, which programs
+# link as merkel::scene.
 function(merkel_library target folder)
   get_filename_component(name ${folder} NAME)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
@@ -101,7 +97,7 @@ function(merkel_library target folder)
   target_link_libraries(${target} PRIVATE
     $<BUILD_INTERFACE:merkel_warnings> $<BUILD_INTERFACE:merkel_numerics>
     $<BUILD_INTERFACE:merkel_hardening> $<BUILD_INTERFACE:merkel_sanitizers>)
-  merkel_precompile(${target} ${ARGN})
+  merkel_precompile(${target})
   add_library(merkel::${name} ALIAS ${target})
   set_property(GLOBAL APPEND PROPERTY MERKEL_LIBRARIES ${target})
 endfunction()

@@ -122,7 +122,7 @@ void read_devices(SceneTable& root, Findings& findings, Scene& scene) {
 }
 
 /// Checks where a probe gets its samples.
-void check_source(SceneTable& table, const Scene& scene, Scene::OfProbe& probe) {
+void check_source(SceneTable& table, Scene::OfProbe& probe) {
   if (table.has("device")) {
     if (table.has("uri")) {
       table.refuse("uri", "is not needed, because the probe has a device: remove one of them");
@@ -167,7 +167,7 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
     }
     to_centre(count);
     reader.read({after_patch, keys.end()});
-    check_source(reader, scene, scene.probes.back());
+    check_source(reader, scene.probes.back());
     reader.finish();
     ++count;
   });
