@@ -143,7 +143,8 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
 
 std::string RunObject::spike_hash() const {
   SpikeHash hash;
-  for (const SpikeRow& spike : spikes) hash.add(std::llround(time_s_of(spike) * 1e9), neuron_of(spike));
+  for (const SpikeRow& spike : spikes)
+    hash.add(std::llround(time_s_of(spike) * 1e9), neuron_of(spike));
   return hash.text();
 }
 
