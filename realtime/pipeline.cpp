@@ -241,9 +241,9 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
                          .encoder = parameters.encoder,
                          .timings = parameters.timings},
                         clock, model, probes.inputs(), fanout, statistics, events);
-  const ThreadUsage before = ThreadUsage::of_this_thread();
   started.store(true, std::memory_order_release);
   started.notify_one();
+  const ThreadUsage before = ThreadUsage::of_this_thread();
   const nanoseconds loop_start = PeriodicClock::now();
   loop.run(stop);
   report.wall = PeriodicClock::now() - loop_start;
