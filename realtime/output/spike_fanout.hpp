@@ -12,7 +12,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/records/record_batch.hpp"
 #include "core/scene/tactile_model.hpp"
-#include "drivers/run_control.hpp"
+#include "drivers/spike_sink.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/clocks/publish_beat.hpp"
 #include "realtime/queues/feed.hpp"

@@ -132,7 +132,9 @@ std::string random_scene(Random& random, int kind) {
   };
   const double budget_us = pick({5, 20, 50, 200});
   const double tick_us = pick({500, 1000, 2000, 5000});
-  const std::string depth = "depth_mm=" + fmt::format("{:.3f}", random.uniform(0.8, 2.0));
+  // Deep bars drive the coupled afferents so hard that rounding errors become other trains.
+  const std::string depth =
+      "depth_mm=" + fmt::format("{:.3f}", random.uniform(0.8, 2.0) * (kind == 3 ? 0.45 : 1.0));
   std::string probe = "sim:ramp?" + depth +
                       "&hold_s=0.15&ramp_s=" + fmt::format("{:.3f}", random.uniform(0.005, 0.1));
   std::string tip = "radius_mm = " + fmt::format("{:.2f}", random.uniform(1.0, 4.0)) + "\n";

@@ -1,8 +1,8 @@
 #include "tools/scene/contact_sentence.hpp"
 
+#include <array>
+#include <cstdio>
 #include <string>
-
-#include <fmt/core.h>
 
 #include "core/contact/contact_validity.hpp"
 #include "core/contact/pressed_tip.hpp"
@@ -14,13 +14,20 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
   if (!indenter.closed_form(skin)) {
     const PressedTip tip = pressed_tip(indenter, skin);
     const PixelGrid grid = contact_pixels(tip, skin.receptor_depth_mm);
-    return fmt::format(
-        "contact of the tip \"{}\" solved on {} x {} pixels of {:.3f} mm, {}; linear elasticity "
-        "without friction, valid while the depth is small beside the tip's smallest part{}",
-        Indenter::name_of(indenter.tip), grid.columns, grid.rows, grid.pixel_mm,
-        tip.proportional ? "proportional to the depth"
-                         : fmt::format("at depths to {:.2g} mm", tip.deepest_mm),
-        skin.stiffens() ? "; the skin stiffens with depth" : "");
+    std::array<char, 64> depths{"proportional to the depth"};
+    if (!tip.proportional) {
+      std::snprintf(depths.data(), depths.size(), "at depths to %.2g mm", tip.deepest_mm);
+    }
+    std::array<char, 320> text{};
+    std::snprintf(text.data(), text.size(),
+                  "contact of the tip \"%s\" solved on %zu x %zu pixels of %.3f mm, %s; linear "
+                  "elasticity without friction, valid while the depth is small beside the tip's "
+                  "smallest part%s",
+                  std::string(Indenter::name_of(indenter.tip)).c_str(),
+                  static_cast<std::size_t>(grid.columns), static_cast<std::size_t>(grid.rows),
+                  grid.pixel_mm, depths.data(),
+                  skin.stiffens() ? "; the skin stiffens with depth" : "");
+    return text.data();
   }
   return validity_of(contact, skin, indenter.radius_mm).sentence();
 }

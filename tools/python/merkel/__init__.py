@@ -47,7 +47,12 @@ class Device:
     """
 
     def __init__(self, uri):
-        self.uri = str(uri)
+        self._uri = str(uri)
+
+    @property
+    def uri(self):
+        """The URI of the device, without channels."""
+        return self._uri
 
     def __getitem__(self, channel):
         return f"{self.uri}#{channel}"
