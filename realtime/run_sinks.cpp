@@ -84,8 +84,8 @@ void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
   SpikeChannel& channel = fanout_.add_channel();
   for_each_kind(channel.feeds, [&]<class Record>(const Feeds<Record>&) {
     const bool produced = commands_ || !std::is_same_v<Record, StimulationCommand>;
-    constexpr std::size_t capacity = kCapacity<Record>;
-    if (capacity > 0 && produced && sink->takes<Record>()) channel.add<Record>(capacity);
+    constexpr std::size_t kRoom = kCapacity<Record>;
+    if (kRoom > 0 && produced && sink->takes<Record>()) channel.add<Record>(kRoom);
   });
   auto entry = std::make_unique<Entry>(Entry{.control = std::make_unique<Control>(*this, channel),
                                              .sink = std::move(sink),

@@ -13,7 +13,7 @@ using Tip = Indenter::Tip;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Tables reach at most to this depth.
-constexpr double kDeepest_mm = 4.0;
+constexpr double kDeepestTable_mm = 4.0;
 /// Shapes with parts of different heights are solved at least to this depth.
 constexpr double kLeastDeepest_mm = 2.0;
 /// A smooth end touches as a whole when pressed twice as deep as it is high.
@@ -171,7 +171,7 @@ PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin) {
   if (indenter.tip == Tip::kSphere) {
     // What lies below the deepest table.
     const auto reach = [&](double radius) {
-      return std::sqrt(2.0 * kDeepest_mm / (1.0 / indenter.radius_mm + 1.0 / radius));
+      return std::sqrt(2.0 * kDeepestTable_mm / (1.0 / indenter.radius_mm + 1.0 / radius));
     };
     half_x = reach(along);
     half_y = reach(skin.radius_mm);
@@ -191,7 +191,7 @@ PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin) {
   const double height = whole.highest_mm - whole.lowest_mm;
   // Flat ends on flat skin touch as a whole at once.
   tip.proportional = height < 1e-9;
-  tip.deepest_mm = tip.proportional ? 1.0 : std::min(kWholeContact * height, kDeepest_mm);
+  tip.deepest_mm = tip.proportional ? 1.0 : std::min(kWholeContact * height, kDeepestTable_mm);
   if (!tip.proportional && (indenter.tip == Tip::kShape || indenter.tip == Tip::kDots)) {
     tip.deepest_mm = std::max(tip.deepest_mm, kLeastDeepest_mm);
   }

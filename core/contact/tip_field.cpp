@@ -44,7 +44,7 @@ TipField::TipField(const Indenter& indenter, const SkinParameters& skin)
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm)
     : TipField(at_one_depth(pressed_tip(indenter, skin), depth_mm), skin, 1) {}
 
-TipField::TipField(PressedTip tip, const SkinParameters& skin, std::size_t count)
+TipField::TipField(const PressedTip& tip, const SkinParameters& skin, std::size_t count)
     : skin_(skin),
       kind_(skin.energy_density),
       receptor_depth_mm_(skin.receptor_depth_mm),

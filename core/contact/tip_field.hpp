@@ -70,7 +70,7 @@ class TipField {
   struct alignas(16) EnergyNode {
     float values[4] = {};  ///< lower, cross, upper, and a zero
   };
-  TipField(PressedTip tip, const SkinParameters& skin, std::size_t count);
+  TipField(const PressedTip& tip, const SkinParameters& skin, std::size_t count);
   void fill_energies();
   [[nodiscard]] Values far_away(double force_mN, double x_mm, double y_mm) const noexcept;
   /// Fills a patch's weights. \return index of its first node, if it lies inside the grid

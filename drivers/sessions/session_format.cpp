@@ -46,8 +46,8 @@ template <class Record>
 constexpr SessionStream stream_of(std::string_view name, std::string_view type,
                                   std::span<const Channel> channels, bool open_ended = false) {
   using Stored = SessionStreamOf<Record>;
-  constexpr bool integers = std::is_same_v<typename Stored::Value, std::int64_t>;
-  return {Stored::kId, name, type, integers, channels, open_ended};
+  constexpr bool kIntegers = std::is_same_v<typename Stored::Value, std::int64_t>;
+  return {Stored::kId, name, type, kIntegers, channels, open_ended};
 }
 /// All its channels follow from the columns of its records.
 template <class Record>

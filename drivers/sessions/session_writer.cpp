@@ -127,13 +127,13 @@ class SessionWriter final : public FileSink {
   template <class Item>
   bool write_items(std::span<const Item> items) {
     if (items.empty()) return true;
-    constexpr Id id = SessionStreamOf<Item>::kId;
-    begin_chunk(static_cast<std::uint32_t>(id), items.size());
+    constexpr Id kId = SessionStreamOf<Item>::kId;
+    begin_chunk(static_cast<std::uint32_t>(kId), items.size());
     for (const Item& item : items) {
       if constexpr (std::is_same_v<Item, RunStatus>) {
-        put(id, newest(), item);
+        put(kId, newest(), item);
       } else {
-        put(id, time_of(item), item);
+        put(kId, time_of(item), item);
       }
       if constexpr (std::is_same_v<Item, DeliveredSample>) {
         for (std::size_t column = 0; column < extra_.size(); ++column) {

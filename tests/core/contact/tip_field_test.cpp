@@ -238,7 +238,7 @@ TEST(BarTip, RefusesOverlappingBarsAndEmptyRows) {
 }
 
 TEST(Indenter, RefusesTipsThatCannotBeSolved) {
-  const auto key = [](Indenter tip, const SkinParameters& skin = {}) {
+  const auto key = [](const Indenter& tip, const SkinParameters& skin = {}) {
     const auto checked = tip.check(skin);
     return checked ? std::string() : checked.error().key;
   };
