@@ -74,14 +74,18 @@ std::string sentence_of(const CLI::App& program, const CLI::ParseError& error) {
   return message + ": " + command + " --help explains the command line";
 }
 
-/// An option below a positional argument of the same name is ambiguous: newer versions of the
-/// parser refuse it at start, older ones do not. A fault of the program, found by its first start.
+/// An option beside or below a positional argument of the same name is ambiguous: newer versions of
+/// the parser refuse it at start, older ones do not. A fault of the program, found by its first
+/// start.
 void check_name(const CLI::App& app, const std::string& name) {
-  const CLI::App* const above = app.get_parent();
-  if (above == nullptr || !name.starts_with("--")) return;
-  if (above->get_option_no_throw(name.substr(2)) != nullptr) {
-    throw std::logic_error(app.get_name() + ": the option " + name +
-                           " has the name of an argument of " + above->get_name());
+  const bool positional = !name.starts_with("-");
+  const std::string other =
+      positional ? "--" + name : name.substr(std::min<std::size_t>(2, name.size()));
+  for (const CLI::App* each : {&app, app.get_parent()}) {
+    if (each == nullptr || (positional && each != &app)) continue;
+    if (other.empty() || each->get_option_no_throw(other) == nullptr) continue;
+    throw std::logic_error(app.get_name() + ": " + name + " and " + other + " of " +
+                           each->get_name() + " have the same name");
   }
 }
 

@@ -119,7 +119,7 @@ void add_batch_command(CommandLine& program) {
                   "results: counts, rates, verdict and a hash of the spikes, one row per job. "
                   "Stopped or killed, the same command runs the jobs that are left.",
                   "batch jobs.csv --out results")
-      .option("jobs", options->jobs,
+      .option("table", options->jobs,
               "CSV file, one line per job. Columns: scene (preset or file; default paper), probe "
               "(URI), seed, duration_s, name, and any keys of the scene, such as skin.radius_mm or "
               "probe[1].x_mm (merkel scene --keys). An empty cell keeps the scene's value")
