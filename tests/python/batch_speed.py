@@ -1,8 +1,9 @@
 """How batches scale: jobs of a second of goodwin on one and on all cores, and the overhead of a job.
 
-batch_speed.py MERKEL, with PYTHONPATH as the tests have it. One core: the batch is pinned to it."""
+batch_speed.py MERKEL, with PYTHONPATH as the tests have it. One core: the batch is pinned to it. Medians of rounds."""
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -11,7 +12,7 @@ import time
 import merkel
 
 PROGRAM = sys.argv[1]
-JOBS = 64
+JOBS, ROUNDS = 64, 7
 SCENE, PROBE = "goodwin", "sim:taps?depth_mm=1&count=20"
 CORES = sorted(os.sched_getaffinity(0))
 
@@ -39,7 +40,9 @@ def program(cores, duration_s):
                                                     stderr=subprocess.DEVNULL))
 
 
-for name, batch in (("merkel batch", program), ("merkel.batch", python)):
-    one, all_cores, longer = batch(CORES[:1], 1.0), batch(CORES, 1.0), batch(CORES[:1], 2.0)
-    print(f"{name}: {JOBS} jobs of 1 s: {one:.2f} s on one core, {all_cores:.2f} s on {len(CORES)}: {one / all_cores:.2f} times; "
-          f"overhead of a job {1e3 * (2 * one - longer) / JOBS:.1f} ms")
+print("| | jobs | one core, s | all cores, s | ratio | overhead of a job, ms |\n|---|---|---|---|---|---|")
+for name, batch in (("`merkel batch`", program), ("`merkel.batch`", python)):
+    rounds = [(batch(CORES[:1], 1.0), batch(CORES, 1.0), batch(CORES[:1], 2.0)) for _ in range(ROUNDS)]
+    one, every, ratio, overhead = map(statistics.median, zip(*((one, every, one / every, 1e3 * (2 * one - longer) / JOBS)
+                                                               for one, every, longer in rounds)))
+    print(f"| {name} | {JOBS} of 1 s | {one:.2f} | {every:.2f} on {len(CORES)} | {ratio:.2f} | {overhead:.1f} |")

@@ -180,6 +180,13 @@ class Program(Case):
                 for column in ("spike_hash", "spikes", "firing", "busiest_hz", "rate_hz", "simulated_s", "version"):
                     self.assertEqual(row[column], str(same[column]), column)
 
+    def test_a_job_ends_after_its_duration(self):
+        job = {"scene": "goodwin", "probe": "sim:taps?depth_mm=1&count=20", "duration_s": 0.75}
+        self.batch(self.jobs([job]), "--out", self.folder / "out")
+        [row] = self.table(self.folder / "out")
+        self.assertEqual(float(row["simulated_s"]), 0.75)
+        self.assertEqual(row["spike_hash"], merkel.batch([job]).rows[0]["spike_hash"])
+
     def test_finished_jobs_are_not_run_again_and_files_are_kept(self):
         out = self.folder / "out"
         self.batch(self.jobs(JOBS[:2]), "--out", out, "--keep", "nwb")

@@ -114,10 +114,15 @@ Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& model
     if (auto set = scene->set_probes({job.probe}); !set) return Unexpected<SetupError>(set.error());
   }
   if (job.seed) scene->set_seed(*job.seed);
+  scene->loop.threads = 1;  // the jobs share the cores; the spikes are the same
   if (scene->spike_time_us) {
     if (auto plan = make_plan(*scene); !plan) return Unexpected<SetupError>(plan.error());
   }
-  return prepare_run(std::move(*scene), {.fast = true, .models = &models});
+  auto run = prepare_run(std::move(*scene), {.fast = true, .models = &models});
+  if (run && job.duration_s) {
+    run->parameters.duration = units::nanoseconds_from_s(*job.duration_s);
+  }
+  return run;
 }
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }

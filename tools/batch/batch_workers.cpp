@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -28,6 +29,23 @@ struct Board {
   std::atomic<std::size_t> item_of[kMostProcesses];  ///< that a worker runs; kNone: none
 };
 static_assert(std::atomic<std::size_t>::is_always_lock_free);
+
+/// A job's threads hand data to each other: left to the scheduler, those of two jobs meet on one
+/// core while another is idle.
+void keep_to_one_core(std::size_t place, std::size_t processes) {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  if (::sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
+  if (processes > static_cast<std::size_t>(CPU_COUNT(&allowed))) return;
+  for (std::size_t core = 0; core < CPU_SETSIZE; ++core) {
+    if (!CPU_ISSET(core, &allowed) || place-- > 0) continue;
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(core, &one);
+    ::sched_setaffinity(0, sizeof one, &one);
+    return;
+  }
+}
 
 [[noreturn]] void work_in_child(const SharedWork& work, Board& board, std::size_t place) {
   for (;;) {
@@ -58,6 +76,7 @@ pid_t start_worker(const SharedWork& work, Board& board, std::size_t place) {
   }
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != parent) ::_exit(1);
+  keep_to_one_core(place, std::min(work.processes, work.items));
   work_in_child(work, board, place);
 }
 

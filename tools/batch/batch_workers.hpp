@@ -11,7 +11,8 @@
 namespace merkel {
 
 /// Work shared between processes of this program: each item runs in one of them. A process that
-/// dies takes only its item along, and gets a successor.
+/// dies takes only its item along, and gets a successor. Each has a core of its own if there are
+/// enough.
 struct SharedWork {
   std::size_t items = 0;
   std::size_t processes = 1;

@@ -289,7 +289,9 @@ def _outcomes(jobs, executor, cores):
     cores = cores or len(os.sched_getaffinity(0))
     while True:
         broken = []
-        pool = concurrent.futures.ProcessPoolExecutor(cores, _context(), _start_worker, (os.getpid(),))
+        context = _context()
+        own_core = context.Value("i", 0) if cores <= len(os.sched_getaffinity(0)) else None
+        pool = concurrent.futures.ProcessPoolExecutor(cores, context, _start_worker, (os.getpid(), own_core))
         try:
             for job, future in _finished(jobs, pool, 3 * cores):
                 if isinstance(future.exception(), concurrent.futures.BrokenExecutor):
@@ -346,7 +348,8 @@ def _context():
     return multiprocessing.get_context("fork")
 
 
-def _start_worker(parent):
+def _start_worker(parent, own_core=None):
+    """own_core counts the workers that have taken a core: the threads of two jobs never meet on one."""
     import ctypes
     import signal
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C: the parent ends its workers
@@ -354,6 +357,11 @@ def _start_worker(parent):
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG: a killed parent leaves no worker
     if os.getppid() != parent:
         os._exit(1)
+    if own_core is not None:
+        with own_core:
+            core = sorted(os.sched_getaffinity(0))[own_core.value]
+            own_core.value += 1
+        os.sched_setaffinity(0, [core])
 
 
 def _columns(rows):
