@@ -299,6 +299,8 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
       parameters.on_progress({.probes = probes.readings(),
                               .wall = now - loop_start,
                               .simulated = simulated_in(counted, model.parameters().tick),
+                              .known = std::min(probes.newest() - report.start,
+                                                parameters.duration.value_or(nanoseconds::max())),
                               .counters = counted,
                               .wake_up = statistics.wake_up.snapshot(),
                               .tick = statistics.tick.snapshot()});

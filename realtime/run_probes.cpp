@@ -56,6 +56,18 @@ RunProbes::Route::Route(Device& the_device, std::size_t the_output,
 
 const ProbeInfo& RunProbes::Route::info() const noexcept { return device->probe->info_of(output); }
 
+std::size_t RunProbes::queue_bytes(const ProbeInfo& probe) {
+  return queue_capacity(probe) * sizeof(ProbeSample);
+}
+
+nanoseconds RunProbes::newest() const noexcept {
+  std::int64_t newest_ns = 0;
+  for (const auto& route : routes_) {
+    newest_ns = std::max(newest_ns, route->channel.newest_ns.load(std::memory_order_relaxed));
+  }
+  return nanoseconds{newest_ns};
+}
+
 void RunProbes::add(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs) {
   Device& added = *devices_.emplace_back(std::make_unique<Device>());
   added.probe = std::move(device);

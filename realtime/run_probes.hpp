@@ -29,6 +29,9 @@ class RunProbes {
   /// Makes the feeds of the next probe, each with room for `capacity` samples.
   using MakeFeeds = std::function<std::vector<Feed<DeliveredSample>*>(std::size_t capacity)>;
 
+  /// The memory of the queue of a probe, in bytes.
+  [[nodiscard]] static std::size_t queue_bytes(const ProbeInfo& probe);
+
   /// Adds a device. \param inputs  one for each of its outputs
   void add(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs);
 
@@ -39,6 +42,8 @@ class RunProbes {
   [[nodiscard]] Probe& device_of(std::size_t probe) const {
     return *routes_.at(probe)->device->probe;
   }
+  /// The time of the newest sample of all probes. Thread: any, after the start.
+  [[nodiscard]] std::chrono::nanoseconds newest() const noexcept;
   /// The output of its device that feeds a probe.
   [[nodiscard]] std::size_t output_of(std::size_t probe) const { return routes_.at(probe)->output; }
   /// Whether a probe is the first one that its device feeds.

@@ -94,6 +94,7 @@ struct RunProgress {
   std::vector<OfProbe> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began
   std::chrono::nanoseconds simulated{0};
+  std::chrono::nanoseconds known{0};  ///< to simulate: up to the newest sample or the duration
   RunCounters counters;
   LatencyHistogram::Snapshot wake_up;
   LatencyHistogram::Snapshot tick;

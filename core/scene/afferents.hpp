@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
 #include "core/neurons/connor_stevens/rate_current_table.hpp"
+#include "core/neurons/hodgkin_huxley/resting_states.hpp"
 #include "core/neurons/neuron_group.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/realtime_tag.hpp"
@@ -14,6 +16,19 @@
 #include "core/scene/model_parameters.hpp"
 
 namespace merkel {
+
+/// What the afferents of all patches of a model have in common; each member is null for other kinds
+/// of neurons.
+struct AfferentTables {
+  std::shared_ptr<const RateCurrentTable> rate_current;  ///< Connor-Stevens: inverse f–I curve
+  std::shared_ptr<const ConnorStevensGroup::Rest> rest;  ///< Connor-Stevens
+  std::shared_ptr<const RestingStates> resting_states;   ///< Hodgkin-Huxley, if frozen at rest
+};
+
+/// Computes them. Fails if the neuron never fires steadily. Real-time: no; Connor-Stevens neurons
+/// are simulated for several seconds at many currents.
+[[nodiscard]] Expected<AfferentTables, ParameterError> afferent_tables_of(
+    const ModelParameters& parameters);
 
 /// The afferents of one patch: a group of neurons and, if energy density drives them, a preceding
 /// stage of adaptation. Real-time: yes, after construction.
@@ -30,12 +45,14 @@ class Afferents {
 
   /// The afferents of a patch of a model.
   /// \param neurons  in the patch
-  /// \param table  from rate_current_table_of()
+  /// \param tables  from afferent_tables_of() with these parameters
   /// \param first_neuron  number of the patch's first neuron in the model
   /// Real-time: no.
-  [[nodiscard]] static Expected<Afferents, ParameterError> create(
-      const ModelParameters& parameters, std::size_t patch, std::size_t neurons,
-      const std::shared_ptr<const RateCurrentTable>& table, std::uint32_t first_neuron = 1);
+  [[nodiscard]] static Expected<Afferents, ParameterError> create(const ModelParameters& parameters,
+                                                                  std::size_t patch,
+                                                                  std::size_t neurons,
+                                                                  const AfferentTables& tables,
+                                                                  std::uint32_t first_neuron = 1);
 
   Afferents(std::unique_ptr<NeuronGroup> neurons, const std::optional<AdaptationStage>& stage);
 
@@ -73,10 +90,5 @@ class Afferents {
   std::vector<double> drive_Hz_;
   std::vector<double> begin_, end_;  ///< neuron input after a stage of adaptation
 };
-
-/// The inverse f–I curve of a model's Connor-Stevens neurons; null for other neurons. Fails if the
-/// neuron never fires steadily. Real-time: no; it simulates several seconds at each current.
-[[nodiscard]] Expected<std::shared_ptr<const RateCurrentTable>, ParameterError>
-rate_current_table_of(const ModelParameters& parameters);
 
 }  // namespace merkel

@@ -55,11 +55,12 @@ Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel
   return layouts;
 }
 
-Expected<TactilePatch, ParameterError> make_patch(
-    const TactileModel::Parameters& p, std::size_t index, const PatchLayout& layout,
-    const std::shared_ptr<const RateCurrentTable>& table, std::uint32_t first_neuron) {
+Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters& p,
+                                                  std::size_t index, const PatchLayout& layout,
+                                                  const AfferentTables& tables,
+                                                  std::uint32_t first_neuron) {
   const std::size_t neurons = layout.afferents.size();
-  auto afferents = Afferents::create(p, index, neurons, table, first_neuron);
+  auto afferents = Afferents::create(p, index, neurons, tables, first_neuron);
   if (!afferents) return Unexpected<ParameterError>(afferents.error());
   return TactilePatch(layout,
                       {.skin = p.skin,
@@ -79,12 +80,12 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   }
   const auto layouts = layouts_of(parameters);
   if (!layouts) return Unexpected<ParameterError>(layouts.error());
-  const auto table = rate_current_table_of(parameters);
-  if (!table) return Unexpected<ParameterError>(table.error());
+  const auto tables = afferent_tables_of(parameters);
+  if (!tables) return Unexpected<ParameterError>(tables.error());
   std::vector<TactilePatch> patches;
   std::uint32_t first_neuron = 1;
   for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
-    auto patch = make_patch(parameters, i, (*layouts)[i], *table, first_neuron);
+    auto patch = make_patch(parameters, i, (*layouts)[i], *tables, first_neuron);
     if (!patch) return Unexpected<ParameterError>(patch.error());
     first_neuron += static_cast<std::uint32_t>(patch->neurons());
     patches.push_back(std::move(*patch));
@@ -102,20 +103,23 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       resets_(neurons()) {
   const auto layer = TipContact::layer_field(parameters.indenters, parameters.skin);
   for (const Indenter& indenter : parameters.indenters) {
-    // Equal tips share their tables.
-    std::shared_ptr<const TipField> field;
-    for (std::size_t i = 0; i < tips_.size() && !field; ++i) {
-      if (indenter.same_tip(parameters.indenters[i])) field = tips_[i].shared_field();
-    }
-    tips_.emplace_back(indenter, parameters.skin, layer, std::move(field));
-    if (parameters.energy_driven()) {
+    // Equal tips share their tables, and their reach if as many press on the patch.
+    const auto own = parameters.indenters.begin() + static_cast<std::ptrdiff_t>(tips_.size());
+    const auto same = std::find_if(parameters.indenters.begin(), own,
+                                   [&](const Indenter& other) { return indenter.same_tip(other); });
+    const auto index = static_cast<std::size_t>(same - parameters.indenters.begin());
+    tips_.emplace_back(indenter, parameters.skin, layer,
+                       same == own ? nullptr : tips_[index].shared_field());
+    const std::size_t tips = indenters_on(indenter.patch, parameters);
+    if (same != own && tips == indenters_on(same->patch, parameters)) {
+      reach_of_tip_.push_back(reach_of_tip_[index]);
+    } else if (parameters.energy_driven()) {
       reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.accuracy.cull_tolerance,
-                                 indenters_on(indenter.patch, parameters));
-      continue;
+                                 tips);
+    } else {
+      reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.transduction,
+                                 parameters.accuracy.cull_tolerance, tips);
     }
-    reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.transduction,
-                               parameters.accuracy.cull_tolerance,
-                               indenters_on(indenter.patch, parameters));
   }
   for (auto& touching : touching_) touching.reserve(tips_.size());
   deepest_.resize(tips_.size());

@@ -27,6 +27,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
+#ifdef MERKEL_SANITIZED
+constexpr int kSlowdown = 10;
+#else
+constexpr int kSlowdown = 1;
+#endif
+
 /// Whether a terminal would obey something in a text: a control character but line ends and tabs.
 bool controls(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) {
@@ -234,6 +240,51 @@ TEST(Attack, AServerThatHangsUpAtOnceIsCountedAndItsNoticesAreFew) {
   EXPECT_GE(summary["probes"][0]["device"]["outages"], 3);
   EXPECT_GT(summary["probes"][0]["used"], 50);
   EXPECT_LT(std::count(run.err.begin(), run.err.end(), '\n'), 40) << run.err;
+}
+
+TEST(Attack, FourThousandPatchesRunAndTwoHundredArePlannedWithinSeconds) {
+  const TemporaryFolder folder;
+  const auto patches = [&](int count) {
+    std::string text = "preset = \"paper\"\n";
+    for (int i = 0; i < count; ++i) text += "[[receptors]]\n";
+    return folder.file(std::to_string(count) + ".toml", text);
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(run_program({"run", patches(4096), "--fast", "--duration-s", "0.01"}).exit_code, 0);
+  EXPECT_EQ(run_program({"plan", patches(200)}).exit_code, 0);
+  // 3 s on an idle machine; minutes where each patch computes its own tables.
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{kSlowdown * 30});
+}
+
+TEST(Attack, AGapOfDaysIsReportedAtOnceAndWithItsCost) {
+  const TemporaryFolder folder;
+  const std::string trace = folder.file("gap.csv", "time_s,depth_mm\n0,0\n1000000,1\n");
+  StartedProgram program({"run", "--fast", "--probe", "replay:" + trace});
+  std::this_thread::sleep_for(milliseconds{6500});
+  program.send(SIGINT);
+  const ProgramRun run = program.finish();
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has(run.err, "all of this time is simulated")) << run.err;
+  EXPECT_TRUE(has(run.err, "of at least 1000000 s in ")) << run.err;
+  EXPECT_TRUE(has(run.err, "s more; an interrupt")) << run.err;
+}
+
+TEST(Attack, ManyProbesAreReportedOrRefusedWithTheirCost) {
+  const TemporaryFolder folder;
+  const auto probes = [&](int count, const std::string& uri) {
+    std::string text = "preset = \"paper\"\n";
+    for (int i = 0; i < count; ++i) text += "[[probe]]\nuri = \"" + uri + "\"\n";
+    return folder.file(std::to_string(count) + ".toml", text);
+  };
+  const ProgramRun many =
+      run_program({"run", probes(300, "sim:ramp"), "--fast", "--duration-s", "0.01"});
+  EXPECT_EQ(many.exit_code, 0) << many.err;
+  EXPECT_TRUE(has(many.err, "300 probes on 300 devices take 300 threads and 0.4 GB")) << many.err;
+  // Each has a queue of four seconds: 1.3 MB at 1 kHz, 131 MB at 100 kHz.
+  const ProgramRun too_many = run_program(
+      {"run", probes(9000, "sim:ramp?rate_hz=100000"), "--fast", "--duration-s", "0.01"});
+  EXPECT_EQ(too_many.exit_code, 3) << too_many.err;
+  EXPECT_TRUE(has(too_many.err, "use fewer probes or a lower rate")) << too_many.err;
 }
 
 }  // namespace

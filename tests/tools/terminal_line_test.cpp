@@ -2,13 +2,16 @@
 #include "tools/run/terminal_line.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <regex>
 #include <sstream>
+#include <thread>
 
 #include <gtest/gtest.h>
 
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/tools/terminal.hpp"
+#include "tools/run/long_work.hpp"
 #include "tools/run/status_line.hpp"
 
 namespace merkel {
@@ -143,6 +146,37 @@ TEST(Terminal, CalibrateRefusesAPointThatMoves) {
   EXPECT_NE(ended.err.find("drifted"), std::string::npos) << ended.err;
   EXPECT_NE(ended.err.find("keep the load constant"), std::string::npos) << ended.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("c.toml")));
+}
+
+TEST(LongWork, IsReportedOnceWhileItLasts) {
+  testing::internal::CaptureStderr();
+  {
+    const LongWork work("still at work", std::chrono::milliseconds{10});
+    std::this_thread::sleep_for(std::chrono::milliseconds{500});
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "merkel: still at work\n");
+  testing::internal::CaptureStderr();
+  { const LongWork work("still at work", std::chrono::hours{1}); }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(LongRun, IsReportedAtDoublingTimesWithWhatIsLeft) {
+  using std::chrono::seconds;
+  LongRun run;
+  const auto said = [&](seconds wall, seconds simulated, seconds known) {
+    testing::internal::CaptureStderr();
+    run.report({.wall = wall, .simulated = simulated, .known = known});
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(said(seconds{4}, seconds{100}, seconds{100}), "");
+  EXPECT_EQ(
+      said(seconds{5}, seconds{200}, seconds{1000}),
+      "merkel: simulated 200 s of at least 1000 s in 5 s: about 20 s more; an interrupt (Ctrl-C) "
+      "ends the run and keeps its output\n");
+  EXPECT_EQ(said(seconds{9}, seconds{300}, seconds{1000}), "");
+  EXPECT_EQ(
+      said(seconds{10}, seconds{400}, seconds{404}),
+      "merkel: simulated 400 s in 10 s; an interrupt (Ctrl-C) ends the run and keeps its output\n");
 }
 
 }  // namespace

@@ -41,6 +41,9 @@ void add_completion_command(CommandLine& program);
 /// scene_named() for a command: prints the scene's notice to stderr.
 [[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);
 
+/// "20 patches and 3 probes".
+[[nodiscard]] std::string contents_of(const Scene& scene);
+
 /// The value of an option --jobs; by default, the number of cores that the program may use.
 [[nodiscard]] std::size_t jobs_or_cores(const std::optional<double>& jobs);
 

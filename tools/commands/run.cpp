@@ -1,12 +1,8 @@
 #include <algorithm>
-#include <cmath>
-#include <condition_variable>
 #include <cstdio>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -18,8 +14,8 @@
 #include "drivers/sinks/recording_switch.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/number_text.hpp"
 #include "tools/run/crash_report.hpp"
+#include "tools/run/long_work.hpp"
 #include "tools/run/run_summary.hpp"
 #include "tools/run/service_notice.hpp"
 #include "tools/run/status_line.hpp"
@@ -62,42 +58,6 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   if (options.seed) scene->set_seed(*options.seed);
   return scene;
 }
-
-/// Says after 3 s what takes so long, unless it is over by then.
-class LongSetUp {
- public:
-  explicit LongSetUp(const Scene& scene)
-      : thread_([sentence = "still setting up " +
-                            number_text(static_cast<double>(scene.model.patches.size())) +
-                            " patches" + " and " + counted(scene.probes.size(), "probe") +
-                            ": the time grows with their number"](const std::stop_token& stop) {
-          std::mutex mutex;
-          std::unique_lock lock(mutex);
-          std::condition_variable_any changed;
-          const auto over = [] { return false; };
-          changed.wait_for(lock, stop, std::chrono::seconds{3}, over);
-          if (!stop.stop_requested()) warn(sentence);
-        }) {}
-
- private:
-  std::jthread thread_;
-};
-
-/// Reports a long fast run where no status line shows it: after 5 s, 10 s, 20 s, ….
-class LongRun {
- public:
-  void report(const RunProgress& progress) {
-    if (progress.wall < next_) return;
-    next_ *= 2;
-    const double wall_s = units::s_from(progress.wall);
-    const double simulated_s = units::s_from(progress.simulated);
-    warn("simulated " + number_text(simulated_s) + " s in " + number_text(std::round(wall_s)) +
-         " s; an interrupt (Ctrl-C) ends the run and keeps its output");
-  }
-
- private:
-  std::chrono::nanoseconds next_ = std::chrono::seconds{5};
-};
 
 /// Prints what happens while the pipeline runs, and reports progress to the service manager.
 void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Parameters& parameters) {
@@ -166,11 +126,13 @@ int run(const RunOptions& options) {
     plan = std::move(*made);
   }
   auto prepared = [&] {
-    const LongSetUp notice(*scene);
+    const LongWork notice("still setting up " + contents_of(*scene) +
+                          ": the time grows with the number of different tips, of receptors and "
+                          "of patches");
     return prepare_run(std::move(*scene), {.fast = options.fast});
   }();
   if (!prepared) return refuse(prepared.error());
-  if (!prepared->notice.empty()) warn("note: " + prepared->notice);
+  for (const std::string& notice : prepared->notices) warn("note: " + notice);
   const TactileModel& model = *prepared->model;
   Pipeline::Parameters& parameters = prepared->parameters;
   if (options.duration_s) parameters.duration = units::nanoseconds_from_s(*options.duration_s);

@@ -1,11 +1,16 @@
 #include "tools/scene/prepared_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include <unistd.h>
+
+#include "core/parameters/parameter_error.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/probe_channels.hpp"
+#include "realtime/run_probes.hpp"
 #include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -64,6 +69,29 @@ Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene&
     devices[k].probe = std::move(*probe);
   }
   return devices;
+}
+
+/// Refuses probes for which the machine has no memory, and reports the cost of many. Each device
+/// has a thread, and each probe a queue of samples.
+Expected<std::string, SetupError> cost_of(std::size_t devices,
+                                          const std::vector<ProbeInfo>& probes) {
+  constexpr std::size_t kMany = 256;  ///< threads
+  std::size_t bytes = 0;
+  for (const ProbeInfo& probe : probes) bytes += RunProbes::queue_bytes(probe);
+  const auto pages = static_cast<std::size_t>(std::max(::sysconf(_SC_PHYS_PAGES), 0L));
+  const std::size_t memory = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const auto in_GB = [](std::size_t size) {
+    return shortest_decimal(std::round(static_cast<double>(size) * 1e-8) / 10.0) + " GB";
+  };
+  const std::string cost = std::to_string(probes.size()) + " probes on " + std::to_string(devices) +
+                           " devices take " + std::to_string(devices) + " threads and " +
+                           in_GB(bytes) + " for their samples";
+  if (bytes > memory / 2) {
+    return unavailable(cost + ", but this machine has " + in_GB(memory) +
+                       " of memory: use fewer probes or a lower rate");
+  }
+  if (devices < kMany) return std::string();
+  return cost + "; channels of one device ([[device]]) share its thread";
 }
 
 }  // namespace
@@ -146,7 +174,9 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
   PreparedRun run;
-  run.notice = leave_one_core(scene.loop);
+  if (auto notice = leave_one_core(scene.loop); !notice.empty()) {
+    run.notices.push_back(std::move(notice));
+  }
   for (std::size_t i = 0; i < preparation.probes.size(); ++i) {
     run.devices.push_back({.probe = std::move(preparation.probes[i]), .feeds = {i}});
   }
@@ -164,6 +194,9 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
     }
     device.probe = std::make_unique<LimitedProbe>(std::move(device.probe), std::move(limits));
   }
+  auto cost = cost_of(run.devices.size(), infos);
+  if (!cost) return Unexpected<SetupError>(cost.error());
+  if (!cost->empty()) run.notices.push_back(std::move(*cost));
   auto simulation = make_simulation(
       scene, infos, preparation.fast ? RealtimeSettings{.fifo = false} : scene.loop.realtime,
       preparation.models);

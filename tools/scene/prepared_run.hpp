@@ -72,10 +72,10 @@ struct PreparedRun : Simulation {
     std::unique_ptr<Probe> probe;
     std::vector<std::size_t> feeds;
   };
-  std::vector<Device> devices;      ///< each indenter is fed by one
-  Pipeline::Parameters parameters;  ///< the caller adds callbacks
-  RunDescription description;       ///< for sinks
-  std::string notice;               ///< for the user; empty: none
+  std::vector<Device> devices;       ///< each indenter is fed by one
+  Pipeline::Parameters parameters;   ///< the caller adds callbacks
+  RunDescription description;        ///< for sinks
+  std::vector<std::string> notices;  ///< for the user
 
   /// Moves the devices into a pipeline. Call once.
   void add_probes_to(Pipeline& pipeline);

@@ -9,6 +9,8 @@
 namespace merkel {
 namespace {
 
+constexpr double kFirstV_mV = -68.0;  ///< from which a neuron settles to rest
+
 /// Ignores the spikes while the neuron settles to rest.
 class SilentObserver final : public StepObserver {
  public:
@@ -24,28 +26,36 @@ ConnorStevensGroup::ConnorStevensGroup(const Parameters& parameters, std::size_t
       holding_current_(parameters.holding_current_uA_per_cm2),
       full_noise_current_(parameters.full_noise_current_uA_per_cm2),
       resting_(blocks_of(neurons)),
-      gate_table_(units::ms_from(parameters.step)),
       V_(whole_blocks(neurons)),
       input_(neurons),
-      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)) {
+      noise_key_(noise_keys(parameters.neuron.noise.seed, neurons)),
+      rest_(parameters.rest ? parameters.rest : rest_of(parameters)) {
   assert(parameters.neuron.check());
   for (AlignedArray<double>& gate : gates_) gate = AlignedArray<double>(whole_blocks(neurons));
-  const ConnorStevens::Gates gates = ConnorStevens::kinetics(resting_V_mV_).steady;
-  const double steady[] = {gates.m, gates.h, gates.n, gates.a, gates.b};
-  std::copy(std::begin(steady), std::end(steady), resting_gates_);
   reset();
-  // The resting state is that of one neuron after one second without noise.
-  input_.begin[0] = parameters.holding_current_uA_per_cm2;
+}
+
+std::shared_ptr<const ConnorStevensGroup::Rest> ConnorStevensGroup::rest_of(
+    const Parameters& parameters) {
+  const ConnorStevens::Gates steady = ConnorStevens::kinetics(kFirstV_mV).steady;
+  const auto rest =
+      std::make_shared<Rest>(Rest{.gate_table = GateTable(units::ms_from(parameters.step)),
+                                  .V_mV = kFirstV_mV,
+                                  .gates = {steady.m, steady.h, steady.n, steady.a, steady.b}});
+  Parameters one = parameters;
+  one.rest = rest;
+  ConnorStevensGroup neuron(one, 1);
+  neuron.input_.begin[0] = parameters.holding_current_uA_per_cm2;
   SilentObserver observer;
   ConnorStevensArguments settle =
-      arguments({.last = 1,
-                 .steps = static_cast<int>(std::chrono::seconds{1} / parameters.step),
-                 .observer = &observer});
+      neuron.arguments({.last = 1,
+                        .steps = static_cast<int>(std::chrono::seconds{1} / parameters.step),
+                        .observer = &observer});
   settle.noise_per_step = 0.0;
   step_connor_stevens(settle);
-  resting_V_mV_ = V_[0];
-  for (std::size_t k = 0; k < GateTable::kGates; ++k) resting_gates_[k] = gates_[k][0];
-  reset();
+  rest->V_mV = neuron.V_[0];
+  for (std::size_t k = 0; k < GateTable::kGates; ++k) rest->gates[k] = neuron.gates_[k][0];
+  return rest;
 }
 
 ConnorStevensArguments ConnorStevensGroup::arguments(const StepCall& part) noexcept {
@@ -63,19 +73,19 @@ ConnorStevensArguments ConnorStevensGroup::arguments(const StepCall& part) noexc
                                                     : 0.0,
                              .least_share = full_noise_current_ > holding_current_ ? 0.0 : 1.0,
                              .neuron = &neuron_,
-                             .gate_table = gate_table_.data(),
-                             .resting_V_mV = resting_V_mV_};
+                             .gate_table = rest_->gate_table.data(),
+                             .resting_V_mV = rest_->V_mV};
   for (std::size_t k = 0; k < GateTable::kGates; ++k) {
     all.gates[k] = gates_[k].data();
-    all.resting_gates[k] = resting_gates_[k];
+    all.resting_gates[k] = rest_->gates[k];
   }
   return all;
 }
 
 void ConnorStevensGroup::set_at_rest() noexcept {
-  std::fill(V_.begin(), V_.end(), resting_V_mV_);
+  std::fill(V_.begin(), V_.end(), rest_->V_mV);
   for (std::size_t k = 0; k < GateTable::kGates; ++k) {
-    std::fill(gates_[k].begin(), gates_[k].end(), resting_gates_[k]);
+    std::fill(gates_[k].begin(), gates_[k].end(), rest_->gates[k]);
   }
 }
 
@@ -96,14 +106,14 @@ bool ConnorStevensGroup::comes_to_rest(std::size_t block) noexcept {
   const std::size_t last = std::min(first + kNeuronBlock, size());
   for (std::size_t i = first; i < last; ++i) {
     if (input_.begin[i] != holding_current_ || input_.change[i] != 0.0) return false;
-    if (!(std::fabs(V_[i] - resting_V_mV_) < 1e-3)) return false;
+    if (!(std::fabs(V_[i] - rest_->V_mV) < 1e-3)) return false;
     for (std::size_t k = 0; k < GateTable::kGates; ++k) {
-      if (!(std::fabs(gates_[k][i] - resting_gates_[k]) < 1e-5)) return false;
+      if (!(std::fabs(gates_[k][i] - rest_->gates[k]) < 1e-5)) return false;
     }
   }
   for (std::size_t i = first; i < last; ++i) {
-    V_[i] = resting_V_mV_;
-    for (std::size_t k = 0; k < GateTable::kGates; ++k) gates_[k][i] = resting_gates_[k];
+    V_[i] = rest_->V_mV;
+    for (std::size_t k = 0; k < GateTable::kGates; ++k) gates_[k][i] = rest_->gates[k];
   }
   return true;
 }

@@ -2,7 +2,9 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <vector>
 
 #include "core/neurons/connor_stevens/connor_stevens.hpp"
 #include "core/neurons/connor_stevens/connor_stevens_kernel.hpp"
@@ -15,6 +17,13 @@ namespace merkel {
 /// rates within 0.3 % of those at 20 µs.
 class ConnorStevensGroup final : public NeuronGroup {
  public:
+  /// The state of a neuron after a second at the holding current without noise, and the table of
+  /// its gates' steps: equal in all groups of equal neurons.
+  struct Rest {
+    GateTable gate_table;
+    double V_mV = 0.0;
+    double gates[GateTable::kGates] = {};
+  };
   struct Parameters {
     ConnorStevens neuron;
     std::chrono::nanoseconds step{50'000};
@@ -22,9 +31,13 @@ class ConnorStevensGroup final : public NeuronGroup {
     /// The noise is full from this current on. If it equals the holding current, the noise is
     /// always full.
     double full_noise_current_uA_per_cm2 = 0.0;
-    std::uint16_t patch = 0;         ///< written into every spike
-    std::uint32_t first_neuron = 1;  ///< number of the first neuron, used in spikes
+    std::uint16_t patch = 0;           ///< written into every spike
+    std::uint32_t first_neuron = 1;    ///< number of the first neuron, used in spikes
+    std::shared_ptr<const Rest> rest;  ///< from rest_of(); null: computed
   };
+
+  /// The rest of the neurons of these parameters. Real-time: no.
+  [[nodiscard]] static std::shared_ptr<const Rest> rest_of(const Parameters& parameters);
 
   /// \param parameters  valid
   /// \param neurons  N ≥ 1
@@ -48,13 +61,11 @@ class ConnorStevensGroup final : public NeuronGroup {
   double holding_current_;
   double full_noise_current_;
   std::vector<std::uint8_t> resting_;  ///< by block
-  GateTable gate_table_;
   AlignedArray<double> V_;
   AlignedArray<double> gates_[GateTable::kGates];
   LinearInput<double> input_;
   AlignedArray<std::uint64_t> noise_key_;
-  double resting_V_mV_ = -68.0;
-  double resting_gates_[GateTable::kGates] = {};
+  std::shared_ptr<const Rest> rest_;
 };
 
 }  // namespace merkel

@@ -30,7 +30,10 @@ HodgkinHuxleyGroup::HodgkinHuxleyGroup(const Parameters& parameters, std::size_t
       arrays_(make_arrays(parameters, neurons, active(network))) {
   assert(!network || network->neurons() == neurons);
   if (parameters.freeze_resting) {
-    quiescence_.emplace(parameters.neuron, neurons, active(network) ? network->columns() : 0);
+    quiescence_.emplace(parameters.resting_states
+                            ? parameters.resting_states
+                            : std::make_shared<const RestingStates>(parameters.neuron),
+                        neurons, active(network) ? network->columns() : 0);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <variant>
@@ -11,6 +12,7 @@
 #include "core/neurons/hodgkin_huxley/integration_method.hpp"
 #include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
 #include "core/neurons/hodgkin_huxley/quiescence.hpp"
+#include "core/neurons/hodgkin_huxley/resting_states.hpp"
 #include "core/neurons/neuron_group.hpp"
 
 namespace merkel {
@@ -32,6 +34,8 @@ class HodgkinHuxleyGroup final : public NeuronGroup {
     std::uint16_t patch = 0;         ///< written into every spike
     std::uint32_t first_neuron = 1;  ///< number of the first neuron, used in spikes
     bool freeze_resting = true;      ///< skip blocks at rest
+    /// Of the neuron, for freeze_resting; null: computed, which takes about 20 ms.
+    std::shared_ptr<const RestingStates> resting_states;
   };
 
   /// \param neurons  N ≥ 1

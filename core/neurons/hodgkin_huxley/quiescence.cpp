@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace merkel {
 
-Quiescence::Quiescence(const HodgkinHuxley& neuron, std::size_t neurons, std::size_t columns)
-    : resting_states_(std::make_shared<RestingStates>(neuron)),
+Quiescence::Quiescence(std::shared_ptr<const RestingStates> resting_states, std::size_t neurons,
+                       std::size_t columns)
+    : resting_states_(std::move(resting_states)),
       neurons_(neurons),
       columns_(columns),
       reach_(blocks_of(columns)),

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
 #include "core/neurons/hodgkin_huxley/resting_states.hpp"
 #include "core/neurons/neuron_arrays.hpp"
 #include "core/realtime_tag.hpp"
@@ -26,8 +25,10 @@ class Quiescence {
   static constexpr double kEpsilon_mV = 1e-3;
   static constexpr double kEpsilonGate = 1e-5;
 
+  /// \param resting_states  of the neuron; shared by all groups of equal neurons
   /// \param columns  of the grid on which neighbours are coupled; 0 without a network
-  Quiescence(const HodgkinHuxley& neuron, std::size_t neurons, std::size_t columns);
+  Quiescence(std::shared_ptr<const RestingStates> resting_states, std::size_t neurons,
+             std::size_t columns);
 
   /// Marks all blocks as awake.
   void wake() noexcept;

@@ -85,7 +85,7 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
     const std::lock_guard lock(mutex_);
     notices_.push_back(sentence);
   };
-  if (!run_->notice.empty()) notice(run_->notice);
+  for (const std::string& sentence : run_->notices) notice(sentence);
   run_->parameters.on_notice = run_->parameters.on_missing_right = notice;
   run_->parameters.on_sink_failure = [notice](const std::string& uri, const std::string& error) {
     notice("the sink " + uri + " was closed and the run continues: " + error);

@@ -104,7 +104,7 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   const py::gil_scoped_release no_gil;
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
   PreparedRun run = or_throw(prepare_run(std::move(scene), std::move(preparation)));
-  if (!run.notice.empty()) result.notices.push_back(run.notice);
+  result.notices = run.notices;
   if (const auto duration = duration_of(options.duration_s)) run.parameters.duration = duration;
   run.parameters.on_notice = [&](const std::string& notice) { result.notices.push_back(notice); };
   bool interrupted = false;

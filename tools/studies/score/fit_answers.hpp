@@ -50,7 +50,7 @@ class FitAnswers {
   const std::vector<FitTrace>& traces_;
   std::size_t trials_;
   std::size_t threads_;
-  std::map<std::chrono::nanoseconds, std::shared_ptr<const RateCurrentTable>> tables_;  ///< by step
+  std::map<std::chrono::nanoseconds, AfferentTables> tables_;  ///< by step
   int evaluations_ = 0;
 };
 
