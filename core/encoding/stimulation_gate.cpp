@@ -50,6 +50,13 @@ std::span<const StimulationCommand> StimulationGate::pass(
   return leaving_;
 }
 
+void StimulationGate::jump() noexcept {
+  update_commands_.clear();
+  last_time_ = Time::min();
+  needs_update_ = true;
+  ended_ = false;
+}
+
 /// Finds the electrodes whose commands rest on nothing new, and switches them off.
 void StimulationGate::watch(const Moment& moment) {
   const bool resumes = last_call_ && moment.now - *last_call_ > watchdog_;

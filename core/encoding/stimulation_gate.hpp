@@ -54,6 +54,10 @@ class StimulationGate {
   std::span<const StimulationCommand> pass(std::span<const StimulationCommand> commands,
                                            const Moment& moment);
 
+  /// Time jumps, as when a recording is played from elsewhere: earlier commands may follow. Switch
+  /// the electrodes off before.
+  void jump() noexcept;
+
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 
  private:

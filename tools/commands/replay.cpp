@@ -90,9 +90,9 @@ std::string json_of(const SessionReader& session, const SessionReplay::Verdict& 
 }
 
 /// Plays the recording to the sinks at its own speed, without simulating it.
-int play(const ReplayOptions& options, const TactileModel& model, const SessionNumbering& numbering,
+int play(const ReplayOptions& options, const Scene& scene, const SessionNumbering& numbering,
          SinkSetup setup, const RunOrigin& origin) {
-  const auto extent = SessionPlayback::measure(options.session, model.parameters().tick);
+  const auto extent = SessionPlayback::measure(options.session, scene.model.tick);
   if (!extent) return refuse(extent.error());
   const auto position = std::make_shared<SessionPosition>();
   position->start = extent->start;
@@ -121,7 +121,7 @@ int play(const ReplayOptions& options, const TactileModel& model, const SessionN
                page ? "; seek with the slider on the page, end with Ctrl-C" : "");
   std::atomic<bool> stopped{false};
   const StopSignal stop(stopped);
-  SessionPlayback playback(options.session, *extent, numbering, *position, sinks);
+  SessionPlayback playback(options.session, *extent, numbering, scene, *position, sinks);
   const auto played = playback.play(
       extent->start + units::nanoseconds_from_s(options.from_s.value_or(0.0)), page, stopped);
   for (const auto& sink : sinks) {
@@ -164,7 +164,7 @@ int replay(const ReplayOptions& options) {
                         .inputs = {options.session}};
   const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
-  if (options.realtime) return play(options, *model, numbering, setup, *origin);
+  if (options.realtime) return play(options, *scene, numbering, setup, *origin);
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);

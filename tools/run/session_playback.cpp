@@ -15,6 +15,8 @@ using std::chrono::nanoseconds;
 using HostClock = std::chrono::steady_clock;
 
 constexpr milliseconds kStep{10};
+constexpr milliseconds kCommandStep{1};  ///< with electrodes: as finely as a run sends commands
+constexpr milliseconds kFlushEvery{10};
 constexpr milliseconds kLongestStep{50};  ///< a longer one is a stall of the host
 
 /// Records that are played at their time. Status has none, and frames have that of another clock.
@@ -47,13 +49,22 @@ Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std
 }
 
 SessionPlayback::SessionPlayback(std::string path, const Extent& extent,
-                                 const SessionNumbering& numbering, SessionPosition& position,
+                                 const SessionNumbering& numbering, const Scene& scene,
+                                 SessionPosition& position,
                                  std::span<const std::unique_ptr<SpikeSink>> sinks)
     : path_(std::move(path)),
       extent_(extent),
       numbering_(numbering),
       position_(position),
-      sinks_(sinks) {}
+      sinks_(sinks),
+      gates_(sinks.size()),
+      electrodes_(scene.encoding.electrodes.size()),
+      step_(electrodes_ == 0 ? kStep : kCommandStep) {
+  for (std::size_t i = 0; i < sinks.size(); ++i) {
+    if (electrodes_ == 0 || !sinks[i]->stimulates()) continue;
+    gates_[i].emplace(scene.encoding, scene.model.tick);
+  }
+}
 
 void SessionPlayback::keep(const Expected<void, SinkError>& result) {
   if (!result && failure_.empty()) failure_ = result.error().sentence;
@@ -66,6 +77,9 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   ended_ = false;
   clear_all(waiting_);
   switch_off(StimulationCommand::Stop::kGap);
+  for (auto& gate : gates_) {
+    if (gate) gate->jump();
+  }
   position_.jumps.fetch_add(1);
   // Skips everything before this position.
   while (!ended_ && (waiting_.ticks.empty() || waiting_.ticks.back().time < place)) {
@@ -113,6 +127,22 @@ void SessionPlayback::send(const RecordBatch& batch) {
   for (const auto& sink : sinks_) keep(sink->write(batch));
 }
 
+/// Commands leave through the gate of each sink whose receiver acts on them. It is asked also if
+/// there are none: it is the watchdog.
+void SessionPlayback::send_commands(std::span<const StimulationCommand> commands,
+                                    nanoseconds place) {
+  const nanoseconds now = HostClock::now().time_since_epoch();
+  if (commands.empty() && last_commands_.empty()) return;  // all is off
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    auto leaving = commands;
+    if (gates_[i]) {
+      leaving = gates_[i]->pass(
+          commands, {.now = now, .wall_offset = now - place, .delay = step_, .last_tick = now});
+    }
+    if (!leaving.empty()) keep(sinks_[i]->write({.commands = leaving}));
+  }
+}
+
 /// Whenever there is a gap in the recorded commands, a receiver must not continue
 /// with the last one.
 void SessionPlayback::switch_off(StimulationCommand::Stop stop) {
@@ -123,8 +153,9 @@ void SessionPlayback::switch_off(StimulationCommand::Stop stop) {
     command.stop = stop;
     off.push_back(command);
   }
+  if (last_commands_.empty()) return;
   last_commands_.clear();
-  send({.commands = off});
+  send_commands(off, off.front().time);
 }
 
 void SessionPlayback::send_until(nanoseconds time) {
@@ -138,13 +169,21 @@ void SessionPlayback::send_until(nanoseconds time) {
     }
   });
   for (const StimulationCommand& command : due.commands) {
-    while (last_commands_.size() <= command.electrode) {
-      last_commands_.push_back(command);
-      last_commands_.back().electrode = static_cast<std::uint16_t>(last_commands_.size() - 1);
+    if (command.electrode >= electrodes_) continue;
+    if (last_commands_.empty()) last_commands_.assign(electrodes_, command);
+    for (std::size_t e = 0; e < electrodes_; ++e) {
+      last_commands_[e].electrode = static_cast<std::uint16_t>(e);
+      last_commands_[e].time = command.time;
     }
     last_commands_[command.electrode] = command;
   }
-  send(batch_of(due));
+  RecordBatch batch = batch_of(due);
+  batch.commands = {};
+  send(batch);
+  send_commands(due.commands, std::min(time, extent_.end));
+  const nanoseconds now = HostClock::now().time_since_epoch();
+  if (now < next_flush_) return;
+  next_flush_ = now + kFlushEvery;
   for (const auto& sink : sinks_) keep(sink->flush());
 }
 
@@ -163,15 +202,15 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       last = HostClock::now();
       at_end = false;
       // While paused, read a step at the new position.
-      if (auto read = read_until(place + kStep); !read) return read;
-      send_until(place + kStep);
+      if (auto read = read_until(place + step_); !read) return read;
+      send_until(place + step_);
       continue;
     }
     if (position_.paused) switch_off(StimulationCommand::Stop::kGap);
     if (now - last > kLongestStep) {
       // What a stall missed is not sent at once: the playback goes on from where it was.
       switch_off(StimulationCommand::Stop::kGap);
-      last = now - kStep;
+      last = now - step_;
     }
     if (!position_.paused && place < extent_.end) place += now - last;
     last = now;
@@ -190,7 +229,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
     }
     send_until(place);
     if (!failure_.empty()) return unavailable(failure_);
-    std::this_thread::sleep_until(now + kStep);
+    std::this_thread::sleep_until(now + step_);
   }
   if (place >= extent_.end) {
     // The last update of a run follows its last tick.

@@ -10,10 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "core/encoding/stimulation_gate.hpp"
 #include "core/expected.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/session_position.hpp"
 #include "drivers/spike_sink.hpp"
+#include "tools/scene/scene_file.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel {
@@ -34,9 +36,11 @@ class SessionPlayback {
                                                             std::chrono::nanoseconds tick);
 
   /// \param numbering, sinks  borrowed
+  /// \param scene  of the session: its limits of stimulation hold in wall time, as in a run
   /// \param position  followed and kept up to date
   SessionPlayback(std::string path, const Extent& extent, const SessionNumbering& numbering,
-                  SessionPosition& position, std::span<const std::unique_ptr<SpikeSink>> sinks);
+                  const Scene& scene, SessionPosition& position,
+                  std::span<const std::unique_ptr<SpikeSink>> sinks);
 
   /// Plays from a position to the end, or until `stop`. If `wait_at_end`, then waits there for a
   /// seek or `stop`. Fails if the file cannot be read or a sink fails.
@@ -51,6 +55,7 @@ class SessionPlayback {
   Expected<void, SetupError> read_until(std::chrono::nanoseconds time);
   void keep_from(std::chrono::nanoseconds time);
   void send_until(std::chrono::nanoseconds time);
+  void send_commands(std::span<const StimulationCommand> commands, std::chrono::nanoseconds place);
   void switch_off(StimulationCommand::Stop stop);
   void keep(const Expected<void, SinkError>& result);
   void send(const RecordBatch& batch);
@@ -60,11 +65,15 @@ class SessionPlayback {
   const SessionNumbering& numbering_;
   SessionPosition& position_;
   std::span<const std::unique_ptr<SpikeSink>> sinks_;
+  std::vector<std::optional<StimulationGate>> gates_;  ///< by sink; none for one that only records
+  std::size_t electrodes_;
+  std::chrono::nanoseconds step_;  ///< between two looks at the clock
   std::optional<SessionReader> session_;
   bool ended_ = false;  ///< the whole file is read
   SessionChunk chunk_;
   RecordLists<Waiting> waiting_;
   std::vector<StimulationCommand> last_commands_;  ///< by electrode, since the last switch-off
+  std::chrono::nanoseconds next_flush_{0};         ///< host time
   std::string failure_;
 };
 

@@ -55,14 +55,17 @@ class OneElectrode {
   std::vector<StimulationCommand> passed(nanoseconds now,
                                          const std::vector<StimulationCommand>& commands,
                                          std::optional<nanoseconds> last_tick = {},
-                                         std::optional<nanoseconds> newest = {}) {
+                                         std::optional<nanoseconds> newest = {},
+                                         nanoseconds wall_offset = {}) {
     const nanoseconds newest_sample = newest.value_or(now);
     const auto leaving = gate_.pass(commands, {.now = now,
+                                               .wall_offset = wall_offset,
                                                .delay = milliseconds{3},
                                                .last_tick = last_tick.value_or(now),
                                                .newest = {&newest_sample, 1}});
     return {leaving.begin(), leaving.end()};
   }
+  void jump() { gate_.jump(); }
   [[nodiscard]] const StimulationGate& gate() const { return gate_; }
 
  private:
@@ -105,6 +108,23 @@ TEST(StimulationGate, AnAmplitudeRisesWithTheSlopeInWallTime) {
   EXPECT_DOUBLE_EQ(output.pass(milliseconds{1002}, 80.0)[0].amplitude_uA, 14.0);
   EXPECT_EQ(output.pass(milliseconds{1003}, 5.0)[0].amplitude_uA, 5.0);
   EXPECT_EQ(output.gate().counts().slowed, 3U);
+}
+
+TEST(StimulationGate, AfterAJumpBackCommandsLeaveAndRiseFromZero) {
+  OneElectrode output(1000.0);
+  nanoseconds now{milliseconds{5000}};
+  for (int k = 0; k < 20; ++k) output.pass(now += milliseconds{10}, 50.0);
+  output.passed(now, update_at(now, 0.0, Stop::kGap));
+  // A recording goes on from an earlier place.
+  now += milliseconds{10};
+  const auto played = [&](nanoseconds place) {
+    return output.passed(now, update_at(place, 50.0), {}, {}, now - place);
+  };
+  EXPECT_TRUE(played(milliseconds{700}).empty());
+  output.jump();
+  EXPECT_EQ(played(milliseconds{700})[0].amplitude_uA, 10.0);
+  now += milliseconds{10};
+  EXPECT_EQ(played(milliseconds{710})[0].amplitude_uA, 20.0);
 }
 
 TEST(StimulationGate, SwitchesOffWhenTheLoopHangsAndRisesFromZeroAfterwards) {
