@@ -39,10 +39,13 @@ PressedTip at_one_depth(PressedTip tip, double depth_mm) {
 }  // namespace
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin)
-    : TipField(pressed_tip(indenter, skin), skin, 0) {}
+    : TipField(pressed_tip(indenter, skin), skin, std::size_t{0}) {}
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm)
-    : TipField(at_one_depth(pressed_tip(indenter, skin), depth_mm), skin, 1) {}
+    : TipField(pressed_tip(indenter, skin), skin, depth_mm) {}
+
+TipField::TipField(PressedTip tip, const SkinParameters& skin, double depth_mm)
+    : TipField(at_one_depth(std::move(tip), depth_mm), skin, std::size_t{1}) {}
 
 TipField::TipField(const PressedTip& tip, const SkinParameters& skin, std::size_t count)
     : skin_(skin),

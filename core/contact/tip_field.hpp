@@ -25,6 +25,7 @@ class TipField {
   TipField(const Indenter& indenter, const SkinParameters& skin);
   /// For one depth only.
   TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm);
+  TipField(PressedTip tip, const SkinParameters& skin, double depth_mm);
 
   struct Values {
     CartesianStress stress;     ///< kPa

@@ -20,7 +20,7 @@ std::string spheres(const std::string& fields) {
 
 TEST(Recordings, ThePublishedOnesAreAllThere) {
   const Recordings recordings = published_recordings();
-  ASSERT_EQ(recordings.sets.size(), 6U);
+  ASSERT_EQ(recordings.sets.size(), 7U);
   const DataSet& light = recordings.sets[0];
   EXPECT_EQ(light.name, "curvature × force, 0.098 N");
   ASSERT_EQ(light.points.size(), 7U);
@@ -38,7 +38,18 @@ TEST(Recordings, ThePublishedOnesAreAllThere) {
   const Stimulus& hold = recordings.sets[4].points[0].stimulus;
   EXPECT_EQ(hold.decline_over_s, 12.0);
   EXPECT_NEAR(hold.ramp_s, 0.65 / 0.4, 1e-12);
-  EXPECT_EQ(recordings.field_areas.size(), 5U);
+  const DataSet& force_hold = recordings.sets[6];
+  EXPECT_EQ(force_hold.name, "fall of rate from 1 to 4 s of hold");
+  EXPECT_EQ(force_hold.x_name, "force_N");
+  EXPECT_FALSE(force_hold.fit);
+  EXPECT_NEAR(force_hold.points[0].stimulus.level, 147.0, 1e-9);
+  EXPECT_EQ(force_hold.points[0].stimulus.decline_from_s, 1.0);
+  ASSERT_EQ(recordings.field_areas.size(), 1U);
+  EXPECT_EQ(recordings.field_areas[0].points.size(), 5U);
+  EXPECT_EQ(recordings.field_areas[0].array.pins, 73U);
+  ASSERT_EQ(recordings.surrounds.size(), 2U);
+  EXPECT_EQ(recordings.surrounds[1].array.background_mm, 3.0);
+  EXPECT_EQ(recordings.surrounds[1].points[1].pins, 7U);
   EXPECT_EQ(recordings.most_trial_sd, 1.0);
   EXPECT_EQ(recordings.time_constants_ms.size(), 3U);
   EXPECT_EQ(recordings.intervals.size(), 3U);

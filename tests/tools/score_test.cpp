@@ -13,6 +13,7 @@
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/score/fit.hpp"
+#include "tools/studies/score/pin_array.hpp"
 #include "tools/studies/score/trials.hpp"
 
 namespace merkel {
@@ -23,7 +24,7 @@ TEST(Score, GoodwinMatchesTheRecordings) {
   const Recordings recordings = published_recordings();
   const auto scores = score_sets(preset_scene("goodwin")->model, recordings.sets, 10, {});
   ASSERT_TRUE(scores);
-  ASSERT_EQ(scores->size(), 6U);
+  ASSERT_EQ(scores->size(), 7U);
   EXPECT_LT((*scores)[0].rmse, 5.0);
   EXPECT_LT((*scores)[1].rmse, 5.0);
   EXPECT_LT((*scores)[2].rmse, 4.3);
@@ -31,6 +32,8 @@ TEST(Score, GoodwinMatchesTheRecordings) {
   EXPECT_NEAR((*scores)[4].predicted[0], 0.38, 0.04);
   EXPECT_NEAR((*scores)[5].predicted[0], 0.36, 0.06);  // not fitted
   EXPECT_FALSE(fitted_to(recordings.sets[5]));
+  // A known error: recorded rates have reached their asymptote after a second.
+  EXPECT_NEAR((*scores)[6].predicted[0], 0.2, 0.05);
   EXPECT_GT((*scores)[0].r2, 0.95);
   for (const double sd : (*scores)[1].count_sd) EXPECT_LT(sd, 1.0);
 }
@@ -92,19 +95,42 @@ TEST(Score, ExplainedVarianceRevealsAWrongGain) {
 TEST(Score, ReceptiveFieldsNeedTheArrayAroundThePin) {
   const auto scene = preset_scene("goodwin")->model;
   const Recordings recordings = published_recordings();
-  for (const Recordings::FieldArea& area : recordings.field_areas) {
-    EXPECT_NEAR(*field_area_mm2(scene, area, 10), area.area_mm2, 2.3) << area.depth_mm;
+  const Recordings::FieldAreas& areas = recordings.field_areas.at(0);
+  const auto found = field_areas(scene, areas, 10, 2);
+  ASSERT_TRUE(found);
+  for (std::size_t i = 0; i < areas.points.size(); ++i) {
+    EXPECT_NEAR((*found)[i].area_mm2, areas.points[i].area_mm2, 2.5) << areas.points[i].depth_mm;
+    EXPECT_LT((*found)[i].area_mm2, areas.points[i].area_mm2) << areas.points[i].depth_mm;
   }
-  EXPECT_EQ(*field_area_mm2(scene, {.depth_mm = 0.05}, 10), 0.0);
+  const auto bare = field_areas(scene, {.array = {.pins = 1}, .points = {{0.05, 5.3}}}, 10, 1);
+  EXPECT_EQ((*bare)[0].area_mm2, 0.0);
 }
 
-// A known error of the model: recorded afferents fire 0.20 times as much under seven pins as under
-// one.
-TEST(Score, SevenPinsAreSuppressedLessThanRecorded) {
+// Recorded afferents respond to seven raised pins 0.20 times as much as to one. Wide receptive
+// fields sum the pins; small ones at a smaller depth see the pressure even out below them.
+TEST(Score, OnlySmallReceptiveFieldsAreSuppressedByNeighbouringPins) {
+  auto scene = preset_scene("goodwin")->model;
+  const Recordings recordings = published_recordings();
+  ASSERT_EQ(recordings.surrounds.size(), 2U);
+  const auto seven = [&](std::size_t background) {
+    const auto ratios = surround_ratios(scene, recordings.surrounds[background], 10, 2);
+    return ratios->at(1);
+  };
+  EXPECT_NEAR(seven(0), 2.75, 0.25);
+  scene.skin.receptor_depth_mm = 0.5;
+  scene.patches.front().field.radius_mm = 0.5;
+  EXPECT_NEAR(seven(0), 0.39, 0.05);
+  EXPECT_NEAR(seven(1), seven(0), 0.05);
+}
+
+// Raising all pins is lowering the array: the contact is that of the deeper background.
+TEST(Score, AnArrayWithAllPinsRaisedIsADeeperArray) {
   const auto scene = preset_scene("goodwin")->model;
-  const auto ratio = surround_ratio(scene, published_recordings().surrounds.at(0), 10);
-  ASSERT_TRUE(ratio);
-  EXPECT_NEAR(*ratio, 0.6, 0.1);
+  const PinArray shallow{.pins = 7, .background_mm = 1.0};
+  const PinArray deep{.pins = 7, .background_mm = 1.25};
+  const auto raised = PinArrayTrials::create(scene, shallow, 1)->field({7, 0.25});
+  const auto lowered = PinArrayTrials::create(scene, deep, 1)->field({0, 0.0});
+  EXPECT_NEAR(raised.force_mN(1.25) / lowered.force_mN(1.25), 1.0, 1e-4);
 }
 
 TEST(Fit, LeavesOutWhatIsKeptForACheck) {

@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include "drivers/files/csv_text.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/report.hpp"
@@ -66,14 +67,16 @@ std::string table_of_sets(const std::vector<SetScore>& scores, Sets sets) {
   return text;
 }
 
+const char* unit_of_level(const DataSet& holds) { return holds.x_name == "force_N" ? "N" : "mm"; }
+
 std::string declines(const std::vector<SetScore>& scores, Sets sets) {
   std::string text;
   for (const SetScore& score : scores) {
     if (score.set->y_name != "decline" || !belongs(*score.set, sets)) continue;
     for (std::size_t i = 0; i < score.predicted.size(); ++i) {
-      text += fmt::format("- {}, {:g} mm: {:.1f} % (recorded {:.0f} %)\n", score.set->name,
-                          score.set->points[i].x, 100.0 * score.predicted[i],
-                          100.0 * score.set->points[i].measured);
+      text += fmt::format("- {}, {:g} {}: {:.1f} % (recorded {:.0f} %)\n", score.set->name,
+                          score.set->points[i].x, unit_of_level(*score.set),
+                          100.0 * score.predicted[i], 100.0 * score.set->points[i].measured);
     }
   }
   return text;
@@ -129,23 +132,9 @@ class Scorecard {
           "- trial-to-trial SD of the count, curvature × force: at most {:.2f} impulses{}\n",
           largest_sd, recorded_sd());
     }
-    for (const Recordings::FieldArea& area : recordings_.field_areas) {
-      const auto found = field_area_mm2(scene_, area, trials_);
-      if (!found) return bad_input(named.sentence(found.error()));
-      text += fmt::format("- receptive field at {:g} mm{}: {:.1f} mm² (recorded {:.1f} mm²)\n",
-                          area.depth_mm,
-                          area.background_mm > 0.0
-                              ? fmt::format(" below an array at {:g} mm depth", area.background_mm)
-                              : "",
-                          *found, area.area_mm2);
-    }
-    for (const Recordings::Surround& surround : recordings_.surrounds) {
-      const auto found = surround_ratio(scene_, surround, trials_);
-      if (!found) return bad_input(named.sentence(found.error()));
-      text += fmt::format(
-          "- seven pins {:g} mm apart, {:g} mm deep: {} × the rate under one (recorded {:.2f})\n",
-          surround.spacing_mm, surround.depth_mm, cell(*found), surround.rate_ratio);
-    }
+    auto arrays = pin_arrays(named);
+    if (!arrays) return arrays;
+    text += *arrays;
     if (!recordings_.time_constants_ms.empty() && scene_.energy_driven()) {
       text += fmt::format("- time constants of adaptation: {:g} and {:g} ms (recorded",
                           scene_.adaptation.fast_ms, scene_.adaptation.slow_ms);
@@ -161,6 +150,38 @@ class Scorecard {
   }
 
  private:
+  /// Receptive fields, and several pins at once.
+  Expected<std::string, SetupError> pin_arrays(const Scene& named) const {
+    const auto below = [](const PinArray& array) {
+      return array.pins > 1 ? fmt::format(" in an array of {} at {:g} mm depth", array.pins,
+                                          array.background_mm)
+                            : std::string();
+    };
+    std::string text;
+    for (const Recordings::FieldAreas& areas : recordings_.field_areas) {
+      const auto found = field_areas(scene_, areas, trials_, threads_);
+      if (!found) return bad_input(named.sentence(found.error()));
+      for (std::size_t i = 0; i < found->size(); ++i) {
+        text += fmt::format(
+            "- one pin {:g} mm deep{}: receptive field {:.1f} mm² (recorded {:.1f} mm²), {:.1f} "
+            "impulses in its middle\n",
+            areas.points[i].depth_mm, below(areas.array), (*found)[i].area_mm2,
+            areas.points[i].area_mm2, (*found)[i].response);
+      }
+    }
+    for (const Recordings::Surround& surround : recordings_.surrounds) {
+      const auto found = surround_ratios(scene_, surround, trials_, threads_);
+      if (!found) return bad_input(named.sentence(found.error()));
+      for (std::size_t i = 0; i < found->size(); ++i) {
+        text +=
+            fmt::format("- {} pins {:g} mm deep{}: {} × the response to one (recorded {:.2f})\n",
+                        surround.points[i].pins, surround.depth_mm, below(surround.array),
+                        cell((*found)[i]), surround.points[i].rate_ratio);
+      }
+    }
+    return text;
+  }
+
   std::string recorded_sd() const {
     return recordings_.most_trial_sd
                ? fmt::format(" (recorded: below {:g})", *recordings_.most_trial_sd)
@@ -193,8 +214,8 @@ class Scorecard {
 
   /// Writes rate over time for each hold with a recorded decline.
   Expected<void, SetupError> write_holds(const std::vector<SetScore>& scores) {
-    auto table =
-        CsvTable::create(folder_.path("holds.csv"), "set,level,time_s,rate_hz", folder_.overwrite);
+    auto table = CsvTable::create(folder_.path("holds.csv"), "set,level,unit,time_s,rate_hz",
+                                  folder_.overwrite);
     if (!table) return Unexpected<SetupError>(table.error());
     for (const SetScore& score : scores) {
       if (score.set->y_name != "decline") continue;
@@ -211,9 +232,9 @@ class Scorecard {
           }
         }
         for (std::size_t k = 0; k < bins.size(); ++k) {
-          table->row("\"" + score.set->name + "\"",
-                     {point.stimulus.level,
-                      (static_cast<double>(k) + 0.5) * kBin_s - point.stimulus.ramp_s,
+          table->row("\"" + score.set->name + "\"," + shortest_decimal(point.x) + "," +
+                         unit_of_level(*score.set),
+                     {(static_cast<double>(k) + 0.5) * kBin_s - point.stimulus.ramp_s,
                       bins[k] / (kBin_s * static_cast<double>(times.size()))});
         }
       }
@@ -238,7 +259,7 @@ class Scorecard {
     }
     for (const Recordings::Intervals& recorded : recordings_.intervals) {
       const Regularity found = regularity_at(scene_, 1e3 / recorded.mean_ms);
-      text += fmt::format("- intervals at {:.1f} Hz: CV {:.3f} (recorded in mice {:.3f})\n",
+      text += fmt::format("- intervals at {:.1f} Hz: CV {:.3f} ({:.3f} in the data)\n",
                           found.rate_hz, found.cv, recorded.sd_ms / recorded.mean_ms);
     }
     for (const DriveRate& at : rates_by_drive(scene_)) curve->row({at.drive_hz, at.rate_hz});

@@ -56,7 +56,7 @@ def holds():
     figure, axes = plt.subplots(figsize=(7.5, 4.8))
     for level in dict.fromkeys(table["level"]):
         rows = select(table, level=level)
-        axes.plot(rows["time_s"], rows["rate_hz"], label=f"{level:g} mm")
+        axes.plot(rows["time_s"], rows["rate_hz"], label=f"{level:g} {rows['unit'][0]}")
     axes.set_xlabel("time since the hold began (s)")
     axes.set_ylabel("rate (impulses/s)")
     axes.set_ylim(bottom=0)

@@ -1,5 +1,6 @@
 // Sections with other measurements of an afferent, and recorded presses with their spikes.
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -27,6 +28,25 @@ void read_tip(JsonFields& fields, Indenter& indenter) {
   }
 }
 
+/// An array of pins at a background depth.
+PinArray read_array(JsonFields& fields, double background_mm) {
+  PinArray array;
+  array.diameter_mm = fields.number("probe_diameter_mm", array.diameter_mm);
+  array.spacing_mm = fields.number("spacing_mm", array.spacing_mm);
+  if (array.spacing_mm < array.diameter_mm) {
+    refuse_field(fields.full("spacing_mm"),
+                 "must be at least probe_diameter_mm: pins do not overlap");
+  }
+  const double pins = fields.number("pins", static_cast<double>(array.pins));
+  if (pins != std::floor(pins) || pins < 1.0 || pins > static_cast<double>(PinArray::kMostPins)) {
+    refuse_field(fields.full("pins"),
+                 "must be a whole number from 1 to " + std::to_string(PinArray::kMostPins));
+  }
+  array.pins = static_cast<std::size_t>(pins);
+  array.background_mm = background_mm;
+  return array;
+}
+
 }  // namespace
 
 void read_field_area(JsonFields fields, Recordings& recordings) {
@@ -34,11 +54,12 @@ void read_field_area(JsonFields fields, Recordings& recordings) {
   const auto area =
       series(fields.need("SA1_mm2"), fields.full("SA1_mm2"), depth_um.size(), "depth_um");
   const double background_mm = fields.number("background_depth_mm", 0.0, true);
+  Recordings::FieldAreas areas{.array = read_array(fields, background_mm), .points = {}};
+  if (background_mm == 0.0) areas.array.pins = 1;
   for (std::size_t i = 0; i < area.size(); ++i) {
-    recordings.field_areas.push_back({.depth_mm = units::mm_from_um(depth_um[i]),
-                                      .area_mm2 = area[i],
-                                      .background_mm = background_mm});
+    areas.points.push_back({.depth_mm = units::mm_from_um(depth_um[i]), .area_mm2 = area[i]});
   }
+  recordings.field_areas.push_back(std::move(areas));
   if (const std::string text = fields.text("trial_sd"); !text.empty()) {
     double bound = 0.0;
     const char* const first = text.c_str() + 2;
@@ -53,20 +74,25 @@ void read_field_area(JsonFields fields, Recordings& recordings) {
 }
 
 void read_surround(JsonFields fields, Recordings& recordings) {
-  const std::vector<double> depth_um = fields.numbers("depth_um");
+  const std::vector<double> raised = fields.numbers("raised_pins");
   const auto ratio =
-      series(fields.need("rate_ratio"), fields.full("rate_ratio"), depth_um.size(), "depth_um");
-  const double diameter_mm = fields.number("probe_diameter_mm", 0.5);
-  const double spacing_mm = fields.number("spacing_mm", 1.0);
-  if (spacing_mm < diameter_mm) {
-    refuse_field(fields.full("spacing_mm"),
-                 "must be at least probe_diameter_mm: pins do not overlap");
-  }
-  for (std::size_t i = 0; i < ratio.size(); ++i) {
-    recordings.surrounds.push_back({.depth_mm = units::mm_from_um(depth_um[i]),
-                                    .diameter_mm = diameter_mm,
-                                    .spacing_mm = spacing_mm,
-                                    .rate_ratio = ratio[i]});
+      series(fields.need("rate_ratio"), fields.full("rate_ratio"), raised.size(), "raised_pins");
+  const double depth_mm = units::mm_from_um(fields.number("depth_um", 100.0));
+  const std::vector<double> backgrounds = fields.numbers("background_depth_mm");
+  const PinArray array = read_array(fields, 0.0);
+  for (const double background_mm : backgrounds) {
+    Recordings::Surround surround{.array = array, .depth_mm = depth_mm, .points = {}};
+    surround.array.background_mm = background_mm;
+    for (std::size_t i = 0; i < ratio.size(); ++i) {
+      if (raised[i] != std::floor(raised[i]) || raised[i] < 2.0 ||
+          raised[i] > static_cast<double>(array.pins)) {
+        refuse_field(fields.full("raised_pins"),
+                     "must be whole numbers from 2 to the number of pins");
+      }
+      surround.points.push_back(
+          {.pins = static_cast<std::size_t>(raised[i]), .rate_ratio = ratio[i]});
+    }
+    recordings.surrounds.push_back(std::move(surround));
   }
   fields.finish();
 }

@@ -227,10 +227,16 @@ void read_vibration(JsonFields fields, const std::string& cite, Recordings& reco
 
 void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings& recordings) {
   Stimulus base;
-  base.indenter.tip = Indenter::Tip::kPin;
-  base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+  if (fields.find("curvature_per_m") != nullptr) {
+    base.indenter.radius_mm = radius_of_curvature_mm(fields.number("curvature_per_m", 0.0, true));
+  } else {
+    base.indenter.tip = Indenter::Tip::kPin;
+    base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+  }
   base.count_s = fields.number("count_s", 1.0);
+  base.decline_from_s = fields.number("from_s", 0.0, true);
   const double speed_mm_per_s = fields.number("ramp_mm_per_s", 0.4);
+  const double ramp_s = 1e-3 * fields.number("ramp_ms", 50.0);
   const std::string prefix = "decline_over_first_";
   bool any = false;
   for (const auto& [key, values] : fields.object().items()) {
@@ -239,12 +245,17 @@ void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings
     fields.find(key);
     const std::string field = fields.full(key);
     const double over_s = quantity(key, "s", field, "decline_over_first_12s");
-    if (over_s < base.count_s) refuse_field(field, "must be at least count_s long");
+    if (over_s < base.decline_from_s + base.count_s) {
+      refuse_field(field, "must be at least from_s and count_s long");
+    }
     if (!values.is_object() || values.empty()) {
       refuse_field(field,
-                   "must be an object with a decline for each depth, as in \"0.65mm\": 0.38");
+                   "must be an object with a decline for each level, as in \"0.65mm\": 0.38");
     }
-    DataSet set{.name = "fall of rate over " + shortest_decimal(over_s) + " s of hold",
+    const std::string from = base.decline_from_s > 0.0
+                                 ? "from " + shortest_decimal(base.decline_from_s) + " to "
+                                 : "over ";
+    DataSet set{.name = "fall of rate " + from + shortest_decimal(over_s) + " s of hold",
                 .section = "hold_adaptation",
                 .x_name = "depth_mm",
                 .y_name = "decline",
@@ -252,14 +263,18 @@ void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings
                 .points = {}};
     for (const auto& [depth, decline] : values.items()) {
       Stimulus stimulus = base;
-      stimulus.level = quantity(depth, "mm", field + "." + depth, "0.65mm");
-      stimulus.ramp_s = stimulus.level / speed_mm_per_s;
+      set_level(stimulus, depth, field + "." + depth);
+      const bool by_force = stimulus.indenter.control == Indenter::Control::kForce;
+      stimulus.ramp_s = by_force ? ramp_s : stimulus.level / speed_mm_per_s;
       stimulus.decline_over_s = over_s;
       const double fraction = JsonFields::number_of(decline, field + "." + depth, true, true);
       if (!(fraction > -1.0 && fraction <= 1.0)) {
         refuse_field(field + "." + depth, "must be a fraction of the rate, from -1 to 1");
       }
-      set.points.push_back({.x = stimulus.level, .measured = fraction, .stimulus = stimulus});
+      set.x_name = by_force ? "force_N" : "depth_mm";
+      set.points.push_back({.x = by_force ? units::N_from_mN(stimulus.level) : stimulus.level,
+                            .measured = fraction,
+                            .stimulus = stimulus});
     }
     recordings.sets.push_back(std::move(set));
   }

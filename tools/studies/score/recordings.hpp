@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -7,7 +8,6 @@
 
 #include "core/contact/indenter.hpp"
 #include "core/expected.hpp"
-#include "core/parameters/position.hpp"
 
 namespace merkel {
 
@@ -20,16 +20,14 @@ struct Stimulus {
   double ramp_s = 0.05;        ///< from touch to the hold
   double offset_mm = 0.0;      ///< from the receptive field's centre to the tip's axis
   bool offset_across = false;  ///< across the finger instead of along it
-  std::vector<Position> neighbours = {};  ///< identical tips, by their offset from this one
-  double background_mm =
-      0.0;  ///< depth to which a plate around the tip is lowered before `settle_s`
-  double amplitude_mm = 0.0;  ///< of a sine on top of the hold, from zero to its peak
+  double amplitude_mm = 0.0;   ///< of a sine on top of the hold, from zero to its peak
   double frequency_hz = 0.0;
   double settle_s = 0.0;  ///< from touch to the start of the sine and of the count
   double count_s = 1.0;   ///< duration of the count
-  /// If set, the response is the fraction by which the rate falls between the first `count_s` of
-  /// the hold and the last `count_s` before this time of the hold.
+  /// If set, the response is the fraction by which the rate falls between the `count_s` that begin
+  /// at `decline_from_s` of the hold and the last `count_s` before this time of the hold.
   std::optional<double> decline_over_s;
+  double decline_from_s = 0.0;
 
   /// A recorded press that replaces ramp, hold and sine; null: none.
   std::shared_ptr<const PressTrace> trace;
@@ -39,6 +37,19 @@ struct Stimulus {
   [[nodiscard]] double end_s() const noexcept {
     return decline_over_s ? ramp_s + *decline_over_s : settle_s + count_s;
   }
+};
+
+/// Flat round pins on a hexagonal lattice that fill a disc, and are lowered together into the
+/// finger before some of them are raised above the others: the probe array of Vega-Bermudez &
+/// Johnson (1999).
+struct PinArray {
+  std::size_t pins = 73;
+  double diameter_mm = 0.5;
+  double spacing_mm = 0.89;
+  double background_mm = 1.6;  ///< depth of all pins
+
+  static constexpr std::size_t kMostPins = 400;
+  friend bool operator==(const PinArray&, const PinArray&) = default;
 };
 
 /// Published measurements that differ in one variable.
@@ -76,19 +87,25 @@ struct RecordedTrials {
 /// The content of a data file.
 struct Recordings {
   std::vector<DataSet> sets;
-  /// Area of the receptive field by the depth of a fine pin.
-  struct FieldArea {
-    double depth_mm = 0.0;
-    double area_mm2 = 0.0;
-    double background_mm = 0.0;  ///< depth of the array around the pin, reached first
+  /// Areas of the receptive field by the depth of a fine pin.
+  struct FieldAreas {
+    PinArray array;  ///< around the pin; of one pin: bare skin
+    struct Point {
+      double depth_mm = 0.0;  ///< below the array
+      double area_mm2 = 0.0;
+    };
+    std::vector<Point> points;
   };
-  std::vector<FieldArea> field_areas;
-  /// The rate under a pin surrounded by six more, as a fraction of the rate under the pin alone.
+  std::vector<FieldAreas> field_areas;
+  /// Impulses when several pins of an array are pressed deeper, relative to the middle one alone.
   struct Surround {
-    double depth_mm = 0.0;
-    double diameter_mm = 0.5;
-    double spacing_mm = 1.0;  ///< from the central pin to each of the six
-    double rate_ratio = 0.0;
+    PinArray array;
+    double depth_mm = 0.0;  ///< below the array
+    struct Point {
+      std::size_t pins = 0;
+      double rate_ratio = 0.0;
+    };
+    std::vector<Point> points;
   };
   std::vector<Surround> surrounds;
   std::optional<double> most_trial_sd;  ///< impulses

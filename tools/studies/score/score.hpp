@@ -48,18 +48,22 @@ struct DriveRate {
 };
 [[nodiscard]] std::vector<DriveRate> rates_by_drive(const TactileModel::Parameters& scene);
 
-/// The area within which a pin of 0.5 mm diameter, pressed to a depth for a second, evokes at least
-/// one impulse more than no pin: π·r². With a background depth, a plate around the pin is lowered
-/// to it one second before.
-[[nodiscard]] Expected<double, ParameterError> field_area_mm2(const TactileModel::Parameters& scene,
-                                                              const Recordings::FieldArea& area,
-                                                              std::size_t trials);
+/// For each depth, the area within which a pin of an array, pressed deeper for a second, evokes at
+/// least one impulse more than the array: an ellipse, from its radii along and across the finger.
+/// An array of one pin is a pin on bare skin.
+struct FieldArea {
+  double area_mm2 = 0.0;
+  double response = 0.0;  ///< impulses in the middle of the field, above those of the array
+};
+[[nodiscard]] Expected<std::vector<FieldArea>, ParameterError> field_areas(
+    const TactileModel::Parameters& scene, const Recordings::FieldAreas& areas, std::size_t trials,
+    std::size_t threads);
 
-/// The rate under a pin surrounded by six more, divided by the rate under the pin alone, in the
-/// first second after touch. NaN if the pin alone evokes no impulse.
-[[nodiscard]] Expected<double, ParameterError> surround_ratio(const TactileModel::Parameters& scene,
-                                                              const Recordings::Surround& surround,
-                                                              std::size_t trials);
+/// For each number of pins of an array that are pressed deeper, the impulses above those of the
+/// array, divided by the same with the middle pin alone. NaN if that evokes none.
+[[nodiscard]] Expected<std::vector<double>, ParameterError> surround_ratios(
+    const TactileModel::Parameters& scene, const Recordings::Surround& surround, std::size_t trials,
+    std::size_t threads);
 
 /// True if the presets were fitted to a data set (`merkel fit`).
 [[nodiscard]] bool fitted_to(const DataSet& set);

@@ -27,9 +27,6 @@ nanoseconds tick_for(const Stimulus& stimulus) {
 
 double level_at(const Stimulus& stimulus, double time_s) {
   if (stimulus.trace) return stimulus.trace->at(time_s).level;
-  if (stimulus.background_mm > 0.0) {
-    return stimulus.level * std::clamp((time_s - stimulus.settle_s) / stimulus.ramp_s, 0.0, 1.0);
-  }
   const double held = stimulus.level * std::min(1.0, time_s / stimulus.ramp_s);
   const double since = time_s - stimulus.settle_s;
   if (stimulus.amplitude_mm == 0.0 || since <= 0.0) return held;
@@ -44,23 +41,15 @@ std::size_t count_in(const std::vector<double>& times, double begin, double end)
 
 }  // namespace
 
-Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& scene,
-                                                const Stimulus& stimulus, std::size_t trials) {
+TactileModel::Parameters repeated_afferent(const TactileModel::Parameters& scene,
+                                           const Stimulus& stimulus, std::size_t trials) {
   TactileModel::Parameters parameters = scene;
   PatchParameters patch = scene.patches.front();
   patch.patch = Patch{};
   patch.layout = ReceptorLayout::kFields;
   patch.centres.assign(trials, {.x_mm = kCentreX_mm, .y_mm = kCentreY_mm});
   parameters.patches = {patch};
-  parameters.indenters.assign(1 + stimulus.neighbours.size(), stimulus.indenter);
-  if (stimulus.background_mm > 0.0) {
-    // The pin protrudes from a plate; force control avoids counting a common depth twice.
-    parameters.indenters.front().control = Indenter::Control::kForce;
-    Indenter plate;
-    plate.radius_mm = std::numeric_limits<double>::infinity();
-    plate.control = Indenter::Control::kForce;
-    parameters.indenters.push_back(plate);
-  }
+  parameters.indenters = {stimulus.indenter};
   parameters.network.gain = 0.0;
   parameters.accuracy.cull_tolerance = 0.0;
   parameters.adaptation.gain_spread = 0.0;
@@ -73,30 +62,20 @@ Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& 
     parameters.step = std::min(tick, parameters.step);
     while (tick % parameters.step != nanoseconds{0}) parameters.step -= nanoseconds{1};
   }
-  auto model = TactileModel::create(parameters);
-  if (!model) return Unexpected<ParameterError>(model.error());
-  return Trials(std::move(*model), stimulus);
+  return parameters;
 }
 
-Trials::Trials(TactileModel model, const Stimulus& stimulus)
-    : model_(std::move(model)), stimulus_(stimulus) {
-  if (!(stimulus.background_mm > 0.0)) return;
-  const auto& parameters = model_.parameters();
-  const auto by_depth = [&](std::size_t indenter) {
-    Indenter own = parameters.indenters[indenter];
-    own.control = Indenter::Control::kDepth;
-    return TipContact(own, parameters.skin);
-  };
-  pin_.emplace(by_depth(0));
-  plate_.emplace(by_depth(1));
+Expected<Trials, ParameterError> Trials::create(const TactileModel::Parameters& scene,
+                                                const Stimulus& stimulus, std::size_t trials) {
+  auto model = TactileModel::create(repeated_afferent(scene, stimulus, trials));
+  if (!model) return Unexpected<ParameterError>(model.error());
+  return Trials(std::move(*model), stimulus);
 }
 
 bool Trials::fits(const Stimulus& stimulus) const {
   const Indenter& a = stimulus_.indenter;
   const Indenter& b = stimulus.indenter;
-  return (stimulus_.background_mm > 0.0) == (stimulus.background_mm > 0.0) && a.same_tip(b) &&
-         a.control == b.control && stimulus_.neighbours.size() == stimulus.neighbours.size() &&
-         tick_for(stimulus_) == tick_for(stimulus);
+  return a.same_tip(b) && a.control == b.control && tick_for(stimulus_) == tick_for(stimulus);
 }
 
 template <class AfterTick>
@@ -104,7 +83,7 @@ void Trials::press(const Stimulus& stimulus, AfterTick after_tick) {
   model_.reset();
   const nanoseconds tick = model_.parameters().tick;
   const auto end = units::nanoseconds_from_s(stimulus.end_s());
-  std::vector<ContactInput> contacts(model_.parameters().indenters.size());
+  ContactInput contacts[1];
   const bool by_force = stimulus.indenter.control == Indenter::Control::kForce;
   for (nanoseconds time{0}; time < end; time += tick) {
     const double now_s = units::s_from(time + tick);
@@ -117,18 +96,6 @@ void Trials::press(const Stimulus& stimulus, AfterTick after_tick) {
       const PressTrace::Level at = stimulus.trace->at(now_s);
       contacts[0].x_mm += at.x_mm - stimulus.afferent_x_mm;
       contacts[0].y_mm += at.y_mm - stimulus.afferent_y_mm;
-    }
-    if (plate_) {
-      const double lowered = stimulus.background_mm * std::min(1.0, now_s / stimulus.ramp_s);
-      contacts[0].force_mN = pin_->press({.depth_mm = level}).contact.force_mN;
-      contacts[1] = {.force_mN = plate_->press({.depth_mm = lowered}).contact.force_mN,
-                     .x_mm = kCentreX_mm,
-                     .y_mm = kCentreY_mm};
-    }
-    for (std::size_t k = 0; k < stimulus.neighbours.size(); ++k) {
-      contacts[k + 1] = contacts[0];
-      contacts[k + 1].x_mm += stimulus.neighbours[k].x_mm;
-      contacts[k + 1].y_mm += stimulus.neighbours[k].y_mm;
     }
     after_tick(model_.step(contacts, time));
   }
@@ -169,7 +136,7 @@ Answer answer_of(const Stimulus& stimulus, const std::vector<std::vector<double>
     const auto [mean, sd] = mean_and_sd(stimulus.settle_s);
     return {.value = mean / stimulus.count_s, .count_sd = sd};
   }
-  const double first = mean_and_sd(stimulus.ramp_s).first;
+  const double first = mean_and_sd(stimulus.ramp_s + stimulus.decline_from_s).first;
   const double last =
       mean_and_sd(stimulus.ramp_s + *stimulus.decline_over_s - stimulus.count_s).first;
   return {.value = first > 0.0 ? 1.0 - last / first : 0.0, .count_sd = 0.0};

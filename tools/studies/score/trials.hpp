@@ -2,15 +2,20 @@
 
 #include <chrono>
 #include <cstdint>
-#include <optional>
+#include <utility>
 #include <vector>
 
-#include "core/contact/tip_contact.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "tools/studies/score/recordings.hpp"
 
 namespace merkel {
+
+/// The model of a scene's afferent at one place, as many times as there are trials.
+/// \param stimulus  gives the tip and the tick
+[[nodiscard]] TactileModel::Parameters repeated_afferent(const TactileModel::Parameters& scene,
+                                                         const Stimulus& stimulus,
+                                                         std::size_t trials);
 
 /// Presses one afferent repeatedly, as in an experiment. The trials are afferents at the same
 /// position with different noise.
@@ -37,11 +42,10 @@ class Trials {
   /// Runs the stimulus; \param after_tick  called with each tick's spikes
   template <class AfterTick>
   void press(const Stimulus& stimulus, AfterTick after_tick);
-  Trials(TactileModel model, const Stimulus& stimulus);
+  Trials(TactileModel model, const Stimulus& stimulus)
+      : model_(std::move(model)), stimulus_(stimulus) {}
   TactileModel model_;
   Stimulus stimulus_;
-  /// Depth-controlled, for the forces of a pin that protrudes from a plate; empty without a plate.
-  std::optional<TipContact> pin_, plate_;
 };
 
 /// The response to a stimulus: the rate in its window, Hz, or the decline over its hold; mean of
