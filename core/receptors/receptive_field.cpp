@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/normal_random.hpp"
+#include "core/math/portable_math.hpp"
+
 namespace merkel {
 namespace {
 
@@ -18,7 +21,10 @@ FieldTable ReceptiveField::fields() {
       {"field_receptors", "", from_to(1, 10'000), "receptors per afferent, with receptive fields",
        at<&ReceptiveField::receptors>},
       {"field_radius_mm", "mm", positive(1e3), "radius of a receptive field",
-       at<&ReceptiveField::radius_mm>}};
+       at<&ReceptiveField::radius_mm>, "", true},
+      {"field_radius_spread", "", from_below(0.0, 2.0),
+       "standard deviation of ln(field_radius_mm) between afferents, drawn with seed",
+       at<&ReceptiveField::radius_spread>}};
   return {"receptors", kFields};
 }
 
@@ -32,8 +38,22 @@ Expected<void, ParameterError> ReceptiveField::check(const Patch& patch) const {
       .result();
 }
 
+std::vector<double> field_radii(const ReceptiveField& field, std::size_t afferents,
+                                std::uint64_t seed, const Patch& patch) {
+  std::vector<double> radii_mm(afferents, field.radius_mm);
+  if (field.radius_spread <= 0.0) return radii_mm;
+  const double largest_mm = 0.5 * std::min(patch.length_mm, patch.width_mm);
+  for (std::size_t n = 0; n < afferents; ++n) {
+    // Step 0 of a stream is an afferent's gain.
+    radii_mm[n] *= portable_exp(field.radius_spread * normal_random(seed, n, 1));
+    radii_mm[n] = std::min(radii_mm[n], largest_mm);
+  }
+  return radii_mm;
+}
+
 Expected<std::vector<Receptor>, ParameterError> place_fields(
-    const ReceptiveField& field, const std::vector<FieldCentre>& centres, const Patch& patch) {
+    const ReceptiveField& field, const std::vector<FieldCentre>& centres,
+    const std::vector<double>& radii_mm, const Patch& patch) {
   ParameterCheck all;
   all.also(field.check(patch))
       .require(!centres.empty(), "receptors.centres_mm", "must list at least one afferent")
@@ -51,23 +71,27 @@ Expected<std::vector<Receptor>, ParameterError> place_fields(
   if (const auto checked = all.result(); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
-  std::vector<FieldCentre> offsets;
+  struct Place {
+    double distance;  ///< from the centre, in radii
+    double cosine, sine;
+  };
+  std::vector<Place> spiral;
   double c = 1.0;
   double s = 0.0;
   for (std::int64_t k = 0; k < field.receptors; ++k) {
-    const double r = field.radius_mm * std::sqrt((static_cast<double>(k) + 0.5) /
-                                                 static_cast<double>(field.receptors));
-    offsets.push_back({.x_mm = r * c, .y_mm = r * s});
+    spiral.push_back(
+        {std::sqrt((static_cast<double>(k) + 0.5) / static_cast<double>(field.receptors)), c, s});
     const double next = c * kCosine - s * kSine;
     s = s * kCosine + c * kSine;
     c = next;
   }
   std::vector<Receptor> receptors;
-  receptors.reserve(centres.size() * offsets.size());
+  receptors.reserve(centres.size() * spiral.size());
   for (std::size_t n = 0; n < centres.size(); ++n) {
-    for (const FieldCentre& offset : offsets) {
-      receptors.push_back({.x_mm = centres[n].x_mm + offset.x_mm,
-                           .y_mm = centres[n].y_mm + offset.y_mm,
+    for (const Place& place : spiral) {
+      const double r = radii_mm[n] * place.distance;
+      receptors.push_back({.x_mm = centres[n].x_mm + r * place.cosine,
+                           .y_mm = centres[n].y_mm + r * place.sine,
                            .neuron = static_cast<std::uint32_t>(n + 1)});
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,7 +19,8 @@ enum class ReceptorLayout : std::uint8_t {
 /// The receptive field of an afferent: a disc of receptors around its centre.
 struct ReceptiveField {
   std::int64_t receptors = 28;  ///< MCNCs per afferent
-  double radius_mm = 1.0;
+  double radius_mm = 1.0;       ///< the median, with a spread
+  double radius_spread = 0.0;   ///< standard deviation of ln(radius) between afferents
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const Patch& patch) const;
@@ -27,12 +29,17 @@ struct ReceptiveField {
 /// The centre of an afferent's receptive field.
 using FieldCentre = Position;
 
-/// The receptors of afferents with given centres, numbered from 1 in their order: each on a Vogel
-/// spiral, r_k = radius·√((k+½)/n), θ_k = k·π(3−√5), which fills the disc evenly. Fields at the
-/// patch's edge extend beyond it by up to their radius, as the skin does. Fails if a centre is
-/// outside the patch. Real-time: no.
+/// The radius of each afferent's field, mm, at most half of the patch's shorter side.
+[[nodiscard]] std::vector<double> field_radii(const ReceptiveField& field, std::size_t afferents,
+                                              std::uint64_t seed, const Patch& patch);
+
+/// The receptors of afferents with given centres and radii (from field_radii()), numbered from 1 in
+/// their order: each on a Vogel spiral, r_k = radius·√((k+½)/n), θ_k = k·π(3−√5), which fills the
+/// disc evenly. Fields at the patch's edge extend beyond it by up to their radius, as the skin
+/// does. Fails if a centre is outside the patch. Real-time: no.
 [[nodiscard]] Expected<std::vector<Receptor>, ParameterError> place_fields(
-    const ReceptiveField& field, const std::vector<FieldCentre>& centres, const Patch& patch);
+    const ReceptiveField& field, const std::vector<FieldCentre>& centres,
+    const std::vector<double>& radii_mm, const Patch& patch);
 
 /// Places centres by the density law. The density and count of `placement` refer to afferents (450
 /// on the default patch). Real-time: no.

@@ -35,13 +35,15 @@ Expected<PatchLayout, ParameterError> fields_of(const PatchParameters& parameter
     if (!placed) return Unexpected<ParameterError>(placed.error());
     centres = std::move(*placed);
   }
-  auto placed = place_fields(parameters.field, centres, parameters.patch);
+  const std::vector<double> radii_mm =
+      field_radii(parameters.field, centres.size(), parameters.receptors.seed, parameters.patch);
+  auto placed = place_fields(parameters.field, centres, radii_mm, parameters.patch);
   if (!placed) return Unexpected<ParameterError>(placed.error());
   PatchLayout layout{.receptors = std::move(*placed), .afferents = {}};
-  for (const FieldCentre& centre : centres) {
-    layout.afferents.push_back({.x_mm = centre.x_mm,
-                                .y_mm = centre.y_mm,
-                                .radius_mm = parameters.field.radius_mm,
+  for (std::size_t n = 0; n < centres.size(); ++n) {
+    layout.afferents.push_back({.x_mm = centres[n].x_mm,
+                                .y_mm = centres[n].y_mm,
+                                .radius_mm = radii_mm[n],
                                 .receptors = static_cast<std::size_t>(parameters.field.receptors)});
   }
   return layout;

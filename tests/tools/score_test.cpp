@@ -106,6 +106,24 @@ TEST(Score, ReceptiveFieldsNeedTheArrayAroundThePin) {
   EXPECT_EQ((*bare)[0].area_mm2, 0.0);
 }
 
+// The soft finger is fitted to rates only: its fields and their linear growth follow.
+TEST(Score, TheSoftFingerHasTheRecordedReceptiveFields) {
+  const auto scene = preset_scene("finger")->model;
+  Recordings recordings = published_recordings();
+  recordings.sets.resize(2);
+  const auto rates = score_sets(scene, recordings.sets, 10, {}, 2);
+  ASSERT_TRUE(rates);
+  EXPECT_LT(std::hypot((*rates)[0].rmse, (*rates)[1].rmse) / std::sqrt(2.0), 4.0);
+  const Recordings::FieldAreas& areas = recordings.field_areas.at(0);
+  const auto found = field_areas(scene, areas, 10, 2);
+  ASSERT_TRUE(found);
+  for (std::size_t i = 1; i < areas.points.size(); ++i) {
+    EXPECT_NEAR((*found)[i].area_mm2, areas.points[i].area_mm2, 1.0) << areas.points[i].depth_mm;
+    const double per_mm = (*found)[i].response / areas.points[i].depth_mm;
+    EXPECT_NEAR(per_mm, 50.0, 5.0) << areas.points[i].depth_mm;
+  }
+}
+
 // Recorded afferents respond to seven raised pins 0.20 times as much as to one. Wide receptive
 // fields sum the pins; small ones at a smaller depth see the pressure even out below them.
 TEST(Score, OnlySmallReceptiveFieldsAreSuppressedByNeighbouringPins) {
@@ -175,6 +193,25 @@ TEST(Fit, RecoversTheParametersThatMadeTheData) {
   EXPECT_NEAR(scene.adaptation.gain_Hz_per_kPa, 24.0, 0.5);
   EXPECT_LT(again->cost_after, 0.3);
   EXPECT_LT(again->parameters[0].relative_error, 0.05);
+}
+
+TEST(Fit, RecoversTheRadiusOfAnAfferentsField) {
+  TactileModel::Parameters truth = preset_scene("goodwin")->model;
+  truth.patches.front().field.radius_mm = 0.6;
+  Recordings made = published_recordings();
+  made.sets.resize(1);
+  const auto scores = score_sets(truth, made.sets, 8, {}, 2);
+  ASSERT_TRUE(scores);
+  for (std::size_t i = 0; i < made.sets[0].points.size(); ++i) {
+    made.sets[0].points[i].measured = (*scores)[0].predicted[i];
+  }
+  TactileModel::Parameters scene = preset_scene("goodwin")->model;
+  const auto result = fit(scene, made.sets, {"field_radius_mm"}, 8, 30, {}, 2);
+  ASSERT_TRUE(result) << result.error().sentence;
+  EXPECT_NEAR(scene.patches.front().field.radius_mm, 0.6, 0.02);
+  scene.patches.front().layout = ReceptorLayout::kSubregions;
+  EXPECT_NE(fit(scene, made.sets, {"field_radius_mm"}, 8, 30, {}).error().sentence.find("layout"),
+            std::string::npos);
 }
 
 TEST(Fit, ThreadsChangeNoBitOfAScoreOrAFit) {

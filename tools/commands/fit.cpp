@@ -179,10 +179,11 @@ void add_fit_command(CommandLine& program) {
       .option("--report", command->report,
               "Folder for the comparison with recorded presses (section trials of the data): rates "
               "by phase, PSTH, spike distances, phase locking, tables and pictures; default fit")
-      .list("--parameter", command->parameters,
-            "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
-            "these three), fast_ms, slow_ms, tau_ms, refractory_ms, compression_ms, noise; "
-            "of goodwin-cs also neuron.compression_ms")
+      .list(
+          "--parameter", command->parameters,
+          "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
+          "these three), fast_ms, slow_ms, field_radius_mm (of one's own afferent; takes minutes), tau_ms, "
+          "refractory_ms, compression_ms, noise; of goodwin-cs also neuron.compression_ms")
       .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
       .option("--evaluations", command->evaluations, "Maximum number of evaluations of the model",
               {10, 100000})

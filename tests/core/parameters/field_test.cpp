@@ -82,9 +82,10 @@ TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
       if (field.table == "afferent") continue;
       if (field.field->key == "diameter_mm") model.indenters[0].tip = Indenter::Tip::kPin;
       if (field.field->key == "bar_length_mm") model.indenters[0].tip = Indenter::Tip::kBars;
-      if (field.field->key == "field_radius_mm") model.patches[0].layout = ReceptorLayout::kFields;
+      const bool of_field = field.field->key.starts_with("field_radius");
+      if (of_field) model.patches[0].layout = ReceptorLayout::kFields;
       **number = wild;
-      if (field.field->key == "field_radius_mm") model.network.gain = 0.0;
+      if (of_field) model.network.gain = 0.0;
       const auto made = TactileModel::create(model);
       ASSERT_FALSE(made) << field.name() << " = " << wild;
       EXPECT_EQ(made.error().key, field.name()) << wild;

@@ -22,7 +22,8 @@ Expected<std::vector<Receptor>, ParameterError> place_fields(const ReceptiveFiel
 }
 
 TEST(ReceptiveField, IsAVogelSpiral) {
-  const auto receptors = place_fields(ReceptiveField{}, {{15.0, 10.0}, {3.0, 4.0}}, Patch{});
+  const auto receptors =
+      place_fields(ReceptiveField{}, {{15.0, 10.0}, {3.0, 4.0}}, {1.0, 1.0}, Patch{});
   ASSERT_TRUE(receptors);
   ASSERT_EQ(receptors->size(), 56U);
   for (std::size_t k = 0; k < 56; ++k) {
@@ -60,12 +61,39 @@ TEST(ReceptiveField, AfferentsFollowTheDensityLaw) {
   }
 }
 
+// Recorded fields of single afferents differ: ln(radius) has the wanted spread, and the receptors
+// of each afferent fill its own disc.
+TEST(ReceptiveField, RadiiMayDifferBetweenAfferents) {
+  const PatchParameters patch{.layout = ReceptorLayout::kFields, .field = {.radius_spread = 0.4}};
+  const auto layout = layout_of(patch);
+  ASSERT_TRUE(layout);
+  double sum = 0.0;
+  double sum2 = 0.0;
+  for (std::size_t n = 0; n < 450; ++n) {
+    const AfferentSite& site = layout->afferents[n];
+    double farthest = 0.0;
+    for (std::size_t k = 0; k < 28; ++k) {
+      const Receptor& receptor = layout->receptors[28 * n + k];
+      farthest =
+          std::max(farthest, std::hypot(receptor.x_mm - site.x_mm, receptor.y_mm - site.y_mm));
+    }
+    EXPECT_NEAR(farthest, site.radius_mm * std::sqrt(27.5 / 28.0), 1e-12);
+    sum += std::log(site.radius_mm) / 450.0;
+    sum2 += std::log(site.radius_mm) * std::log(site.radius_mm) / 450.0;
+  }
+  EXPECT_NEAR(sum, 0.0, 0.06);
+  EXPECT_NEAR(std::sqrt(sum2 - sum * sum), 0.4, 0.04);
+  PatchParameters other = patch;
+  other.receptors.seed = 2;
+  EXPECT_NE(layout_of(other)->afferents[0].radius_mm, layout->afferents[0].radius_mm);
+}
+
 TEST(ReceptiveField, RefusesInvalidValues) {
   EXPECT_EQ(place_fields({.receptors = 0}, ReceptorParameters{}, Patch{}).error().key,
             "receptors.field_receptors");
   EXPECT_EQ(place_fields({.radius_mm = 10.5}, ReceptorParameters{}, Patch{}).error().key,
             "receptors.field_radius_mm");
-  EXPECT_EQ(place_fields({}, {{31.0, 5.0}}, Patch{}).error().key, "receptors.centres_mm");
+  EXPECT_EQ(place_fields({}, {{31.0, 5.0}}, {1.0}, Patch{}).error().key, "receptors.centres_mm");
   EXPECT_EQ(
       place_fields({.receptors = 10'000}, ReceptorParameters{.count = 2000}, Patch{}).error().key,
       "receptors.count");

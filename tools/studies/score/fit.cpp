@@ -22,6 +22,7 @@ constexpr double kWidest = 20.0;
 /// The parameters that `merkel fit` may change.
 BoundFields fitted_keys(TactileModel::Parameters& model) {
   BoundFields keys = bind_fields(model.adaptation);
+  bind_fields(model.patches.front().field, keys);
   for (BoundField& key : neuron_fields(model)) keys.push_back(std::move(key));
   std::erase_if(keys, [](const BoundField& key) { return !key.field->fitted; });
   return keys;
@@ -47,6 +48,12 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
     if (std::any_of(found.begin(), found.end(),
                     [&](const FitParameter& other) { return other.name == name; })) {
       return bad_input("the parameter " + name + " is given twice: remove one");
+    }
+    if (parameter.table == "receptors" &&
+        scene.patches.front().layout != ReceptorLayout::kFields) {
+      return bad_input("the parameter " + name +
+                       " has no meaning in this scene, whose afferents have subregions: set layout "
+                       "= \"fields\"");
     }
     TactileModel::Parameters copy = scene;
     if (!(*parameter.in(copy) > 0.0)) {
@@ -162,10 +169,10 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   if (sets.empty()) return bad_input("the data file contains no rates or declines to fit");
   const auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());
-  const auto traces = fit_traces(scene, sets);
+  auto traces = fit_traces(scene, sets, threads);
   if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
 
-  FitAnswers answers(*traces, trials, threads);
+  FitAnswers answers(scene, sets, std::move(*traces), trials, threads);
   const Eigen::VectorXd measured = answers.measured();
   const Eigen::VectorXd weights = answers.weights();
   const auto with = [&](const std::vector<double>& logarithms) {
@@ -177,7 +184,8 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   };
   const auto valid = [](const TactileModel::Parameters& p) {
     const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
-    return p.adaptation.check() &&
+    const PatchParameters& patch = p.patches.front();
+    return p.adaptation.check() && patch.field.check(patch.patch) &&
            (integrate == nullptr || integrate->neuron.check(std::chrono::microseconds{500}));
   };
   const auto cost = [&](const std::vector<double>& logarithms) {

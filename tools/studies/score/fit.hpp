@@ -14,7 +14,7 @@ namespace merkel {
 
 /// A parameter of a scene that can be fitted.
 struct FitParameter {
-  std::string table;  ///< table of a scene file: "afferent" or "neuron"
+  std::string table;  ///< table of a scene file: "afferent", "receptors" or "neuron"
   std::string key;    ///< for example "fast_weight"
   std::string name;   ///< the key; with its table if an earlier parameter has the same key
   /// Its value in a model. The model's neurons must have it.
@@ -55,9 +55,9 @@ struct FitResult {
 ///
 /// The cost is the mean over all data sets of the mean square error, in Hz²; a decline that is
 /// wrong by 1 % counts as 1 Hz. All evaluations have the same noise. The stimuli's energy densities
-/// are computed once: the fitted parameters do not change them. Sets with fit = false are ignored.
-/// The result is the same for any number of threads. Fails where a name is unknown or the scene's
-/// neurons are driven otherwise.
+/// are computed once, and again for each radius of the receptive field. Sets with fit = false are
+/// ignored. The result is the same for any number of threads. Fails where a name is unknown or the
+/// scene's neurons are driven otherwise.
 [[nodiscard]] Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                                   const std::vector<DataSet>& sets,
                                                   const std::vector<std::string>& names,

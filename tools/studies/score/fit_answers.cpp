@@ -18,30 +18,47 @@ double unit_of(const FitTrace& trace) { return trace.decline ? kHzPerFraction : 
 }  // namespace
 
 Expected<std::vector<FitTrace>, ParameterError> fit_traces(const TactileModel::Parameters& scene,
-                                                           const std::vector<DataSet>& sets) {
+                                                           const std::vector<DataSet>& sets,
+                                                           std::size_t threads) {
   std::vector<FitTrace> traces;
-  std::optional<Trials> model;
   for (const DataSet& set : sets) {
     const double weight =
         1.0 / static_cast<double>(set.points.size()) / static_cast<double>(sets.size());
     for (const DataSet::Point& point : set.points) {
-      if (!model || !model->fits(point.stimulus)) {
-        auto made = Trials::create(scene, point.stimulus, 1);
-        if (!made) return Unexpected<ParameterError>(made.error());
-        model.emplace(std::move(*made));
-      }
       traces.push_back({.point = &point,
                         .decline = set.y_name == "decline",
                         .weight = weight,
-                        .energy_kPa = model->energies_kPa(point.stimulus),
-                        .tick = model->tick(),
-                        .step = model->step()});
+                        .energy_kPa = {}});
     }
+  }
+  std::vector<std::optional<Trials>> models(std::max<std::size_t>(1, threads));
+  std::vector<std::optional<ParameterError>> errors(traces.size());
+  for_each_item(traces.size(), threads, [&](std::size_t worker, std::size_t i) {
+    const Stimulus& stimulus = traces[i].point->stimulus;
+    std::optional<Trials>& model = models[worker];
+    if (!model || !model->fits(stimulus)) {
+      auto made = Trials::create(scene, stimulus, 1);
+      if (!made) {
+        errors[i] = made.error();
+        return;
+      }
+      model.emplace(std::move(*made));
+    }
+    traces[i].energy_kPa = model->energies_kPa(stimulus);
+    traces[i].tick = model->tick();
+    traces[i].step = model->step();
+  });
+  for (const auto& error : errors) {
+    if (error) return Unexpected<ParameterError>(*error);
   }
   return traces;
 }
 
 Eigen::VectorXd FitAnswers::of(const TactileModel::Parameters& parameters) {
+  if (parameters.patches.front().field.radius_mm != scene_.patches.front().field.radius_mm) {
+    scene_ = parameters;
+    traces_ = *fit_traces(scene_, sets_, threads_);
+  }
   Eigen::VectorXd answers(static_cast<Eigen::Index>(traces_.size()));
   TactileModel::Parameters own = parameters;
   for (const FitTrace& trace : traces_) {

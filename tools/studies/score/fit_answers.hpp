@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,7 +16,7 @@
 
 namespace merkel {
 
-/// A stimulus as the neurons receive it: the energy densities that a fit does not change.
+/// A stimulus as the neurons receive it: its energy densities.
 struct FitTrace {
   const DataSet::Point* point = nullptr;
   bool decline = false;
@@ -27,15 +28,21 @@ struct FitTrace {
 
 /// The traces of all points. \param sets  outlive the traces
 [[nodiscard]] Expected<std::vector<FitTrace>, ParameterError> fit_traces(
-    const TactileModel::Parameters& scene, const std::vector<DataSet>& sets);
+    const TactileModel::Parameters& scene, const std::vector<DataSet>& sets, std::size_t threads);
 
-/// The model's responses to traces, in Hz; a decline in percent.
+/// The model's responses to traces, in Hz; a decline in percent. Of the parameters that can be
+/// fitted, only the radius of the receptive field changes the energy densities: it renews them.
 class FitAnswers {
  public:
-  /// \param traces  outlive the object.  \param trials  repetitions of each
-  /// \param threads  that share the traces; the responses are the same for any number
-  FitAnswers(const std::vector<FitTrace>& traces, std::size_t trials, std::size_t threads)
-      : traces_(traces), trials_(trials), threads_(threads) {}
+  /// \param sets  outlive the object.  \param traces  of `scene`.  \param trials  repetitions of
+  /// each \param threads  that share the traces; the responses are the same for any number
+  FitAnswers(TactileModel::Parameters scene, const std::vector<DataSet>& sets,
+             std::vector<FitTrace> traces, std::size_t trials, std::size_t threads)
+      : scene_(std::move(scene)),
+        sets_(sets),
+        traces_(std::move(traces)),
+        trials_(trials),
+        threads_(threads) {}
 
   [[nodiscard]] Eigen::VectorXd of(const TactileModel::Parameters& parameters);
   [[nodiscard]] Eigen::VectorXd measured() const;
@@ -47,7 +54,9 @@ class FitAnswers {
   [[nodiscard]] double answer(const TactileModel::Parameters& parameters,
                               const FitTrace& trace) const;
 
-  const std::vector<FitTrace>& traces_;
+  TactileModel::Parameters scene_;  ///< of the traces
+  const std::vector<DataSet>& sets_;
+  std::vector<FitTrace> traces_;
   std::size_t trials_;
   std::size_t threads_;
   std::map<std::chrono::nanoseconds, AfferentTables> tables_;  ///< by step

@@ -105,8 +105,9 @@ double PinArrayTrials::input(const TipField& increment, double part, double x_mm
   const SkinParameters& skin = scene_.skin;
   const SkinMaterial material(skin);
   const double last_mm = increment.deepest_mm();
-  const double depth_mm = (1.0 - part) * array_.background_mm + part * last_mm;
-  const double stiffening = skin.stiffens() ? portable_exp(depth_mm / skin.stiffening_mm) : 1.0;
+  // A few pins more do not stiffen all of the skin.
+  const double stiffening =
+      skin.stiffens() ? portable_exp(array_.background_mm / skin.stiffening_mm) : 1.0;
   double sum = 0.0;
   for (const Receptor& receptor : receptors_) {
     const double x = x_mm + receptor.x_mm;

@@ -47,6 +47,7 @@ TactileModel::Parameters repeated_afferent(const TactileModel::Parameters& scene
   PatchParameters patch = scene.patches.front();
   patch.patch = Patch{};
   patch.layout = ReceptorLayout::kFields;
+  patch.field.radius_spread = 0.0;
   patch.centres.assign(trials, {.x_mm = kCentreX_mm, .y_mm = kCentreY_mm});
   parameters.patches = {patch};
   parameters.indenters = {stimulus.indenter};
