@@ -7,6 +7,7 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kMostNotices = 64;
+constexpr std::size_t kMostTared = 64;  ///< probes of a scene
 
 }  // namespace
 
@@ -46,6 +47,14 @@ void ViewDesk::watch(const std::vector<std::uint32_t>& neurons) {
 
 void ViewDesk::tare(std::uint32_t probe) {
   RunControl* const control = control_.load();
+  if (probe == ViewRequest::kAllProbes) {
+    bool any = false;
+    for (std::size_t i = 0; control != nullptr && i < kMostTared; ++i) {
+      any = control->tare(i) || any;
+    }
+    if (!any) return notice("no probe can be tared: all are recordings or simulations");
+    return mark("tare all");
+  }
   const std::string name = "probe " + std::to_string(probe + 1);
   if (control == nullptr || !control->tare(probe)) {
     return notice(name + " cannot be tared: it is a recording or simulation, or does not exist");

@@ -55,7 +55,7 @@ std::optional<ViewRequest> ViewRequest::parse(std::string_view text) {
   const std::string_view word = take_word(text);
   if (!take_word(text).empty()) return std::nullopt;
   if (verb == "tare") {
-    const auto probe = number_of<std::uint32_t>(word);
+    const auto probe = word == "all" ? std::optional(kAllProbes) : number_of<std::uint32_t>(word);
     if (!probe) return std::nullopt;
     return ViewRequest{.kind = Kind::kTare, .probe = *probe};
   }

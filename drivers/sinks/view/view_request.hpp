@@ -12,7 +12,7 @@ namespace merkel {
 /// A request of a page to its run: one line of text.
 ///
 ///   watch [NEURON]…         send drive and potential of these afferents, at most kMostWatched
-///   tare PROBE              tare a probe; probes count from 0
+///   tare PROBE | all        tare a probe, or all of them; probes count from 0
 ///   mark LABEL              mark this instant with a label of at most kLongestLabel bytes
 ///   record start | stop     record a session
 ///   seek SECONDS            replay only: go to a time
@@ -21,6 +21,7 @@ struct ViewRequest {
   enum class Kind { kWatch, kTare, kMark, kRecordStart, kRecordStop, kSeek, kPause, kPlay };
   static constexpr std::size_t kMostWatched = 4;
   static constexpr std::size_t kLongestLabel = 200;
+  static constexpr std::uint32_t kAllProbes = UINT32_MAX;
 
   Kind kind = Kind::kWatch;
   std::vector<std::uint32_t> neurons = {};

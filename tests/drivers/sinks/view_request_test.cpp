@@ -16,6 +16,7 @@ TEST(ViewRequest, ReadsEveryRequest) {
   EXPECT_EQ(watch->neurons, (std::vector<std::uint32_t>{3, 17, 4250}));
   EXPECT_TRUE(ViewRequest::parse("watch")->neurons.empty());
   EXPECT_EQ(ViewRequest::parse("tare 2")->probe, 2U);
+  EXPECT_EQ(ViewRequest::parse("tare all")->probe, ViewRequest::kAllProbes);
   EXPECT_EQ(ViewRequest::parse("mark left index, try 2")->label, "left index, try 2");
   EXPECT_EQ(ViewRequest::parse("record start")->kind, RequestKind::kRecordStart);
   EXPECT_EQ(ViewRequest::parse("record stop")->kind, RequestKind::kRecordStop);

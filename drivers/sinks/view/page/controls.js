@@ -27,6 +27,7 @@ export class Controls {
     byId('controls').hidden = !scene.control;
     byId('session').hidden = !scene.session;
     byId('tare-probe').replaceChildren(...scene.probes.map((probe, i) => new Option(probe.name, i)));
+    if (scene.probes.length > 1) byId('tare-probe').append(new Option('all probes', 'all'));
     byId('tare-probe').hidden = scene.probes.length < 2;
     if (scene.session) byId('seek').max = scene.session.length_s;
   }
