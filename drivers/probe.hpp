@@ -46,6 +46,7 @@ struct ProbeInfo {
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only
   std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra, in order
   std::optional<RecordedRun> run = {};          ///< of a recording, if known
+  std::size_t taxels = 0;                       ///< of a tactile array; 0: another probe
 };
 
 /// What a device's driver counts and measures.
@@ -111,6 +112,12 @@ class Probe {
   /// not an error. Real-time: no. Thread: probe.
   [[nodiscard]] virtual Expected<std::size_t, ProbeError> read(
       std::span<ProbeSample> samples, std::chrono::milliseconds patience) = 0;
+
+  /// The pressures of a tactile array in a sample of the last read(), kPa: ProbeInfo::taxels
+  /// values; empty for other probes. Thread: probe.
+  [[nodiscard]] virtual std::span<const float> taxels(const ProbeSample& /*sample*/) const {
+    return {};
+  }
 
   /// A sentence on the last error; empty at the end of the stream. Thread: probe.
   [[nodiscard]] virtual std::string error_message() const { return {}; }

@@ -12,6 +12,7 @@ struct SampleLimits {
   static constexpr double kDepth_mm = 1e3;
   static constexpr double kForce_mN = 1e7;
   static constexpr double kPosition_mm = 1e4;
+  static constexpr double kPressure_kPa = 1e5;
 };
 
 /// True if a value is finite and within its limit. Real-time: yes.

@@ -52,7 +52,8 @@ struct Pipeline::Parts {
   Parts(TactileModel& the_model, Parameters the_parameters)
       : model(the_model),
         parameters(std::move(the_parameters)),
-        sinks(fanout, probes, model.neurons(), parameters.encoder != nullptr) {}
+        sinks(fanout, probes, model.neurons(), parameters.encoder != nullptr,
+              model.parameters().has_arrays()) {}
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
   /// The readers of a run that failed to start still fill the sinks' feeds.

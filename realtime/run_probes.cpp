@@ -52,7 +52,8 @@ RunProbes::Route::Route(Device& the_device, std::size_t the_output,
     : device(&the_device),
       output(the_output),
       parameters(the_parameters),
-      channel(queue_capacity(the_device.probe->info_of(the_output))) {}
+      channel(queue_capacity(the_device.probe->info_of(the_output)),
+              the_device.probe->info_of(the_output).taxels) {}
 
 const ProbeInfo& RunProbes::Route::info() const noexcept { return device->probe->info_of(output); }
 

@@ -23,6 +23,8 @@ template <>
 constexpr std::size_t kCapacity<SpikeEvent> = 65536;
 template <>
 constexpr std::size_t kCapacity<StimulationCommand> = 65536;
+template <>
+constexpr std::size_t kCapacity<TaxelBlock> = 65536;
 /// These have a feed from each probe and each port.
 template <>
 constexpr std::size_t kCapacity<DeliveredSample> = 0;
@@ -83,7 +85,8 @@ RunSinks::~RunSinks() {
 void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
   SpikeChannel& channel = fanout_.add_channel();
   for_each_kind(channel.feeds, [&]<class Record>(const Feeds<Record>&) {
-    const bool produced = commands_ || !std::is_same_v<Record, StimulationCommand>;
+    const bool produced = (commands_ || !std::is_same_v<Record, StimulationCommand>)&&(
+        arrays_ || !std::is_same_v<Record, TaxelBlock>);
     constexpr std::size_t kRoom = kCapacity<Record>;
     if (kRoom > 0 && produced && sink->takes<Record>()) channel.add<Record>(kRoom);
   });

@@ -25,8 +25,10 @@ class RunSinks {
  public:
   /// \param neurons   of the model
   /// \param commands  whether the scene has electrodes
-  RunSinks(SpikeFanout& fanout, RunProbes& probes, std::size_t neurons, bool commands) noexcept
-      : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands) {}
+  /// \param arrays  whether it has tactile arrays
+  RunSinks(SpikeFanout& fanout, RunProbes& probes, std::size_t neurons, bool commands,
+           bool arrays) noexcept
+      : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands), arrays_(arrays) {}
   RunSinks(const RunSinks&) = delete;
   RunSinks& operator=(const RunSinks&) = delete;
   ~RunSinks();
@@ -65,6 +67,7 @@ class RunSinks {
   RunProbes& probes_;
   std::size_t neurons_;
   bool commands_;
+  bool arrays_;
   std::vector<std::unique_ptr<Entry>> entries_;
   std::atomic<bool> started_{false};  ///< all probes and sinks exist
 };

@@ -10,8 +10,8 @@ namespace {
 
 using Tip = Indenter::Tip;
 
-constexpr std::string_view kTips[] = {"sphere", "bars",     "pin",  "edge", "wedge",
-                                      "cone",   "cylinder", "dots", "shape"};
+constexpr std::string_view kTips[] = {"sphere", "bars",     "pin",  "edge",  "wedge",
+                                      "cone",   "cylinder", "dots", "shape", "taxels"};
 
 void check_shape(const Indenter& tip, const SkinParameters& skin, ParameterCheck& all) {
   const TipShape& shape = tip.shape;
@@ -46,6 +46,15 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
                 "may be inf (a flat plate) only on a curved finger: set skin.radius_mm");
   }
   if (closed_form(skin)) return all.result();
+  if (tip == Tip::kTaxels) {
+    return all.also(taxels.check())
+        .require(!skin.stiffens(), "skin.stiffening_mm",
+                 "must be inf for the tip \"taxels\": an array measures no depth, with which the "
+                 "skin could stiffen")
+        .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+                 "must be at least 0.05 under this tip: the stress jumps at the edges of a taxel")
+        .result();
+  }
   if (tip == Tip::kBars) all.also(bars.check());
   if (tip == Tip::kShape) check_shape(*this, skin, all);
   const double smallest = tip == Tip::kEdge || tip == Tip::kWedge

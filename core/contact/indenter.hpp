@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string_view>
 
+#include "core/contact/taxel_array.hpp"
 #include "core/contact/tip_shape.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/skin/skin_material.hpp"
@@ -14,9 +15,9 @@ inline constexpr std::string_view kMixedControl =
     "must be the same for all probes, but mixes \"depth\" and \"force\": use one of them for all "
     "probes";
 
-/// The rigid tip of a probe.
+/// The tip of a probe: rigid, or a tactile array whose pressures are prescribed.
 struct Indenter {
-  enum class Tip { kSphere, kBars, kPin, kEdge, kWedge, kCone, kCylinder, kDots, kShape };
+  enum class Tip { kSphere, kBars, kPin, kEdge, kWedge, kCone, kCylinder, kDots, kShape, kTaxels };
   /// Which reading of the probe drives the contact.
   enum class Control { kDepth, kForce };
 
@@ -26,6 +27,7 @@ struct Indenter {
   BarTip bars;     ///< if the tip is bars
   PinTip pin;      ///< of pins, dots and cones
   TipShape shape;  ///< of all tips but spheres
+  TaxelArray taxels;
   Control control = Control::kDepth;
   std::size_t patch = 0;  ///< index of the patch that it presses on
 
@@ -35,10 +37,12 @@ struct Indenter {
   [[nodiscard]] bool closed_form(const SkinParameters& skin) const noexcept {
     return tip == Tip::kSphere && skin.layers.empty();
   }
+  /// Whether its pressures are measured, not computed from a contact.
+  [[nodiscard]] bool prescribed() const noexcept { return tip == Tip::kTaxels; }
   /// Whether two indenters have the same tip.
   [[nodiscard]] bool same_tip(const Indenter& other) const noexcept {
     return tip == other.tip && radius_mm == other.radius_mm && bars == other.bars &&
-           pin == other.pin && shape == other.shape;
+           pin == other.pin && shape == other.shape && taxels == other.taxels;
   }
   [[nodiscard]] static std::string_view name_of(Tip tip) noexcept;
 };

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 
 #include "core/contact/contact_state.hpp"
 #include "core/contact/layer_field.hpp"
+#include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_field.hpp"
 #include "core/realtime_tag.hpp"
 
@@ -15,6 +17,8 @@ struct PlacedContact {
   const TipField* field = nullptr;  ///< the tables of a solved contact; null: closed forms
   const LayerField* layer =
       nullptr;  ///< field of a sphere on skin bonded to bone; null: half-space
+  const TaxelField* taxels = nullptr;  ///< the energies under a tactile array, alone on its patch
+  std::uint64_t version = 0;           ///< of these energies
   double x_mm = 0.0;
   double y_mm = 0.0;
   /// Beyond this distance from the axis, the energy density is taken as zero (see DriveReach).

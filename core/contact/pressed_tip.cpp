@@ -52,6 +52,8 @@ std::pair<double, double> half_size(const Indenter& indenter) noexcept {
     case Tip::kShape:
       return {0.5 * shape.map->grid.pixel_mm * static_cast<double>(shape.map->grid.columns),
               0.5 * shape.map->grid.pixel_mm * static_cast<double>(shape.map->grid.rows)};
+    case Tip::kTaxels:  // no contact is solved
+      break;
   }
   return {};
 }
@@ -107,6 +109,8 @@ TipHeight upright_height(const Indenter& indenter, const SkinParameters& skin) {
       return dots_height(shape.dots, indenter.pin.diameter_mm, rim);
     case Tip::kShape:
       return map_height(*shape.map);
+    case Tip::kTaxels:
+      break;
   }
   return {};
 }

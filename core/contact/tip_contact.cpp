@@ -36,6 +36,7 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
                        std::shared_ptr<const LayerField> layer,
                        std::shared_ptr<const TipField> field)
     : by_force_(indenter.control == Indenter::Control::kForce), stiffening_mm_(skin.stiffening_mm) {
+  if (indenter.tip == Indenter::Tip::kTaxels) return;  // its pressures are prescribed
   if (skin.apex) apex_ = *skin.apex;
   if (!indenter.closed_form(skin)) {
     field_ = field ? std::move(field) : std::make_shared<TipField>(indenter, skin);
@@ -66,6 +67,7 @@ Press TipContact::placed(const ContactInput& input, const ContactState& contact)
 }
 
 Press TipContact::press(const ContactInput& input) const noexcept {
+  if (!sphere_ && !field_) return placed(input, {.force_mN = input.force_mN});
   if (!by_force_) return press_at_depth(input, input.depth_mm);
   if (sphere_) return placed(input, sphere_->at_force(input.force_mN));
   return press_at_depth(input, solved_depth_mm(input.force_mN));

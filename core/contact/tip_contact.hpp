@@ -19,7 +19,10 @@ struct Press {
   double x_mm = 0.0;  ///< of the contact's centre
   double y_mm = 0.0;
 
-  [[nodiscard]] bool touching() const noexcept { return contact.depth_mm > 0.0; }
+  /// A tactile array presses without a depth.
+  [[nodiscard]] bool touching() const noexcept {
+    return contact.depth_mm > 0.0 || contact.peak_pressure_kPa > 0.0;
+  }
 };
 
 /// Turns a probe's reading into the contact of its tip. Real-time: yes, after construction.

@@ -141,6 +141,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
   const ReceptorArguments<Real> receptors = blocks(first, last);
   if (contacts.size() == 1) {
     const PlacedContact& only = contacts.front();
+    if (only.taxels != nullptr) return copy_energies(*only.taxels, first, last);
     if (only.field != nullptr) return press_alone(only, receptors.first, receptors.last);
     if (only.layer != nullptr) return profile_energy(profile_of(only), receptors);
     return sphere_energy(field(only), receptors);
@@ -164,6 +165,13 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
   }
   stress_energy(sums, receptors, 1.0 / (12.0 * skin_.shear_modulus_kPa()),
                 kind_ == EnergyDensity::kFull ? 1.0 / (18.0 * skin_.bulk_modulus_kPa()) : 0.0);
+}
+
+template <class Real>
+void ReceptorArrays<Real>::copy_energies(const TaxelField& taxels, std::size_t first,
+                                         std::size_t last) noexcept {
+  const std::span<const float> energies = taxels.energies_kPa();
+  for (std::size_t i = first; i < last; ++i) energy_[i] = static_cast<Real>(energies[i]);
 }
 
 template <class Real>

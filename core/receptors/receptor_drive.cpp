@@ -94,6 +94,10 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
   for (const PlacedContact& placed : contacts) {
     const double farthest2 = box_.farthest2(placed.x_mm, placed.y_mm);
     Ranges ranges{.reach2 = square(placed.reach_mm), .displaced2 = 0.0, .may_displace2 = 0.0};
+    if (placed.taxels != nullptr) {
+      ranges_.push_back(ranges);  // no threshold: only the mean energy density is computed
+      continue;
+    }
     if (placed.field != nullptr) {
       if (!placed.field->on_half_space()) {
         // Layers may bulge: ask each receptor.

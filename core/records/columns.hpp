@@ -1,13 +1,18 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "core/records/column.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
+#include "core/records/taxel_block.hpp"
 #include "core/records/tick_record.hpp"
 
 namespace merkel {
@@ -58,7 +63,33 @@ inline constexpr auto kTickColumns = std::tuple(
         "state", "0 following, 1 held, 2 released, 3 ended",
         [](auto& r) -> auto& { return r.state; }, 0.0, number_of(TickRecord::State::kEnded)),
     later_column(column(
-        "delay_ns", "ns", "of the loop", [](auto& r) -> auto& { return r.delay; })));
+        "delay_ns", "ns", "of the loop", [](auto& r) -> auto& { return r.delay; })),
+    later_column(column(
+        "taxel_blocks", "", "of a tactile array: blocks of pressures that changed",
+        [](auto& r) -> auto& { return r.taxel_blocks; })));
+
+inline constexpr std::array<std::string_view, TaxelBlock::kTaxels> kTaxelNames = {
+    "p0",  "p1",  "p2",  "p3",  "p4",  "p5",  "p6",  "p7",  "p8",  "p9",  "p10",
+    "p11", "p12", "p13", "p14", "p15", "p16", "p17", "p18", "p19", "p20", "p21",
+    "p22", "p23", "p24", "p25", "p26", "p27", "p28", "p29", "p30", "p31"};
+
+inline constexpr auto kTaxelColumns = std::tuple_cat(
+    std::tuple(column(
+                   "tick", "", "number of the tick", [](auto& r) -> auto& { return r.tick; }),
+               column(
+                   "probe", "", "from 0", [](auto& r) -> auto& { return r.probe; }),
+               time_column(
+                   "time_ns", "time_s", "probe time of the tick's end",
+                   [](auto& r) -> auto& { return r.time; }),
+               column(
+                   "first", "", "taxel of p0, from 0", [](auto& r) -> auto& { return r.first; }),
+               limited_column(
+                   "count", "of the taxels", [](auto& r) -> auto& { return r.count; }, 1.0,
+                   static_cast<double>(TaxelBlock::kTaxels))),
+    []<std::size_t... k>(std::index_sequence<k...>) {
+      return std::tuple(column(
+          kTaxelNames[k], "kPa", "", [](auto& r) -> auto& { return r.pressure_kPa[k]; })...);
+    }(std::make_index_sequence<TaxelBlock::kTaxels>()));
 
 inline constexpr auto kSampleColumns =
     std::tuple(time_column(

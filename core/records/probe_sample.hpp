@@ -36,6 +36,7 @@ struct ProbeSample {
   /// the first of them, and the rest are 0. NaN where the recording has no number.
   static constexpr std::size_t kMostExtra = 32;
   std::array<double, kMostExtra> extra{};
+  std::uint32_t row = 0;  ///< of a tactile array: its pressures, for Probe::taxels()
   /// How long the sample is held if no other follows; then the probe is released. 0: without limit.
   std::chrono::nanoseconds valid_for{0};
 

@@ -16,6 +16,7 @@
 #include "core/records/run_status.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
+#include "core/records/taxel_block.hpp"
 #include "core/records/tick_record.hpp"
 
 namespace merkel {
@@ -41,6 +42,7 @@ struct RecordLists {
   List<DeliveredSample> samples{};      ///< calibrated samples as the probes delivered them
   List<SpikeEvent> spikes{};            ///< ties by patch and neuron
   List<StimulationCommand> commands{};  ///< the last update of a run has every electrode off
+  List<TaxelBlock> taxels{};            ///< pressures of tactile arrays that changed at a tick
   List<TickRecord> ticks{};             ///< the input of the loop: each probe at each tick
   List<LoopEvent> events{};             ///< releases, gaps, resets
   List<NeuronSample> neurons{};         ///< drive and potential of the watched neurons
@@ -48,10 +50,12 @@ struct RecordLists {
   List<RunStatus> status{};             ///< the run's counters, five times a second and at the end
 
   [[nodiscard]] constexpr auto all() noexcept {
-    return std::tie(frames, samples, spikes, commands, ticks, events, neurons, marks, status);
+    return std::tie(frames, samples, spikes, commands, taxels, ticks, events, neurons, marks,
+                    status);
   }
   [[nodiscard]] constexpr auto all() const noexcept {
-    return std::tie(frames, samples, spikes, commands, ticks, events, neurons, marks, status);
+    return std::tie(frames, samples, spikes, commands, taxels, ticks, events, neurons, marks,
+                    status);
   }
   /// The list of a kind.
   template <class Record>

@@ -13,6 +13,7 @@ struct RunStatus {
   struct Losses {
     std::uint64_t spikes = 0;
     std::uint64_t ticks = 0;
+    std::uint64_t taxels = 0;
     std::uint64_t events = 0;
     std::uint64_t samples = 0;
     std::uint64_t frames = 0;
@@ -45,6 +46,7 @@ inline constexpr auto kLossFields = [] {
       Row{"lost_spikes", "", "spikes not in this file", &Losses::spikes, true},
       Row{"lost_ticks", "", "tick records not in this file: one per tick and probe", &Losses::ticks,
           true},
+      Row{"lost_taxels", "", "blocks of taxels not in this file", &Losses::taxels, true},
       Row{"lost_events", "", "events not in this file", &Losses::events, true},
       Row{"lost_samples", "", "samples not in this file", &Losses::samples, true},
       Row{"lost_frames", "", "chunks of device bytes not in this file", &Losses::frames, true},

@@ -37,6 +37,11 @@ Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
       .result();
 }
 
+bool alone_on_patch(const TactileModel::Parameters& p, std::size_t patch) {
+  return std::count_if(p.indenters.begin(), p.indenters.end(),
+                       [patch](const Indenter& indenter) { return indenter.patch == patch; }) == 1;
+}
+
 constexpr double kSmallestStep_ms = 1e-4;
 constexpr std::int64_t kMostStepsPerTick = 100'000;
 
@@ -68,7 +73,14 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
   for (const Indenter& indenter : p.indenters) {
     all.also(indenter.check(p.skin))
         .require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
-        .require(indenter.control == p.indenters.front().control, "probe.control", kMixedControl);
+        .require(indenter.control == p.indenters.front().control ||
+                     p.indenters.front().prescribed() || indenter.prescribed(),
+                 "probe.control", kMixedControl)
+        .require(!indenter.prescribed() || alone_on_patch(p, indenter.patch), "probe.tip",
+                 "\"taxels\" needs a patch of its own: give the other probe another patch")
+        .require(!indenter.prescribed() || p.energy_driven(), "probe.tip",
+                 "\"taxels\" needs neurons that the energy density drives: set neuron.kind = "
+                 "\"integrate_and_fire\" or \"connor_stevens\", or preset = \"goodwin\"");
   }
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()

@@ -89,6 +89,7 @@ BoundFields tip_fields(Indenter& indenter) {
   bind_fields(indenter.pin, fields);
   bind_fields(indenter.bars, fields);
   bind_fields(indenter.shape, fields);
+  bind_fields(indenter.taxels, fields);
   return fields;
 }
 

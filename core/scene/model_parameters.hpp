@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -92,6 +93,11 @@ struct ModelParameters {
   std::chrono::nanoseconds tick{1'000'000};
   std::chrono::nanoseconds step{25'000};  ///< of the neurons; divides the tick
 
+  /// Whether a tip is a tactile array.
+  [[nodiscard]] bool has_arrays() const noexcept {
+    return std::any_of(indenters.begin(), indenters.end(),
+                       [](const Indenter& indenter) { return indenter.prescribed(); });
+  }
   [[nodiscard]] NeuronKind kind() const noexcept {
     return static_cast<NeuronKind>(afferent.index());
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -72,6 +73,28 @@ Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters
                       std::move(*afferents), most_spikes(p, neurons));
 }
 
+std::vector<Position> positions_of(const TactilePatch& patch) {
+  std::vector<Position> positions;
+  for (const Receptor& receptor : patch.drive().receptors()) {
+    positions.push_back({.x_mm = receptor.x_mm, .y_mm = receptor.y_mm});
+  }
+  return positions;
+}
+
+Expected<void, ParameterError> check_arrays(const TactileModel::Parameters& p,
+                                            const std::vector<TactilePatch>& patches) {
+  ParameterCheck all;
+  for (const Indenter& indenter : p.indenters) {
+    if (!indenter.prescribed()) continue;
+    const std::size_t nodes = TaxelField::nodes(indenter.taxels, indenter.shape.orientation_deg,
+                                                p.skin, positions_of(patches[indenter.patch]));
+    all.require(nodes <= TaxelField::kMostNodes, "skin.receptor_depth_mm",
+                "is so small for an array of this size that a tick would take too long: use fewer "
+                "taxels, a smaller patch or deeper receptors");
+  }
+  return all.result();
+}
+
 }  // namespace
 
 Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& parameters) {
@@ -89,6 +112,9 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
     if (!patch) return Unexpected<ParameterError>(patch.error());
     first_neuron += static_cast<std::uint32_t>(patch->neurons());
     patches.push_back(std::move(*patch));
+  }
+  if (const auto checked = check_arrays(parameters, patches); !checked) {
+    return Unexpected<ParameterError>(checked.error());
   }
   return TactileModel(parameters, std::move(patches));
 }
@@ -110,8 +136,14 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
     const auto index = static_cast<std::size_t>(same - parameters.indenters.begin());
     tips_.emplace_back(indenter, parameters.skin, layer,
                        same == own ? nullptr : tips_[index].shared_field());
+    taxels_.push_back(nullptr);
     const std::size_t tips = indenters_on(indenter.patch, parameters);
-    if (same != own && tips == indenters_on(same->patch, parameters)) {
+    if (indenter.prescribed()) {
+      taxels_.back() =
+          std::make_unique<TaxelField>(indenter.taxels, indenter.shape.orientation_deg,
+                                       parameters.skin, positions_of(patches_[indenter.patch]));
+      reach_of_tip_.emplace_back(tips_.back(), parameters.skin, 0.0, std::size_t{1});  // all
+    } else if (same != own && tips == indenters_on(same->patch, parameters)) {
       reach_of_tip_.push_back(reach_of_tip_[index]);
     } else if (parameters.energy_driven()) {
       reach_of_tip_.emplace_back(tips_.back(), parameters.skin, parameters.accuracy.cull_tolerance,
@@ -131,6 +163,9 @@ void TactileModel::reset() noexcept {
   for (TactilePatch& patch : patches_) patch.reset();
   std::fill(presses_.begin(), presses_.end(), Press{});
   std::fill(deepest_.begin(), deepest_.end(), Press{});
+  for (const auto& taxels : taxels_) {
+    if (taxels) taxels->release();
+  }
   closest_rims_ = std::numeric_limits<double>::infinity();
 }
 
@@ -207,7 +242,10 @@ void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
 
 void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
   for (std::size_t i = 0; i < tips_.size(); ++i) presses_[i] = tips_[i].press(contacts[i]);
-  if (tips_.size() == 1 || tips_.front().by_force()) return;
+  const auto by_depth = [this](const TipContact& tip) {
+    return !tip.by_force() && (tip.sphere() != nullptr || tip.field() != nullptr);
+  };
+  if (tips_.size() == 1 || std::none_of(tips_.begin(), tips_.end(), by_depth)) return;
   for (std::size_t patch = 0; patch < patches_.size(); ++patch) {
     neighbours_.clear();
     for (std::size_t i = 0; i < tips_.size(); ++i) {
@@ -224,12 +262,38 @@ void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
   }
 }
 
+void TactileModel::set_taxels(std::size_t indenter, std::span<const float> pressures_kPa) noexcept {
+  if (taxels_[indenter]) taxels_[indenter]->press(pressures_kPa);
+}
+
+/// The contact of a tactile array. Its press has a force and an area, but no depth.
+void TactileModel::touch(std::size_t indenter) noexcept {
+  const TaxelField& taxels = *taxels_[indenter];
+  Press& made = presses_[indenter];
+  const Position& place = parameters_.indenters[indenter].taxels.place;
+  made = {.contact = {}, .x_mm = place.x_mm, .y_mm = place.y_mm};
+  if (!taxels.touching()) return;
+  made.contact.force_mN = taxels.force_mN();
+  made.contact.contact_radius_mm = std::sqrt(taxels.area_mm2() / std::numbers::pi);
+  made.contact.peak_pressure_kPa = taxels.peak_pressure_kPa();
+  touching_[parameters_.indenters[indenter].patch].push_back({.contact = made.contact,
+                                                              .taxels = &taxels,
+                                                              .version = taxels.version(),
+                                                              .x_mm = made.x_mm,
+                                                              .y_mm = made.y_mm});
+  if (made.contact.force_mN > deepest_[indenter].contact.force_mN) deepest_[indenter] = made;
+}
+
 std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_at_end,
                                          std::chrono::nanoseconds start) noexcept {
   assert(contacts_at_end.size() == tips_.size());
   for (auto& touching : touching_) touching.clear();
   press_tips(contacts_at_end);
   for (std::size_t i = 0; i < tips_.size(); ++i) {
+    if (taxels_[i]) {
+      touch(i);
+      continue;
+    }
     const Press& made = presses_[i];
     if (!made.touching()) continue;
     touching_[parameters_.indenters[i].patch].push_back(

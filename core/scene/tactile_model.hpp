@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/contact/neighbour_depths.hpp"
+#include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/neurons/spike_buffer.hpp"
 #include "core/parameters/parameter_error.hpp"
@@ -49,6 +50,11 @@ class TactileModel {
   std::span<SpikeEvent> step(std::span<const ContactInput> contacts_at_end,
                              std::chrono::nanoseconds start) noexcept MERKEL_REALTIME;
 
+  /// Sets the pressures of a tactile array from the next step on; all are 0 before.
+  /// \param pressures_kPa  one per taxel; none for other tips.  Real-time: yes.
+  void set_taxels(std::size_t indenter,
+                  std::span<const float> pressures_kPa) noexcept MERKEL_REALTIME;
+
   /// The contact that an input makes with an indenter. Real-time: yes.
   [[nodiscard]] Press press(std::size_t indenter,
                             const ContactInput& input) const noexcept MERKEL_REALTIME {
@@ -85,6 +91,7 @@ class TactileModel {
   void update_rim_distance(std::span<const PlacedContact> touching) noexcept;
   /// Writes presses_; depth-controlled tips on one patch share the skin that they displace.
   void press_tips(std::span<const ContactInput> contacts) noexcept;
+  void touch(std::size_t indenter) noexcept;
   void step_patches(std::chrono::nanoseconds start) noexcept;
   void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
 
@@ -92,6 +99,7 @@ class TactileModel {
   int steps_;  ///< of the neurons in a tick
   std::vector<TipContact> tips_;
   std::vector<DriveReach> reach_of_tip_;
+  std::vector<std::unique_ptr<TaxelField>> taxels_;  ///< by indenter; null: not a tactile array
   std::vector<TactilePatch> patches_;
   std::vector<std::vector<PlacedContact>> touching_;  ///< by patch
   std::vector<Press> presses_;                        ///< of this tick

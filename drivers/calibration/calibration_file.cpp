@@ -6,6 +6,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/files/toml.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 
 namespace merkel {
 namespace {
@@ -36,9 +37,17 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
       const auto source = node.value<std::string>().value_or("");
       const auto* const found =
           std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), source);
+      const auto own = csv_column_named(source);
+      if (own && own->kind == CsvColumn::Kind::kValue && is_named(own->channel)) {
+        channel.source = own->channel;
+        channel.name = source;
+        has_source = true;
+        continue;
+      }
       if (found == kDeviceChannelNames.end()) {
         return bad_input(at(path, node) + full +
-                         " must be one of force, force_x, force_y, force_z, depth, x, y, z");
+                         " must be one of force, force_x, force_y, force_z, depth, x, y, z, or a "
+                         "channel of its own name with its unit, such as thumb_N");
       }
       channel.source = static_cast<DeviceChannel>(found - kDeviceChannelNames.begin());
       has_source = true;

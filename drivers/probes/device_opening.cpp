@@ -90,6 +90,12 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::str
       auto& channel = calibration.channels[i];
       if (chosen != nullptr) {
         const auto& own = chosen->channels[i];
+        if (channel && own && !channel->name.empty() && channel->name != own->name) {
+          return bad_input("the calibration " + file + " belongs to the channel " + channel->name +
+                           ", but the " + std::string(kSampleChannelNames[i]) +
+                           " of this probe is " + own->name +
+                           ": calibrate each channel by its own file");
+        }
         if (channel && own) {
           channel->source = own->source;
           channel->name = own->name;
@@ -102,7 +108,9 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::str
         return bad_input(
             "the calibration " + file + " takes " + std::string(kSampleChannelNames[i]) +
             " from the channel " +
-            std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]) +
+            (is_named(channel->source)
+                 ? channel->name
+                 : std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)])) +
             ", which this device does not have");
       }
     }

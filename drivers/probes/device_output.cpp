@@ -15,7 +15,19 @@ constexpr std::chrono::milliseconds kSaturationPause{1000};
 
 }  // namespace
 
+DeviceOutput::Result DeviceOutput::take_taxels(const DeviceReading& reading) {
+  Result result;
+  result.taxels.resize(taxels_->size());
+  result.waiting = !taxels_->take(reading, result.taxels, result.notices);
+  if (result.waiting) return result;
+  result.sample =
+      ProbeSample{.force_mN = taxels_->force_mN(result.taxels), .channels = ProbeSample::kForce};
+  result.saturated = reading.saturated;
+  return result;
+}
+
 DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading) {
+  if (taxels_) return take_taxels(reading);
   Result result;
   if (tare_.pending()) {
     if (auto sentence = tare(reading)) result.notices.push_back(std::move(*sentence));

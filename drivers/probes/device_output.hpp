@@ -9,6 +9,7 @@
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/probes/tare_request.hpp"
+#include "drivers/probes/taxel_readings.hpp"
 
 namespace merkel {
 
@@ -19,6 +20,8 @@ class DeviceOutput {
   /// What a reading gave.
   struct Result {
     std::optional<ProbeSample> sample;  ///< not set: a value is missing or impossible
+    std::vector<float> taxels = {};     ///< of a tactile array, kPa
+    bool waiting = false;               ///< the zero of the array is being measured: no sample yet
     bool saturated = false;
     std::vector<std::string> notices = {};  ///< for the user
   };
@@ -29,21 +32,27 @@ class DeviceOutput {
         calibration_(std::move(calibration)),
         further_(std::move(further)) {}
 
+  /// A tactile array.
+  DeviceOutput(ProbeInfo info, std::vector<ChannelName> channels, double area_mm2)
+      : info_(std::move(info)), taxels_(std::in_place, info_.name, std::move(channels), area_mm2) {}
+
   /// Thread: any.
   [[nodiscard]] const ProbeInfo& info() const noexcept { return info_; }
   [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
   /// Thread: any.
-  void request_tare() noexcept { tare_.make(); }
+  void request_tare() noexcept { taxels_ ? taxels_->request_tare() : tare_.make(); }
 
   /// Tares if requested, and converts a reading; the caller sets times and sequence.
   [[nodiscard]] Result take(const DeviceReading& reading);
 
  private:
   [[nodiscard]] std::optional<std::string> tare(const DeviceReading& reading);
+  [[nodiscard]] Result take_taxels(const DeviceReading& reading);
 
   ProbeInfo info_;
   ProbeCalibration calibration_;
   std::vector<DeviceChannel> further_;
+  std::optional<TaxelReadings> taxels_;
   TareRequest tare_;
   bool lacks_value_ = false;
   bool saturated_ = false;

@@ -26,6 +26,7 @@ constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri& uri) {
   Settings settings{.uri = uri.text};
   settings.parts = uri.parts;
+  settings.calibrations = uri.calibrations;
   const std::string times = options.word("clock", "mapped", "mapped|device|arrival");
   settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
                    : times == "device" ? ReadingTimes::Rule::kDevice
@@ -128,23 +129,48 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   };
   const std::vector<std::string> parts =
       settings_.parts.empty() ? std::vector<std::string>(1) : settings_.parts;
-  if (parts.size() > 1 && !settings_.calibration.empty()) {
-    return refuse("the option calibration is for a device with one probe: remove it");
+  std::vector<std::string> files = settings_.calibrations;
+  files.resize(parts.size());
+  const bool in_scene = std::any_of(files.begin(), files.end(),
+                                    [](const std::string& file) { return !file.empty(); });
+  if ((parts.size() > 1 || in_scene) && !settings_.calibration.empty()) {
+    return refuse(
+        "the option calibration is for a device with one probe: remove it, and give each probe its "
+        "own by the key calibration of [[probe]]");
   }
-  for (const std::string& part : parts) {
+  if (!in_scene) files.front() = settings_.calibration;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::string& part = parts[i];
     const auto wanted = ProbeChannels::parse(part);
     if (!wanted) return refuse(wanted.error());
+    if (wanted->taxels) {
+      if (!files[i].empty()) {
+        return refuse("a tactile array measures its zero itself: remove its calibration");
+      }
+      auto channels = taxel_channels(names, wanted->taxels->prefix);
+      if (const std::string why = wrong_taxels(channels.size(), *wanted->taxels); !why.empty()) {
+        return refuse(why);
+      }
+      ProbeInfo info = device;
+      info.uri += "#" + part;
+      info.name += ", " + std::to_string(channels.size()) + " taxels";
+      info.channels = ProbeSample::kForce;
+      info.taxels = channels.size();
+      outputs_.emplace_back(std::move(info), std::move(channels), wanted->taxels->area_mm2);
+      continue;
+    }
     const auto chosen = wanted->among(names);
     if (!chosen) return refuse(chosen.error());
     auto calibration =
-        read_calibration_of_device(settings_.calibration, device.serial_number,
-                                   protocol_->channels(), wanted->empty() ? nullptr : &*chosen);
+        read_calibration_of_device(files[i], device.serial_number, protocol_->channels(),
+                                   wanted->empty() ? nullptr : &*chosen);
     if (!calibration) return Unexpected<SetupError>(calibration.error());
     ProbeInfo info = device;
     if (!part.empty()) {
       info.uri += "#" + part;
       info.name += ", " + names_of_channels(*chosen);
     }
+    info.calibration_file = files[i];
     info.channels = calibration->sample_channels();
     info.calibration = calibration_text(*calibration, "of " + info.name);
     std::vector<DeviceChannel> further;
@@ -199,7 +225,13 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> sampl
   } while (ready_.empty() && now() < until);
   publish();
   const std::size_t count = std::min(samples.size(), ready_.size());
-  std::copy_n(ready_.begin(), count, samples.begin());
+  delivered_taxels_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    samples[i] = ready_[i].sample;
+    if (ready_[i].taxels.empty()) continue;
+    samples[i].row = static_cast<std::uint32_t>(delivered_taxels_.size());
+    delivered_taxels_.push_back(std::move(ready_[i].taxels));
+  }
   ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(count));
   return count;
 }
@@ -344,11 +376,12 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     DeviceOutput::Result result = outputs_[i].take(reading);
     for (const std::string& sentence : result.notices) notice(sentence);
     if (!result.sample) {
-      ++refused;
+      if (!result.waiting) ++refused;
       continue;
     }
     saturated = saturated || result.saturated;
-    ProbeSample& sample = ready_.emplace_back(*result.sample);
+    ready_.push_back({.sample = *result.sample, .taxels = std::move(result.taxels)});
+    ProbeSample& sample = ready_.back().sample;
     sample.output = static_cast<std::uint32_t>(i);
     sample.sequence = sequence;
     sample.time = time;

@@ -32,7 +32,8 @@ class DeviceProbe final : public Probe {
     std::vector<std::string> parts;  ///< which is this, one for each probe that it feeds
     std::string protocol;            ///< its name, for messages
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
-    std::string calibration;  ///< file; empty: none
+    std::string calibration;                ///< file; empty: none
+    std::vector<std::string> calibrations;  ///< of each probe that it feeds, instead
     std::chrono::milliseconds silence{2000};
     StreamQuality::Parameters quality;
     std::chrono::milliseconds boot{0};  ///< further patience for the first byte
@@ -56,6 +57,10 @@ class DeviceProbe final : public Probe {
   }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
+  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override {
+    return sample.row < delivered_taxels_.size() ? delivered_taxels_[sample.row]
+                                                 : std::span<const float>{};
+  }
   [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
     return &outputs_.front().calibration();
   }
@@ -108,7 +113,13 @@ class DeviceProbe final : public Probe {
   PortLog log_;
   Bytes heard_;  ///< the first bytes, to recognise another protocol
   std::vector<std::uint8_t> buffer_;
-  std::deque<ProbeSample> ready_;
+  /// A sample, and the pressures of a tactile array.
+  struct Ready {
+    ProbeSample sample;
+    std::vector<float> taxels;
+  };
+  std::deque<Ready> ready_;
+  std::vector<std::vector<float>> delivered_taxels_;  ///< of the last read, by ProbeSample::row
 
   std::string opened_serial_number_;  ///< as reported by the protocol
   std::uint32_t opened_channels_ = 0;

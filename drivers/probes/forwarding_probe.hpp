@@ -25,6 +25,9 @@ class ForwardingProbe : public Probe {
       std::span<ProbeSample> samples, std::chrono::milliseconds patience) override {
     return probe_->read(samples, patience);
   }
+  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override {
+    return probe_->taxels(sample);
+  }
   [[nodiscard]] std::string error_message() const override { return probe_->error_message(); }
   [[nodiscard]] std::optional<DeviceCounts> device_counts() const override {
     return probe_->device_counts();

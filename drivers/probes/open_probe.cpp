@@ -8,6 +8,7 @@
 #include "drivers/probes/live_probe.hpp"
 #include "drivers/probes/measured_probe.hpp"
 #include "drivers/probes/open_device.hpp"
+#include "drivers/probes/pad_probe.hpp"
 #include "drivers/probes/recorded_outputs.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
@@ -34,13 +35,19 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
 /// A recording or a simulated press: one or several probes are fed by its columns.
 Expected<std::unique_ptr<Probe>, SetupError> recorded(
     const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
+  if (std::any_of(uri.calibrations.begin(), uri.calibrations.end(),
+                  [](const std::string& file) { return !file.empty(); })) {
+    return bad_input(
+        "\"" + uri.text +
+        "\": a recording or simulation has no calibration: remove the key calibration");
+  }
   auto probe = played(uri, open);
   if (!probe) return probe;
   return RecordedOutputs::split(std::move(*probe), uri.parts);
 }
 
 Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
-                                                      const std::vector<std::string>& parts) {
+                                                      const DeviceUri& device) {
   if (text.starts_with("fused:")) return FusedProbe::open(text);
   if (text.starts_with("/dev/")) {
     const std::string port(text);
@@ -49,9 +56,12 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
   }
   auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
-  uri->parts = parts;
+  uri->parts = device.parts;
+  uri->calibrations = device.calibrations;
   if (uri->scheme == "replay") return recorded(*uri, ReplayProbe::open);
-  if (uri->scheme == "sim") return recorded(*uri, SimProbe::open);
+  if (uri->scheme == "sim") {
+    return recorded(*uri, uri->path == "pad" ? PadProbe::open : SimProbe::open);
+  }
   if (uri->scheme == "serial") return open_serial_device(*uri);
   if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri);
   if (uri->scheme == "hid") return open_hid_device(*uri);
@@ -74,7 +84,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> open_device(const DeviceUri& device) {
-  auto probe = open_any(device.uri, device.parts);
+  auto probe = open_any(device.uri, device);
   if (!probe || (*probe)->info().replayed) return probe;
   return std::make_unique<MeasuredProbe>(std::move(*probe));
 }

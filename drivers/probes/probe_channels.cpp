@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -35,8 +37,8 @@ Expected<ChannelName, std::string> find(std::string_view name,
   const bool number = error == std::errc{} && end == name.data() + name.size();
   std::vector<ChannelName> found;
   for (const ChannelName& each : channels) {
-    const std::string in_own_unit =
-        std::string(without_unit(each.name)) + (each.force ? "_N" : "_mm");
+    const std::string in_own_unit = std::string(without_unit(each.name)) +
+                                    (each.force ? "_N" : (each.pressure ? "_kPa" : "_mm"));
     if (each.name == name || in_own_unit == name) return each;
     if (number ? each.column == column : without_unit(each.name) == name) found.push_back(each);
   }
@@ -56,10 +58,29 @@ Expected<ChannelName, std::string> find(std::string_view name,
       (channels.empty() ? "the device names none" : "The device has " + listed(channels)));
 }
 
+constexpr std::string_view kTaxels = "taxels=";
+constexpr double kUm2_per_mm2 = 1e6;
+
+std::optional<ProbeChannels::Taxels> parse_taxels(std::string_view text) {
+  constexpr std::size_t kMostTaxels = 1024;
+  ProbeChannels::Taxels taxels;
+  const std::string_view size = text.substr(0, text.find(':'));
+  if (size.size() < text.size()) taxels.prefix = text.substr(size.size() + 1);
+  const auto [end, error] = std::from_chars(size.data(), size.data() + size.size(), taxels.count);
+  if (error != std::errc{} || taxels.count < 1 || taxels.count > kMostTaxels) return std::nullopt;
+  if (end == size.data() + size.size()) return taxels;
+  std::uint64_t area_um2 = 0;
+  const auto area = std::from_chars(end + 1, size.data() + size.size(), area_um2);
+  const bool whole = *end == '*' && area.ec == std::errc{} && area.ptr == size.data() + size.size();
+  if (!whole || area_um2 == 0) return std::nullopt;
+  taxels.area_mm2 = static_cast<double>(area_um2) / kUm2_per_mm2;
+  return taxels;
+}
+
 }  // namespace
 
 bool ProbeChannels::empty() const noexcept {
-  return by_unit.empty() &&
+  return by_unit.empty() && !taxels &&
          std::all_of(of.begin(), of.end(), [](const std::string& name) { return name.empty(); });
 }
 
@@ -76,6 +97,13 @@ Expected<ProbeChannels, std::string> ProbeChannels::parse(std::string_view fragm
     if (equals == std::string_view::npos) {
       channels.by_unit.emplace_back(part);
       continue;
+    }
+    if (part.starts_with(kTaxels)) {
+      channels.taxels = parse_taxels(part.substr(kTaxels.size()));
+      if (channels.taxels) continue;
+      return Unexpected<std::string>(
+          "taxels= after # must be the number of taxels and the area of one in µm², for example "
+          "#taxels=256*810000");
     }
     const auto* const key =
         std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), part.substr(0, equals));
@@ -97,6 +125,11 @@ Expected<ProbeChannels, std::string> ProbeChannels::parse(std::string_view fragm
 std::string ProbeChannels::text() const {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ",") + part; };
+  if (taxels) {
+    add(std::string(kTaxels) + std::to_string(taxels->count) + "*" +
+        std::to_string(std::llround(kUm2_per_mm2 * taxels->area_mm2)) +
+        (taxels->prefix.empty() ? "" : ":" + taxels->prefix));
+  }
   for (const std::string& name : by_unit) add(name);
   for (std::size_t i = 0; i < of.size(); ++i) {
     if (!of[i].empty()) add(std::string(kSampleChannelNames[i]) + "=" + of[i]);
@@ -117,6 +150,11 @@ Expected<ProbeCalibration, std::string> ProbeChannels::among(
                        bool by_its_unit) -> Expected<void, std::string> {
     const auto found = find(name, channels);
     if (!found) return Unexpected<std::string>(found.error());
+    if (found->pressure) {
+      return Unexpected<std::string>(
+          "the channel " + found->name +
+          " is a pressure: it can be a taxel (tip = \"taxels\"), but no " + "force or length");
+    }
     if (by_its_unit) place = found->force ? kForcePlace : 0;
     const std::string wanted(kSampleChannelNames[place]);
     if (found->force != (place == kForcePlace)) {
@@ -147,6 +185,16 @@ std::string names_of_channels(const ProbeCalibration& calibration) {
     if (channel) names += (names.empty() ? "" : ", ") + printable_text(channel->name);
   }
   return names;
+}
+
+std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted) {
+  if (count == wanted.count) return {};
+  return "the array has " + std::to_string(wanted.count) + " taxels, but " + std::to_string(count) +
+         " channels are forces or pressures" +
+         (wanted.prefix.empty() ? "" : " whose names begin with " + printable_text(wanted.prefix)) +
+         ": correct taxel_columns and taxel_rows, name the columns of the device "
+         "(columns=taxel_kPa*" +
+         std::to_string(wanted.count) + "), or choose channels by the key taxel_channels";
 }
 
 std::string no_press_among(std::span<const std::string> channels) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +23,14 @@ struct ProbeChannels {
   /// Depth, force, x and y, as in kSampleChannelNames; empty: not chosen.
   std::array<std::string, kSampleChannelNames.size()> of;
   std::vector<std::string> by_unit;  ///< depth or force
+  /// A tactile array instead: `#taxels=256*810000:pad`, the number of its taxels, the area of one
+  /// in µm² (1 mm², if not given), and how the names of their channels begin.
+  struct Taxels {
+    std::size_t count = 0;
+    double area_mm2 = 1.0;
+    std::string prefix = {};
+  };
+  std::optional<Taxels> taxels = {};
 
   [[nodiscard]] bool empty() const noexcept;
 
@@ -39,6 +49,9 @@ struct ProbeChannels {
 /// The names of a probe's channels: "thumb_N, thumb_mm".
 [[nodiscard]] std::string names_of_channels(const ProbeCalibration& calibration);
 
+/// Why a device with such a number of forces and pressures cannot feed an array; empty if it can.
+[[nodiscard]] std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted);
+
 /// What to do where a device measures neither a force nor a depth by that name.
 /// \param channels  the names of those that it has
 [[nodiscard]] std::string no_press_among(std::span<const std::string> channels);
@@ -47,6 +60,7 @@ struct ProbeChannels {
 struct DeviceUri {
   std::string uri;                 ///< without '#'
   std::vector<std::string> parts;  ///< what followed '#', one for each probe; empty: no '#'
+  std::vector<std::string> calibrations = {};  ///< a file for each probe; empty: none
 
   /// Splits a URI. A '#' within the name of a file is no part.
   [[nodiscard]] static DeviceUri split(std::string_view text);

@@ -7,6 +7,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/taxel_readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/sample_limits.hpp"
 
@@ -44,14 +45,35 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     names.push_back({.name = whole.extra_columns[i],
                      .channel = named_channel(i),
                      .column = 0,
-                     .force = column->force});
+                     .force = column->force,
+                     .pressure = column->pressure});
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
   for (const std::string& part : parts) {
     const auto wanted = ProbeChannels::parse(part);
     if (!wanted) return refuse(wanted.error());
+    Array array;
+    if (wanted->taxels) {
+      array.columns = whole.taxels > 0 ? std::vector<ChannelName>{}
+                                       : taxel_channels(names, wanted->taxels->prefix);
+      array.area_mm2 = wanted->taxels->area_mm2;
+      const std::size_t count = whole.taxels > 0 ? whole.taxels : array.columns.size();
+      if (const std::string why = wrong_taxels(count, *wanted->taxels); !why.empty()) {
+        return refuse(why);
+      }
+      ProbeInfo info = whole;
+      info.uri += "#" + part;
+      info.channels = ProbeSample::kForce;
+      info.extra_columns.clear();
+      info.taxels = count;
+      outputs->infos_.push_back(std::move(info));
+      outputs->calibrations_.emplace_back();
+      outputs->arrays_.push_back(std::move(array));
+      continue;
+    }
     auto chosen = wanted->among(names);
     if (!chosen) return refuse(chosen.error());
+    outputs->arrays_.push_back(std::move(array));
     ProbeInfo info = whole;
     info.uri += "#" + part;
     info.name += ", " + names_of_channels(*chosen);
@@ -72,6 +94,7 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(std::span<ProbeSample> s
   const auto read = ForwardingProbe::read(waiting_, patience);
   if (!read) return read;
   std::size_t count = 0;
+  rows_.clear();
   DeviceReading reading;
   for (const ProbeSample& from : std::span(waiting_).first(*read)) {
     reading.set(DeviceChannel::kDepth, from.depth_mm);
@@ -82,8 +105,9 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(std::span<ProbeSample> s
       reading.set(named_channel(i), from.extra[i] * factors_[i]);
     }
     for (std::size_t i = 0; i < infos_.size(); ++i) {
-      ProbeSample sample = calibrations_[i].apply(reading);
-      if (!plausible(sample)) sample = {.channels = infos_[i].channels};
+      ProbeSample sample =
+          infos_[i].taxels > 0 ? array_sample(i, reading, from) : calibrations_[i].apply(reading);
+      if (!plausible(sample)) sample = {.channels = infos_[i].channels, .row = sample.row};
       sample.time = from.time;
       sample.arrival = from.arrival;
       sample.sequence = from.sequence;
@@ -93,6 +117,30 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(std::span<ProbeSample> s
     }
   }
   return count;
+}
+
+/// The sample of an array. Pressures that are missing, or no pressures, are 0.
+ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReading& reading,
+                                          const ProbeSample& from) {
+  const Array& array = arrays_[output];
+  ProbeSample sample{.force_mN = from.force_mN, .channels = ProbeSample::kForce, .row = from.row};
+  if (array.columns.empty()) return sample;
+  sample.row = static_cast<std::uint32_t>(rows_.size());
+  std::vector<float>& row = rows_.emplace_back();
+  sample.force_mN = 0.0;
+  for (const ChannelName& column : array.columns) {
+    const double value = reading[column.channel];
+    const double kPa = column.force ? units::mN_from_N(value) / array.area_mm2 : value;
+    row.push_back(kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa ? static_cast<float>(kPa) : 0.0F);
+    sample.force_mN += static_cast<double>(row.back()) * array.area_mm2;
+  }
+  return sample;
+}
+
+std::span<const float> RecordedOutputs::taxels(const ProbeSample& sample) const {
+  if (infos_[sample.output].taxels == 0) return {};
+  if (arrays_[sample.output].columns.empty()) return ForwardingProbe::taxels(sample);
+  return sample.row < rows_.size() ? rows_[sample.row] : std::span<const float>{};
 }
 
 }  // namespace merkel

@@ -7,6 +7,7 @@
 
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probes/forwarding_probe.hpp"
+#include "drivers/probes/probe_channels.hpp"
 
 namespace merkel {
 
@@ -23,18 +24,27 @@ class RecordedOutputs final : public ForwardingProbe {
   [[nodiscard]] const ProbeInfo& info_of(std::size_t output) const noexcept override {
     return infos_[output];
   }
+  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override;
   /// A value that is missing or impossible is no press: its sample is 0.
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
 
  private:
   using ForwardingProbe::ForwardingProbe;
+  [[nodiscard]] ProbeSample array_sample(std::size_t output, const DeviceReading& reading,
+                                         const ProbeSample& from);
 
   std::vector<ProbeInfo> infos_;
   std::vector<ProbeCalibration> calibrations_;
-  std::vector<double> factors_;       ///< of the further columns, to N or mm; 0: neither
-  std::vector<ProbeSample> waiting_;  ///< read, but not yet split
-  std::size_t next_ = 0;              ///< of `waiting_`
+  /// The columns of a tactile array; none: another probe, or an array whose recording has rows.
+  struct Array {
+    std::vector<ChannelName> columns;
+    double area_mm2 = 1.0;
+  };
+  std::vector<Array> arrays_;
+  std::vector<std::vector<float>> rows_;  ///< of the arrays with columns, since the last read
+  std::vector<double> factors_;           ///< of the further columns, to N or mm; 0: neither
+  std::vector<ProbeSample> waiting_;      ///< read, but not yet split
 };
 
 }  // namespace merkel

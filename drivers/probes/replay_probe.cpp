@@ -125,6 +125,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
                  .replayed = true};
   info.extra_columns = source->extra_columns();
   info.run = source->run();
+  info.taxels = source->taxels();
   const bool has_validity = source->has_validity();
   std::unique_ptr<ReplayProbe> probe(
       new ReplayProbe(std::move(source), std::move(first), std::move(info), about.chunk));

@@ -42,6 +42,9 @@ class ReplayProbe final : public Probe {
   [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
                                                        std::chrono::milliseconds patience) override;
+  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override {
+    return source_->taxels_of(sample);
+  }
   [[nodiscard]] std::string error_message() const override { return error_message_; }
   [[nodiscard]] std::vector<std::string> take_notices() override;
 

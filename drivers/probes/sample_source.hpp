@@ -30,6 +30,12 @@ class SampleSource {
   /// The run in which they were recorded, if known.
   [[nodiscard]] virtual std::optional<RecordedRun> run() const { return std::nullopt; }
   /// Names of ProbeSample::extra, in order.
+  /// The number of taxels, if it was recorded from a tactile array.
+  [[nodiscard]] virtual std::size_t taxels() const noexcept { return 0; }
+  /// Their pressures in a sample, kPa; valid for the last 8192 samples.
+  [[nodiscard]] virtual std::span<const float> taxels_of(const ProbeSample& /*sample*/) const {
+    return {};
+  }
   [[nodiscard]] virtual std::vector<std::string> extra_columns() const { return {}; }
   /// Sentences for the user since the last call.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }

@@ -99,7 +99,7 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   if (!grasp && uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" &&
       uri.path != "slide") {
     return bad_input("\"" + uri.text + "\": there is no simulated press \"" + uri.path +
-                     "\"; write sim:ramp, sim:taps, sim:sine, sim:slide or sim:grasp");
+                     "\"; write sim:ramp, sim:taps, sim:sine, sim:slide, sim:grasp or sim:pad");
   }
   UriOptions options(uri);
   const bool both = !grasp && options.given("force_N") && options.given("depth_mm");

@@ -1,5 +1,6 @@
 #include "drivers/protocols/csv_columns.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -23,6 +24,30 @@ bool is_endless_number(std::string_view text) noexcept {
   const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool large = result.ec == std::errc::result_out_of_range || std::fabs(value) > 1e20;
   return large && result.ptr == text.data() + text.size();
+}
+
+/// Adds a name or, for "taxel_kPa*256", as many numbered ones. False if the number is wrong.
+bool add_names(std::string_view text, std::vector<std::string>& names) {
+  constexpr int kMostRepeated = 1024;
+  const auto star = text.rfind('*');
+  if (star == std::string_view::npos) {
+    names.emplace_back(text);
+    return true;
+  }
+  const std::string_view name = text.substr(0, star);
+  int count = 0;
+  const auto [end, error] =
+      std::from_chars(text.data() + star + 1, text.data() + text.size(), count);
+  if (error != std::errc{} || end != text.data() + text.size() || count < 1 ||
+      count > kMostRepeated) {
+    return false;
+  }
+  const auto unit = std::min(name.rfind('_'), name.size());
+  for (int i = 1; i <= count; ++i) {
+    names.push_back(std::string(name.substr(0, unit)) + std::to_string(i) +
+                    std::string(name.substr(unit)));
+  }
+  return true;
 }
 
 }  // namespace
@@ -62,13 +87,15 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
                      .force = force};
   }
   const auto newtons = newtons_per(unit);
-  const auto factor = newtons ? newtons : millimetres_per(unit);
+  const auto kilopascals = kilopascals_per(unit);
+  const auto factor = newtons ? newtons : (kilopascals ? kilopascals : millimetres_per(unit));
   if (factor && !stem.empty()) {
     return CsvColumn{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = named_channel(0),
                      .factor = *factor,
-                     .force = newtons.has_value()};
+                     .force = newtons.has_value(),
+                     .pressure = kilopascals.has_value()};
   }
   return Unexpected<std::string>("the column " + std::string(name) +
                                  " is unknown; the known ones are " + csv_column_names());
@@ -78,7 +105,9 @@ std::string csv_column_names() {
   return "time_s, time_ms, time_us, seq, force_N, force_x_N, force_y_N, force_z_N, depth_mm, x_mm, "
          "y_mm, z_mm, names of your own with a unit, such as thumb_N, and - to ignore a column; "
          "forces are in " +
-         std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits);
+         std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits) +
+         ", pressures in " + std::string(kPressureUnits) +
+         "; taxel_kPa*256 is short for taxel1_kPa to taxel256_kPa";
 }
 
 void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
@@ -127,9 +156,16 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
                                                                 char separator) {
   std::vector<CsvColumn> columns;
   bool measures = false;
-  std::string_view rest = names;
-  while (!rest.empty()) {
-    auto column = csv_column_named(take_csv_part(rest, separator));
+  std::vector<std::string> all;
+  for (std::string_view rest = names; !rest.empty();) {
+    if (!add_names(take_csv_part(rest, separator), all)) {
+      return Unexpected<std::string>(
+          "a name with * stands for several columns, as in taxel_kPa*256: write a number from 1 to "
+          "1024 after it");
+    }
+  }
+  for (const std::string& name : all) {
+    auto column = csv_column_named(name);
     if (!column) return Unexpected<std::string>(column.error());
     for (const CsvColumn& other : columns) {
       if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
@@ -198,7 +234,9 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
       }
       double factor = column.factor;
       if (!field.unit.empty()) {
-        const auto stated = column.force ? newtons_per(field.unit) : millimetres_per(field.unit);
+        const auto stated = column.force      ? newtons_per(field.unit)
+                            : column.pressure ? kilopascals_per(field.unit)
+                                              : millimetres_per(field.unit);
         if (!stated) return false;
         factor = *stated;
       }

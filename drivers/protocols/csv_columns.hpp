@@ -18,7 +18,8 @@ struct CsvColumn {
   std::string name;  ///< with its unit
   DeviceChannel channel = DeviceChannel::kForce;
   double factor = 1.0;           ///< to N or mm
-  bool force = true;             ///< of a value: in N; else in mm
+  bool force = true;             ///< of a value: in N; else in mm, or
+  bool pressure = false;         ///< in kPa
   std::int64_t nanoseconds = 0;  ///< per unit of time
 };
 

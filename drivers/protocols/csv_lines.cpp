@@ -51,8 +51,11 @@ class CsvLines final : public LineProtocol {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const CsvColumn& column = columns_[i];
       if (column.kind != CsvColumn::Kind::kValue) continue;
-      names.push_back(
-          {.name = column.name, .channel = column.channel, .column = i + 1, .force = column.force});
+      names.push_back({.name = column.name,
+                       .channel = column.channel,
+                       .column = i + 1,
+                       .force = column.force,
+                       .pressure = column.pressure});
     }
     return names;
   }

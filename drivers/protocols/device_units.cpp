@@ -33,6 +33,16 @@ constexpr std::array<Unit, 5> kLengths = {{{"mm", 1.0},
                                            {"in", units::kMm_per_inch},
                                            {"inch", units::kMm_per_inch}}};
 
+constexpr std::array<Unit, 8> kPressures = {
+    {{"kPa", 1.0},
+     {"Pa", 1e-3},
+     {"hPa", 0.1},
+     {"MPa", 1e3},
+     {"mbar", 0.1},
+     {"bar", 100.0},
+     {"psi", 1e3 * units::kN_per_lbf / (units::kMm_per_inch * units::kMm_per_inch)},
+     {"mmHg", 0.133322387415}}};
+
 std::optional<double> factor_of(std::string_view name, std::span<const Unit> table) noexcept {
   const auto same = [name](const Unit& unit) {
     return std::equal(
@@ -47,6 +57,10 @@ std::optional<double> factor_of(std::string_view name, std::span<const Unit> tab
 
 std::optional<double> newtons_per(std::string_view unit) noexcept {
   return factor_of(unit, kForces);
+}
+
+std::optional<double> kilopascals_per(std::string_view unit) noexcept {
+  return factor_of(unit, kPressures);
 }
 
 std::optional<double> millimetres_per(std::string_view unit) noexcept {

@@ -15,7 +15,8 @@ struct HidField {
   Kind kind = Kind::kValue;
   DeviceChannel channel = DeviceChannel::kForce;
   std::string name = {};   ///< of a channel with a name of its own, with its unit
-  bool force = true;       ///< of such a channel: in N; else in mm
+  bool force = true;       ///< of such a channel: in N; else in mm, or
+  bool pressure = false;   ///< in kPa
   std::size_t offset = 0;  ///< of the lowest bit, after the report ID; little-endian
   std::size_t bits = 16;   ///< 1 to 32
   bool is_signed = false;

@@ -78,6 +78,7 @@ Expected<HidField, std::string> field_of(std::string_view text) {
   field.channel = column->channel;
   if (is_named(field.channel)) field.name = name;
   field.force = column->force;
+  field.pressure = column->pressure;
   field.scale *= column->factor;
   return field;
 }
@@ -157,7 +158,10 @@ class HidFields final : public Protocol {
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       const HidField& field = fields_[i];
       if (field.kind != HidField::Kind::kValue) continue;
-      ChannelName name = {.name = field.name, .channel = field.channel, .force = field.force};
+      ChannelName name = {.name = field.name,
+                          .channel = field.channel,
+                          .force = field.force,
+                          .pressure = field.pressure};
       if (!is_named(field.channel)) name = names_of_channels(bit_of(field.channel)).front();
       name.column = i + 1;
       names.push_back(std::move(name));

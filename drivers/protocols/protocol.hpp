@@ -88,7 +88,8 @@ struct ChannelName {
   std::string name;        ///< with its unit: "force_N", "thumb_N"
   DeviceChannel channel;   ///< of a DeviceReading
   std::size_t column = 0;  ///< its place in the device's data, from 1
-  bool force = true;       ///< in N; else a length in mm
+  bool force = true;       ///< in N; else a length in mm, or
+  bool pressure = false;   ///< in kPa
 };
 
 /// The names of known quantities. \param channels  bits of DeviceChannel

@@ -122,7 +122,7 @@ template <class Columns, class Record, class Values>
       valid = to_whole(value, each, count) && valid;
       member = std::chrono::nanoseconds{count};
     } else if constexpr (std::is_floating_point_v<Member>) {
-      member = value;
+      member = static_cast<Member>(value);
     } else {
       valid = to_whole(value, each, member) && valid;
     }

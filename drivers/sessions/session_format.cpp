@@ -64,6 +64,7 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<RunStatus>("merkel.status", "Status", kStatusChannels, true),
     stream_of<PortFrame>("merkel.frames", "RawFrames", kFrameChannels),
     stream_of<StimulationCommand>("merkel.stimulation", "StimulationCommands"),
+    stream_of<TaxelBlock>("merkel.taxels", "TaxelPressures"),
 }};
 
 }  // namespace

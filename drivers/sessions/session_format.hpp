@@ -19,7 +19,8 @@ struct SessionStream {
     kEvents = 4,
     kStatus = 5,
     kFrames = 6,
-    kStimulation = 7
+    kStimulation = 7,
+    kTaxels = 8
   };
   struct Channel {
     std::string_view label;
@@ -44,7 +45,7 @@ inline constexpr std::size_t kMostSessionChannels = 64;
 template <class Value>
 using ItemValues = std::array<Value, kMostSessionChannels>;
 
-inline constexpr std::size_t kSessionStreams = 7;
+inline constexpr std::size_t kSessionStreams = 8;
 
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;

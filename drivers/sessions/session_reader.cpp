@@ -184,9 +184,11 @@ Expected<void, SetupError> SessionReader::read_headers() {
       raw_pending_ = true;
     }
   }
-  // Sessions of older versions have no stimulation commands.
+  // Sessions of older versions have no stimulation commands, and those without a tactile array no
+  // pressures of taxels.
   const auto complete = [this](const SessionStream& stream) {
     return stream.id == SessionStream::Id::kStimulation ||
+           stream.id == SessionStream::Id::kTaxels ||
            std::any_of(layouts_.begin(), layouts_.end(),
                        [&](const auto& layout) { return layout.second.stream == &stream; });
   };

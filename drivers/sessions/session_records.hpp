@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <tuple>
 
+#include "core/contact/taxel_array.hpp"
 #include "core/records/columns.hpp"
 #include "core/records/record_batch.hpp"
 #include "drivers/sample_limits.hpp"
@@ -80,6 +82,8 @@ template <class Record>
 inline constexpr bool kStored = requires {
   SessionStreamOf<Record>::kId;
 };
+template <>
+struct SessionStreamOf<TaxelBlock> : StoredAs<SessionStream::Id::kTaxels, double, kTaxelColumns> {};
 
 /// All kinds that a session stores; marks are strings.
 inline constexpr std::uint32_t kSessionKinds = [] {
@@ -104,6 +108,12 @@ inline bool plausible_record(const TickRecord& tick) {
          plausible(tick.contact.force_mN, SampleLimits::kForce_mN) &&
          plausible(tick.contact.x_mm, SampleLimits::kPosition_mm) &&
          plausible(tick.contact.y_mm, SampleLimits::kPosition_mm);
+}
+inline bool plausible_record(const TaxelBlock& block) {
+  return block.first + std::size_t{block.count} <= TaxelArray::kMost &&
+         std::all_of(block.pressure_kPa.begin(), block.pressure_kPa.end(), [](float kPa) {
+           return kPa >= 0.0F && kPa <= static_cast<float>(SampleLimits::kPressure_kPa);
+         });
 }
 inline bool plausible_record(const DeliveredSample& item) { return plausible(item.sample); }
 inline bool plausible_record(const StimulationCommand& command) {

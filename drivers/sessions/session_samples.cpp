@@ -2,12 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 
+#include "core/contact/taxel_array.hpp"
+
 namespace merkel {
+namespace {
+
+constexpr std::size_t kKeptRows = 8192;
+
+}  // namespace
 
 bool SessionSamples::is_session(const std::string& path) {
   std::array<char, 4> magic{};
@@ -27,6 +36,16 @@ Expected<std::unique_ptr<SampleSource>, SetupError> SessionSamples::open(const s
   if (!start) return Unexpected<SetupError>(start.error());
   std::unique_ptr<SessionSamples> samples(new SessionSamples(
       std::move(*session), probe, {.start = *start, .zero = origin->start, .utc = origin->utc}));
+  for (const std::string& fact : samples->session_.facts(kTaxelFact)) {
+    const std::string_view text(fact);
+    std::uint32_t number = 0;
+    std::size_t taxels = 0;
+    const auto [colon, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || colon == text.data() + text.size() || number != probe) continue;
+    std::from_chars(colon + 1, text.data() + text.size(), taxels);
+    samples->taxels_ = std::min(taxels, TaxelArray::kMost);
+    samples->pressures_.resize(samples->taxels_);
+  }
   const auto found = samples->refill();
   if (!found) return Unexpected<SetupError>(found.error());
   if (!*found) {
@@ -44,6 +63,11 @@ Expected<bool, SetupError> SessionSamples::refill() {
   while (waiting_.empty()) {
     const auto more = session_.next(chunk_);
     if (!more || !*more) return more;
+    if (taxels_ > 0) {
+      blocks_.insert(blocks_.end(), chunk_.taxels.begin(), chunk_.taxels.end());
+      for (const TickRecord& tick : chunk_.ticks) take_taxels(tick);
+      continue;
+    }
     for (const DeliveredSample& item : chunk_.samples) {
       if (item.probe != probe_ || (last_ && item.sample.time <= *last_)) continue;
       last_ = item.sample.time;
@@ -51,6 +75,35 @@ Expected<bool, SetupError> SessionSamples::refill() {
     }
   }
   return true;
+}
+
+/// A sample at the end of a tick.
+void SessionSamples::take_taxels(const TickRecord& tick) {
+  if (tick.probe != probe_ || (last_ && tick.time <= *last_)) return;
+  for (auto block = blocks_.begin(); block != blocks_.end() && block->tick <= tick.number;) {
+    const bool own = block->probe == probe_ && block->first + std::size_t{block->count} <= taxels_;
+    if (own) {
+      std::copy_n(block->pressure_kPa.begin(), block->count, pressures_.begin() + block->first);
+    }
+    const bool later = block->tick == tick.number && !own;
+    block = later ? std::next(block) : blocks_.erase(block);
+  }
+  last_ = tick.time;
+  if (rows_.size() == kKeptRows) rows_.pop_front();
+  rows_.push_back(pressures_);
+  waiting_.push_back({.time = tick.time,
+                      .arrival = tick.time,
+                      .force_mN = tick.contact.force_mN,
+                      .sequence = next_row_,
+                      .channels = ProbeSample::kForce,
+                      .row = next_row_});
+  ++next_row_;
+}
+
+std::span<const float> SessionSamples::taxels_of(const ProbeSample& sample) const {
+  const std::uint32_t back = next_row_ - sample.row;  // 1: the newest
+  if (back == 0 || back > rows_.size()) return {};
+  return rows_[rows_.size() - back];
 }
 
 Expected<std::size_t, SetupError> SessionSamples::read(std::span<ProbeSample> samples) {

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,8 +17,12 @@
 
 namespace merkel {
 
+/// A fact of a session: the number of a probe that is a tactile array, a colon, and its taxels.
+inline constexpr std::string_view kTaxelFact = "probe_taxels";
+
 /// The samples of one probe in a recorded session, with the run in which they were recorded: the
-/// same press, for any scene. Memory is bounded.
+/// same press, for any scene. Of a tactile array, what the loop used at each tick. Memory is
+/// bounded.
 class SessionSamples final : public SampleSource {
  public:
   /// \param probe  from 0. Fails if the session has no samples of this probe.
@@ -24,8 +32,12 @@ class SessionSamples final : public SampleSource {
   [[nodiscard]] static bool is_session(const std::string& path);
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
-  [[nodiscard]] bool has_validity() const noexcept override { return session_.has_validity(); }
+  [[nodiscard]] bool has_validity() const noexcept override {
+    return taxels_ > 0 || session_.has_validity();
+  }
   [[nodiscard]] std::optional<RecordedRun> run() const override { return run_; }
+  [[nodiscard]] std::size_t taxels() const noexcept override { return taxels_; }
+  [[nodiscard]] std::span<const float> taxels_of(const ProbeSample& sample) const override;
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return session_.extra_columns();
   }
@@ -35,6 +47,7 @@ class SessionSamples final : public SampleSource {
   SessionSamples(SessionReader session, std::uint32_t probe, const RecordedRun& run)
       : session_(std::move(session)), probe_(probe), run_(run) {}
   Expected<bool, SetupError> refill();
+  void take_taxels(const TickRecord& tick);
 
   SessionReader session_;
   std::uint32_t probe_;
@@ -44,6 +57,12 @@ class SessionSamples final : public SampleSource {
   std::vector<ProbeSample> waiting_;
   std::size_t next_ = 0;
   std::optional<std::chrono::nanoseconds> last_;
+  // Of a tactile array:
+  std::size_t taxels_ = 0;
+  std::deque<TaxelBlock> blocks_;
+  std::vector<float> pressures_;         ///< of the last tick
+  std::deque<std::vector<float>> rows_;  ///< of the last samples
+  std::uint32_t next_row_ = 0;
 };
 
 }  // namespace merkel

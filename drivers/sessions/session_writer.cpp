@@ -63,7 +63,7 @@ class SessionWriter final : public FileSink {
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (auto started = begin({}); !started) return started;
     if (!write_clock_offsets()) return settle(false);
-    for (const SessionStream& stream : session_streams()) {
+    for (const SessionStream& stream : streams()) {
       if (!write_footer(static_cast<std::uint32_t>(stream.id), tally(stream.id))) {
         return settle(false);
       }
@@ -77,6 +77,13 @@ class SessionWriter final : public FileSink {
     return settle(write_headers(run_, origin));
   }
 
+  /// Those of taxels, the last, only for scenes with a tactile array.
+  [[nodiscard]] std::span<const SessionStream> streams() const {
+    const auto all = session_streams();
+    static_assert(kSessionStreams == static_cast<std::size_t>(Id::kTaxels));
+    return run_.model.has_arrays() ? all : all.first(all.size() - 1);
+  }
+
   StreamTally& tally(Id id) { return tallies_[static_cast<std::size_t>(id) - 1]; }
 
   bool write_headers(const RunDescription& run, const RunOrigin& origin) {
@@ -84,7 +91,7 @@ class SessionWriter final : public FileSink {
         !write_chunk(XdfTag::kFileHeader, session_header(run, origin, afferents_))) {
       return false;
     }
-    for (const SessionStream& stream : session_streams()) {
+    for (const SessionStream& stream : streams()) {
       if (!write_chunk_of(XdfTag::kStreamHeader, static_cast<std::uint32_t>(stream.id),
                           stream_header(stream, rate_Hz(stream.id, run), extra_))) {
         return false;
@@ -194,7 +201,7 @@ class SessionWriter final : public FileSink {
   /// All streams share one clock, so every offset is 0. Some readers complain if these chunks are
   /// missing.
   bool write_clock_offsets() {
-    for (const SessionStream& stream : session_streams()) {
+    for (const SessionStream& stream : streams()) {
       if (!write_clock_offset(static_cast<std::uint32_t>(stream.id))) return false;
     }
     return write_clock_offset(kMarkStreamId);

@@ -18,7 +18,7 @@ namespace {
 using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
-constexpr std::array kKinds = {Kind::kUpdate, Kind::kPulse};
+constexpr std::array kCommandKinds = {Kind::kUpdate, Kind::kPulse};
 constexpr std::array kStops = {Stop::kNone,        Stop::kReleased, Stop::kGap,  Stop::kNeuronReset,
                                Stop::kSinkFailure, Stop::kEnd,      Stop::kStale};
 
@@ -33,7 +33,7 @@ auto named(const Words& words, std::string_view name) {
 std::optional<RecordedCommand> command_of(std::string_view row) {
   const auto time = parse_seconds(take_field(row));
   const std::string_view electrode = take_field(row);
-  const auto kind = named(kKinds, take_field(row));
+  const auto kind = named(kCommandKinds, take_field(row));
   const auto amplitude_uA = parse_number(take_field(row));
   const auto frequency_Hz = parse_number(take_field(row));
   const auto heartbeat = parse_number(take_field(row));

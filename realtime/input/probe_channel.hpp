@@ -1,20 +1,42 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <optional>
+#include <span>
 
 #include "core/records/probe_sample.hpp"
 #include "core/records/tick_record.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/queues/counter.hpp"
+#include "realtime/queues/taxel_rows.hpp"
 
 namespace merkel {
 
 /// State shared by the thread of one probe and the simulation thread.
 struct ProbeChannel {
-  explicit ProbeChannel(std::size_t capacity) : samples(capacity) {}
+  /// \param taxels  of a tactile array; 0: another probe
+  explicit ProbeChannel(std::size_t capacity, std::size_t taxels = 0) : samples(capacity) {
+    if (taxels > 0) rows.emplace(taxels, std::min(capacity, kMostRows));
+  }
 
+  /// Queues a sample with the pressures of its array, if it is one; false when full. Thread: probe.
+  [[nodiscard]] bool try_push(const ProbeSample& sample, std::span<const float> taxels) noexcept {
+    if (!rows) return samples.try_push(sample);
+    const std::span<float> row = rows->next();
+    if (row.empty()) return false;
+    const bool whole = taxels.size() == row.size();
+    if (whole) std::copy(taxels.begin(), taxels.end(), row.begin());
+    if (!whole) std::fill(row.begin(), row.end(), 0.0F);
+    if (!samples.try_push(sample)) return false;
+    rows->push();
+    return true;
+  }
+
+  static constexpr std::size_t kMostRows = 8192;
   BoundedQueue<ProbeSample> samples;  ///< probe thread → simulation thread
+  std::optional<TaxelRows> rows;      ///< those of a tactile array, beside the samples
   Counter delivered;                  ///< samples put into the queue
   Counter dropped;                    ///< samples dropped because the queue was full
   std::atomic<bool> ended{false};     ///< set after the last sample; none will follow

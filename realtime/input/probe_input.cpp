@@ -13,6 +13,13 @@ constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 
 }  // namespace
 
+ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
+    : channel_(channel), parameters_(parameters) {
+  if (!channel.rows) return;
+  last_taxels_.resize(channel.rows->taxels());
+  taxels_.resize(channel.rows->taxels());
+}
+
 void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
   for (const ProbeSample* next = channel_.samples.front(); next != nullptr && next->time <= time;
        next = channel_.samples.front()) {
@@ -20,6 +27,10 @@ void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
     last_ = *next;
     if (estimate_) estimate_->add(*last_);
     channel_.samples.pop();
+    if (!channel_.rows) continue;
+    const std::span<const float> row = channel_.rows->front();
+    std::copy(row.begin(), row.end(), last_taxels_.begin());
+    channel_.rows->pop();
   }
 }
 
@@ -63,11 +74,22 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
   Reading reading = reading_at(time);
   if (parameters_.contact_N > 0.0 && last_ && last_->has(ProbeSample::kForce)) {
     apply_threshold(reading.contact);
+    if (!touching_) last_share_ = next_share_ = 0.0F;
   }
+  if (channel_.rows) blend_taxels();
   channel_.depth_mm.store(reading.contact.depth_mm, std::memory_order_relaxed);
   channel_.force_mN.store(reading.contact.force_mN, std::memory_order_relaxed);
   channel_.state.store(reading.state, std::memory_order_relaxed);
   return reading;
+}
+
+void ProbeInput::blend_taxels() noexcept {
+  // The next sample's row exists only while that sample waits.
+  const float* const next =
+      next_share_ > 0.0F ? channel_.rows->front().data() : last_taxels_.data();
+  for (std::size_t i = 0; i < taxels_.size(); ++i) {
+    taxels_[i] = last_share_ * last_taxels_[i] + next_share_ * next[i];
+  }
 }
 
 void ProbeInput::apply_threshold(ContactInput& contact) noexcept {
@@ -83,13 +105,18 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
   consume_until(time);  // a sample may have arrived just before the flag was set
   simulated_ = time;
   const ProbeSample* const next = channel_.samples.front();
+  last_share_ = next_share_ = 0.0F;
 
   if (!last_) {
-    if (next != nullptr) return {contact_of(*next), State::kFollowing};
+    if (next != nullptr) {
+      next_share_ = 1.0F;
+      return {contact_of(*next), State::kFollowing};
+    }
     channel_.released_ticks.add();
     return {{.x_mm = parameters_.x_mm, .y_mm = parameters_.y_mm}, State::kReleased};
   }
   const ContactInput before = contact_of(*last_);
+  last_share_ = 1.0F;
   if (last_->time == time) return {before, State::kFollowing};
   const auto valid_for = valid_for_last();
   const bool unlimited = valid_for.count() == 0;
@@ -98,6 +125,8 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
     const ContactInput after = contact_of(*next);
     const double fraction = static_cast<double>((time - last_->time).count()) /
                             static_cast<double>((next->time - last_->time).count());
+    next_share_ = static_cast<float>(fraction);
+    last_share_ = 1.0F - next_share_;
     const auto between = [fraction](double a, double b) { return a + (b - a) * fraction; };
     return {{.depth_mm = between(before.depth_mm, after.depth_mm),
              .force_mN = between(before.force_mN, after.force_mN),
@@ -108,6 +137,7 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
   const bool over = ended && next == nullptr;
   if (time - last_->time > (unlimited ? kAfterTheEnd : valid_for) && (over || !unlimited)) {
     if (!over) channel_.released_ticks.add();
+    last_share_ = 0.0F;
     return {released(before), over ? State::kEnded : State::kReleased};
   }
   // Without interpolation, only the newest sample is needed.

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "core/realtime_tag.hpp"
 #include "core/records/contact_input.hpp"
@@ -52,8 +54,7 @@ class ProbeInput {
     std::uint64_t released_ticks = 0;  ///< readings in state kReleased
   };
 
-  ProbeInput(ProbeChannel& channel, const Parameters& parameters) noexcept
-      : channel_(channel), parameters_(parameters) {}
+  ProbeInput(ProbeChannel& channel, const Parameters& parameters);
 
   /// Measures from now on how long the loop must wait for the samples. Real-time: no.
   void measure_delay() {
@@ -71,6 +72,10 @@ class ProbeInput {
 
   /// The contact at `time`, which must be later than in the previous call.
   [[nodiscard]] Reading at(std::chrono::nanoseconds time) noexcept MERKEL_REALTIME;
+
+  /// The pressures of a tactile array at the time of the last reading, kPa, by the same rule as the
+  /// contact; empty for other probes.
+  [[nodiscard]] std::span<const float> taxels() const noexcept MERKEL_REALTIME { return taxels_; }
 
   /// Whether every sample of an ended stream has been used.
   [[nodiscard]] bool exhausted() const noexcept MERKEL_REALTIME;
@@ -94,13 +99,19 @@ class ProbeInput {
   [[nodiscard]] ContactInput contact_of(const ProbeSample& sample) const noexcept;
   [[nodiscard]] std::chrono::nanoseconds valid_for_last() const noexcept;
   void apply_threshold(ContactInput& contact) noexcept;
+  void blend_taxels() noexcept;
   [[nodiscard]] ContactInput released(const ContactInput& last) const noexcept;
 
   ProbeChannel& channel_;
   Parameters parameters_;
   std::optional<DelayEstimate> estimate_;
   std::optional<ProbeSample> last_;  ///< the latest sample at or before the time read last
-  bool touching_ = false;            ///< by contact_N
+  std::vector<float> last_taxels_;   ///< of that sample
+  std::vector<float> taxels_;
+  /// The shares of the last sample and of the next one in the reading.
+  float last_share_ = 0.0F;
+  float next_share_ = 0.0F;
+  bool touching_ = false;  ///< by contact_N
   std::chrono::nanoseconds simulated_ = std::chrono::nanoseconds::min();
 };
 

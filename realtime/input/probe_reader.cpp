@@ -27,7 +27,8 @@ void ProbeReader::stop() {
 
 bool ProbeReader::deliver(ProbeChannel& channel, const ProbeSample& sample,
                           const std::stop_token& stop) {
-  while (!channel.samples.try_push(sample)) {
+  const std::span<const float> taxels = probe_.taxels(sample);
+  while (!channel.try_push(sample, taxels)) {
     if (!probe_.info().replayed) {
       channel.dropped.add();
       return true;

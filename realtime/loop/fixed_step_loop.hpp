@@ -19,6 +19,7 @@
 #include "realtime/loop/loop_statistics.hpp"
 #include "realtime/loop/press_watch.hpp"
 #include "realtime/loop/stimulation_output.hpp"
+#include "realtime/loop/taxel_blocks.hpp"
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/spike_fanout.hpp"
 #include "realtime/queues/bounded_queue.hpp"
@@ -65,6 +66,7 @@ class FixedStepLoop {
         statistics_(statistics),
         events_(events),
         stimulation_(parameters.encoder, fanout, statistics),
+        taxel_blocks_(blocks_of(inputs)),
         contacts_(inputs.size()),
         presses_(inputs.size()),
         records_(inputs.size()),
@@ -213,10 +215,13 @@ class FixedStepLoop {
       }
       held = held || reading.state == ProbeInput::State::kHeld;
       follow_release(i, reading.state, end, last_sample);
+      if (!inputs_[i].taxels().empty()) model_.set_taxels(i, inputs_[i].taxels());
     }
     const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      presses_[i].observe(contacts_[i], model_.deepest()[i].contact.depth_mm, begin, end);
+      const ContactState& deepest = model_.deepest()[i].contact;
+      const bool array = !inputs_[i].taxels().empty();
+      presses_[i].observe(contacts_[i], array ? deepest.force_mN : deepest.depth_mm, begin, end);
     }
     for (SpikeEvent& spike : spikes) {
       if (held) spike.flags |= SpikeEvent::kInputHeld;
@@ -230,6 +235,7 @@ class FixedStepLoop {
     fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
     const bool commanded = stimulation_.step(records_, spikes, model_, clock_);
     fanout_.publish_watched(model_, end, clock_);
+    for (TickRecord& record : records_) publish_taxels(record);
     const auto published = now_ = clock_.now();
     for (TickRecord& record : records_)
       record.latency = on_time_ ? published - due : std::chrono::nanoseconds{0};
@@ -261,6 +267,22 @@ class FixedStepLoop {
              .kind = LoopEvent::Kind::kNeuronReset});
     }
     statistics_.ticks.add();
+  }
+
+  /// One for each probe; empty for those that are no tactile array.
+  static std::vector<TaxelBlocks> blocks_of(std::span<ProbeInput> inputs) {
+    std::vector<TaxelBlocks> blocks;
+    for (const ProbeInput& input : inputs) blocks.emplace_back(input.taxels().size());
+    return blocks;
+  }
+
+  void publish_taxels(TickRecord& record) noexcept {
+    const std::span<const float> taxels = inputs_[record.probe].taxels();
+    if (taxels.empty()) return;
+    const std::span<const TaxelBlock> changed =
+        taxel_blocks_[record.probe].changed(taxels, record.time, record.number, record.probe);
+    record.taxel_blocks = static_cast<std::uint16_t>(changed.size());
+    fanout_.publish(changed, clock_);
   }
 
   /// Reports when a probe is released and when its samples return.
@@ -300,6 +322,7 @@ class FixedStepLoop {
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
   StimulationOutput stimulation_;
+  std::vector<TaxelBlocks> taxel_blocks_;
   std::vector<ContactInput> contacts_;
   std::vector<PressWatch> presses_;
   std::vector<TickRecord> records_;

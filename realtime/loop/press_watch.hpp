@@ -31,7 +31,8 @@ struct PressRange {
 /// yes. Thread: simulation.
 class PressWatch {
  public:
-  /// \param input  of a tick; \param deepest_mm  deepest press so far, this tick included
+  /// \param input  of a tick; \param deepest_mm  deepest press so far, this tick included; of a
+  ///     tactile array, the largest force in mN
   void observe(const ContactInput& input, double deepest_mm, std::chrono::nanoseconds begin,
                std::chrono::nanoseconds end) noexcept MERKEL_REALTIME {
     observe_range(input, begin, end);

@@ -33,8 +33,9 @@ void SinkWriter::write(const RecordBatch& batch) {
 
 /// Writes what waits in the feeds. \return the number of records taken
 std::size_t SinkWriter::write_waiting() {
-  // Ticks are taken first and written last. The loop publishes a tick's spikes and commands before
-  // its record, so those of the taken ticks are already in their feeds, and all of them are taken.
+  // Ticks are taken first and written last. The loop publishes a tick's spikes, commands and taxels
+  // before its record, so those of the taken ticks are already in their feeds, and all of them are
+  // taken.
   const auto& feeds = sources_.channel.feeds;
   clear_all(waiting_);
   for (const auto& feed : feeds.ticks) feed->take(waiting_.ticks, kBatch);
@@ -43,7 +44,9 @@ std::size_t SinkWriter::write_waiting() {
                   !std::is_same_v<Record, StimulationCommand>) {
       for (const auto& feed : of_kind) {
         std::size_t most = kBatch;
-        if constexpr (std::is_same_v<Record, SpikeEvent>) most = feed->waiting();
+        if constexpr (std::is_same_v<Record, SpikeEvent> || std::is_same_v<Record, TaxelBlock>) {
+          most = feed->waiting();
+        }
         feed->take(waiting_.of<Record>(), most);
       }
     }
@@ -77,6 +80,7 @@ void SinkWriter::write_status() {
   const SpikeChannel& channel = sources_.channel;
   status.losses = {.spikes = channel.dropped<SpikeEvent>(),
                    .ticks = channel.dropped<TickRecord>(),
+                   .taxels = channel.dropped<TaxelBlock>(),
                    .events = channel.dropped<LoopEvent>(),
                    .samples = channel.dropped<DeliveredSample>(),
                    .frames = channel.dropped<PortFrame>(),

@@ -271,6 +271,24 @@ class Stimulation(Case):
         self.assertEqual(len(merkel.Scene("finger").run(**press).stimulation), 0)
 
 
+class TactileArrays(Case):
+    def test_a_session_has_the_pressures_of_every_tick(self):
+        scene = merkel.Scene.from_text(
+            'preset = "goodwin"\n[probe]\nuri = "sim:pad?columns=8&rows=5&count=1&tail_s=0.1"\n'
+            'tip = "taxels"\ntaxel_columns = 8\ntaxel_rows = 5\n')
+        file = self.path("array.xdf")
+        run = scene.run(sinks=["xdf:" + file])
+        self.assertGreater(len(run.spikes), 50)
+        session = merkel.load(file)
+        self.assertEqual(list(session.taxels), [0])
+        pressures = session.taxels[0]
+        self.assertEqual(pressures.shape, (len(session.ticks), 40))
+        np.testing.assert_allclose(pressures.sum(axis=1) * 1e-3, session.ticks["force_N"], atol=1e-5)
+        self.assertGreater(pressures.max(), 25)
+        again = session.scene.run(probe="replay:" + file)
+        self.assert_same(again.spikes, run.spikes)
+
+
 class Scenes(Case):
     def test_keys_are_read_and_set(self):
         scene = merkel.Scene("finger")

@@ -38,6 +38,22 @@ class Protocol(Page):
         pressed = max((frame.probes[0] for frame in frames), key=lambda probe: probe[0])
         self.assertAlmostEqual(pressed[4] ** 2, 2.0 * pressed[0], places=4)
 
+    def test_the_pressures_of_an_array_are_shown(self):
+        self.port = free_port()
+        program = self.launch("run", "tools/examples/taxel_array.toml", "--duration-s", "1.3", "--sink", f"view:{self.port}",
+                              "--json")
+        with WebSocket(self.port) as client:
+            scene = json.loads(client.receive()[1])
+            frames = list(client.frames())
+        self.summary(program)
+        array = scene["probes"][0]["taxels"]
+        self.assertEqual(len(array["centres"]), 256)
+        self.assertEqual((array["x_mm"], array["y_mm"], array["width_mm"]), (15, 10, 1))
+        for frame in frames:
+            self.assertEqual(len(frame.taxels[0]), 256)
+            self.assertAlmostEqual(sum(frame.taxels[0]), frame.probes[0][1], delta=20)
+        self.assertGreater(max(max(frame.taxels[0]) for frame in frames), 20)
+
     def test_spikes_that_arrive_before_the_first_tick_keep_their_times(self):
         program = self.serve("--duration-s", "2", probe="sim:ramp?wait_s=0&hold_s=600&live=1")
         with WebSocket(self.port) as client:

@@ -91,8 +91,13 @@ class Frame:
         self.counters = struct.unpack_from(f"<{count}d", payload, place)
         place += 8 * count
         (probes,) = struct.unpack_from("<I", payload, place)
-        self.probes = [struct.unpack_from("<6fI", payload, place + 4 + 28 * i) for i in range(probes)]
-        place += 4 + 28 * probes
+        self.probes, self.taxels = [], []
+        place += 4
+        for _ in range(probes):
+            self.probes.append(struct.unpack_from("<6fI", payload, place))
+            (taxels,) = struct.unpack_from("<I", payload, place + 28)
+            self.taxels.append(struct.unpack_from(f"<{taxels}f", payload, place + 32))
+            place += 32 + 4 * taxels
         (points,) = struct.unpack_from("<I", payload, place)
         self.points = points
         place += 4 + points * 4 * (2 + 2 * probes)

@@ -162,6 +162,39 @@ TEST(Hand, TheCommandLineChoosesChannelsAfterASharp) {
   EXPECT_TRUE(has(length.err, "is a force and cannot be the depth")) << length.err;
 }
 
+TEST(Hand, EachProbeHasItsOwnCalibration) {
+  const TemporaryFolder folder;
+  const std::string trace = record_grasp(folder, "count=1&force_N=0.4&rate_hz=200&wait_s=60");
+  RunningDevice hand(cable(trace));
+  // A tare of one channel, as merkel calibrate writes it.
+  const std::string tare = folder.path("thumb.toml");
+  const auto calibrated =
+      run_program({"calibrate", hand.uri() + "#thumb_N", tare, "--seconds", "0.2"});
+  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  EXPECT_TRUE(has(read_file(tare), "source = \"thumb_N\"")) << read_file(tare);
+  static_cast<void>(
+      folder.file("double.toml", "[force]\nsource = \"index_N\"\ngain = 2.0\nzero = -0.05\n"));
+  const auto scene = [&](const std::string& of_thumb) {
+    return folder.file("s.toml", "preset = \"goodwin\"\n[[device]]\nname = \"hand\"\nuri = \"" +
+                                     hand.uri() +
+                                     "\"\n[[probe]]\ndevice = \"hand\"\nforce = \"thumb\"\n"
+                                     "calibration = \"" +
+                                     of_thumb +
+                                     "\"\n[[probe]]\ndevice = \"hand\"\nforce = \"index\"\n"
+                                     "x_mm = 25\ncalibration = \"double.toml\"\n");
+  };
+  const auto run = run_program({"run", scene("thumb.toml"), "--duration-s", "0.5", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json["probes"][0]["deepest_press"]["force_N"], 0.0);
+  EXPECT_NEAR(json["probes"][1]["deepest_press"]["force_N"].get<double>(), 0.1, 1e-6);
+  const auto other = run_program({"run", scene("double.toml"), "--duration-s", "0.5"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_TRUE(
+      has(other.err, "belongs to the channel index_N, but the force of this probe is thumb_N"))
+      << other.err;
+}
+
 TEST(Hand, AProtocolWithoutSuchChannelsSaysSo) {
   const TemporaryFolder folder;
   const std::string trace = record_grasp(folder, "count=1");

@@ -34,6 +34,10 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   if (!scene) return Unexpected<SetupError>(scene.error());
   const SkinParameters& skin = scene->model.skin;
   Indenter& indenter = scene->model.indenters.front();
+  if (indenter.prescribed()) {
+    return bad_input("the tip \"taxels\" makes no contact that can be computed: its pressures are "
+                     "measured; run the scene to see what they do");
+  }
   if (options.all_depths && !options.depth_mm && !options.force_N && !indenter.closed_form(skin)) {
     return InspectedPress{skin, indenter, {}};
   }

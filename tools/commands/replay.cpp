@@ -40,9 +40,10 @@ std::string reservations(const SessionReader& session, const SessionReplay::Verd
   if (!session.complete()) {
     text += "the recording is incomplete: compared up to its last complete tick\n";
   }
-  if (verdict.losses.spikes + verdict.losses.ticks > 0) {
+  const std::uint64_t inputs = verdict.losses.ticks + verdict.losses.taxels;
+  if (verdict.losses.spikes + inputs > 0) {
     text += "the recorder lost " + std::to_string(verdict.losses.spikes) + " spikes and " +
-            std::to_string(verdict.losses.ticks) +
+            std::to_string(inputs) +
             " tick records because its queue was full: the recording is incomplete\n";
   }
   if (session.fact("git_hash") != kGitHash) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -69,18 +70,25 @@ void add_handover(Json& json, const Handover& counts) {
   for (const auto& [name, count] : counts) json[std::string(name)] = count;
 }
 
+double area_mm2(const ContactState& contact) {
+  return std::numbers::pi * contact.contact_radius_mm * contact.contact_radius_mm;
+}
+
 /// Quantities that the contact does not have, such as the radius of a flat tip, are null.
 Json press_json(const Press& press, const TactileModel& model, std::size_t indenter) {
-  const ContactValidity validity = validity_of(press.contact, model.parameters().skin,
-                                               model.parameters().indenters[indenter].radius_mm);
-  const bool round = press.contact.touching();
+  const Indenter& tip = model.parameters().indenters[indenter];
+  const bool round = press.contact.touching() && !tip.prescribed();
+  const ContactValidity validity =
+      round ? validity_of(press.contact, model.parameters().skin, tip.radius_mm)
+            : ContactValidity{};
   const auto if_true = [](bool exists, double value) { return exists ? Json(value) : Json(); };
   return {{"depth_mm", press.contact.depth_mm},
           {"x_mm", press.x_mm},
           {"y_mm", press.y_mm},
           {"contact_radius_mm", if_true(round, press.contact.contact_radius_mm)},
+          {"contact_area_mm2", if_true(press.contact.touching(), area_mm2(press.contact))},
           {"force_N", units::N_from_mN(press.contact.force_mN)},
-          {"peak_pressure_kPa", if_true(round, press.contact.peak_pressure_kPa)},
+          {"peak_pressure_kPa", if_true(press.contact.touching(), press.contact.peak_pressure_kPa)},
           {"radius_ratio", if_true(round, validity.radius_ratio)},
           {"sphere_force_error", if_true(round, validity.sphere_force_error)},
           {"layer_ratio", if_true(round, validity.layer_ratio)},
@@ -155,6 +163,14 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
       text += fmt::format("  never touched the skin\n");
+      continue;
+    }
+    if (model.parameters().indenters[i].prescribed()) {
+      text += fmt::format(
+          "  hardest press {:.4g} N on {:.4g} mm² of taxels, highest pressure {:.4g} kPa\n"
+          "  contact law: {}\n",
+          units::N_from_mN(press.contact.force_mN), area_mm2(press.contact),
+          press.contact.peak_pressure_kPa, contact_sentence(press, model, i));
       continue;
     }
     text += fmt::format("  deepest press {:.4g} mm at ({:.4g}, {:.4g}) mm: force {:.4g} N",

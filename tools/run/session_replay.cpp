@@ -23,10 +23,33 @@ SessionReplay::SessionReplay(TactileModel& model, StimulationEncoder* encoder)
       spikes_("spike", "of", [](const SpikeEvent& spike) { return sentence_of(spike); }),
       stimulation_(encoder),
       contacts_(model.indenters()),
-      records_(model.indenters()) {}
+      records_(model.indenters()) {
+  for (const Indenter& indenter : model.parameters().indenters) {
+    taxels_.emplace_back(indenter.prescribed() ? indenter.taxels.size() : 0);
+  }
+}
 
 void SessionReplay::differ(std::string sentence) {
   if (verdict_.difference.empty()) verdict_.difference = std::move(sentence);
+}
+
+/// Applies the blocks of a tick, which precede its record in the file. False if one is missing.
+bool SessionReplay::take_taxels(const TickRecord& record) {
+  std::vector<float>& taxels = taxels_[record.probe];
+  if (taxels.empty()) return record.taxel_blocks == 0;
+  std::uint16_t found = 0;
+  for (auto block = blocks_.begin(); block != blocks_.end() && block->tick <= record.number;) {
+    if (block->tick != record.number || block->probe != record.probe) {
+      ++block;
+      continue;
+    }
+    if (block->first + std::size_t{block->count} > taxels.size()) return false;
+    std::copy_n(block->pressure_kPa.begin(), block->count, taxels.begin() + block->first);
+    ++found;
+    block = blocks_.erase(block);
+  }
+  model_.set_taxels(record.probe, taxels);
+  return found == record.taxel_blocks;
 }
 
 bool SessionReplay::take_tick(const TickRecord& record) {
@@ -47,6 +70,12 @@ bool SessionReplay::take_tick(const TickRecord& record) {
     broken_ = true;
     return false;
   }
+  if (!take_taxels(record)) {
+    differ("the taxels of tick " + std::to_string(expected) + ", probe " + std::to_string(probe_) +
+           " are missing: the recorder's queue was full, or the file was changed");
+    broken_ = true;
+    return false;
+  }
   last_ = record;
   contacts_[probe_] = record.contact;
   records_[probe_] = record;
@@ -58,6 +87,7 @@ bool SessionReplay::take_tick(const TickRecord& record) {
 
 void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
   stimulation_.take(chunk.commands);
+  blocks_.insert(blocks_.end(), chunk.taxels.begin(), chunk.taxels.end());
   if (verdict_.identical()) spikes_.expect(chunk.spikes);
   for (const LoopEvent& event : chunk.events) {
     if (event.kind == LoopEvent::Kind::kGap) ++verdict_.gaps;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <span>
@@ -49,14 +50,17 @@ class SessionReplay {
 
  private:
   bool take_tick(const TickRecord& record);
+  [[nodiscard]] bool take_taxels(const TickRecord& record);
   void differ(std::string sentence);
 
   TactileModel& model_;
   ReplayComparison<SpikeEvent> spikes_;
   StimulationReplay stimulation_;
   std::vector<ContactInput> contacts_;
-  std::vector<TickRecord> records_;  ///< of the tick
-  std::size_t probe_ = 0;            ///< expected probe of the next record
+  std::vector<TickRecord> records_;         ///< of the tick
+  std::deque<TaxelBlock> blocks_;           ///< of this tick and later ones
+  std::vector<std::vector<float>> taxels_;  ///< pressures of each tactile array, kPa
+  std::size_t probe_ = 0;                   ///< expected probe of the next record
   bool held_ = false;
   bool broken_ = false;  ///< a record was lost
   std::optional<TickRecord> last_;

@@ -11,6 +11,11 @@ namespace merkel {
 
 std::string contact_sentence(const ContactState& contact, const Indenter& indenter,
                              const SkinParameters& skin) {
+  if (indenter.prescribed()) {
+    return "the pressures of " + std::to_string(indenter.taxels.size()) +
+           " taxels, as measured, on " + (skin.layers.empty() ? "a half-space" : "layered skin") +
+           "; linear elasticity without friction, no contact law";
+  }
   if (!indenter.closed_form(skin)) {
     const PressedTip tip = pressed_tip(indenter, skin);
     const PixelGrid grid = contact_pixels(tip, skin.receptor_depth_mm);

@@ -52,6 +52,7 @@ Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene&
   std::vector<PreparedRun::Device> devices;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     DeviceUri uri = DeviceUri::split(scene.uri_of(i));
+    uri.calibrations = {scene.probes[i].calibration};
     const auto same = std::find_if(uris.begin(), uris.end(), [&](const DeviceUri& other) {
       return other.uri == uri.uri && !other.parts.empty() && !uri.parts.empty();
     });
@@ -61,6 +62,7 @@ Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene&
       continue;
     }
     same->parts.push_back(std::move(uri.parts.front()));
+    same->calibrations.push_back(std::move(uri.calibrations.front()));
     devices[static_cast<std::size_t>(same - uris.begin())].feeds.push_back(i);
   }
   for (std::size_t k = 0; k < uris.size(); ++k) {
@@ -110,11 +112,36 @@ void ModelCache::keep(std::string key, std::unique_ptr<TactileModel> model) {
   if (model_) model_->share_work(nullptr);
 }
 
+namespace {
+
+/// Whether a probe can feed a tip: an array needs its pressures.
+Expected<void, SetupError> check_array(const Indenter& tip, const ProbeInfo& probe) {
+  if (tip.prescribed() && probe.taxels != tip.taxels.size()) {
+    return bad_input("the probe " + probe.uri + " has " + std::to_string(probe.taxels) +
+                     " taxels, but the tip of the scene " + std::to_string(tip.taxels.size()) +
+                     ": use the same number (taxel_columns, taxel_rows)");
+  }
+  if (!tip.prescribed() && probe.taxels > 0) {
+    return bad_input("the probe " + probe.uri + " is a tactile array of " +
+                     std::to_string(probe.taxels) +
+                     " taxels: set tip = \"taxels\" in [probe], with taxel_columns and taxel_rows");
+  }
+  return {};
+}
+
+}  // namespace
+
 Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<ProbeInfo>& probes) {
   const bool force = std::all_of(probes.begin(), probes.end(), [](const ProbeInfo& probe) {
     return (probe.channels & ProbeSample::kForce) != 0U;
   });
+  scene.place_arrays();
   for (std::size_t i = 0; i < probes.size(); ++i) {
+    if (auto checked = check_array(scene.model.indenters[i], probes[i]); !checked) return checked;
+    if (probes[i].taxels > 0) {
+      scene.model.indenters[i].control = Indenter::Control::kForce;
+      continue;
+    }
     const bool depth = (probes[i].channels & ProbeSample::kDepth) != 0U;
     if ((probes[i].channels & (ProbeSample::kForce | ProbeSample::kDepth)) == 0U &&
         !probes[i].extra_columns.empty()) {

@@ -203,15 +203,19 @@ void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
   table.finish();
 }
 
+/// A file that a scene names: beside the scene's file, or else as it is.
+std::string beside_scene(const std::string& scene_file, const std::string& name) {
+  std::error_code ignored;
+  const std::string beside = (std::filesystem::path(scene_file).parent_path() / name).string();
+  return std::filesystem::exists(beside, ignored) ? beside : name;
+}
+
 /// The heights of measured shapes, whose names are relative to the folder of the scene's file.
 void read_shapes(const std::string& scene_file, Findings& findings, Scene& scene) {
-  const auto folder = std::filesystem::path(scene_file).parent_path();
   for (Indenter& indenter : scene.model.indenters) {
     TipShape& shape = indenter.shape;
     if (indenter.tip != Indenter::Tip::kShape || shape.file.empty()) continue;
-    std::error_code ignored;
-    const std::string beside = (folder / shape.file).string();
-    if (std::filesystem::exists(beside, ignored)) shape.file = beside;
+    shape.file = beside_scene(scene_file, shape.file);
     auto map = read_height_map(shape.file, shape.pixel_mm);
     if (map) {
       shape.map = std::make_shared<HeightMap>(std::move(*map));
@@ -259,6 +263,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
     scene.sinks.push_back(std::move(uri));
   });
   top.finish();
+  scene.place_arrays();
   return scene;
 }
 
@@ -280,6 +285,13 @@ Expected<void, ParameterError> check(const Scene& scene) {
   for (PatchParameters& patch : copy.model.patches) all.fields(receptor_fields(patch));
   for (const Scene::OfProbe& probe : scene.probes) all.fields(probe);
   all.also(scene.encoding.check());
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    const Indenter& tip = scene.model.indenters[i];
+    if (tip.prescribed()) all.also(tip.taxels.check());
+    all.require(!tip.prescribed() || !scene.probes[i].input.invert_force,
+                "probe.invert_force",
+                "has no effect on a tactile array: let its device report compression as positive");
+  }
   return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();
 }
 }  // namespace
@@ -287,8 +299,19 @@ Expected<void, ParameterError> check(const Scene& scene) {
 std::string Scene::uri_of(std::size_t probe) const {
   const OfProbe& of = probes[probe];
   const std::string& uri = of.device ? devices[*of.device].uri : of.uri;
-  const ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
+  ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
+  const Indenter& tip = model.indenters[probe];
+  if (tip.prescribed() && DeviceUri::split(uri).parts.empty()) {
+    channels.taxels = {
+        .count = tip.taxels.size(), .area_mm2 = tip.taxels.area_mm2(), .prefix = of.taxel_channels};
+  }
   return of.device || !channels.empty() ? uri + "#" + channels.text() : uri;
+}
+
+void Scene::place_arrays() {
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    model.indenters[i].taxels.place = {.x_mm = probes[i].input.x_mm, .y_mm = probes[i].input.y_mm};
+  }
 }
 
 Expected<void, SetupError> Scene::set_probes(const std::vector<std::string>& uris) {
@@ -340,6 +363,9 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);
   read_shapes(name, findings, scene);
+  for (Scene::OfProbe& probe : scene.probes) {
+    if (!probe.calibration.empty()) probe.calibration = beside_scene(name, probe.calibration);
+  }
   if (!findings.error.empty()) return bad_input(findings.error);
   scene.file = name;
   scene.text = text;

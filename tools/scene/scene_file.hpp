@@ -32,6 +32,8 @@ struct Scene {
     std::optional<std::size_t> device;  ///< number in `devices`
     /// The channels of the device that are its readings, as ProbeChannels describes; empty: none.
     std::string force, depth, x, y;
+    std::string calibration;     ///< file; empty: none
+    std::string taxel_channels;  ///< how the names of an array's channels begin
     std::optional<std::chrono::nanoseconds> delay;
     ProbeInput::Parameters input;
     PressLimits limits;
@@ -59,6 +61,8 @@ struct Scene {
   /// Sets the probes; additional ones copy the settings of the scene's last probe. Fails with the
   /// scene's probes if there are fewer URIs.
   [[nodiscard]] Expected<void, SetupError> set_probes(const std::vector<std::string>& uris);
+  /// Puts each tactile array where its probe is.
+  void place_arrays();
   /// Sets all seeds: the network's, and that of each patch, increasing by one.
   void set_seed(std::uint64_t seed);
   /// "file:line: key reason", for the user.

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/sessions/session_samples.hpp"
 #include "tools/scene/machine_facts.hpp"
 
 namespace merkel {
@@ -52,6 +53,10 @@ HodgkinHuxleyAfferent stepping_of(const TactileModel::Parameters& model) {
 }  // namespace
 
 void add_probe_facts(const ProbeInfo& probe, RunDescription& run) {
+  if (probe.taxels > 0) {
+    run.facts.emplace_back(kTaxelFact,
+                           std::to_string(run.probes.size()) + ":" + std::to_string(probe.taxels));
+  }
   run.probes.push_back(probe);
   for (const auto& [name, value] :
        {std::pair("probe", &probe.uri), std::pair("probe_name", &probe.name),

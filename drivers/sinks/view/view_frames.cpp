@@ -45,7 +45,10 @@ ViewFrames::ViewFrames(const SinkSetup& setup)
     : tick_(setup.run.model.tick), electrodes_(setup.run.encoding.electrodes.size()) {
   if (setup.session) start_ = setup.session->start;
   for (const Indenter& indenter : setup.run.model.indenters) {
-    probes_.push_back({.tip = TipContact(indenter, setup.run.model.skin), .press = {}});
+    probes_.push_back(
+        {.tip = TipContact(indenter, setup.run.model.skin),
+         .press = {},
+         .taxels = std::vector<float>(indenter.prescribed() ? indenter.taxels.size() : 0)});
   }
 }
 
@@ -56,6 +59,7 @@ double ViewFrames::since_start_s(nanoseconds time) const {
 void ViewFrames::add(const RecordBatch& batch) {
   for (const SpikeEvent& spike : batch.spikes) add(spike);
   for (const StimulationCommand& command : batch.commands) add(command);
+  for (const TaxelBlock& block : batch.taxels) add(block);
   for (const TickRecord& tick : batch.ticks) add(tick);
   for (const LoopEvent& event : batch.events) add(event);
   for (const NeuronSample& sample : batch.neurons) add(sample);
@@ -85,6 +89,13 @@ void ViewFrames::add(const TickRecord& tick) {
   // The backlog of the start has no latency.
   if (tick.latency.count() > 0) ++latency_[latency_bin(tick.delay + tick.latency)];
   if (tick.time >= next_point_) add_point(tick.time);
+}
+
+void ViewFrames::add(const TaxelBlock& block) {
+  if (block.probe >= probes_.size()) return;
+  std::vector<float>& taxels = probes_[block.probe].taxels;
+  if (block.first + std::size_t{block.count} > taxels.size()) return;
+  std::copy_n(block.pressure_kPa.begin(), block.count, taxels.begin() + block.first);
 }
 
 void ViewFrames::add_point(nanoseconds time) {
@@ -150,6 +161,7 @@ void ViewFrames::forget() {
   spikes_.clear();
   watched_.clear();
   news_.clear();
+  for (Probe& probe : probes_) std::fill(probe.taxels.begin(), probe.taxels.end(), 0.0F);
   jumped_ = true;
 }
 
@@ -216,6 +228,8 @@ void ViewFrames::append_probes(std::string& bytes) const {
     append_float(bytes, probe.gauge_depth_mm);
     append_raw(bytes, static_cast<std::uint32_t>(probe.state) |
                           static_cast<std::uint32_t>(probe.link) << 8U);
+    append_count(bytes, probe.taxels.size());
+    for (const float pressure : probe.taxels) append_raw(bytes, pressure);
   }
 }
 

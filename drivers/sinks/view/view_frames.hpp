@@ -26,7 +26,7 @@ namespace merkel {
 ///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
 ///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, gauge_depth_mm
 ///     (as the probe measured it; 0: it does not), u32 state (TickRecord::State in the low byte,
-///     RunControl::Link above it) ·
+///     RunControl::Link above it), u32 taxels · f32×taxels kPa ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
 ///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
 ///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
@@ -65,6 +65,7 @@ class ViewFrames {
   struct Probe {
     TipContact tip;
     Press press;
+    std::vector<float> taxels;  ///< pressures of a tactile array, kPa
     double gauge_depth_mm = 0.0;
     TickRecord::State state = TickRecord::State::kFollowing;
     TickRecord::State worst = TickRecord::State::kFollowing;  ///< since the last point
@@ -93,6 +94,7 @@ class ViewFrames {
   void add(const SpikeEvent& spike);
   void add(const StimulationCommand& command);
   void add(const TickRecord& tick);
+  void add(const TaxelBlock& block);
   void add(const LoopEvent& event);
   void add(const NeuronSample& sample);
   void add(const Mark& mark);

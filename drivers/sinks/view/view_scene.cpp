@@ -51,6 +51,19 @@ Json json_of(const PatchParameters& parameters) {
           {"centres", std::move(centres)}};
 }
 
+Json json_of(const TaxelArray& array, double orientation_deg) {
+  Json centres = Json::array();
+  for (const Position& centre : array.centres()) {
+    centres.push_back(Json::array({centre.x_mm, centre.y_mm}));
+  }
+  const bool disc = array.shape == TaxelArray::Shape::kDisc;
+  return {
+      {"centres", std::move(centres)},     {"disc", disc},
+      {"width_mm", array.width_mm},        {"length_mm", disc ? array.width_mm : array.length_mm},
+      {"x_mm", array.place.x_mm},          {"y_mm", array.place.y_mm},
+      {"orientation_deg", orientation_deg}};
+}
+
 Json json_of(const Indenter& indenter) {
   const bool force = indenter.control == Indenter::Control::kForce;
   Json json = {{"patch", indenter.patch}, {"control", force ? "force" : "depth"}};
@@ -63,6 +76,9 @@ Json json_of(const Indenter& indenter) {
       json.update({{"bar_length_mm", indenter.bars.length_mm},
                    {"bar_widths_mm", indenter.bars.widths_mm},
                    {"bar_gaps_mm", indenter.bars.gaps_mm}});
+      break;
+    case Indenter::Tip::kTaxels:
+      json["taxels"] = json_of(indenter.taxels, indenter.shape.orientation_deg);
       break;
     default:
       json["diameter_mm"] = across_mm(indenter);

@@ -33,8 +33,8 @@ class ViewSpikeSink final : public SpikeSink {
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TickRecord, LoopEvent, NeuronSample, Mark,
-                  RunStatus>;
+    return kKinds<SpikeEvent, StimulationCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample,
+                  Mark, RunStatus>;
   }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { desk_->attach(control); }

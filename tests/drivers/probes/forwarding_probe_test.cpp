@@ -34,6 +34,10 @@ class NotingProbe final : public Probe {
     calls_.insert("read");
     return samples.size();
   }
+  [[nodiscard]] std::span<const float> taxels(const ProbeSample& /*sample*/) const override {
+    calls_.insert("taxels");
+    return taxels_;
+  }
   [[nodiscard]] std::string error_message() const override {
     calls_.insert("error_message");
     return "broken";
@@ -82,6 +86,7 @@ class NotingProbe final : public Probe {
 
  private:
   std::multiset<std::string>& calls_;
+  std::vector<float> taxels_ = {1.0F, 2.0F};
   ProbeInfo info_{.uri = "mock:", .name = "mock"};
   ProbeCalibration calibration_;
 };
@@ -114,6 +119,7 @@ TEST(ForwardingProbe, PassesEveryFunctionOfAProbeOn) {
   NoListener listener;
   EXPECT_EQ(probe.info().uri, "mock:");
   EXPECT_EQ(*probe.read(samples, std::chrono::milliseconds{1}), 5U);
+  EXPECT_EQ(probe.taxels(samples[0]).size(), 2U);
   EXPECT_EQ(probe.error_message(), "broken");
   EXPECT_EQ(probe.device_counts()->readings, 7U);
   EXPECT_TRUE(probe.is_timed());

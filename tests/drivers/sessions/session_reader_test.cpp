@@ -241,6 +241,46 @@ TEST(SessionReader, ReadsSessionsOfVersionsWithoutStimulationCommands) {
   EXPECT_EQ(all.marks.size(), 2U);
 }
 
+TEST(SessionReader, ReadsThePressuresOfTaxelsAsTheyWere) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("taxels.xdf");
+  SinkSetup setup{.neurons = 20, .overwrite = false, .allow_remote = false, .run = {}};
+  setup.run.facts = {{"scene_text", ""}};
+  setup.run.model.indenters.front().tip = Indenter::Tip::kTaxels;
+  TaxelBlock block{.time = kLongAgo, .tick = 3, .probe = 1, .first = 32, .count = 2};
+  block.pressure_kPa[0] = 1.0F / 3.0F;
+  block.pressure_kPa[1] = 1e-30F;
+  {
+    auto sink = open_sink("xdf:" + path, setup);
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    EXPECT_TRUE((*sink)->write({.taxels = {&block, 1}}));
+    EXPECT_TRUE((*sink)->close());
+  }
+  const auto read = [](const std::string& file) {
+    auto session = SessionReader::open(file);
+    SessionChunk chunk;
+    return session && session->next(chunk).value_or(false) ? chunk.taxels
+                                                           : std::vector<TaxelBlock>{};
+  };
+  const std::vector<TaxelBlock> found = read(path);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].time, block.time);
+  EXPECT_EQ(found[0].tick, block.tick);
+  EXPECT_EQ(found[0].probe, block.probe);
+  EXPECT_EQ(found[0].first, block.first);
+  EXPECT_EQ(found[0].count, block.count);
+  EXPECT_EQ(found[0].pressure_kPa, block.pressure_kPa);
+  // A pull, or no number, is none of the loop's.
+  std::string bytes = read_file(path);
+  const double third = static_cast<double>(block.pressure_kPa[0]);
+  const auto at = bytes.find(std::string(reinterpret_cast<const char*>(&third), sizeof third));
+  ASSERT_NE(at, std::string::npos);
+  for (const double wrong : {-1.0, std::nan(""), 1e9}) {
+    bytes.replace(at, sizeof wrong, reinterpret_cast<const char*>(&wrong), sizeof wrong);
+    EXPECT_TRUE(read(folder.file("wrong.xdf", bytes)).empty());
+  }
+}
+
 TEST(SessionReader, RefusesTwoStreamsOfOneName) {
   const TemporaryFolder folder;
   std::string bytes = read_file(record(folder, true));

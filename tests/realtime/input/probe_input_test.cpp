@@ -1,6 +1,7 @@
 #include "realtime/input/probe_input.hpp"
 
 #include <iterator>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -44,6 +45,45 @@ TEST_F(ProbeInputTest, InterpolatesBetweenTheSamplesAroundTheTime) {
   expect(3, 1.0, State::kFollowing);
   EXPECT_EQ(input_.counts().used, 2U);
   EXPECT_EQ(input_.counts().late, 0U);
+}
+
+TEST(ProbeInputTaxels, FollowTheRuleOfTheContact) {
+  ProbeChannel channel{100, 2};
+  ProbeInput input{channel, {.stale_after = ms(5)}};
+  const auto arrives = [&](double time_ms, std::vector<float> taxels) {
+    const ProbeSample sample{.time = ms(time_ms),
+                             .force_mN = static_cast<double>(taxels[0] + taxels[1]),
+                             .channels = ProbeSample::kForce};
+    ASSERT_TRUE(channel.try_push(sample, taxels));
+  };
+  const auto expect = [&](double time_ms, float first, float second, State state) {
+    const auto reading = input.at(ms(time_ms));
+    EXPECT_EQ(reading.state, state) << time_ms;
+    ASSERT_EQ(input.taxels().size(), 2U);
+    EXPECT_FLOAT_EQ(input.taxels()[0], first) << time_ms;
+    EXPECT_FLOAT_EQ(input.taxels()[1], second) << time_ms;
+    EXPECT_NEAR(reading.contact.force_mN, static_cast<double>(first + second), 1e-5);
+  };
+  arrives(1, {4.0F, 8.0F});
+  expect(0, 4.0F, 8.0F, State::kFollowing);
+  arrives(3, {8.0F, 0.0F});
+  expect(1, 4.0F, 8.0F, State::kFollowing);
+  expect(1.5, 5.0F, 6.0F, State::kFollowing);
+  expect(4, 8.0F, 0.0F, State::kHeld);
+  expect(9, 0.0F, 0.0F, State::kReleased);
+  arrives(9.5, {1.0F, 1.0F});
+  expect(10, 1.0F, 1.0F, State::kHeld);
+}
+
+TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
+  ProbeChannel channel{4, 3};
+  const std::vector<float> row(3, 1.0F);
+  std::size_t taken = 0;
+  while (channel.try_push({.time = ms(static_cast<double>(taken))}, row)) ++taken;
+  EXPECT_EQ(taken, 4U);
+  ProbeInput input{channel, {}};
+  static_cast<void>(input.at(ms(1.5)));
+  EXPECT_TRUE(channel.try_push({.time = ms(9)}, row));
 }
 
 TEST(ProbeInputForce, TouchesFromTheThresholdToHalfOfIt) {

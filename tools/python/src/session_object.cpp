@@ -1,8 +1,10 @@
 #include "tools/python/src/session_object.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
+#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -14,6 +16,24 @@
 namespace merkel::python {
 
 namespace py = pybind11;
+
+/// The pressures at a tick: those of the tick before, and the blocks that changed.
+void SessionObject::add_taxels(const TickRecord& tick, std::deque<TaxelBlock>& blocks) {
+  const auto array = taxels.find(tick.probe);
+  if (array == taxels.end()) return;
+  auto& [count, now, rows] = array->second;
+  for (auto block = blocks.begin(); block != blocks.end() && block->tick <= tick.number;) {
+    if (block->probe != tick.probe) {
+      ++block;
+      continue;
+    }
+    if (block->first + std::size_t{block->count} <= count) {
+      std::copy_n(block->pressure_kPa.begin(), block->count, now.begin() + block->first);
+    }
+    block = blocks.erase(block);
+  }
+  rows.insert(rows.end(), now.begin(), now.end());
+}
 
 SessionObject SessionObject::load(const std::string& path) {
   SessionReader reader = or_throw(SessionReader::open(path));
@@ -27,10 +47,18 @@ SessionObject SessionObject::load(const std::string& path) {
     if (!model) throw Error(session.scene->sentence(model.error()));
     numbering.emplace(reader, *model);
     session.afferents = afferent_rows(session.scene->model);
+    const auto& tips = session.scene->model.indenters;
+    for (std::size_t i = 0; i < tips.size(); ++i) {
+      const std::size_t count = tips[i].prescribed() ? tips[i].taxels.size() : 0;
+      if (count == 0) continue;
+      session.taxels[static_cast<std::uint32_t>(i)] = {
+          .count = count, .now = std::vector<float>(count), .rows = {}};
+    }
   }
   const auto zero = session.origin.start;
   for (const std::string& name : reader.extra_columns()) session.extra.emplace_back(name, 0);
   SessionChunk chunk;
+  std::deque<TaxelBlock> blocks;
   while (or_throw(reader.next(chunk))) {
     if (numbering) numbering->apply(chunk);
     for (const SpikeEvent& spike : chunk.spikes) session.spikes.push_back(row_of(spike, zero));
@@ -40,7 +68,11 @@ SessionObject SessionObject::load(const std::string& path) {
         session.extra[k].second.push_back(item.sample.extra[k]);
       }
     }
-    for (const TickRecord& tick : chunk.ticks) session.ticks.push_back(row_of(tick, zero));
+    blocks.insert(blocks.end(), chunk.taxels.begin(), chunk.taxels.end());
+    for (const TickRecord& tick : chunk.ticks) {
+      session.ticks.push_back(row_of(tick, zero));
+      session.add_taxels(tick, blocks);
+    }
     for (const LoopEvent& event : chunk.events) session.events.push_back(row_of(event, zero));
     for (const StimulationCommand& each : chunk.commands) {
       session.stimulation.push_back(row_of(each, zero));
@@ -76,6 +108,19 @@ void add_session(py::module_& module) {
           "ticks", [](const SessionObject& session) { return array_of(session.ticks); },
           "(ticks × probes,) of what the loop used: number, probe, time_s (the tick's end), latency_s, "
           "depth_mm, force_N, x_mm, y_mm, late, state (0 following, 1 held, 2 released, 3 ended) and delay_s.")
+      .def_property_readonly(
+          "taxels",
+          [](const SessionObject& session) {
+            py::dict arrays;
+            for (const auto& [probe, array] : session.taxels) {
+              const std::size_t rows = array.rows.size() / array.count;
+              py::array_t<float> pressures({rows, array.count});
+              std::copy(array.rows.begin(), array.rows.end(), pressures.mutable_data());
+              arrays[py::int_(probe)] = std::move(pressures);
+            }
+            return arrays;
+          },
+          "Pressures of the tactile arrays in kPa, by the number of the probe, from 0: (ticks, taxels).")
       .def_property_readonly(
           "events", [](const SessionObject& session) { return array_of(session.events); },
           "(events,) of time_s, length_s, subject and kind (0 release, 1 resume, 2 gap, 3 neuron reset).")

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -8,6 +11,8 @@
 
 #include <pybind11/pybind11.h>
 
+#include "core/records/taxel_block.hpp"
+#include "core/records/tick_record.hpp"
 #include "drivers/run_control.hpp"
 #include "drivers/spike_sink.hpp"
 #include "tools/python/src/initialised.hpp"
@@ -23,6 +28,13 @@ struct SessionObject {
   /// Further columns of the samples, by name: NaN where a probe has none.
   std::vector<std::pair<std::string, std::vector<double>>> extra;
   std::vector<TickRow> ticks;
+  /// Pressures of a tactile array, by probe: a row per tick, kPa.
+  struct Taxels {
+    std::size_t count = 0;
+    std::vector<float> now;
+    std::vector<float> rows;
+  };
+  std::map<std::uint32_t, Taxels> taxels;
   std::vector<EventRow> events;
   std::vector<CommandRow> stimulation;
   std::vector<AfferentRow> afferents;
@@ -34,6 +46,9 @@ struct SessionObject {
 
   /// \throws Error
   [[nodiscard]] static SessionObject load(const std::string& path);
+
+ private:
+  void add_taxels(const TickRecord& tick, std::deque<TaxelBlock>& blocks);
 };
 
 /// Adds Session and load() to the module.

@@ -17,11 +17,12 @@ Expected<double, SetupError> encoding_cost_us(const Scene& scene, const Rehearsa
   std::vector<TickRecord> records(model->indenters());
   std::chrono::nanoseconds time{0};
   std::chrono::nanoseconds spent{0};
-  for (const auto& contacts : rehearsal.ticks) {
-    const auto spikes = model->step(contacts, time);
+  for (const Rehearsal::Tick& tick : rehearsal.ticks) {
+    const auto spikes = step(*model, tick, time);
     time += scene.model.tick;
     for (std::size_t i = 0; i < records.size(); ++i) {
-      records[i] = {.time = time, .contact = contacts[i], .probe = static_cast<std::uint32_t>(i)};
+      records[i] = {
+          .time = time, .contact = tick.contacts[i], .probe = static_cast<std::uint32_t>(i)};
     }
     const auto started = std::chrono::steady_clock::now();
     static_cast<void>((*encoder)->step({.records = records,

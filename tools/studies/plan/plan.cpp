@@ -51,8 +51,8 @@ Expected<void, SetupError> note_shares(const Scene& scene, const Rehearsal& rehe
   double reached = 0.0;
   double active = 0.0;
   std::chrono::nanoseconds time{0};
-  for (const auto& contacts : rehearsal.ticks) {
-    model->step(contacts, time);
+  for (const Rehearsal::Tick& tick : rehearsal.ticks) {
+    static_cast<void>(step(*model, tick, time));
     time += scene.model.tick;
     for (const TactilePatch& patch : model->patches()) {
       reached += static_cast<double>(patch.drive().afferents_reached());

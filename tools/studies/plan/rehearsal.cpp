@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/parameters/range.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
@@ -15,26 +16,39 @@ namespace {
 constexpr std::chrono::seconds kLongestSilence{60};
 constexpr std::chrono::milliseconds kBeforeTouch{20};
 
+/// Simulates what a device would send.
+std::string stand_in_for(const Scene& scene, std::size_t probe) {
+  const Indenter& tip = scene.model.indenters[probe];
+  if (!tip.prescribed()) return "sim:ramp";
+  const std::string count = std::to_string(tip.taxels.size());
+  return tip.taxels.listed.empty() ? "sim:pad?columns=" + std::to_string(tip.taxels.columns) +
+                                         "&rows=" + std::to_string(tip.taxels.rows) +
+                                         "&pitch_mm=" + shortest_decimal(tip.taxels.pitch_mm)
+                                   : "sim:pad?rows=1&columns=" + count;
+}
+
 bool touches(const ProbeSample& sample) { return sample.depth_mm > 0.0 || sample.force_mN > 0.0; }
 
+}  // namespace
+
 /// The samples of a probe up to `most` after its first touch.
-std::vector<ProbeSample> read_samples(Probe& probe, std::chrono::nanoseconds most) {
-  std::vector<ProbeSample> all;
+std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(Probe& probe,
+                                                                 std::chrono::nanoseconds most) {
+  std::vector<Recorded> all;
   std::vector<ProbeSample> batch(1024);
   std::optional<std::chrono::nanoseconds> touched;
   for (;;) {
     const auto count = probe.read(batch, std::chrono::milliseconds{50});
     if (!count) return all;
     for (std::size_t i = 0; i < *count; ++i) {
-      all.push_back(batch[i]);
+      const std::span<const float> taxels = probe.taxels(batch[i]);
+      all.push_back({.sample = batch[i], .taxels = {taxels.begin(), taxels.end()}});
       if (!touched && touches(batch[i])) touched = batch[i].time;
-      const auto end = touched ? *touched + most : all.front().time + kLongestSilence;
+      const auto end = touched ? *touched + most : all.front().sample.time + kLongestSilence;
       if (batch[i].time > end) return all;
     }
   }
 }
-
-}  // namespace
 
 Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
                                                           std::chrono::nanoseconds most) {
@@ -45,19 +59,19 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
     const std::string uri = scene.uri_of(i);
     const bool recorded = uri.starts_with("replay:") || uri.starts_with("sim:");
     recording.stand_in_ = recording.stand_in_ || !recorded;
-    auto probe = open_probe(recorded ? uri : "sim:ramp");
+    auto probe = open_probe(recorded ? uri : stand_in_for(scene, i));
     if (!probe) return Unexpected<SetupError>(probe.error());
     const bool depth = ((*probe)->info().channels & ProbeSample::kDepth) != 0U;
     scene.model.indenters[i].control = scene.probes[i].control.value_or(
         depth ? Indenter::Control::kDepth : Indenter::Control::kForce);
-    const auto& samples = recording.samples_.emplace_back(read_samples(**probe, most));
+    const auto& samples = recording.samples_.emplace_back(samples_of(**probe, most));
     recording.inputs_.push_back(scene.probes[i].input);
-    for (const ProbeSample& sample : samples) {
-      if (touches(sample)) touch = std::min(touch, sample.time - kBeforeTouch);
+    for (const Recorded& each : samples) {
+      if (touches(each.sample)) touch = std::min(touch, each.sample.time - kBeforeTouch);
     }
     if (samples.empty()) continue;
-    first = std::min(first, samples.front().time);
-    recording.end_ = std::max(recording.end_, samples.back().time);
+    first = std::min(first, samples.front().sample.time);
+    recording.end_ = std::max(recording.end_, samples.back().sample.time);
   }
   if (first == std::chrono::nanoseconds::max()) {
     return bad_input("the scene's probes have no samples to plan with");
@@ -76,9 +90,11 @@ Rehearsal ProbeRecording::at(std::chrono::nanoseconds tick) const {
   std::vector<std::unique_ptr<ProbeChannel>> channels;
   std::vector<ProbeInput> inputs;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    auto& channel = channels.emplace_back(std::make_unique<ProbeChannel>(samples_[i].size() + 1));
-    for (const ProbeSample& sample : samples_[i]) {
-      static_cast<void>(channel->samples.try_push(sample));
+    const std::size_t taxels = samples_[i].empty() ? 0 : samples_[i].front().taxels.size();
+    auto& channel =
+        channels.emplace_back(std::make_unique<ProbeChannel>(samples_[i].size() + 1, taxels));
+    for (const Recorded& each : samples_[i]) {
+      static_cast<void>(channel->try_push(each.sample, each.taxels));
     }
     channel->ended.store(true);
     inputs.emplace_back(*channel, inputs_[i]);
@@ -86,23 +102,34 @@ Rehearsal ProbeRecording::at(std::chrono::nanoseconds tick) const {
   Rehearsal rehearsal;
   rehearsal.tick = tick;
   for (auto time = start_ + tick; time <= end_; time += tick) {
-    std::vector<ContactInput> contacts;
-    for (ProbeInput& input : inputs) contacts.push_back(input.at(time).contact);
-    const bool touched = std::any_of(contacts.begin(), contacts.end(), [](const ContactInput& c) {
-      return c.depth_mm > 0.0 || c.force_mN > 0.0;
-    });
+    Rehearsal::Tick made;
+    for (ProbeInput& input : inputs) {
+      made.contacts.push_back(input.at(time).contact);
+      made.taxels.emplace_back(input.taxels().begin(), input.taxels().end());
+    }
+    const bool touched =
+        std::any_of(made.contacts.begin(), made.contacts.end(),
+                    [](const ContactInput& c) { return c.depth_mm > 0.0 || c.force_mN > 0.0; });
     rehearsal.untouched += touched ? 0 : 1;
-    rehearsal.ticks.push_back(std::move(contacts));
+    rehearsal.ticks.push_back(std::move(made));
   }
   return rehearsal;
+}
+
+std::span<SpikeEvent> step(TactileModel& model, const Rehearsal::Tick& tick,
+                           std::chrono::nanoseconds start) {
+  for (std::size_t i = 0; i < tick.taxels.size(); ++i) {
+    if (!tick.taxels[i].empty()) model.set_taxels(i, tick.taxels[i]);
+  }
+  return model.step(tick.contacts, start);
 }
 
 std::vector<SpikeEvent> run_through(TactileModel& model, const Rehearsal& rehearsal) {
   model.reset();
   std::vector<SpikeEvent> spikes;
   std::chrono::nanoseconds time{0};
-  for (const auto& contacts : rehearsal.ticks) {
-    const auto made = model.step(contacts, time);
+  for (const Rehearsal::Tick& tick : rehearsal.ticks) {
+    const auto made = step(model, tick, time);
     spikes.insert(spikes.end(), made.begin(), made.end());
     time += model.parameters().tick;
   }

@@ -1,19 +1,25 @@
 #pragma once
 
 #include <chrono>
+#include <span>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "core/records/contact_input.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "drivers/probe.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 
 /// The contacts of a scene's probes, tick by tick.
 struct Rehearsal {
-  std::vector<std::vector<ContactInput>> ticks;  ///< per tick, one contact per indenter
+  struct Tick {
+    std::vector<ContactInput> contacts;      ///< one per indenter
+    std::vector<std::vector<float>> taxels;  ///< of each, kPa; empty: no tactile array
+  };
+  std::vector<Tick> ticks;
   std::chrono::nanoseconds tick{0};
   std::size_t untouched = 0;  ///< ticks without contact
 };
@@ -29,16 +35,27 @@ class ProbeRecording {
   /// The contacts at the ends of the ticks. Ticks that divide the scene's tick share its grid,
   /// which starts at the first sample as in a run.
   [[nodiscard]] Rehearsal at(std::chrono::nanoseconds tick) const;
-  /// True if a 1.5 mm ramp-and-hold replaces a device, which cannot be read in advance.
+  /// True if a 1.5 mm ramp-and-hold (for a tactile array, a rolling ball) replaces a device, which
+  /// cannot be read in advance.
   [[nodiscard]] bool stand_in() const noexcept { return stand_in_; }
 
  private:
-  std::vector<std::vector<ProbeSample>> samples_;  ///< by probe
+  struct Recorded {
+    ProbeSample sample;
+    std::vector<float> taxels;
+  };
+  static std::vector<Recorded> samples_of(Probe& probe, std::chrono::nanoseconds most);
+
+  std::vector<std::vector<Recorded>> samples_;  ///< by probe
   std::vector<ProbeInput::Parameters> inputs_;
   std::chrono::nanoseconds start_{0};
   std::chrono::nanoseconds end_{0};
   bool stand_in_ = false;
 };
+
+/// One tick of a rehearsal, from `start`. \return its spikes
+std::span<SpikeEvent> step(TactileModel& model, const Rehearsal::Tick& tick,
+                           std::chrono::nanoseconds start);
 
 /// All spikes of a model, from rest, under a rehearsal's contacts. Both must have the same tick.
 [[nodiscard]] std::vector<SpikeEvent> run_through(TactileModel& model, const Rehearsal& rehearsal);

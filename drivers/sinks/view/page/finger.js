@@ -96,7 +96,10 @@ export class Finger {
     });
     this.#inSkin(c, () => {
       pins.forEach((afferent, i) => this.#drawPin(c, afferent, kPins[i % kPins.length]));
-      probes.forEach((probe, i) => { if (probe.depth > 0) this.#drawContact(c, probe, this.scene.probes[i]); });
+      probes.forEach((probe, i) => {
+        if (probe.taxels.length) this.#drawTaxels(c, probe, this.scene.probes[i]);
+        else if (probe.depth > 0) this.#drawContact(c, probe, this.scene.probes[i]);
+      });
     });
     this.#label(c, probes, pins);
   }
@@ -175,6 +178,28 @@ export class Finger {
     if ((tip.radius_mm ?? probe.radius) * this.scale < kFound_px - 4) {
       c.beginPath(); c.arc(probe.x, probe.y, kFound_px / this.scale, 0, 7); c.stroke();
     }
+    c.restore();
+  }
+
+  /// The pressures of a tactile array: its outline, and each taxel more opaque the higher its pressure.
+  #drawTaxels(c, probe, { patch, taxels }) {
+    const placed = this.layout.placed[patch];
+    const most = Math.max(...probe.taxels);
+    const trace = ([x, y]) => {
+      c.beginPath();
+      if (taxels.disc) c.arc(x, y, taxels.width_mm / 2, 0, 7);
+      else c.rect(x - taxels.width_mm / 2, y - taxels.length_mm / 2, taxels.width_mm, taxels.length_mm);
+    };
+    c.save();
+    c.transform(placed.cos, placed.sin, -placed.sin, placed.cos, placed.u0, placed.v0);
+    c.translate(taxels.x_mm, taxels.y_mm);
+    c.rotate(taxels.orientation_deg * Math.PI / 180);
+    c.fillStyle = c.strokeStyle = css('--press');
+    taxels.centres.forEach((centre, i) => {
+      trace(centre);
+      c.globalAlpha = 0.25; c.lineWidth = 0.5 / this.scale; c.stroke();
+      if (probe.taxels[i] > 0) { c.globalAlpha = 0.85 * probe.taxels[i] / most; c.fill(); }
+    });
     c.restore();
   }
 

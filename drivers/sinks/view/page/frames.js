@@ -26,7 +26,7 @@ export function readFrame(buffer, scene) {
   const probes = r.list(() => {
     const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32(), gauge_depth: r.f32() };
     const state = r.u32();
-    return { ...probe, state: state & 255, link: state >> 8 };
+    return { ...probe, state: state & 255, link: state >> 8, taxels: r.list(() => r.f32()) };
   });
   const points = r.list(() => ({
     t: t - r.f32(), state: r.u32(), values: probes.flatMap(() => [r.f32(), r.f32() * 1e-3]),

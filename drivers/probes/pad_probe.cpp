@@ -1,0 +1,129 @@
+#include "drivers/probes/pad_probe.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/units.hpp"
+#include "drivers/probes/sample_meter.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr double kLongestPad_s = 1e6;
+constexpr int kPointsAcross = 3;  ///< of a taxel
+
+}  // namespace
+
+PadProbe::PadProbe(ProbeInfo info, const Options& options)
+    : info_(std::move(info)),
+      options_(options),
+      random_(options.seed),
+      count_(static_cast<std::uint32_t>((options.wait_s + (options.count - 1) * options.interval_s +
+                                         options.press_s + options.tail_s) *
+                                        options.rate_Hz) +
+             1) {}
+
+Expected<std::unique_ptr<Probe>, SetupError> PadProbe::open(const Uri& uri) {
+  UriOptions given(uri);
+  Options options;
+  options.columns = static_cast<int>(given.whole("columns", 16, 1, 1024));
+  options.rows = static_cast<int>(given.whole("rows", 16, 1, 1024));
+  options.pitch_mm = given.number("pitch_mm", 1.0, 0.01, 100.0);
+  options.force_mN = units::mN_from_N(given.number("force_N", 1.0, 1e-6, 1e3));
+  options.contact_mm = given.number("contact_mm", 4.0, 0.01, 100.0);
+  options.roll_mm = given.number("roll_mm", 3.0, 0.0, 100.0);
+  options.count = static_cast<int>(given.whole("count", 6, 1, 1'000'000));
+  options.press_s = given.number("tap_s", 0.9, 1e-3, kLongestPad_s);
+  options.interval_s = given.number("interval_s", 1.2, 1e-3, kLongestPad_s);
+  options.wait_s = given.number("wait_s", 0.2, 0.0, kLongestPad_s);
+  options.tail_s = given.number("tail_s", 0.5, 0.0, kLongestPad_s);
+  options.rate_Hz = given.number("rate_hz", 1000.0, 1.0, 1e4);
+  options.noise_kPa = given.number("noise_kPa", 0.0, 0.0, 1e3);
+  options.seed = static_cast<std::uint64_t>(given.whole("seed", 1, 0, INT64_MAX));
+  if (auto done = given.finish(); !done) return Unexpected<SetupError>(done.error());
+  if (options.columns * options.rows > 1024) {
+    return bad_input("\"" + uri.text + "\" has more than 1024 taxels: reduce columns or rows");
+  }
+  const double samples =
+      (options.wait_s + options.count * options.interval_s + options.press_s + options.tail_s) *
+      options.rate_Hz;
+  if (samples > 4e9) {
+    return bad_input("\"" + uri.text + "\" makes more than 4e9 samples: reduce its count or rate");
+  }
+  ProbeInfo info{.uri = uri.text,
+                 .name = "simulated pad",
+                 .serial_number = {},
+                 .channels = ProbeSample::kForce,
+                 .period = units::nanoseconds_from_s(1.0 / options.rate_Hz),
+                 .replayed = true};
+  info.taxels = static_cast<std::size_t>(options.columns) * static_cast<std::size_t>(options.rows);
+  return std::unique_ptr<Probe>(new PadProbe(std::move(info), options));
+}
+
+/// A raised cosine of the force; the ball rolls once to each side meanwhile.
+void PadProbe::press(double time_s, ProbeSample& sample, std::span<float> row) {
+  const double since = time_s - options_.wait_s;
+  const double number =
+      std::clamp(std::floor(since / options_.interval_s), 0.0, options_.count - 1.0);
+  const double phase =
+      std::clamp((since - number * options_.interval_s) / options_.press_s, 0.0, 1.0);
+  const double turn = 2.0 * std::numbers::pi * phase;
+  const double force_mN = options_.force_mN * (0.5 - 0.5 * std::cos(turn));
+  const double radius = options_.contact_mm * std::cbrt(force_mN / options_.force_mN);
+  const double peak_kPa =
+      radius > 0.0 ? 1.5 * force_mN / (std::numbers::pi * radius * radius) : 0.0;
+  const double ball_x = options_.roll_mm * std::sin(turn);
+  double sum_kPa = 0.0;
+  for (int r = 0; r < options_.rows; ++r) {
+    for (int c = 0; c < options_.columns; ++c) {
+      double mean = 0.0;
+      for (int a = 0; a < kPointsAcross * kPointsAcross && radius > 0.0; ++a) {
+        const auto within = [](int k) { return (k + 0.5) / kPointsAcross - 0.5; };
+        const double x =
+            options_.pitch_mm * (c - 0.5 * (options_.columns - 1) + within(a % kPointsAcross)) -
+            ball_x;
+        const double y =
+            options_.pitch_mm * (r - 0.5 * (options_.rows - 1) + within(a / kPointsAcross));
+        const double inside = 1.0 - (x * x + y * y) / (radius * radius);
+        if (inside > 0.0) mean += peak_kPa * std::sqrt(inside) / (kPointsAcross * kPointsAcross);
+      }
+      // The sum of twelve uniform numbers minus its mean is nearly normal.
+      double noise = -6.0;
+      for (int k = 0; k < 12 && options_.noise_kPa > 0.0; ++k) noise += random_.uniform();
+      if (options_.noise_kPa > 0.0) mean = std::max(0.0, mean + options_.noise_kPa * noise);
+      row[static_cast<std::size_t>(r * options_.columns + c)] = static_cast<float>(mean);
+      sum_kPa += mean;
+    }
+  }
+  sample.force_mN = sum_kPa * options_.pitch_mm * options_.pitch_mm;
+}
+
+Expected<std::size_t, ProbeError> PadProbe::read(std::span<ProbeSample> samples,
+                                                 std::chrono::milliseconds /*patience*/) {
+  constexpr std::size_t kAtOnce = 256;
+  const std::size_t wanted = std::min({samples.size(), kAtOnce, std::size_t{count_ - next_}});
+  rows_.resize(wanted * info_.taxels);
+  for (std::size_t i = 0; i < wanted; ++i) {
+    const double time_s = next_ / options_.rate_Hz;
+    ProbeSample& sample = samples[i];
+    sample = {.time = units::nanoseconds_from_s(time_s),
+              .arrival = units::nanoseconds_from_s(time_s),
+              .sequence = next_++,
+              .channels = info_.channels,
+              .row = static_cast<std::uint32_t>(i),
+              .valid_for = SampleMeter::stale_after(*info_.period)};
+    press(time_s, sample, std::span(rows_).subspan(i * info_.taxels, info_.taxels));
+  }
+  if (wanted > 0 || samples.empty()) return wanted;
+  return Unexpected<ProbeError>(ProbeError::kEndOfStream);
+}
+
+std::span<const float> PadProbe::taxels(const ProbeSample& sample) const {
+  const std::size_t first = sample.row * info_.taxels;
+  if (first + info_.taxels > rows_.size()) return {};
+  return std::span(rows_).subspan(first, info_.taxels);
+}
+
+}  // namespace merkel

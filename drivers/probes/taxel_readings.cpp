@@ -1,0 +1,191 @@
+#include "drivers/probes/taxel_readings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "core/units.hpp"
+#include "drivers/printable_text.hpp"
+#include "drivers/sample_limits.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr int kZeroReadings = 20;
+constexpr int kFewestZeroReadings = 5;  ///< of a slow device, after
+constexpr std::chrono::milliseconds kLongestZero{1000};
+constexpr double kNoises = 5.0;  ///< a value that exceeds as many times the noise is a touch
+constexpr int kStuck = 500;      ///< equal readings of a taxel that has noise
+constexpr std::size_t kMostNamed = 5;
+constexpr double kPressed_mN = 200.0;
+
+std::string names_of_taxels(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
+    text += (i == 0 ? "" : ", ") + printable_text(names[i]);
+  }
+  if (names.size() > kMostNamed)
+    text += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  return text;
+}
+
+std::string three_digits(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+}  // namespace
+
+TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels, double area_mm2)
+    : name_(std::move(name)), area_mm2_(area_mm2) {
+  for (ChannelName& channel : channels) {
+    const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2 : 1.0;
+    channels_.push_back({.channel = std::move(channel), .to_kPa = to_kPa});
+  }
+}
+
+void TaxelReadings::start_zero() noexcept {
+  zeroed_ = 0;
+  zero_known_ = false;
+  for (Taxel& taxel : channels_) {
+    taxel.sum = taxel.sum2 = 0.0;
+    taxel.count = 0;
+  }
+}
+
+void TaxelReadings::measure_zero(const DeviceReading& reading) {
+  for (Taxel& taxel : channels_) {
+    const double value = reading[taxel.channel.channel];
+    if (!std::isfinite(value)) continue;
+    if (taxel.count++ == 0) taxel.first = value;
+    taxel.sum += value - taxel.first;
+    taxel.sum2 += (value - taxel.first) * (value - taxel.first);
+  }
+  if (zeroed_++ == 0) zero_began_ = reading.arrival;
+}
+
+void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
+  zero_known_ = true;
+  std::vector<std::string> absent;
+  std::vector<std::string> constant;
+  double noise2_kPa = 0.0;
+  double moved_mN = 0.0;
+  std::size_t noisy = 0;
+  for (Taxel& taxel : channels_) {
+    taxel.absent = taxel.count == 0;
+    if (taxel.absent) {
+      absent.push_back(taxel.channel.name);
+      continue;
+    }
+    const double mean = taxel.sum / taxel.count;
+    const double noise = std::sqrt(std::max(0.0, taxel.sum2 / taxel.count - mean * mean));
+    moved_mN += std::fabs(taxel.first + mean - taxel.zero) * taxel.to_kPa * area_mm2_;
+    taxel.zero = taxel.first + mean;
+    taxel.least = kNoises * noise;
+    taxel.same = 0;
+    if (noise > 0.0) {
+      ++noisy;
+    } else {
+      constant.push_back(taxel.channel.name);
+    }
+    noise2_kPa += noise * taxel.to_kPa * noise * taxel.to_kPa;
+  }
+  const double noise_kPa = std::sqrt(noise2_kPa / static_cast<double>(channels_.size()));
+  std::string sentence = name_ + ": zero and noise of " + std::to_string(channels_.size()) +
+                         " taxels measured over " + std::to_string(zeroed_) +
+                         " readings: " + three_digits(noise_kPa) + " kPa rms";
+  if (moved_mN > kPressed_mN) {
+    sentence += "; their zero has changed by " + three_digits(units::N_from_mN(moved_mN)) +
+                " N in all: if the array was pressed, lift it and tare again";
+  }
+  notices.push_back(std::move(sentence));
+  name_absent(absent, notices);
+  // If all are constant, the array rounds to its zero.
+  if (!constant.empty() && constant.size() < noisy) {
+    notices.push_back(
+        name_ + ": " + names_of_taxels(constant) +
+        " never changed at rest, unlike the others: dead, or at the end of its range?");
+  }
+}
+
+/// A taxel that has noise and then stays at one value is at the end of its range, or disconnected.
+void TaxelReadings::watch(Taxel& taxel, double value) noexcept {
+  const bool absent = !std::isfinite(value);
+  taxel.same = value == taxel.last ? taxel.same + 1 : 0;
+  taxel.last = value;
+  const bool stuck = taxel.least > 0.0 && taxel.same >= kStuck;
+  changed_ = changed_ || (stuck && !taxel.stuck) || (absent && !taxel.absent);
+  taxel.stuck = stuck;
+  taxel.absent = absent;
+}
+
+void TaxelReadings::name_stuck(std::vector<std::string>& notices) {
+  changed_ = false;
+  std::vector<std::string> stuck;
+  std::vector<std::string> absent;
+  for (const Taxel& taxel : channels_) {
+    if (taxel.stuck) stuck.push_back(taxel.channel.name);
+    if (taxel.absent) absent.push_back(taxel.channel.name);
+  }
+  if (!stuck.empty()) {
+    notices.push_back(name_ + ": " + names_of_taxels(stuck) +
+                      " stopped changing: at the end of its range, or dead");
+  }
+  name_absent(absent, notices);
+}
+
+void TaxelReadings::name_absent(const std::vector<std::string>& absent,
+                                std::vector<std::string>& notices) const {
+  if (absent.empty()) return;
+  notices.push_back(name_ + ": no value from " + names_of_taxels(absent) +
+                    ": taken as 0; check its wiring");
+}
+
+bool TaxelReadings::take(const DeviceReading& reading, std::span<float> kPa,
+                         std::vector<std::string>& notices) {
+  if (tare_.pending()) {
+    tare_.cancel();
+    start_zero();
+  }
+  if (!zero_known_) {
+    measure_zero(reading);
+    const bool slow =
+        zeroed_ >= kFewestZeroReadings && reading.arrival - zero_began_ >= kLongestZero;
+    if (zeroed_ < kZeroReadings && !slow) return false;
+    finish_zero(notices);
+  }
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    Taxel& taxel = channels_[i];
+    const double value = reading[taxel.channel.channel];
+    watch(taxel, value);
+    const double above = value - taxel.zero;
+    const double pressure = above * taxel.to_kPa;
+    // Also false for NaN.
+    const bool touched = above > taxel.least && pressure <= SampleLimits::kPressure_kPa;
+    kPa[i] = touched ? static_cast<float>(pressure) : 0.0F;
+  }
+  if (changed_) name_stuck(notices);
+  return true;
+}
+
+double TaxelReadings::force_mN(std::span<const float> kPa) const noexcept {
+  double sum = 0.0;
+  for (const float pressure : kPa) sum += static_cast<double>(pressure);
+  return sum * area_mm2_;
+}
+
+std::vector<ChannelName> taxel_channels(std::span<const ChannelName> channels,
+                                        const std::string& prefix) {
+  std::vector<ChannelName> taxels;
+  for (const ChannelName& each : channels) {
+    const bool measures = is_named(each.channel) && (each.force || each.pressure);
+    if (measures && each.name.starts_with(prefix)) taxels.push_back(each);
+  }
+  return taxels;
+}
+
+}  // namespace merkel

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/probes/tare_request.hpp"
+#include "drivers/protocols/protocol.hpp"
+
+namespace merkel {
+
+/// The taxels of a tactile array among the channels of a device, in kPa.
+///
+/// The mean and the noise of its first 20 readings (of a slow device, those of one second), before
+/// the array is used, are the zero and the noise of each taxel. Later values below five times its
+/// noise are 0. Taxels without a value, and those that never change, are named. Thread: probe,
+/// except where noted.
+class TaxelReadings {
+ public:
+  /// \param name  of the array, for messages
+  /// \param channels  of the taxels, in order; forces or pressures
+  /// \param area_mm2  of a taxel
+  TaxelReadings(std::string name, std::vector<ChannelName> channels, double area_mm2);
+
+  [[nodiscard]] std::size_t size() const noexcept { return channels_.size(); }
+  /// Thread: any.
+  void request_tare() noexcept { tare_.make(); }
+  /// Converts a reading. False while the zero is measured. \param kPa  gets a value per taxel
+  [[nodiscard]] bool take(const DeviceReading& reading, std::span<float> kPa,
+                          std::vector<std::string>& notices);
+  /// The force of a row of pressures.
+  [[nodiscard]] double force_mN(std::span<const float> kPa) const noexcept;
+
+ private:
+  struct Taxel {
+    ChannelName channel;
+    double to_kPa = 1.0;
+    double zero = 0.0;   ///< in the unit of the reading
+    double least = 0.0;  ///< smaller differences from it are noise
+    double last = 0.0;
+    int same = 0;  ///< readings with the same value
+    bool stuck = false;
+    bool absent = false;
+    // While the zero is measured:
+    double sum = 0.0, sum2 = 0.0, first = 0.0;
+    int count = 0;
+  };
+  void start_zero() noexcept;
+  void measure_zero(const DeviceReading& reading);
+  void finish_zero(std::vector<std::string>& notices);
+  void watch(Taxel& taxel, double value) noexcept;
+  void name_stuck(std::vector<std::string>& notices);
+  void name_absent(const std::vector<std::string>& absent, std::vector<std::string>& notices) const;
+
+  std::string name_;
+  std::vector<Taxel> channels_;
+  double area_mm2_;
+  TareRequest tare_;
+  int zeroed_ = 0;  ///< readings of the zero so far
+  std::chrono::nanoseconds zero_began_{0};
+  bool zero_known_ = false;
+  bool changed_ = false;  ///< a taxel has become stuck or absent
+};
+
+/// The channels of an array among those of a device: the forces and pressures whose names begin
+/// with a prefix, in the order of their columns.
+[[nodiscard]] std::vector<ChannelName> taxel_channels(std::span<const ChannelName> channels,
+                                                      const std::string& prefix);
+
+}  // namespace merkel

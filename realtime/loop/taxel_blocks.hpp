@@ -1,0 +1,50 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/realtime_tag.hpp"
+#include "core/records/taxel_block.hpp"
+
+namespace merkel {
+
+/// Makes the records of an array's pressures: of each tick, the blocks that have changed.
+/// Real-time: yes, after construction. Thread: simulation.
+class TaxelBlocks {
+ public:
+  explicit TaxelBlocks(std::size_t taxels)
+      : last_(taxels), changed_((taxels + TaxelBlock::kTaxels - 1) / TaxelBlock::kTaxels) {}
+
+  /// \return valid until the next call
+  [[nodiscard]] std::span<const TaxelBlock> changed(std::span<const float> kPa,
+                                                    std::chrono::nanoseconds time,
+                                                    std::uint64_t tick,
+                                                    std::uint32_t probe) noexcept MERKEL_REALTIME {
+    std::size_t count = 0;
+    for (std::size_t first = 0; first < last_.size(); first += TaxelBlock::kTaxels) {
+      const std::size_t size = std::min(TaxelBlock::kTaxels, last_.size() - first);
+      const auto now = kPa.subspan(first, size);
+      float* const before = last_.data() + first;
+      if (std::equal(now.begin(), now.end(), before)) continue;
+      std::copy(now.begin(), now.end(), before);
+      TaxelBlock& block = changed_[count++];
+      block = {.time = time,
+               .tick = tick,
+               .probe = probe,
+               .first = static_cast<std::uint16_t>(first),
+               .count = static_cast<std::uint16_t>(size)};
+      std::copy(now.begin(), now.end(), block.pressure_kPa.begin());
+    }
+    return {changed_.data(), count};
+  }
+
+ private:
+  std::vector<float> last_;
+  std::vector<TaxelBlock> changed_;
+};
+
+}  // namespace merkel

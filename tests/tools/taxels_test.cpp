@@ -1,0 +1,222 @@
+// Tactile arrays, from the channels of a device to spikes, sessions and replays.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "drivers/sessions/session_reader.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
+#include "tests/tools/program.hpp"
+#include "tools/run/session_replay.hpp"
+#include "tools/scene/scene_file.hpp"
+#include "tools/scene/session_scene.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr const char* kExample = "tools/examples/taxel_array.toml";
+
+/// An array at a TCP port that prints its clock and 16 × 16 pressures once a millisecond: noise,
+/// and after a second a press of 30 kPa on four taxels. One taxel is dead, another has no value.
+class ArrayServer {
+ public:
+  ArrayServer() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(::listen(listener_, 1), 0);
+    EXPECT_EQ(::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size), 0);
+    port_ = ntohs(address.sin_port);
+    thread_ = std::jthread([this](const std::stop_token& stop) { serve(stop); });
+  }
+  ~ArrayServer() {
+    thread_.request_stop();
+    ::shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    ::close(listener_);
+  }
+  [[nodiscard]] std::string uri() const {
+    return "tcp:127.0.0.1:" + std::to_string(port_) + "?protocol=csv&columns=time_us,taxel_kPa*256";
+  }
+
+ private:
+  void serve(const std::stop_token& stop) const {
+    const int client = ::accept(listener_, nullptr, nullptr);
+    if (client < 0) return;
+    const auto start = std::chrono::steady_clock::now();
+    for (int k = 0; !stop.stop_requested(); ++k) {
+      std::string line = std::to_string(1000 * k);
+      for (int i = 0; i < 256; ++i) {
+        const bool pressed = k > 1000 && (i == 119 || i == 120 || i == 135 || i == 136);
+        const int noise = i == 7 ? 0 : (k * 7919 + i * 104729) % 5 - 2;
+        const double kPa = (pressed ? 30.0 : 0.0) + 0.01 * noise;
+        line += i == 9 ? ",nan" : "," + std::to_string(kPa).substr(0, 6);
+      }
+      line += "\n";
+      if (::send(client, line.data(), line.size(), MSG_NOSIGNAL) < 0) break;
+      std::this_thread::sleep_until(start + (k + 1) * std::chrono::milliseconds{1});
+    }
+    ::close(client);
+  }
+
+  int listener_;
+  int port_ = 0;
+  std::jthread thread_;
+};
+
+TEST(Taxels, TheExampleRunsAndReplaysBitForBit) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  const auto run = run_program(
+      {"run", kExample, "--fast", "--duration-s", "1.5", "--json", "--sink", "xdf:" + session});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_GT(json["spikes"], 200);
+  const auto& press = json["probes"][0]["deepest_press"];
+  EXPECT_NEAR(press["force_N"].get<double>(), 1.0, 0.03);
+  // A contact of 4 mm radius, in taxels of 1 mm².
+  EXPECT_NEAR(press["contact_area_mm2"].get<double>(), 50.0, 6.0);
+  EXPECT_NEAR(press["peak_pressure_kPa"].get<double>(), 29.8, 1.0);
+  EXPECT_TRUE(has(press["validity"], "256 taxels")) << press;
+  const auto replay = run_program({"replay", session});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
+  const auto rows = run_program({"inspect", "session", session, "--stream", "taxels"});
+  EXPECT_TRUE(rows.out.starts_with("tick,probe,time_s,first,count,p0,p1"))
+      << rows.out.substr(0, 200);
+  EXPECT_GT(std::count(rows.out.begin(), rows.out.end(), '\n'), 1000);
+}
+
+TEST(Taxels, ALostBlockIsNoticed) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("s.xdf");
+  ASSERT_EQ(run_program({"run", kExample, "--fast", "--duration-s", "0.6", "--sink", "xdf:" + path})
+                .exit_code,
+            0);
+  auto session = SessionReader::open(path);
+  ASSERT_TRUE(session);
+  const auto scene = scene_of_session(*session);
+  ASSERT_TRUE(scene);
+  auto model = TactileModel::create(scene->model);
+  ASSERT_TRUE(model);
+  SessionReplay replay(*model);
+  bool dropped = false;
+  for (SessionChunk chunk; session->next(chunk).value_or(false);) {
+    if (!dropped && chunk.taxels.size() > 40) {
+      chunk.taxels.erase(chunk.taxels.begin() + 30);
+      dropped = true;
+    }
+    replay.take(chunk);
+  }
+  ASSERT_TRUE(dropped);
+  EXPECT_TRUE(has(replay.finish().difference, "the taxels of tick")) << replay.finish().difference;
+}
+
+TEST(Taxels, AnArrayOfADeviceIsZeroedAndItsFaultsAreNamed) {
+  const TemporaryFolder folder;
+  const ArrayServer array;
+  const std::string scene = folder.file(
+      "array.toml",
+      "preset = \"goodwin\"\n[[device]]\nname = \"pad\"\nuri = \"" + array.uri() +
+          "\"\n[[probe]]\ndevice = \"pad\"\ntip = \"taxels\"\ntaxel_columns = 16\ntaxel_rows = 16\n");
+  const std::string session = folder.path("s.xdf");
+  const auto run =
+      run_program({"run", scene, "--duration-s", "2", "--json", "--sink", "xdf:" + session});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  EXPECT_TRUE(has(run.err, "zero and noise of 256 taxels measured over 20 readings")) << run.err;
+  EXPECT_TRUE(has(run.err, "taxel8_kPa never changed at rest, unlike the others")) << run.err;
+  EXPECT_TRUE(has(run.err, "no value from taxel10_kPa: taken as 0")) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  const auto& press = json["probes"][0]["deepest_press"];
+  EXPECT_NEAR(press["force_N"].get<double>(), 0.12, 0.001);
+  EXPECT_NEAR(press["contact_area_mm2"].get<double>(), 4.0, 1e-9) << press;
+  EXPECT_GT(json["spikes"], 10);
+  EXPECT_EQ(json["probes"][0]["device"]["refused"], 0);
+  EXPECT_EQ(run_program({"replay", session}).exit_code, 0);
+}
+
+TEST(Taxels, ThePlanRehearsesAnArray) {
+  const auto plan = run_program({"plan", kExample});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_TRUE(has(plan.out, "256 taxels")) << plan.out;
+}
+
+TEST(Taxels, AnArrayHasNoContactToInspect) {
+  const auto run = run_program({"inspect", "field", "--scene", kExample, "--depth-mm", "1", "--r-mm", "0"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(has(run.err, "makes no contact that can be computed")) << run.err;
+}
+
+TEST(Taxels, ASessionIsAProbeOfAnArray) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  const std::string a = folder.path("a.csv");
+  const std::string b = folder.path("b.csv");
+  ASSERT_EQ(run_program({"run", kExample, "--fast", "--duration-s", "0.9", "--sink", "xdf:" + session,
+                         "--sink", "csv:" + a})
+                .exit_code,
+            0);
+  const auto again =
+      run_program({"run", kExample, "--probe", "replay:" + session, "--fast", "--sink", "csv:" + b});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_GT(read_file(a).size(), 1000U);
+  EXPECT_EQ(read_file(a), read_file(b));
+}
+
+std::string error_of(const std::string& probe, const std::string& more = "") {
+  const TemporaryFolder folder;
+  const std::string scene =
+      folder.file("s.toml", "preset = \"goodwin\"\n" + more + "[probe]\n" + probe);
+  const auto run = run_program({"run", scene, "--fast", "--duration-s", "0.3"});
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), run.exit_code == 0 ? 0 : 1)
+      << run.err;
+  return run.exit_code == 0 ? "" : run.err;
+}
+
+TEST(Taxels, WrongArraysGiveOneSentence) {
+  const std::string pad = "uri = \"sim:pad?columns=4&rows=4\"\n";
+  const std::string tip = "tip = \"taxels\"\ntaxel_columns = 4\ntaxel_rows = 4\n";
+  EXPECT_EQ(error_of(pad + tip), "");
+  EXPECT_TRUE(has(error_of(pad), "set tip = \"taxels\" in [probe]"));
+  EXPECT_TRUE(
+      has(error_of("uri = \"sim:pad\"\n" + tip), "the array has 16 taxels, but 256 channels"));
+  EXPECT_TRUE(has(error_of(tip), "the array has 16 taxels, but 0 channels")) << error_of(tip);
+  EXPECT_TRUE(has(error_of(pad + tip + "taxel_width_mm = 1.2\n"), "makes taxels overlap"));
+  EXPECT_TRUE(has(error_of(pad + tip + "taxel_pitch_mm = nan\n"), "taxel_pitch_mm must be"));
+  EXPECT_TRUE(has(error_of(pad + "tip = \"taxels\"\n"), "taxel_columns is missing"));
+  EXPECT_TRUE(has(error_of(pad + tip + "invert_force = true\n"), "invert_force"));
+  EXPECT_TRUE(has(error_of(pad + tip, "[neuron]\nkind = \"hodgkin_huxley\"\n"),
+                  "needs neurons that the energy density drives"));
+  EXPECT_TRUE(has(error_of(pad + tip, "[skin]\nstiffening_mm = 2\n"), "must be inf"));
+  EXPECT_EQ(
+      error_of(pad + "tip = \"taxels\"\ntaxel_centres_mm = [[0,0],[1,0],[2,0],[3,0],[0,1],[1,1],"
+                     "[2,1],[3,1],[0,2],[1,2],[2,2],[3,2],[0,3],[1,3],[2,3],[3,3]]\n"),
+      "");
+}
+
+TEST(Taxels, ATraceWithAColumnPerTaxelFeedsAnArray) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,a_N,b_N,c_mN,d_kPa\n";
+  for (int k = 0; k < 400; ++k) rows += std::to_string(0.001 * k) + ",0.03,0,30,30\n";
+  const std::string scene = folder.file(
+      "s.toml", "preset = \"goodwin\"\n[probe]\nuri = \"replay:" + folder.file("t.csv", rows) +
+                    "\"\ntip = \"taxels\"\ntaxel_columns = 2\ntaxel_rows = 2\n");
+  const auto run = run_program({"run", scene, "--fast", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_NEAR(json["probes"][0]["deepest_press"]["force_N"].get<double>(), 0.09, 1e-6);
+  EXPECT_NEAR(json["probes"][0]["deepest_press"]["contact_area_mm2"].get<double>(), 3.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace merkel
