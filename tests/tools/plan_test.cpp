@@ -35,8 +35,8 @@ std::vector<SpikeEvent> by_cvode(Scene scene, const Rehearsal& rehearsal) {
   const std::size_t neurons = model.neurons();
   std::vector<std::vector<double>> currents = {std::vector<double>(neurons)};
   std::chrono::nanoseconds time{0};
-  for (const auto& contacts : rehearsal.ticks) {
-    model.step(contacts, time);
+  for (const Rehearsal::Tick& tick : rehearsal.ticks) {
+    static_cast<void>(step(model, tick, time));
     time += scene.model.tick;
     const auto now = model.patches()[0].drive().output();
     currents.emplace_back(now.begin(), now.end());
