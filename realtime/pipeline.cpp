@@ -86,6 +86,7 @@ struct Pipeline::Parts {
   std::atomic<std::int64_t> delay_ns{0};
   std::atomic<std::int64_t> wanted_delay_ns{0};  ///< beyond the ceiling of a probe; else 0
   bool ceiling_reported = false;
+  RecentLatency recent;
   RunWatch watch{fanout.beat(), delay_ns};
   std::atomic<bool> started{false};  ///< the first tick is about to be simulated
   std::atomic<bool> done{false};     ///< the last tick was simulated
@@ -203,6 +204,10 @@ void Pipeline::Parts::run_loop(C& clock, RunReport& report) {
     if (!probes.all_replayed()) {
       host.sample_to_spike = LatencySummary::of(statistics.sample_to_spike.snapshot());
       host.sample_to_command = LatencySummary::of(statistics.sample_to_command.snapshot());
+      host.recent_sample_to_spike =
+          LatencySummary::of(statistics.sample_to_spike.snapshot().since(recent.before().spike));
+      host.recent_sample_to_command = LatencySummary::of(
+          statistics.sample_to_command.snapshot().since(recent.before().command));
       host.queue = LatencySummary::of(statistics.queue.snapshot());
     }
     host.tick = LatencySummary::of(statistics.tick.snapshot());
@@ -231,10 +236,15 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   set_origin(report.start);
   watch.set_wall_offset(all_replayed ? now - report.start : nanoseconds{0});
   DelayControl delay_control(delay_ns, wanted_delay_ns);
+  std::optional<StallWatch> stalls;
+  if (std::is_same_v<C, PeriodicClock> && !all_replayed && !parameters.delay) {
+    stalls.emplace(parameters.realtime);
+  }
   FixedStepLoop<C> loop({.start = report.start,
                          .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                          .delay = delay,
                          .delay_control = parameters.delay ? nullptr : &delay_control,
+                         .stalls = stalls ? &*stalls : nullptr,
                          .starts_behind = !all_replayed,
                          .duration = parameters.duration,
                          .max_catch_up_ticks = parameters.max_catch_up_ticks.value_or(
@@ -288,6 +298,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
     sinks.report_failures(parameters.on_sink_failure);
+    recent.look(statistics, PeriodicClock::now());
     static_cast<void>(ended.try_acquire_for(milliseconds{parameters.fast ? 1 : 20}));
     const nanoseconds now = PeriodicClock::now();
     if (host.rights.fifo && !done.load(std::memory_order_acquire) &&

@@ -25,6 +25,9 @@ struct HostTimeReport {
   ThreadUsage usage;                 ///< of the simulation thread, while it ran
   LatencySummary sample_to_spike;    ///< for devices: from a sample's arrival to its spikes
   LatencySummary sample_to_command;  ///< the same to the commands for the electrodes
+  /// The same for the last five to ten seconds.
+  LatencySummary recent_sample_to_spike;
+  LatencySummary recent_sample_to_command;
   LatencySummary wake_up;
   LatencySummary queue;
   LatencySummary tick;

@@ -36,8 +36,14 @@ class DelayEstimate {
   explicit DelayEstimate(const Parameters& parameters)
       : parameters_(parameters), slots_(kSlots * kBuckets), sum_(kBuckets) {}
 
-  /// The host did not run between two instants of its clock.
+  /// The host, or one of its cores, did not run between two instants of its clock.
   void add_stall(Time begin, Time end) noexcept MERKEL_REALTIME {
+    // Several cores and the loop may report the same stall.
+    for (Stall& stall : stalls_) {
+      if (begin > stall.end || end < stall.begin) continue;
+      stall = {.begin = std::min(begin, stall.begin), .end = std::max(end, stall.end)};
+      return;
+    }
     stalls_[next_stall_++ % stalls_.size()] = {.begin = begin, .end = end};
   }
 
@@ -144,7 +150,7 @@ class DelayEstimate {
   Time period_{0};
   std::optional<Time> last_;
   Time first_arrival_{0};
-  std::array<Stall, 8> stalls_{};
+  std::array<Stall, 16> stalls_{};
   std::size_t next_stall_ = 0;
 };
 

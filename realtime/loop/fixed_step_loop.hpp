@@ -23,6 +23,7 @@
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/spike_fanout.hpp"
 #include "realtime/queues/bounded_queue.hpp"
+#include "realtime/threads/stall_watch.hpp"
 
 namespace merkel {
 
@@ -44,6 +45,7 @@ class FixedStepLoop {
     std::chrono::nanoseconds wall_offset{0};  ///< wall time − probe time
     std::chrono::nanoseconds delay{0};        ///< jitter buffer
     DelayControl* delay_control = nullptr;    ///< changes the delay during the run; borrowed
+    StallWatch* stalls = nullptr;             ///< of the cores, not charged to devices; borrowed
     /// Set if the first samples waited while their rate was measured. All ticks are then caught up,
     /// and none counts as an overrun, until the first tick that is on time.
     bool starts_behind = false;
@@ -155,6 +157,10 @@ class FixedStepLoop {
     if (waits) {
       statistics_.wake_up.record(now_ - due);
       if (now_ - due > DelayControl::kStall) DelayControl::add_stall(inputs_, due, now_);
+    }
+    StallWatch::Stall stall;
+    while (parameters_.stalls != nullptr && parameters_.stalls->take(stall)) {
+      DelayControl::add_stall(inputs_, stall.begin, stall.end);
     }
     return now_;
   }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <utility>
 
 #include "core/records/run_counters.hpp"
 #include "realtime/queues/counter.hpp"
@@ -32,6 +34,31 @@ struct LoopStatistics : RunCountersOf<Counter> {
   LatencyHistogram queue;  ///< from the sample's arrival to the tick's beginning: the jitter buffer
   LatencyHistogram tick;   ///< from the tick's beginning to the end of the model's step
   LatencyHistogram publish;  ///< from there until its spikes are in the consumers' queues
+};
+
+/// Where the latencies from a sample stood five to ten seconds ago. Thread: one.
+class RecentLatency {
+ public:
+  struct Moment {
+    LatencyHistogram::Snapshot spike;
+    LatencyHistogram::Snapshot command;
+  };
+
+  /// Call it several times a second. \param now  of the host's clock
+  void look(const LoopStatistics& statistics, std::chrono::nanoseconds now) {
+    if (now - looked_ < kEvery) return;
+    looked_ = now;
+    before_ = std::exchange(later_, {.spike = statistics.sample_to_spike.snapshot(),
+                                     .command = statistics.sample_to_command.snapshot()});
+  }
+  [[nodiscard]] const Moment& before() const noexcept { return before_; }
+
+ private:
+  static constexpr std::chrono::seconds kEvery{5};
+
+  Moment before_;
+  Moment later_;
+  std::chrono::nanoseconds looked_{0};
 };
 
 }  // namespace merkel

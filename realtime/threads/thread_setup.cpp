@@ -246,6 +246,18 @@ void set_up_worker_thread(const RealtimeSettings& settings, int worker) {
   raise_thread(settings);
 }
 
+bool set_up_watch_thread(const RealtimeSettings& settings, int cpu) {
+  ::pthread_setname_np(::pthread_self(), "merkel-watch");
+  touch_stack();
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(static_cast<std::size_t>(cpu), &one);
+  if (::sched_setaffinity(0, sizeof one, &one) != 0) return false;
+  RealtimeSettings above = settings;
+  ++above.priority;
+  return raise_thread(above);
+}
+
 void set_up_helper_thread(const char* name) {
   ::pthread_setname_np(::pthread_self(), name);
   ::prctl(PR_SET_TIMERSLACK, 1UL);

@@ -58,6 +58,9 @@ void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& 
 /// The same for a thread that shares the simulation's work (`loop.threads`), on any core but the
 /// simulation's.
 void set_up_worker_thread(const RealtimeSettings& settings, int worker);
+/// The same for a thread that watches one core, with a priority above the simulation's.
+/// \return whether it has that priority
+[[nodiscard]] bool set_up_watch_thread(const RealtimeSettings& settings, int cpu);
 /// Names the calling thread (at most 15 characters) and sets its timer slack to 1 ns; does not
 /// raise its priority.
 void set_up_helper_thread(const char* name);

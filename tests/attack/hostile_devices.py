@@ -1,6 +1,7 @@
 """Devices that send something else than touch, to the built program, in real time: each is a server or a terminal in this
 process. A press of 1 N, a reading every 4 ms, is changed as the attack's name says; the program must report it, release the
 press where nothing can be believed, and keep the touch where only the times or numbers are wrong."""
+import contextlib
 import json
 import os
 import random
@@ -148,8 +149,9 @@ def between(program, protocol, change, trace):
             simulated.stdout.readline()
             with socket.create_connection(("127.0.0.1", port)) as device:
                 def forward():
-                    while chunk := client.recv(4096):
-                        device.sendall(chunk)
+                    with contextlib.suppress(OSError):  # the attack is over
+                        while chunk := client.recv(4096):
+                            device.sendall(chunk)
                 threading.Thread(target=forward, daemon=True).start()
                 while chunk := device.recv(4096):
                     client.sendall(change(chunk))

@@ -10,6 +10,12 @@ namespace {
 
 std::string_view name_of(LoopWait wait) { return wait == LoopWait::kHybrid ? "hybrid" : "sleep"; }
 
+std::string recently(const LatencySummary& latency) {
+  if (latency.count == 0) return {};
+  return fmt::format("; in the last seconds p50 {:.1f}, p99 {:.1f} µs", units::us_from(latency.p50),
+                     units::us_from(latency.p99));
+}
+
 }  // namespace
 
 Json latency_json(const LatencySummary& latency) {
@@ -33,11 +39,12 @@ std::string loop_text(const RunReport& report) {
   const HostTimeReport& host = *report.host_time;
   std::string text;
   if (host.sample_to_spike.count > 0) {
-    text += "from a sample's arrival to its spike: " + latency_text(host.sample_to_spike) + "\n";
+    text += "from a sample's arrival to its spike: " + latency_text(host.sample_to_spike) +
+            recently(host.recent_sample_to_spike) + "\n";
   }
   if (host.sample_to_command.count > 0) {
-    text +=
-        "from a sample's arrival to its commands: " + latency_text(host.sample_to_command) + "\n";
+    text += "from a sample's arrival to its commands: " + latency_text(host.sample_to_command) +
+            recently(host.recent_sample_to_command) + "\n";
   }
   text += "loop: ";
   text.append(name_of(host.wait)).append(" wait");
@@ -65,6 +72,8 @@ Json loop_json(const RunReport& report) {
   return {
       {"sample_to_spike", latency_json(host.sample_to_spike)},
       {"sample_to_command", latency_json(host.sample_to_command)},
+      {"recent_sample_to_spike", latency_json(host.recent_sample_to_spike)},
+      {"recent_sample_to_command", latency_json(host.recent_sample_to_command)},
       {"wait", name_of(host.wait)},
       {"margin_us", host.wait == LoopWait::kHybrid ? Json(units::us_from(host.margin)) : Json()},
       {"scheduler", host.rights.fifo ? "fifo" : "normal"},

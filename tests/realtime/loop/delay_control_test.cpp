@@ -100,6 +100,20 @@ TEST(DelayEstimate, AStallOfTheHostIsNotChargedToTheDevice) {
   }
 }
 
+TEST(DelayEstimate, AStallThatSeveralCoresReportIsDeductedOnce) {
+  DelayEstimate estimate({});
+  SteadyDevice device(estimate);
+  device.run(1.0, 3000.0, kPunctual);
+  const nanoseconds begin = device.now();
+  const nanoseconds end = begin + milliseconds{50};
+  estimate.add_stall(begin, end);
+  estimate.add_stall(begin - microseconds{300}, end + microseconds{200});
+  // The device itself is 6 ms late meanwhile.
+  device.run(1.0, 50.0, [&] { return end - device.now() + milliseconds{6}; });
+  device.run(1.0, 500.0, kPunctual);
+  EXPECT_NEAR(needed_ms(estimate), 7.0, 0.4);
+}
+
 TEST(DelayEstimate, WithoutInterpolationOnlyTheLatenessCounts) {
   DelayEstimate estimate({.interpolate = false});
   SteadyDevice device(estimate);

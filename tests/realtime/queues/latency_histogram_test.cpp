@@ -1,12 +1,14 @@
 #include "realtime/queues/latency_histogram.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "realtime/loop/loop_statistics.hpp"
 
 namespace merkel {
 namespace {
@@ -93,6 +95,24 @@ TEST(LatencyHistogram, CanBeReadWhileItIsWritten) {
     std::this_thread::yield();
   }
   EXPECT_EQ(before, kAll);
+}
+
+TEST(RecentLatency, LeavesOutWhatIsOlderThanTenSeconds) {
+  using std::chrono::seconds;
+  LoopStatistics statistics;
+  RecentLatency recent;
+  const auto present = [&] {
+    return LatencySummary::of(statistics.sample_to_spike.snapshot().since(recent.before().spike));
+  };
+  for (seconds now{100}; now < seconds{130}; now += seconds{1}) {
+    recent.look(statistics, now);
+    const bool earlier = now < seconds{115};
+    statistics.sample_to_spike.record(earlier ? nanoseconds{1'000'000'000}
+                                              : nanoseconds{2'000'000});
+  }
+  EXPECT_GE(present().count, 5U);
+  EXPECT_LE(present().count, 10U);
+  EXPECT_LT(present().longest, std::chrono::milliseconds{3});
 }
 
 }  // namespace
