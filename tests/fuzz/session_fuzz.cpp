@@ -24,8 +24,9 @@ std::string good_headers() {
   const auto path = std::filesystem::temp_directory_path() /
                     ("merkel-fuzz-" + std::to_string(::getpid()) + ".xdf");
   const auto uri = Uri::parse("xdf:" + path.string());
-  const auto sink =
-      open_xdf_sink(*uri, SinkSetup{.overwrite = true, .allow_remote = false, .run = {}});
+  SinkSetup setup{.overwrite = true, .allow_remote = false, .run = {}};
+  setup.run.model.indenters.front().tip = Indenter::Tip::kTaxels;  // all streams
+  const auto sink = open_xdf_sink(*uri, setup);
   check(sink.has_value() && (*sink)->begin({}).has_value());
   std::ifstream file(path.string() + ".part", std::ios::binary);
   const std::string headers{std::istreambuf_iterator<char>(file), {}};
@@ -36,7 +37,7 @@ std::string good_headers() {
 
 void check_items(const merkel::SessionChunk& chunk) {
   using namespace merkel;
-  check(!chunk.empty());
+  check(count_of(chunk) > 0);
   for (const SpikeEvent& spike : chunk.spikes) check(spike.neuron > 0);
   for (const TickRecord& tick : chunk.ticks) {
     check(!name_of(tick.state).empty());
@@ -45,6 +46,10 @@ void check_items(const merkel::SessionChunk& chunk) {
   }
   for (const auto& item : chunk.samples) check(plausible(item.sample));
   for (const LoopEvent& event : chunk.events) check(!name_of(event.kind).empty());
+  for (const TaxelBlock& block : chunk.taxels) {
+    check(block.count >= 1 && block.count <= TaxelBlock::kTaxels);
+    for (const float kPa : block.pressure_kPa) check(kPa >= 0.0F);
+  }
   for (const auto& item : chunk.frames) {
     check(!name_of(item.frame.kind).empty());
     check(item.frame.content().size() <= RawFrame::kMostBytes);
