@@ -49,6 +49,7 @@ target_include_directories(merkel_drivers SYSTEM PRIVATE ${MERKEL_PUGIXML_INCLUD
 target_link_libraries(merkel_drivers PRIVATE ${MERKEL_PUGIXML_LIBRARY})
 
 # The live page. Boost.Beast is header-only.
+include(${CMAKE_CURRENT_SOURCE_DIR}/files/embed_texts.cmake)
 find_path(MERKEL_BEAST_INCLUDE boost/beast.hpp)
 if(MERKEL_BEAST_INCLUDE)
   set(page_folder ${CMAKE_CURRENT_SOURCE_DIR}/sinks/view)
@@ -61,10 +62,7 @@ if(MERKEL_BEAST_INCLUDE)
   foreach(name uPlot.js uPlot.css uPlot.LICENSE)
     list(APPEND page_files ${page_folder}/vendor/${name})
   endforeach()
-  add_custom_command(OUTPUT page_files.cpp
-    COMMAND ${CMAKE_COMMAND} -DOUT=page_files.cpp "-DFILES=${page_files}"
-      -P ${page_folder}/embed_page.cmake
-    DEPENDS ${page_files} ${page_folder}/embed_page.cmake VERBATIM)
+  merkel_embed(kPageFiles page_files.cpp drivers/files/embedded_text.hpp ${page_files})
 endif()
 merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
   sinks/view/view_access.cpp sinks/view/view_client.cpp sinks/view/view_connection.cpp

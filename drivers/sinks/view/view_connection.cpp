@@ -9,7 +9,7 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include "drivers/sinks/view/page_files.hpp"
+#include "drivers/files/embedded_text.hpp"
 #include "drivers/sinks/view/view_access.hpp"
 #include "drivers/sinks/view/view_client.hpp"
 
@@ -52,12 +52,12 @@ http::response<http::string_body> response_to(const http::request<http::empty_bo
     response.result(http::status::method_not_allowed);
   } else {
     response.result(http::status::not_found);
-    for (const PageFile& file : page_files()) {
+    for (const EmbeddedText& file : kPageFiles) {
       if (file.name != name) continue;
       response.result(http::status::ok);
       response.set(http::field::content_type,
                    beast::string_view(mime_type(name).data(), mime_type(name).size()));
-      response.body() = file.content;
+      response.body() = file.text;
     }
   }
   response.keep_alive(false);
