@@ -28,6 +28,7 @@ struct Indenter {
   PinTip pin;      ///< of pins, dots and cones
   TipShape shape;  ///< of all tips but spheres
   TaxelArray taxels;
+  SlidingSurface surface;
   Control control = Control::kDepth;
   std::size_t patch = 0;  ///< index of the patch that it presses on
 
@@ -35,14 +36,15 @@ struct Indenter {
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
   /// Whether closed forms describe the contact: a sphere on skin of one material.
   [[nodiscard]] bool closed_form(const SkinParameters& skin) const noexcept {
-    return tip == Tip::kSphere && skin.layers.empty();
+    return tip == Tip::kSphere && skin.layers.empty() && !surface.slides;
   }
   /// Whether its pressures are measured, not computed from a contact.
   [[nodiscard]] bool prescribed() const noexcept { return tip == Tip::kTaxels; }
   /// Whether two indenters have the same tip.
   [[nodiscard]] bool same_tip(const Indenter& other) const noexcept {
     return tip == other.tip && radius_mm == other.radius_mm && bars == other.bars &&
-           pin == other.pin && shape == other.shape && taxels == other.taxels;
+           pin == other.pin && shape == other.shape && taxels == other.taxels &&
+           surface == other.surface;
   }
   [[nodiscard]] static std::string_view name_of(Tip tip) noexcept;
 };

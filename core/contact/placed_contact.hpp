@@ -5,6 +5,7 @@
 
 #include "core/contact/contact_state.hpp"
 #include "core/contact/layer_field.hpp"
+#include "core/contact/sliding_contact.hpp"
 #include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_field.hpp"
 #include "core/realtime_tag.hpp"
@@ -18,7 +19,8 @@ struct PlacedContact {
   const LayerField* layer =
       nullptr;  ///< field of a sphere on skin bonded to bone; null: half-space
   const TaxelField* taxels = nullptr;  ///< the energies under a tactile array, alone on its patch
-  std::uint64_t version = 0;           ///< of these energies
+  std::uint64_t version = 0;           ///< of these energies, or of the field of a surface
+  const SlidingContact* sliding = nullptr;  ///< of a surface that slides
   double x_mm = 0.0;
   double y_mm = 0.0;
   /// Beyond this distance from the axis, the energy density is taken as zero (see DriveReach).
@@ -28,7 +30,8 @@ struct PlacedContact {
   /// store `at_rest` in skin at rest. A solved contact's field is that of skin at rest; the
   /// pressure of a closed form already contains the stiffening. Real-time: yes.
   [[nodiscard]] double stored_energy(double at_rest) const noexcept MERKEL_REALTIME {
-    return field != nullptr ? at_rest * contact.stiffening : at_rest / contact.stiffening;
+    return field != nullptr || sliding != nullptr ? at_rest * contact.stiffening
+                                                  : at_rest / contact.stiffening;
   }
 
   friend bool operator==(const PlacedContact&, const PlacedContact&) = default;

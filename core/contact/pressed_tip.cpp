@@ -58,26 +58,6 @@ std::pair<double, double> half_size(const Indenter& indenter) noexcept {
   return {};
 }
 
-/// The smallest part that must be resolved.
-double feature_of(const Indenter& indenter) {
-  switch (indenter.tip) {
-    case Tip::kBars: {
-      const BarTip& bars = indenter.bars;
-      double least = bars.length_mm;
-      for (const double width : bars.widths_mm) least = std::min(least, width);
-      for (const double gap : bars.gaps_mm) least = std::min(least, gap);
-      return least;
-    }
-    case Tip::kPin:
-    case Tip::kDots:
-      return indenter.pin.diameter_mm;
-    case Tip::kEdge:
-      return std::min(indenter.shape.width_mm, indenter.shape.length_mm);
-    default:
-      return kInfinite;
-  }
-}
-
 TipHeight upright_height(const Indenter& indenter, const SkinParameters& skin) {
   const TipShape& shape = indenter.shape;
   const double rim = shape.edge_radius_mm;
@@ -153,6 +133,25 @@ Reach reach_of(const TipHeight& gap, double half_x, double half_y, double depth_
 
 }  // namespace
 
+double feature_of(const Indenter& indenter) {
+  switch (indenter.tip) {
+    case Tip::kBars: {
+      const BarTip& bars = indenter.bars;
+      double least = bars.length_mm;
+      for (const double width : bars.widths_mm) least = std::min(least, width);
+      for (const double gap : bars.gaps_mm) least = std::min(least, gap);
+      return least;
+    }
+    case Tip::kPin:
+    case Tip::kDots:
+      return indenter.pin.diameter_mm;
+    case Tip::kEdge:
+      return std::min(indenter.shape.width_mm, indenter.shape.length_mm);
+    default:
+      return kInfinite;
+  }
+}
+
 TipHeight height_of(const Indenter& indenter, const SkinParameters& skin) {
   TipHeight upright = upright_height(indenter, skin);
   if (indenter.tip == Tip::kSphere) return upright;
@@ -184,12 +183,9 @@ PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin) {
       half_y = std::min(half_y, indenter.radius_mm);
     }
   } else {
-    const double angle = indenter.shape.orientation_deg * std::numbers::pi / 180.0;
-    const double c = std::fabs(std::cos(angle));
-    const double s = std::fabs(std::sin(angle));
-    const auto [x, y] = std::pair(half_x, half_y);
-    half_x = c * x + s * y;
-    half_y = s * x + c * y;
+    const Position half = half_extent(indenter);
+    half_x = half.x_mm;
+    half_y = half.y_mm;
   }
   const Reach whole = reach_of(tip.gap, half_x, half_y, kInfinite);
   const double height = whole.highest_mm - whole.lowest_mm;
@@ -203,6 +199,15 @@ PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin) {
   tip.half_width_mm = std::min(half_x, kBulge * reach.half_width_mm);
   tip.half_length_mm = std::min(half_y, kBulge * reach.half_length_mm);
   return tip;
+}
+
+Position half_extent(const Indenter& indenter) noexcept {
+  const auto [x, y] = half_size(indenter);
+  if (std::isinf(x)) return {x, y};
+  const double angle = indenter.shape.orientation_deg * std::numbers::pi / 180.0;
+  const double c = std::fabs(std::cos(angle));
+  const double s = std::fabs(std::sin(angle));
+  return {c * x + s * y, s * x + c * y};
 }
 
 double across_mm(const Indenter& indenter) noexcept {

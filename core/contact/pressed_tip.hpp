@@ -13,6 +13,12 @@ namespace merkel {
 /// solve. Bars on a finger with skin.apex_mm touch as if the finger were straight along.
 [[nodiscard]] PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin);
 
+/// The smallest part of a tip that must be resolved, mm; infinite if it has none.
+[[nodiscard]] double feature_of(const Indenter& indenter);
+
+/// Half of the size of a turned tip along x and y; infinite for a plate.
+[[nodiscard]] Position half_extent(const Indenter& indenter) noexcept;
+
 /// Diameter of the circle around a tip, mm; infinite for a plate.
 [[nodiscard]] double across_mm(const Indenter& indenter) noexcept;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/contact/hertz_contact.hpp"
@@ -38,6 +39,12 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
     : by_force_(indenter.control == Indenter::Control::kForce), stiffening_mm_(skin.stiffening_mm) {
   if (indenter.tip == Indenter::Tip::kTaxels) return;  // its pressures are prescribed
   if (skin.apex) apex_ = *skin.apex;
+  if (indenter.surface.slides) {
+    // Until it slides, as a plate: it touches the apex.
+    sphere_.emplace(skin, std::numeric_limits<double>::infinity());
+    kept_along_ = kept_across_ = 0.0;
+    return;
+  }
   if (!indenter.closed_form(skin)) {
     field_ = field ? std::move(field) : std::make_shared<TipField>(indenter, skin);
     if (indenter.tip == Indenter::Tip::kBars) {

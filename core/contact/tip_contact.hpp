@@ -25,7 +25,8 @@ struct Press {
   }
 };
 
-/// Turns a probe's reading into the contact of its tip. Real-time: yes, after construction.
+/// Turns a probe's reading into the contact of its tip; of a surface, to that of a plate (see
+/// SlidingContact). Real-time: yes, after construction.
 class TipContact {
  public:
   /// \param layer  result of layer_field() for this skin; null: computed here if needed

@@ -7,7 +7,6 @@
 
 #include "core/contact/pressed_tip.hpp"
 #include "core/math/cubic_interpolation.hpp"
-#include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
 namespace merkel {
@@ -16,19 +15,6 @@ namespace {
 constexpr std::size_t kDepths = 28;       ///< number of tables
 constexpr std::size_t kFewerDepths = 14;  ///< of contacts with many pixels
 constexpr std::size_t kManyPixels = 20'000;
-/// Distances over which the response of layers to a point load is tabulated.
-constexpr double kFarthest_mm = 60.0;
-constexpr double kPointDisc_mm = 0.05;
-
-CartesianStress stress_of(const GridNode& node) {
-  const auto value = [&](std::size_t field) { return static_cast<double>(node.values[field]); };
-  return {.sigma_x = value(0),
-          .sigma_y = value(1),
-          .sigma_z = value(2),
-          .tau_xy = value(3),
-          .tau_yz = value(4),
-          .tau_zx = value(5)};
-}
 
 PressedTip at_one_depth(PressedTip tip, double depth_mm) {
   tip.deepest_mm = depth_mm;
@@ -39,30 +25,26 @@ PressedTip at_one_depth(PressedTip tip, double depth_mm) {
 }  // namespace
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin)
-    : TipField(pressed_tip(indenter, skin), skin, std::size_t{0}) {}
+    : TipField(pressed_tip(indenter, skin), LayeredMedium(skin), skin, 0) {}
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm)
     : TipField(pressed_tip(indenter, skin), skin, depth_mm) {}
 
 TipField::TipField(PressedTip tip, const SkinParameters& skin, double depth_mm)
-    : TipField(at_one_depth(std::move(tip), depth_mm), skin, std::size_t{1}) {}
+    : TipField(at_one_depth(std::move(tip), depth_mm), LayeredMedium(skin), skin, 1) {}
 
-TipField::TipField(const PressedTip& tip, const SkinParameters& skin, std::size_t count)
+TipField::TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin,
+                   std::size_t count)
     : skin_(skin),
       kind_(skin.energy_density),
-      receptor_depth_mm_(skin.receptor_depth_mm),
+      far_(medium, skin),
       half_diagonal_mm_(std::hypot(tip.half_width_mm, tip.half_length_mm)),
       proportional_(tip.proportional) {
-  const LayeredMedium medium(skin);
-  surface_modulus_kPa_ = medium.reduced_modulus_kPa();
   if (count == 0) {
-    const PixelGrid pixels = contact_pixels(tip, receptor_depth_mm_);
+    const PixelGrid pixels = contact_pixels(tip, skin.receptor_depth_mm);
     count = pixels.pixels() > kManyPixels ? kFewerDepths : kDepths;
   }
-  press_ = press_tables(tip, medium, receptor_depth_mm_, proportional_ ? 1 : count);
-  if (!medium.half_space()) {
-    far_.emplace(medium, receptor_depth_mm_, kPointDisc_mm, kFarthest_mm);
-  }
+  press_ = press_tables(tip, medium, skin.receptor_depth_mm, proportional_ ? 1 : count);
   fill_energies();
 }
 
@@ -75,10 +57,10 @@ void TipField::fill_energies() {
     const auto& above = press_.tables[k + 1].nodes;
     std::vector<EnergyNode>& nodes = energies_.emplace_back(below.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      CartesianStress sum = stress_of(below[i]);
-      sum += stress_of(above[i]);
-      const double lower = energy(stress_of(below[i]));
-      const double upper = energy(stress_of(above[i]));
+      CartesianStress sum = below[i].stress();
+      sum += above[i].stress();
+      const double lower = energy(below[i].stress());
+      const double upper = energy(above[i].stress());
       nodes[i].values[0] = static_cast<float>(lower);
       nodes[i].values[1] = static_cast<float>(energy(sum) - lower - upper);
       nodes[i].values[2] = static_cast<float>(upper);
@@ -123,7 +105,7 @@ double TipField::depth_mm(double force_mN_wanted) const noexcept {
 }
 
 double TipField::far_displacement_mm2(double depth_mm) const noexcept {
-  return force_mN(depth_mm) / (std::numbers::pi * surface_modulus_kPa_);
+  return force_mN(depth_mm) / (std::numbers::pi * far_.surface_modulus_kPa());
 }
 
 double TipField::largest_energy_kPa(double depth_mm) const noexcept {
@@ -144,19 +126,6 @@ double TipField::farthest_mm() const noexcept {
          std::hypot(static_cast<double>(grid.columns), static_cast<double>(grid.rows));
 }
 
-TipField::Values TipField::far_away(double force_mN, double x_mm, double y_mm) const noexcept {
-  const double r = std::hypot(x_mm, y_mm);
-  const double half_space_mm = force_mN / (std::numbers::pi * surface_modulus_kPa_) / r;
-  if (far_) {
-    return {.stress = cartesian(far_->stress(r), x_mm, y_mm) * force_mN,
-            .displacement = half_space_mm + force_mN * far_->excess_displacement_mm(r)};
-  }
-  return {
-      .stress = cartesian(point_load_stress(force_mN, skin_.poisson_ratio(), r, receptor_depth_mm_),
-                          x_mm, y_mm),
-      .displacement = half_space_mm};
-}
-
 std::optional<std::size_t> TipField::place(double x_mm, double y_mm,
                                            GridPatch& patch) const noexcept {
   const PixelGrid& grid = press_.grid;
@@ -174,10 +143,10 @@ std::optional<std::size_t> TipField::place(double x_mm, double y_mm,
   return (j - 1) * grid.columns + (i - 1);
 }
 
-TipField::Values TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept {
+SkinField TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept {
   GridPatch patch;
   const auto corner = place(x_mm, y_mm, patch);
-  if (!corner) return far_away(force_mN(depth_mm), x_mm, y_mm);
+  if (!corner) return far_.at(force_mN(depth_mm), x_mm, y_mm);
   const Blend blended = blend(depth_mm);
   for (std::size_t t = 0; t < 2; ++t) {
     if (blended.weight[t] == 0.0) continue;
@@ -185,7 +154,7 @@ TipField::Values TipField::at(double x_mm, double y_mm, double depth_mm) const n
     patch.weight[t] = blended.weight[t];
   }
   const GridNode total = interpolate(patch);
-  return {.stress = stress_of(total), .displacement = static_cast<double>(total.values[6])};
+  return {.stress = total.stress(), .displacement = static_cast<double>(total.values[6])};
 }
 
 TipField::Energies TipField::energies(std::size_t lower, double x_mm, double y_mm) const noexcept {
@@ -194,7 +163,7 @@ TipField::Energies TipField::energies(std::size_t lower, double x_mm, double y_m
   GridPatch patch;
   const auto corner = place(x_mm, y_mm, patch);
   if (!corner) {
-    const double unit = energy_density_kPa(far_away(1.0, x_mm, y_mm).stress, skin_, kind_);
+    const double unit = energy_density_kPa(far_.at(1.0, x_mm, y_mm).stress, skin_, kind_);
     return {unit * below * below, 2.0 * unit * below * above, unit * above * above};
   }
   float sum[4] = {};

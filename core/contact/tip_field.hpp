@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
+#include "core/contact/far_field.hpp"
 #include "core/contact/indenter.hpp"
 #include "core/contact/solver/press_tables.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/skin/skin_material.hpp"
-#include "core/skin/stress.hpp"
 
 namespace merkel {
 
@@ -27,12 +27,9 @@ class TipField {
   TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm);
   TipField(PressedTip tip, const SkinParameters& skin, double depth_mm);
 
-  struct Values {
-    CartesianStress stress;     ///< kPa
-    double displacement = 0.0;  ///< mm
-  };
   /// Stress and displacement at a point, by cubic interpolation in both directions.
-  [[nodiscard]] Values at(double x_mm, double y_mm, double depth_mm) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] SkinField at(double x_mm, double y_mm,
+                             double depth_mm) const noexcept MERKEL_REALTIME;
 
   [[nodiscard]] double force_mN(double depth_mm) const noexcept MERKEL_REALTIME;
   /// The depth at which the tip presses with a force. A force ≤ 0 means no contact.
@@ -57,7 +54,7 @@ class TipField {
   /// At a large distance r on a half-space, the surface is displaced by this value divided by r.
   [[nodiscard]] double far_displacement_mm2(double depth_mm) const noexcept MERKEL_REALTIME;
   /// Whether the skin is a half-space of one material.
-  [[nodiscard]] bool on_half_space() const noexcept { return !far_; }
+  [[nodiscard]] bool on_half_space() const noexcept { return far_.on_half_space(); }
   /// Distance from the tip's axis within which the whole force acts.
   [[nodiscard]] double half_diagonal_mm() const noexcept { return half_diagonal_mm_; }
   /// The tables end this far from the axis at most.
@@ -71,22 +68,20 @@ class TipField {
   struct alignas(16) EnergyNode {
     float values[4] = {};  ///< lower, cross, upper, and a zero
   };
-  TipField(const PressedTip& tip, const SkinParameters& skin, std::size_t count);
+  TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin,
+           std::size_t count);
   void fill_energies();
-  [[nodiscard]] Values far_away(double force_mN, double x_mm, double y_mm) const noexcept;
   /// Fills a patch's weights. \return index of its first node, if it lies inside the grid
   [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm,
                                                  GridPatch& patch) const noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;
-  double receptor_depth_mm_;
-  double surface_modulus_kPa_;
+  FarField far_;
   double half_diagonal_mm_;
   bool proportional_;
   PressTables press_;
   std::vector<std::vector<EnergyNode>> energies_;  ///< of each pair of tables
-  std::optional<PointResponse> far_;               ///< on layers
 };
 
 }  // namespace merkel

@@ -53,6 +53,24 @@ FieldTable TipShape::fields() {
   return {"probe", kFields};
 }
 
+FieldTable SlidingSurface::fields() {
+  using S = SlidingSurface;
+  static constexpr Field kFields[] = {
+      {"surface", "", any_value(),
+       "true: the tip is a surface that slides under a finger with skin.apex_mm, x_mm and y_mm its "
+       "middle; depth is that of its highest parts below the apex",
+       at<&S::slides>},
+      {"relief_mm", "mm", positive_or_infinite(100.0),
+       "height of the parts of a surface above its base plate; inf: no base", at<&S::relief_mm>},
+      {"period_x_mm", "mm", not_negative(100.0),
+       "distance after which a surface repeats along x; 0: it does not", at<&S::period_x_mm>},
+      {"period_y_mm", "mm", not_negative(100.0), "the same along y", at<&S::period_y_mm>},
+      {"deepest_mm", "mm", positive(5.0),
+       "depth of a surface for which its contact has room; more makes the pixels coarser",
+       at<&S::deepest_mm>}};
+  return {"probe", kFields};
+}
+
 Expected<void, ParameterError> BarTip::check() const {
   ParameterCheck all;
   all.require(!widths_mm.empty() && widths_mm.size() <= kMostBars, "probe.bar_widths_mm",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -54,6 +55,18 @@ struct TipShape {
 
   [[nodiscard]] static FieldTable fields();
   friend bool operator==(const TipShape&, const TipShape&) = default;
+};
+
+/// What makes a tip a surface that slides under the finger.
+struct SlidingSurface {
+  bool slides = false;
+  double relief_mm = std::numeric_limits<double>::infinity();  ///< of its parts above a base plate
+  double period_x_mm = 0.0;                                    ///< 0: does not repeat
+  double period_y_mm = 0.0;
+  double deepest_mm = 1.2;  ///< for which the contact has room
+
+  [[nodiscard]] static FieldTable fields();
+  friend bool operator==(const SlidingSurface&, const SlidingSurface&) = default;
 };
 
 }  // namespace merkel

@@ -82,7 +82,8 @@ void ReceptorArrays<Real>::add_tabulated(const PlacedContact& placed, std::size_
     const double dx = static_cast<double>(x_[i]) - placed.x_mm;
     const double dy = static_cast<double>(y_[i]) - placed.y_mm;
     const CartesianStress stress =
-        (placed.field != nullptr
+        (placed.sliding != nullptr ? placed.sliding->at(dx, dy).stress
+         : placed.field != nullptr
              ? placed.field->at(dx, dy, placed.contact.depth_mm).stress
              : cartesian(placed.layer->stress(placed.contact, std::hypot(dx, dy)), dx, dy)) *
         factor;
@@ -144,6 +145,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
     if (only.taxels != nullptr) return copy_energies(*only.taxels, first, last);
     if (only.field != nullptr) return press_alone(only, receptors.first, receptors.last);
     if (only.layer != nullptr) return profile_energy(profile_of(only), receptors);
+    if (only.sliding != nullptr) return slide_alone(only, receptors.first, receptors.last);
     return sphere_energy(field(only), receptors);
   }
   alone_.field = nullptr;
@@ -157,7 +159,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                 .tau_yz = sums_[4].data(),
                                 .tau_zx = sums_[5].data()};
   for (const PlacedContact& placed : contacts) {
-    if (placed.field != nullptr || placed.layer != nullptr) {
+    if (placed.field != nullptr || placed.layer != nullptr || placed.sliding != nullptr) {
       add_tabulated(placed, receptors.first, receptors.last);
     } else {
       add_sphere_stress(field(placed), receptors, sums);
@@ -202,6 +204,15 @@ void ReceptorArrays<Real>::press_alone(const PlacedContact& placed, std::size_t 
   for (std::size_t i = first; i < last; ++i) {
     const Real energy = lower * sums_[0][i] + cross * sums_[1][i] + upper * sums_[2][i];
     energy_[i] = std::max(energy, Real(0));
+  }
+}
+
+template <class Real>
+void ReceptorArrays<Real>::slide_alone(const PlacedContact& placed, std::size_t first,
+                                       std::size_t last) noexcept {
+  for (std::size_t i = first; i < last; ++i) {
+    energy_[i] = static_cast<Real>(placed.stored_energy(placed.sliding->energy_kPa(
+        static_cast<double>(x_[i]) - placed.x_mm, static_cast<double>(y_[i]) - placed.y_mm)));
   }
 }
 

@@ -61,6 +61,8 @@ class ReceptorArrays {
   void press_alone(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   /// The energy densities under a tactile array.
   void copy_energies(const TaxelField& taxels, std::size_t first, std::size_t last) noexcept;
+  /// The energy densities under one sliding surface.
+  void slide_alone(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   /// The profile of the energy density along the radius, under a sphere on a layer.
   [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
   /// Fills stress_profile_ up to a distance.

@@ -98,7 +98,9 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
       ranges_.push_back(ranges);  // no threshold: only the mean energy density is computed
       continue;
     }
-    if (placed.field != nullptr) {
+    if (placed.sliding != nullptr) {
+      ranges.may_displace2 = std::numeric_limits<double>::infinity();
+    } else if (placed.field != nullptr) {
       if (!placed.field->on_half_space()) {
         // Layers may bulge: ask each receptor.
         ranges.may_displace2 = std::numeric_limits<double>::infinity();
@@ -153,6 +155,10 @@ bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
     const double dy = y - contacts_[i].y_mm;
     const double r2 = dx * dx + dy * dy;
     if (r2 <= ranges_[i].displaced2) return true;
+    if (contacts_[i].sliding != nullptr) {
+      sum_mm += contacts_[i].sliding->at(dx, dy).displacement;
+      continue;
+    }
     if (contacts_.size() == 1 && contacts_[i].field == nullptr) return false;
     sum_mm += contacts_[i].field != nullptr
                   ? contacts_[i].field->at(dx, dy, contacts_[i].contact.depth_mm).displacement

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/contact/surface_map.hpp"
 #include "core/scene/model_fields.hpp"
 #include "core/units.hpp"
 
@@ -80,7 +81,12 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
                  "\"taxels\" needs a patch of its own: give the other probe another patch")
         .require(!indenter.prescribed() || p.energy_driven(), "probe.tip",
                  "\"taxels\" needs neurons that the energy density drives: set neuron.kind = "
-                 "\"integrate_and_fire\" or \"connor_stevens\", or preset = \"goodwin\"");
+                 "\"integrate_and_fire\" or \"connor_stevens\", or preset = \"goodwin\"")
+        .require(!indenter.surface.slides || p.tick >= std::chrono::milliseconds(1) ||
+                     SlidingPlan::of(indenter, p.skin, p.tick).has_value(),
+                 "loop.tick_us", "is too short for the contact of a surface: set 1000 or more")
+        .require(!indenter.surface.slides || alone_on_patch(p, indenter.patch), "probe.surface",
+                 "must press alone on its patch: give the other probe a patch of its own");
   }
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()

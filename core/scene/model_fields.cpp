@@ -90,6 +90,7 @@ BoundFields tip_fields(Indenter& indenter) {
   bind_fields(indenter.bars, fields);
   bind_fields(indenter.shape, fields);
   bind_fields(indenter.taxels, fields);
+  bind_fields(indenter.surface, fields);
   return fields;
 }
 

@@ -30,6 +30,16 @@ std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
                     [patch](const Indenter& indenter) { return indenter.patch == patch; }));
 }
 
+std::unique_ptr<SlidingContact> sliding_of(const Indenter& indenter,
+                                           const TactileModel::Parameters& p) {
+  if (!indenter.surface.slides) return nullptr;
+  const double tolerance = p.accuracy.cull_tolerance;
+  const double limit_kPa = p.energy_driven() || tolerance == 0.0
+                               ? tolerance
+                               : DriveReach::energy_of_tolerance_kPa(p.transduction, tolerance);
+  return std::make_unique<SlidingContact>(indenter, p.skin, p.tick, limit_kPa);
+}
+
 /// Limits the memory of all patches of a model.
 constexpr std::size_t kMostSpikesPerTick = 10'000'000;
 
@@ -124,7 +134,7 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       steps_(static_cast<int>(parameters.tick / parameters.step)),
       patches_(std::move(patches)),
       touching_(patches_.size()),
-      next_patch_(std::make_unique<std::atomic<std::size_t>>(0)),
+      next_part_(std::make_unique<std::atomic<std::size_t>>(0)),
       spikes_(most_spikes(parameters, neurons())),
       resets_(neurons()) {
   const auto layer = TipContact::layer_field(parameters.indenters, parameters.skin);
@@ -137,6 +147,7 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
     tips_.emplace_back(indenter, parameters.skin, layer,
                        same == own ? nullptr : tips_[index].shared_field());
     taxels_.push_back(nullptr);
+    sliding_.push_back(sliding_of(indenter, parameters));
     const std::size_t tips = indenters_on(indenter.patch, parameters);
     if (indenter.prescribed()) {
       taxels_.back() =
@@ -161,6 +172,9 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
 
 void TactileModel::reset() noexcept {
   for (TactilePatch& patch : patches_) patch.reset();
+  for (const auto& sliding : sliding_) {
+    if (sliding) sliding->reset();
+  }
   std::fill(presses_.begin(), presses_.end(), Press{});
   std::fill(deepest_.begin(), deepest_.end(), Press{});
   for (const auto& taxels : taxels_) {
@@ -220,28 +234,45 @@ void TactileModel::step_patch(std::size_t patch, WorkerTeam* team) noexcept {
 
 void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
   start_ = start;
-  if (team_ == nullptr || patches_.size() == 1) {
+  const bool slides = std::any_of(sliding_.begin(), sliding_.end(),
+                                  [](const auto& sliding) { return sliding != nullptr; });
+  if (team_ == nullptr || (patches_.size() == 1 && !slides)) {
     for (std::size_t i = 0; i < patches_.size(); ++i) step_patch(i, team_);
+    for (const auto& sliding : sliding_) {
+      if (sliding) sliding->work();
+    }
     return;
   }
-  // A free thread takes the next patch; patches do not depend on each other.
-  next_patch_->store(0, std::memory_order_relaxed);
-  const int parts = std::min(team_->size(), static_cast<int>(patches_.size()));
+  // A free thread takes the next contact or patch; they do not depend on each other.
+  next_part_->store(0, std::memory_order_relaxed);
+  const int parts = std::min(team_->size(), static_cast<int>(patches_.size() + sliding_.size()));
   team_->run(
       parts,
       [](void* context, int /*part*/) noexcept {
         auto* const self = static_cast<TactileModel*>(context);
+        const std::size_t contacts = self->sliding_.size();
         for (;;) {
-          const std::size_t i = self->next_patch_->fetch_add(1, std::memory_order_relaxed);
-          if (i >= self->patches_.size()) return;
-          self->step_patch(i, nullptr);
+          const std::size_t i = self->next_part_->fetch_add(1, std::memory_order_relaxed);
+          if (i >= contacts + self->patches_.size()) return;
+          if (i >= contacts) {
+            self->step_patch(i - contacts, nullptr);
+          } else if (self->sliding_[i]) {
+            self->sliding_[i]->work();
+          }
         }
       },
       this);
 }
 
 void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
-  for (std::size_t i = 0; i < tips_.size(); ++i) presses_[i] = tips_[i].press(contacts[i]);
+  for (std::size_t i = 0; i < tips_.size(); ++i) {
+    if (sliding_[i]) {
+      sliding_[i]->take(contacts[i]);
+      presses_[i] = sliding_[i]->press();
+    } else {
+      presses_[i] = tips_[i].press(contacts[i]);
+    }
+  }
   const auto by_depth = [this](const TipContact& tip) {
     return !tip.by_force() && (tip.sphere() != nullptr || tip.field() != nullptr);
   };
@@ -300,9 +331,12 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
         {.contact = made.contact,
          .field = tips_[i].field(),
          .layer = tips_[i].layer(),
+         .version = sliding_[i] ? sliding_[i]->revision() : 0,
+         .sliding = sliding_[i].get(),
          .x_mm = made.x_mm,
          .y_mm = made.y_mm,
-         .reach_mm = reach_of_tip_[i].radius_mm(made.contact.depth_mm)});
+         .reach_mm = sliding_[i] ? sliding_[i]->reach_mm()
+                                 : reach_of_tip_[i].radius_mm(made.contact.depth_mm)});
     if (made.contact.depth_mm > deepest_[i].contact.depth_mm) deepest_[i] = made;
   }
   for (const auto& touching : touching_) update_rim_distance(touching);

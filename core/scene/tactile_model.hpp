@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/contact/neighbour_depths.hpp"
+#include "core/contact/sliding_contact.hpp"
 #include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/neurons/spike_buffer.hpp"
@@ -81,6 +82,10 @@ class TactileModel {
   /// same time, in units of the larger radius; infinite if there was none. Below 1, each contact
   /// lies on skin that the other has bent, which superposition does not model.
   [[nodiscard]] double closest_rims() const noexcept { return closest_rims_; }
+  /// The contact of an indenter that is a sliding surface; null for others.
+  [[nodiscard]] const SlidingContact* sliding(std::size_t indenter) const noexcept {
+    return sliding_[indenter].get();
+  }
   /// Neurons reset in the last step because of a non-finite state, with the time of detection.
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept { return resets_.events(); }
   /// Spikes dropped since construction because a tick's buffer was full.
@@ -92,12 +97,14 @@ class TactileModel {
   /// Writes presses_; depth-controlled tips on one patch share the skin that they displace.
   void press_tips(std::span<const ContactInput> contacts) noexcept;
   void touch(std::size_t indenter) noexcept;
+  /// Steps the patches and solves the contacts of sliding surfaces, which serve later ticks.
   void step_patches(std::chrono::nanoseconds start) noexcept;
   void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
 
   Parameters parameters_;
   int steps_;  ///< of the neurons in a tick
   std::vector<TipContact> tips_;
+  std::vector<std::unique_ptr<SlidingContact>> sliding_;  ///< of each tip; null: does not slide
   std::vector<DriveReach> reach_of_tip_;
   std::vector<std::unique_ptr<TaxelField>> taxels_;  ///< by indenter; null: not a tactile array
   std::vector<TactilePatch> patches_;
@@ -109,7 +116,7 @@ class TactileModel {
   WorkerTeam* team_ = nullptr;
   std::chrono::nanoseconds start_{0};  ///< of the step in progress
   std::unique_ptr<std::atomic<std::size_t>>
-      next_patch_;  ///< next patch to step, shared by the threads
+      next_part_;  ///< next contact to solve or patch to step, shared by the threads
   SpikeBuffer spikes_;
   SpikeBuffer resets_;
 };

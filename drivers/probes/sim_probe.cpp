@@ -85,6 +85,39 @@ SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& sha
           .length_s = ramp_s + hold_s + ramp_s};
 }
 
+SimProbe::Shape SimProbe::scan(UriOptions& options, double wait_s, Press place) {
+  const double ramp_s = options.number("ramp_s", 0.15, 1e-6, kLongest_s);
+  const double length_mm = options.number("length_mm", 24.0, 1e-3, 2.0 * kPosition);
+  const double speed = options.number("speed_mm_per_s", 40.0, 1e-3, 1e4);
+  const double direction =
+      options.number("direction_deg", 0.0, -360.0, 360.0) * std::numbers::pi / 180.0;
+  const auto passes = static_cast<double>(options.whole("passes", 1, 1, 1'000'000));
+  const double step_mm = options.number("step_mm", 0.2, -kPosition, kPosition);
+  const double return_s = options.number("return_s", 0.1, 1e-6, kLongest_s);
+  const double slide_s = length_mm / speed;
+  const double pass_s = slide_s + 2.0 * ramp_s;
+  const double along_x = std::cos(direction);
+  const double along_y = std::sin(direction);
+  return {.press =
+              [=](double t) {
+                const double since = t - wait_s;
+                const double pass =
+                    std::clamp(std::floor(since / (pass_s + return_s)), 0.0, passes - 1.0);
+                const double begin = wait_s + pass * (pass_s + return_s);
+                const double level =
+                    ramp(t, begin, ramp_s) - ramp(t, begin + ramp_s + slide_s, ramp_s);
+                // Back to the next pass while it is lifted.
+                const double back = pass + 1.0 < passes ? ramp(t, begin + pass_s, return_s) : 0.0;
+                const double moved = ramp(t, begin + ramp_s, slide_s) - back - 0.5;
+                const double aside = pass + back - 0.5 * (passes - 1.0);
+                return Press{
+                    .level = level,
+                    .x_mm = place.x_mm + moved * length_mm * along_x - aside * step_mm * along_y,
+                    .y_mm = place.y_mm + moved * length_mm * along_y + aside * step_mm * along_x};
+              },
+          .length_s = passes * pass_s + (passes - 1.0) * return_s};
+}
+
 SimProbe::Faults SimProbe::read_faults(UriOptions& options, bool force, double rate_hz) {
   return {.jitter_s = options.number("jitter_us", 0.0, 0.0, 0.45e6 / rate_hz) * 1e-6,
           .noise = force ? options.number("noise_mN", 0.0, 0.0, 1e6)
@@ -97,9 +130,9 @@ SimProbe::Faults SimProbe::read_faults(UriOptions& options, bool force, double r
 Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   const bool grasp = uri.path == "grasp";
   if (!grasp && uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" &&
-      uri.path != "slide") {
+      uri.path != "slide" && uri.path != "scan") {
     return bad_input("\"" + uri.text + "\": there is no simulated press \"" + uri.path +
-                     "\"; write sim:ramp, sim:taps, sim:sine, sim:slide, sim:grasp or sim:pad");
+                     "\"; write sim:ramp, sim:taps, sim:sine, sim:slide, sim:scan, sim:grasp or sim:pad");
   }
   UriOptions options(uri);
   const bool both = !grasp && options.given("force_N") && options.given("depth_mm");
@@ -116,14 +149,16 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
                   options.number("force_N", 0.1, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))
             : options.number("depth_mm", 1.5, 0.0, SampleLimits::kDepth_mm);
   const double delay_s = grasp ? 1e-3 * options.number("delay_ms", 60.0, 0.0, 1e6) : 0.0;
-  const bool positioned = options.given("x_mm") || options.given("y_mm") || uri.path == "slide";
+  const bool positioned =
+      options.given("x_mm") || options.given("y_mm") || uri.path == "slide" || uri.path == "scan";
   const bool slide = uri.path == "slide";
   const double x = options.number("x_mm", slide ? 3.0 : 15.0, -kPosition, kPosition);
   const double y = options.number("y_mm", 10.0, -kPosition, kPosition);
 
   const Press place{.x_mm = x, .y_mm = y};
-  Shape shape = grasp || uri.path == "taps"
-                    ? taps(options, wait_s, place, grasp)
+  Shape shape = grasp || uri.path == "taps" ? taps(options, wait_s, place, grasp)
+                : uri.path == "scan"
+                    ? scan(options, wait_s, place)
                     : held_press(options, uri.path, wait_s, place, amplitude, force);
   Faults faults = read_faults(options, force, rate_hz);
   // The values of further columns are in their unit.

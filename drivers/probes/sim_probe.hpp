@@ -24,6 +24,9 @@ inline constexpr const char* kSimProbeHelp =
     "         amplitude_mm (0.3) or, with force_N, amplitude_N (0.03)\n"
     "  slide  moves during the hold: ramp_s (0.15), to_x_mm (27), to_y_mm (y_mm),\n"
     "         speed_mm_per_s (12)\n"
+    "  scan   slides again and again, lifted in between: ramp_s (0.15), length_mm (24), around x_mm,\n"
+    "         y_mm, speed_mm_per_s (40), direction_deg (0), passes (1), step_mm (0.2) to\n"
+    "         the next pass, return_s (0.1)\n"
     "  grasp  five fingers and the palm, each as taps: count (6), tap_s (0.9), interval_s (1.2),\n"
     "         delay_ms (60) between one and the next; channels thumb_mm, index_mm, middle_mm,\n"
     "         ring_mm, little_mm, palm_mm or, with force_N, thumb_N, …: #thumb_mm at the end\n"
@@ -71,6 +74,7 @@ class SimProbe final : public Probe {
     double length_s = 0.0;
   };
   static Shape taps(UriOptions& options, double wait_s, Press place, bool grasp);
+  static Shape scan(UriOptions& options, double wait_s, Press place);
   /// A ramp, a sine or a slide. \param amplitude  in mm, or in mN if `force`
   static Shape held_press(UriOptions& options, const std::string& shape, double wait_s, Press place,
                           double amplitude, bool force);

@@ -17,6 +17,7 @@ using Severity = Finding::Severity;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostFindings = 5;
+constexpr double kMuchPoor = 0.2;     ///< share of solutions
 constexpr double kOld_ms = 50.0;      ///< mean age at arrival: bursts
 constexpr double kMuch = 0.01;        ///< share of ticks or samples that is reported
 constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
@@ -120,6 +121,7 @@ class RunChecks {
           "set the stage's zero to the fingertip, the origin of the patch, or set [probe] x_mm, "
           "y_mm");
     }
+    if (model_.sliding(i) != nullptr) return check_surface(probe, *model_.sliding(i));
     const auto both = force_and_depth(probe, model_, i);
     if (both && both->disagrees()) {
       const bool by_force = indenter.control == Indenter::Control::kForce;
@@ -130,6 +132,34 @@ class RunChecks {
           std::string(
               "check the zero of its depth, [probe] radius_mm and the skin's moduli; its ") +
               (by_force ? "force" : "depth") + " drives the model ([probe] control)");
+    }
+  }
+
+  void check_surface(const RunReport::OfProbe& probe, const SlidingContact& sliding) {
+    const SlidingContact::Report& counts = sliding.report();
+    const double off = share(counts.off_surface, counts.solutions);
+    if (off > 0.0) {
+      add(Severity::kNote, 1.0,
+          fmt::format("the surface of {} was too small for its path: the finger's apex was beyond "
+                      "its end in {} % of the contact",
+                      probe.uri, number_text(100.0 * std::min(off, 1.0))),
+          "let it repeat by [probe] period_x_mm and period_y_mm, or shorten the path");
+    }
+    const double cut = share(counts.cut_off, counts.solutions);
+    if (cut > 0.0) {
+      add(Severity::kLoss, 1.0,
+          fmt::format("the surface of {} touched more skin than its contact has room for, in {} % "
+                      "of the contact",
+                      probe.uri, number_text(100.0 * cut)),
+          "increase [probe] deepest_mm, or press less");
+    }
+    const double poor = share(counts.poor, counts.solutions);
+    if (poor > kMuchPoor) {
+      add(Severity::kNote, 1.0,
+          fmt::format("the contact of {} was off by more than 1 % of its depth in {} % of the "
+                      "solutions",
+                      probe.uri, number_text(100.0 * poor)),
+          "slide or press more slowly");
     }
   }
 

@@ -6,8 +6,39 @@
 
 #include "core/contact/contact_validity.hpp"
 #include "core/contact/pressed_tip.hpp"
+#include "core/units.hpp"
 
 namespace merkel {
+
+namespace {
+
+double ms_of(int ticks, const TactileModel& model) {
+  return ticks * units::ms_from(model.parameters().tick);
+}
+
+std::string surface_sentence(const SlidingContact& sliding, const TactileModel& model) {
+  const SlidingPlan& plan = sliding.plan();
+  const SlidingContact::Report& report = sliding.report();
+  std::array<char, 480> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "contact of the surface solved at %.4g Hz on %zu x %zu pixels of %.3f mm, and linear in "
+      "between; it lags the probe by %.4g ms; linear elasticity without friction%s",
+      1e3 / ms_of(plan.ticks, model), plan.contact.columns, plan.contact.rows,
+      plan.contact.pixel_mm, ms_of(plan.latency(), model),
+      model.parameters().skin.stiffens() ? "; the skin stiffens with depth" : "");
+  std::string sentence = text.data();
+  if (report.solutions == 0) return sentence;
+  const auto solutions = static_cast<double>(report.solutions);
+  std::snprintf(text.data(), text.size(),
+                "; gap in contact within %.2g %% of the depth on average, and worse than 1 %% in "
+                "%.2g %% of the solutions",
+                100.0 * report.sum_of_errors / solutions,
+                100.0 * static_cast<double>(report.poor) / solutions);
+  return sentence + text.data();
+}
+
+}  // namespace
 
 std::string contact_sentence(const ContactState& contact, const Indenter& indenter,
                              const SkinParameters& skin) {
@@ -38,6 +69,7 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
 }
 
 std::string contact_sentence(const Press& press, const TactileModel& model, std::size_t probe) {
+  if (model.sliding(probe) != nullptr) return surface_sentence(*model.sliding(probe), model);
   return contact_sentence(press.contact, model.parameters().indenters[probe],
                           model.parameters().skin);
 }

@@ -3,12 +3,25 @@
 #include <array>
 #include <cstddef>
 
+#include "core/skin/stress.hpp"
+
 namespace merkel {
 
 /// The values at a node of a grid: seven and a zero, so that a node is a whole number of vectors.
 struct alignas(32) GridNode {
   static constexpr std::size_t kFields = 7;
   std::array<float, 8> values{};
+
+  /// Of a node whose first six values are stresses.
+  [[nodiscard]] CartesianStress stress() const noexcept {
+    const auto value = [&](std::size_t field) { return static_cast<double>(values[field]); };
+    return {.sigma_x = value(0),
+            .sigma_y = value(1),
+            .sigma_z = value(2),
+            .tau_xy = value(3),
+            .tau_yz = value(4),
+            .tau_zx = value(5)};
+  }
 };
 
 /// A node and the 15 around it that a cubic interpolation in two directions needs, in two tables.

@@ -78,20 +78,50 @@ void RigidContact::displace(std::span<const double> pressure,
 }
 
 RigidContact::Solution RigidContact::press(double depth_mm, const Accuracy& accuracy) noexcept {
-  if (!(depth_mm > 0.0)) {
-    reset();
-    return {.converged = true};
-  }
-  return solve(depth_mm, 0.0, accuracy);
+  begin(depth_mm);
+  return solve(accuracy);
 }
 
 RigidContact::Solution RigidContact::press_with_force(double force_mN,
                                                       const Accuracy& accuracy) noexcept {
-  if (!(force_mN > 0.0)) {
-    reset();
-    return {.converged = true};
+  begin_with_force(force_mN, std::numeric_limits<double>::infinity());
+  return solve(accuracy);
+}
+
+RigidContact::Solution RigidContact::solve(const Accuracy& accuracy) noexcept {
+  while (!iterate(accuracy)) {
   }
-  return solve(0.0, force_mN, accuracy);
+  return solution();
+}
+
+void RigidContact::begin(double depth_mm) noexcept {
+  solution_ = {.depth_mm = std::max(0.0, depth_mm)};
+  force_mN_ = 0.0;
+  if (!(depth_mm > 0.0)) reset();
+  solution_.converged = !(depth_mm > 0.0) || !start(depth_mm);
+}
+
+void RigidContact::begin_with_force(double force_mN, double deepest_mm) noexcept {
+  solution_ = {};
+  force_mN_ = force_mN;
+  if (!(force_mN > 0.0)) reset();
+  solution_.converged = !(force_mN > 0.0) || !start(deepest_mm);
+}
+
+void RigidContact::move_pressure(std::ptrdiff_t columns, std::ptrdiff_t rows) noexcept {
+  if (columns == 0 && rows == 0) return;
+  std::copy(pressure_.begin(), pressure_.end(), response_.begin());
+  const auto width = static_cast<std::ptrdiff_t>(grid_.columns);
+  const auto height = static_cast<std::ptrdiff_t>(grid_.rows);
+  for (std::ptrdiff_t row = 0; row < height; ++row) {
+    for (std::ptrdiff_t column = 0; column < width; ++column) {
+      const std::ptrdiff_t x = column + columns;
+      const std::ptrdiff_t y = row + rows;
+      const bool inside = x >= 0 && x < width && y >= 0 && y < height;
+      pressure_[static_cast<std::size_t>(row * width + column)] =
+          inside ? response_[static_cast<std::size_t>(y * width + x)] : 0.0;
+    }
+  }
 }
 
 double RigidContact::force_of_pressure_mN() const noexcept {
@@ -100,42 +130,51 @@ double RigidContact::force_of_pressure_mN() const noexcept {
   return sum * grid_.pixel_mm * grid_.pixel_mm;
 }
 
-bool RigidContact::start(double depth_mm, double force_mN) noexcept {
-  double carried_mN = force_of_pressure_mN();
-  if (!(carried_mN > 0.0)) {
-    // A cold start: everything that lies below the depth, or all of the tip, is in contact.
+double RigidContact::carry_force() noexcept {
+  const double carried_mN = force_of_pressure_mN();
+  if (!(carried_mN > 0.0)) return 0.0;
+  const double factor = force_mN_ / carried_mN;
+  for (double& p : pressure_) p *= factor;
+  return factor;
+}
+
+bool RigidContact::start(double deepest_mm) noexcept {
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    if (std::isinf(gap_[i])) pressure_[i] = 0.0;
+  }
+  if (!(force_of_pressure_mN() > 0.0)) {
+    // A cold start: everything that lies below the depth is in contact.
     for (std::size_t i = 0; i < gap_.size(); ++i) {
-      const bool touches = force_mN > 0.0 ? std::isfinite(gap_[i]) : gap_[i] < depth_mm;
-      pressure_[i] = touches ? modulus_kPa_ : 0.0;
+      pressure_[i] = gap_[i] < deepest_mm ? modulus_kPa_ : 0.0;
     }
-    carried_mN = force_of_pressure_mN();
+    if (!(force_of_pressure_mN() > 0.0)) return false;
   }
-  if (!(carried_mN > 0.0)) return false;
-  if (force_mN > 0.0) {
-    for (double& p : pressure_) p *= force_mN / carried_mN;
-  }
+  if (force_mN_ > 0.0) carry_force();
   std::fill(direction_.begin(), direction_.end(), 0.0);
+  displace(pressure_, displaced_);
+  change_ = Change::kGained;
+  squares_before_ = 1.0;
   return true;
 }
 
-void RigidContact::update_residual(Solution& solution, bool by_force) noexcept {
+void RigidContact::update_residual() noexcept {
   double sum = 0.0;
   touching_ = 0;
   for (std::size_t i = 0; i < gap_.size(); ++i) {
-    residual_[i] = displaced_[i] + compliance_[i] * pressure_[i] - solution.depth_mm + gap_[i];
+    residual_[i] = displaced_[i] + compliance_[i] * pressure_[i] - solution_.depth_mm + gap_[i];
     if (!(pressure_[i] > 0.0)) continue;
     sum += residual_[i];
     ++touching_;
   }
-  if (by_force && touching_ > 0) {
+  if (force_mN_ > 0.0 && touching_ > 0) {
     // The depth is the one that makes the mean gap in contact zero.
     const double mean = sum / static_cast<double>(touching_);
-    solution.depth_mm += mean;
+    solution_.depth_mm += mean;
     for (double& r : residual_) r -= mean;
   }
 }
 
-void RigidContact::measure(Solution& solution, const Accuracy& accuracy) noexcept {
+void RigidContact::measure(const Accuracy& accuracy) noexcept {
   squares_ = 0.0;
   double deepest = 0.0;  // how far the tip reaches into skin that carries nothing
   for (std::size_t i = 0; i < gap_.size(); ++i) {
@@ -145,20 +184,20 @@ void RigidContact::measure(Solution& solution, const Accuracy& accuracy) noexcep
       deepest = std::max(deepest, -residual_[i]);
     }
   }
-  const double scale = std::fabs(solution.depth_mm);
-  solution.error = touching_ == 0 ? std::numeric_limits<double>::infinity()
-                                  : std::sqrt(squares_ / static_cast<double>(touching_)) / scale;
-  solution.converged = solution.error <= accuracy.tolerance &&
-                       deepest <= kReachTolerance * accuracy.tolerance * scale;
+  const double scale = std::fabs(solution_.depth_mm);
+  solution_.error = touching_ == 0 ? std::numeric_limits<double>::infinity()
+                                   : std::sqrt(squares_ / static_cast<double>(touching_)) / scale;
+  solution_.converged = solution_.error <= accuracy.tolerance &&
+                        deepest <= kReachTolerance * accuracy.tolerance * scale;
 }
 
-double RigidContact::step_along(bool by_force, double kept) noexcept {
+double RigidContact::step_along(double kept) noexcept {
   for (std::size_t i = 0; i < gap_.size(); ++i) {
     direction_[i] = pressure_[i] > 0.0 ? residual_[i] + kept * direction_[i] : 0.0;
   }
   displace(direction_, response_);
   double mean = 0.0;
-  if (by_force && touching_ > 0) {
+  if (force_mN_ > 0.0 && touching_ > 0) {
     for (std::size_t i = 0; i < gap_.size(); ++i) {
       if (pressure_[i] > 0.0) mean += response_[i] + compliance_[i] * direction_[i];
     }
@@ -190,41 +229,36 @@ RigidContact::Change RigidContact::move(double step) noexcept {
   return change;
 }
 
-RigidContact::Solution RigidContact::solve(double depth_mm, double force_mN,
-                                           const Accuracy& accuracy) noexcept {
-  const bool by_force = force_mN > 0.0;
-  Solution solution{.depth_mm = depth_mm};
-  if (!start(depth_mm, force_mN)) {
-    solution.converged = true;  // nothing can touch
-    return solution;
-  }
-  displace(pressure_, displaced_);
-  Change change = Change::kGained;
-  double before = 1.0;
-  for (solution.iterations = 1;; ++solution.iterations) {
-    update_residual(solution, by_force);
-    measure(solution, accuracy);
-    if (solution.converged || solution.iterations >= accuracy.most_iterations) break;
-    const double step = step_along(by_force, change == Change::kGained ? 0.0 : squares_ / before);
-    before = squares_;
-    change = move(step);
-    if (by_force) {
-      const double carried_mN = force_of_pressure_mN();
-      if (!(carried_mN > 0.0)) break;
-      for (double& p : pressure_) p *= force_mN / carried_mN;
-    }
-    if (change != Change::kNone || by_force || solution.iterations % kRefreshed == 0) {
-      displace(pressure_, displaced_);
-    } else {
-      for (std::size_t i = 0; i < gap_.size(); ++i) displaced_[i] -= step * response_[i];
+bool RigidContact::iterate(const Accuracy& accuracy) noexcept {
+  if (solution_.converged) return true;
+  ++solution_.iterations;
+  update_residual();
+  measure(accuracy);
+  if (solution_.converged || solution_.iterations >= accuracy.most_iterations) return true;
+  const double kept = change_ == Change::kGained ? 0.0 : squares_ / squares_before_;
+  const double step = step_along(kept);
+  squares_before_ = squares_;
+  change_ = move(step);
+  const double factor = force_mN_ > 0.0 ? carry_force() : 1.0;
+  if (factor == 0.0) return true;
+  if (change_ != Change::kNone || solution_.iterations % kRefreshed == 0) {
+    displace(pressure_, displaced_);
+  } else {
+    for (std::size_t i = 0; i < gap_.size(); ++i) {
+      displaced_[i] = factor * (displaced_[i] - step * response_[i]);
     }
   }
-  solution.force_mN = force_of_pressure_mN();
+  return false;
+}
+
+RigidContact::Solution RigidContact::solution() const noexcept {
+  Solution found = solution_;
+  found.force_mN = force_of_pressure_mN();
   for (const double p : pressure_) {
-    solution.peak_pressure_kPa = std::max(solution.peak_pressure_kPa, p);
-    if (p > 0.0) solution.area_mm2 += grid_.pixel_mm * grid_.pixel_mm;
+    found.peak_pressure_kPa = std::max(found.peak_pressure_kPa, p);
+    if (p > 0.0) found.area_mm2 += grid_.pixel_mm * grid_.pixel_mm;
   }
-  return solution;
+  return found;
 }
 
 }  // namespace merkel

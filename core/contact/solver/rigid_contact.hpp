@@ -56,6 +56,20 @@ class RigidContact {
   Solution press_with_force(double force_mN, const Accuracy& accuracy) noexcept;
   void reset() noexcept;
 
+  /// The same in parts: begin() or begin_with_force(), then iterate() until it returns true.
+  void begin(double depth_mm) noexcept;
+  /// \param deepest_mm  at a cold start, only what rises less can touch
+  void begin_with_force(double force_mN, double deepest_mm) noexcept;
+  /// Changes the force between two iterations.
+  void aim(double force_mN) noexcept { force_mN_ = force_mN; }
+  /// \return whether the solution is found
+  bool iterate(const Accuracy& accuracy) noexcept;
+  /// What the iterations have found so far.
+  [[nodiscard]] Solution solution() const noexcept;
+  /// Moves the pressure by whole pixels, as the gap moves: pixel (column, row) takes that of
+  /// (column + columns, row + rows).
+  void move_pressure(std::ptrdiff_t columns, std::ptrdiff_t rows) noexcept;
+
   [[nodiscard]] const PixelGrid& grid() const noexcept { return grid_; }
   /// Of each pixel, kPa.
   [[nodiscard]] std::span<const double> pressure_kPa() const noexcept { return pressure_; }
@@ -68,14 +82,16 @@ class RigidContact {
 
   void displace(std::span<const double> pressure, std::span<double> displaced) noexcept;
   [[nodiscard]] double force_of_pressure_mN() const noexcept;
+  /// Scales the pressure to the force. \return the factor; 0: nothing carries
+  double carry_force() noexcept;
   /// The first pressure. \return false if nothing can touch
-  [[nodiscard]] bool start(double depth_mm, double force_mN) noexcept;
-  void update_residual(Solution& solution, bool by_force) noexcept;
-  void measure(Solution& solution, const Accuracy& accuracy) noexcept;
+  [[nodiscard]] bool start(double deepest_mm) noexcept;
+  void update_residual() noexcept;
+  void measure(const Accuracy& accuracy) noexcept;
   /// Chooses the direction of the search. \return the step along it
-  [[nodiscard]] double step_along(bool by_force, double kept) noexcept;
+  [[nodiscard]] double step_along(double kept) noexcept;
   [[nodiscard]] Change move(double step) noexcept;
-  Solution solve(double depth_mm, double force_mN, const Accuracy& accuracy) noexcept;
+  [[nodiscard]] Solution solve(const Accuracy& accuracy) noexcept;
 
   PixelGrid grid_;
   double modulus_kPa_;
@@ -90,7 +106,11 @@ class RigidContact {
   std::vector<double> direction_;  ///< of the search
   std::vector<double> response_;   ///< to the direction
   double squares_ = 0.0;           ///< Σ residual² in contact
-  std::size_t touching_ = 0;       ///< pixels in contact
+  double squares_before_ = 1.0;    ///< those of the iteration before
+  double force_mN_ = 0.0;          ///< to be carried; 0: the depth is given
+  Change change_ = Change::kGained;
+  Solution solution_;
+  std::size_t touching_ = 0;  ///< pixels in contact
 };
 
 }  // namespace merkel

@@ -79,6 +79,27 @@ TEST(SimProbe, SlideMovesWhilePressed) {
   }
 }
 
+TEST(SimProbe, ScanSlidesInPassesAndReturnsLifted) {
+  const auto samples = samples_of(
+      "sim:scan?passes=3&step_mm=0.4&length_mm=10&speed_mm_per_s=40&direction_deg=90&force_N=0.5");
+  std::vector<double> places;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const double dx = samples[i].x_mm - samples[i - 1].x_mm;
+    const double dy = samples[i].y_mm - samples[i - 1].y_mm;
+    if (dx != 0.0 || dy < -1e-9) {
+      EXPECT_EQ(samples[i].force_mN, 0.0) << i;  // returns
+    } else if (dy > 1e-9) {
+      EXPECT_GT(samples[i].force_mN, 0.0) << i;
+      EXPECT_LT(dy, 0.04 + 1e-9) << i;
+      if (places.empty() || places.back() != samples[i].x_mm) places.push_back(samples[i].x_mm);
+    }
+  }
+  ASSERT_EQ(places.size(), 3U);
+  EXPECT_NEAR(places[0], 15.4, 1e-9);  // counterclockwise from the direction is −x
+  EXPECT_NEAR(places[1], 15.0, 1e-9);
+  EXPECT_NEAR(places[2], 14.6, 1e-9);
+}
+
 TEST(SimProbe, ForceInsteadOfDepth) {
   const auto samples = samples_of("sim:ramp?force_N=0.2");
   EXPECT_TRUE(samples[1000].has(ProbeSample::kForce));
@@ -113,7 +134,7 @@ TEST(SimProbe, RefusesOptionsItDoesNotKnow) {
   EXPECT_NE(sentence("sim:ramp?dept_mm=1").find("did you mean depth_mm?"), std::string::npos);
   EXPECT_NE(sentence("sim:ramp?depth_mm=deep").find("a number from 0 to 1000"), std::string::npos);
   EXPECT_NE(sentence("sim:ramp?depth_mm=nan").find("a number from 0 to 1000"), std::string::npos);
-  EXPECT_NE(sentence("sim:wave").find("sim:ramp, sim:taps, sim:sine, sim:slide, sim:grasp or sim:pad"),
+  EXPECT_NE(sentence("sim:wave").find("sim:ramp, sim:taps, sim:sine, sim:slide, sim:scan, sim:grasp or sim:pad"),
             std::string::npos);
 }
 
@@ -142,7 +163,7 @@ TEST(SimProbe, EveryOptionOfTheHelpIsTakenAndItsDefaultChangesNothing) {
     return values;
   };
   std::size_t tried = 0;
-  for (const std::string shape : {"ramp", "taps", "sine", "slide"}) {
+  for (const std::string shape : {"ramp", "taps", "sine", "slide", "scan"}) {
     auto options = options_of(shape);
     for (auto& option : options_of("all")) options.push_back(option);
     for (const auto& [key, value] : options) {

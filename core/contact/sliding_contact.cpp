@@ -1,0 +1,324 @@
+#include "core/contact/sliding_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/math/cubic_interpolation.hpp"
+#include "core/math/portable_math.hpp"
+#include "core/skin/strain_energy_density.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr RigidContact::Accuracy kSlidingAccuracy{.tolerance = 5e-4, .most_iterations = 1 << 20};
+constexpr double kEnergyStep_mm = 0.1;
+constexpr std::size_t kEnergies = 600;
+/// The force of a plate grows with this power of the depth.
+constexpr double kHertzPower = 1.5;
+
+PixelKernels kernels_of(const LayeredMedium& medium, const SkinParameters& skin,
+                        const SlidingPlan& plan) {
+  return {medium, skin.receptor_depth_mm, plan.contact, plan.window};
+}
+
+HeightMap empty_map(const PixelGrid& grid) {
+  return {.grid = grid,
+          .height_mm = std::vector<double>(grid.pixels()),
+          .coverage = std::vector<double>(grid.pixels(), 1.0)};
+}
+
+double along_of(const SkinParameters& skin) {
+  return skin.radius_along_mm > 0.0 ? skin.radius_along_mm : skin.radius_mm;
+}
+
+}  // namespace
+
+SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& skin,
+                               std::chrono::nanoseconds tick, double limit_kPa)
+    : plan_(*SlidingPlan::of(surface, skin, tick)),
+      map_(surface, skin, plan_.contact.pixel_mm),
+      apex_(*skin.apex),
+      curvature_along_per_mm_(1.0 / along_of(skin)),
+      curvature_across_per_mm_(1.0 / skin.radius_mm),
+      stiffening_mm_(skin.stiffening_mm),
+      limit_kPa_(limit_kPa),
+      skin_(skin),
+      kind_(skin.energy_density),
+      by_force_(surface.control == Indenter::Control::kForce),
+      plate_mN_(4.0 / 3.0 * LayeredMedium(skin).reduced_modulus_kPa() *
+                std::sqrt(std::sqrt(along_of(skin) * skin.radius_mm))),
+      far_(LayeredMedium(skin), skin),
+      solver_(LayeredMedium(skin), empty_map(plan_.contact)),
+      transform_(padded_pixels(plan_.contact.columns + plan_.window.columns - 1),
+                 padded_pixels(plan_.contact.rows + plan_.window.rows - 1)),
+      pressure_(transform_.make_spectrum()),
+      image_(plan_.window.pixels()),
+      gap_(empty_map(plan_.contact)),
+      inputs_(static_cast<std::size_t>(plan_.latency() + 1)) {
+  const LayeredMedium medium(skin);
+  PixelKernels kernels = kernels_of(medium, skin, plan_);
+  for (std::size_t f = 0; f < kPixelFields; ++f) {
+    kernels_.push_back(kernels.kernel(static_cast<PixelField>(f)));
+  }
+  for (std::size_t k = 0; k < kEnergies; ++k) {
+    const double r = std::max(1e-3, kEnergyStep_mm * static_cast<double>(k));
+    energies_.push_back(energy_density_kPa(far_.at(1.0, r, 0.0).stress, skin_, kind_));
+  }
+  for (std::size_t k = energies_.size() - 1; k-- > 0;) {
+    energies_[k] = std::max(energies_[k], energies_[k + 1]);
+  }
+  for (Table* const table : {&older_, &newer_, &next_}) {
+    table->nodes.resize(plan_.window.pixels());
+  }
+}
+
+void SlidingContact::reset() noexcept {
+  solver_.reset();
+  for (Table* const table : {&older_, &newer_, &next_}) table->depth_mm = table->force_mN = 0.0;
+  std::fill(inputs_.begin(), inputs_.end(), ContactInput{});
+  stage_ = Stage::kIdle;
+  ticks_ = 0;
+  press_ = {};
+  report_ = {};
+}
+
+double SlidingContact::stiffening_of(double depth_mm) const noexcept {
+  return std::isinf(stiffening_mm_) ? 1.0 : portable_exp(std::max(0.0, depth_mm) / stiffening_mm_);
+}
+
+void SlidingContact::take(const ContactInput& input) noexcept {
+  const auto phase = static_cast<int>(ticks_ % static_cast<std::uint64_t>(plan_.ticks));
+  inputs_[ticks_ % inputs_.size()] = input;
+  ++ticks_;
+  if (phase == 0) {
+    // Moves no memory: the tables change places.
+    std::swap(older_, newer_);
+    std::swap(newer_, next_);
+    begin(input);
+  }
+  publish(phase);
+}
+
+void SlidingContact::begin(const ContactInput& input) noexcept {
+  input_ = input;
+  next_.depth_mm = next_.force_mN = 0.0;
+  const bool pressed = by_force_ ? input.force_mN > 0.0 : input.depth_mm > 0.0;
+  stage_ = pressed ? Stage::kGap : Stage::kIdle;
+  if (!pressed) solver_.reset();
+}
+
+void SlidingContact::publish(int phase) noexcept {
+  weight_ = static_cast<double>(phase) / static_cast<double>(plan_.ticks);
+  // The oldest reading in the ring is that of latency() ticks ago.
+  const ContactInput& then = inputs_[ticks_ % inputs_.size()];
+  surface_x_mm_ = apex_.x_mm - then.x_mm;
+  surface_y_mm_ = apex_.y_mm - then.y_mm;
+  const auto between = [&](double older, double newer) {
+    return (1.0 - weight_) * older + weight_ * newer;
+  };
+  const double force_mN = between(older_.force_mN, newer_.force_mN);
+  press_ = {};
+  load_mN_ = force_mN;
+  if (!(force_mN > 0.0)) return;
+  const auto of_loads = [&](double older, double newer) {
+    return between(older_.force_mN * older, newer_.force_mN * newer) / force_mN;
+  };
+  load_x_mm_ = of_loads(older_.load_x_mm, newer_.load_x_mm);
+  load_y_mm_ = of_loads(older_.load_y_mm, newer_.load_y_mm);
+  const double depth_mm = std::max(1e-9, between(older_.depth_mm, newer_.depth_mm));
+  const double stiffening = stiffening_of(depth_mm);
+  press_ = {.contact = {.depth_mm = depth_mm,
+                        .force_mN = stiffening * force_mN,
+                        .contact_radius_mm = 0.0,
+                        .peak_pressure_kPa = 0.0,
+                        .stiffening = stiffening},
+            .x_mm = apex_.x_mm,
+            .y_mm = apex_.y_mm};
+}
+
+void SlidingContact::work() noexcept {
+  for (int part = 0; part < plan_.parts_per_tick && stage_ != Stage::kIdle; ++part) work_part();
+}
+
+void SlidingContact::work_part() noexcept {
+  switch (stage_) {
+    case Stage::kIdle:
+      return;
+    case Stage::kGap:
+      find_gap();
+      stage_ = Stage::kIterate;
+      return;
+    case Stage::kIterate: {
+      if (by_force_ && solver_.solution().iterations > 0) {
+        solver_.aim(input_.force_mN / stiffening_of(solver_.solution().depth_mm));
+      }
+      const bool found = solver_.iterate(kSlidingAccuracy);
+      if (found || solver_.solution().iterations >= SlidingPlan::kIterations) finish_iterations();
+      return;
+    }
+    case Stage::kFields:
+      compute_fields(field_);
+      field_ += 2;
+      if (field_ >= kPixelFields) stage_ = Stage::kIdle;
+      return;
+  }
+}
+
+void SlidingContact::find_gap() noexcept {
+  const double apex_x = apex_.x_mm - input_.x_mm;
+  const double apex_y = apex_.y_mm - input_.y_mm;
+  const auto half = [](std::size_t pixels) { return static_cast<std::ptrdiff_t>(pixels / 2); };
+  const std::ptrdiff_t column = map_.column_at(apex_x) - half(gap_.grid.columns);
+  const std::ptrdiff_t row = map_.row_at(apex_y) - half(gap_.grid.rows);
+  solver_.move_pressure(column - column_, row - row_);
+  column_ = column;
+  row_ = row;
+  map_.copy(column, row, gap_);
+  for (std::size_t j = 0; j < gap_.grid.rows; ++j) {
+    const double y = map_.y_mm(row + static_cast<std::ptrdiff_t>(j)) - apex_y;
+    const double across = 0.5 * curvature_across_per_mm_ * y * y;
+    for (std::size_t i = 0; i < gap_.grid.columns; ++i) {
+      const double x = map_.x_mm(column + static_cast<std::ptrdiff_t>(i)) - apex_x;
+      gap_.height_mm[j * gap_.grid.columns + i] += 0.5 * curvature_along_per_mm_ * x * x + across;
+    }
+  }
+  solver_.set_gap(gap_);
+  if (by_force_) {
+    const double guess_mm = std::cbrt(input_.force_mN / plate_mN_ * (input_.force_mN / plate_mN_));
+    const double lowest = *std::min_element(gap_.height_mm.begin(), gap_.height_mm.end());
+    solver_.begin_with_force(input_.force_mN / stiffening_of(newer_.depth_mm),
+                             lowest + std::max(guess_mm, 1e-3));
+  } else {
+    solver_.begin(input_.depth_mm);
+  }
+  next_.column = column - half(plan_.window.columns - gap_.grid.columns);
+  next_.row = row - half(plan_.window.rows - gap_.grid.rows);
+  if (!map_.contains(apex_x, apex_y)) ++report_.off_surface;
+}
+
+void SlidingContact::finish_iterations() noexcept {
+  const RigidContact::Solution solution = solver_.solution();
+  stage_ = Stage::kIdle;
+  if (!(solution.force_mN > 0.0)) return;
+  stage_ = Stage::kFields;
+  field_ = 0;
+  next_.depth_mm = solution.depth_mm;
+  next_.force_mN = solution.force_mN;
+  ++report_.solutions;
+  if (std::isfinite(solution.error)) report_.sum_of_errors += solution.error;
+  if (!(solution.error <= Report::kPoorError)) ++report_.poor;
+  const std::span<const double> pressure = solver_.pressure_kPa();
+  const PixelGrid& grid = gap_.grid;
+  double sum = 0.0;
+  double sum_x = 0.0;
+  double sum_y = 0.0;
+  bool border = false;
+  for (std::size_t j = 0; j < grid.rows; ++j) {
+    for (std::size_t i = 0; i < grid.columns; ++i) {
+      const double p = pressure[j * grid.columns + i];
+      if (!(p > 0.0)) continue;
+      border = border || i == 0 || j == 0 || i + 1 == grid.columns || j + 1 == grid.rows;
+      sum += p;
+      sum_x += p * grid.x_mm(i);
+      sum_y += p * grid.y_mm(j);
+    }
+  }
+  if (border) ++report_.cut_off;
+  const double load_x = sum_x / sum;
+  const double load_y = sum_y / sum;
+  double rim2 = 0.0;
+  for (std::size_t j = 0; j < grid.rows; ++j) {
+    for (std::size_t i = 0; i < grid.columns; ++i) {
+      if (!(pressure[j * grid.columns + i] > 0.0)) continue;
+      const double x = grid.x_mm(i) - load_x;
+      const double y = grid.y_mm(j) - load_y;
+      rim2 = std::max(rim2, x * x + y * y);
+    }
+  }
+  next_.load_x_mm = map_.x_mm(column_) - grid.x_mm(0) + load_x;
+  next_.load_y_mm = map_.y_mm(row_) - grid.y_mm(0) + load_y;
+  next_.rim_mm = std::sqrt(rim2) + grid.pixel_mm;
+  transform_.forward(pressure, grid.columns, grid.rows, pressure_);
+}
+
+void SlidingContact::compute_fields(std::size_t first) noexcept {
+  for (std::size_t f = first; f < std::min(first + 2, kPixelFields); ++f) {
+    transform_.convolve(pressure_, kernels_[f], plan_.window.columns, plan_.window.rows, image_);
+    for (std::size_t i = 0; i < image_.size(); ++i) {
+      next_.nodes[i].values[f] = static_cast<float>(image_[i]);
+    }
+  }
+}
+
+bool SlidingContact::place(double x_mm, double y_mm, GridPatch& patch) const noexcept {
+  // Both tables have their nodes at the same places of the surface, from a different first one on.
+  const PixelGrid& grid = plan_.window;
+  const double column = map_.place_x(x_mm);
+  const double row = map_.place_y(y_mm);
+  const double column_below = std::floor(column);
+  const double row_below = std::floor(row);
+  const auto i = static_cast<std::ptrdiff_t>(column_below);
+  const auto j = static_cast<std::ptrdiff_t>(row_below);
+  const auto columns = static_cast<std::ptrdiff_t>(grid.columns);
+  const auto rows = static_cast<std::ptrdiff_t>(grid.rows);
+  std::size_t used = 0;
+  const auto add = [&](const Table& table, double weight) {
+    if (!(weight > 0.0 && table.force_mN > 0.0)) return true;
+    const std::ptrdiff_t left = i - 1 - table.column;
+    const std::ptrdiff_t below = j - 1 - table.row;
+    if (left < 0 || below < 0 || left + 4 > columns || below + 4 > rows) return false;
+    patch.corner[used] = table.nodes.data() + below * columns + left;
+    patch.weight[used++] = weight;
+    return true;
+  };
+  if (!add(older_, 1.0 - weight_) || !add(newer_, weight_)) return false;
+  patch.columns = grid.columns;
+  patch.along_x = cubic_weights(column - column_below);
+  patch.along_y = cubic_weights(row - row_below);
+  return true;
+}
+
+SkinField SlidingContact::at(double x_mm, double y_mm) const noexcept {
+  const double x = surface_x_mm_ + x_mm;
+  const double y = surface_y_mm_ + y_mm;
+  GridPatch patch;
+  if (place(x, y, patch)) {
+    const GridNode total = interpolate(patch);
+    return {.stress = total.stress(), .displacement = static_cast<double>(total.values[6])};
+  }
+  return far_.at(load_mN_, x - load_x_mm_, y - load_y_mm_);
+}
+
+double SlidingContact::energy_kPa(double x_mm, double y_mm) const noexcept {
+  const double x = surface_x_mm_ + x_mm;
+  const double y = surface_y_mm_ + y_mm;
+  GridPatch patch;
+  if (place(x, y, patch)) return energy_density_kPa(interpolate(patch).stress(), skin_, kind_);
+  const double dx = x - load_x_mm_;
+  const double dy = y - load_y_mm_;
+  const double place = std::sqrt(dx * dx + dy * dy) * (1.0 / kEnergyStep_mm);
+  const auto k = std::min(static_cast<std::size_t>(place), kEnergies - 2);
+  const double part = std::min(place - static_cast<double>(k), 1.0);
+  return load_mN_ * load_mN_ * (energies_[k] + part * (energies_[k + 1] - energies_[k]));
+}
+
+double SlidingContact::reach_mm() const noexcept {
+  if (!(limit_kPa_ > 0.0)) return std::numeric_limits<double>::infinity();
+  double reach = 0.0;
+  for (const Table* const table : {&older_, &newer_}) {
+    if (!(table->force_mN > 0.0)) continue;
+    const double per_mN2 =
+        limit_kPa_ / (table->force_mN * table->force_mN * press_.contact.stiffening);
+    const auto beyond = std::partition_point(energies_.begin(), energies_.end(),
+                                             [&](double energy) { return energy > per_mN2; });
+    if (beyond == energies_.end()) return std::numeric_limits<double>::infinity();
+    const double off =
+        std::hypot(table->load_x_mm - surface_x_mm_, table->load_y_mm - surface_y_mm_);
+    reach = std::max(reach, off + table->rim_mm +
+                                kEnergyStep_mm * static_cast<double>(beyond - energies_.begin()));
+  }
+  return reach;
+}
+
+}  // namespace merkel
