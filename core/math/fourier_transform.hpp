@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/math/kernel/fourier_passes.hpp"
+
 namespace merkel {
 
 /// The discrete Fourier transform of many sequences side by side: element k of sequence s is at
@@ -28,9 +30,6 @@ class FourierTransform {
   }
 
  private:
-  struct Twiddle {
-    double re, im;
-  };
   std::size_t length_;
   std::vector<Twiddle> twiddles_;  ///< e^{−2πik/n}, k < n
 };

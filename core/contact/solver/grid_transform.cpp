@@ -18,11 +18,13 @@ GridTransform::GridTransform(std::size_t columns, std::size_t rows)
 }
 
 GridSpectrum GridTransform::make_spectrum() const {
-  return {.re = std::vector<double>(half_ * rows_), .im = std::vector<double>(half_ * rows_)};
+  const std::size_t size = blocks() * rows_ * kBatch;
+  return {.re = std::vector<double>(size), .im = std::vector<double>(size)};
 }
 
-// A spectrum is stored by wave number along x, then along y. Two real rows are transformed as one
-// complex sequence: the even part of its spectrum belongs to the first, the odd part to the second.
+// A spectrum is stored in blocks of kBatch wave numbers along x; within a block, by wave number
+// along y. Two real rows are transformed as one complex sequence: the even part of its spectrum
+// belongs to the first, the odd part to the second.
 void GridTransform::forward(std::span<const double> image, std::size_t columns, std::size_t rows,
                             GridSpectrum& spectrum) noexcept {
   assert(image.size() == columns * rows && columns <= columns_ && rows <= rows_);
@@ -36,43 +38,27 @@ void GridTransform::forward(std::span<const double> image, std::size_t columns, 
       for (std::size_t x = 0; x < columns; ++x) to[x * kBatch] = row[x];
     }
     along_x_.forward(re_.data(), im_.data(), kBatch, work_re_.data(), work_im_.data());
-    for (std::size_t k = 0; k < half_; ++k) {
-      const std::size_t here = k * kBatch;
-      const std::size_t mirrored = (k == 0 ? 0 : columns_ - k) * kBatch;
-      double* const to_re = spectrum.re.data() + k * rows_ + first;
-      double* const to_im = spectrum.im.data() + k * rows_ + first;
-      for (std::size_t r = 0; r < batch; ++r) {
-        const std::size_t b = r / 2;
-        const double re = re_[here + b];
-        const double im = im_[here + b];
-        const double mirrored_re = re_[mirrored + b];
-        const double mirrored_im = im_[mirrored + b];
-        to_re[r] = 0.5 * (r % 2 == 0 ? re + mirrored_re : im + mirrored_im);
-        to_im[r] = 0.5 * (r % 2 == 0 ? im - mirrored_im : mirrored_re - re);
+    for (std::size_t r = 0; r < batch; ++r) {
+      const bool even = r % 2 == 0;
+      const double* const own = (even ? re_ : im_).data() + r / 2;
+      const double* const other = (even ? im_ : re_).data() + r / 2;
+      const double sign = even ? 0.5 : -0.5;
+      for (std::size_t k = 0; k < half_; ++k) {
+        const std::size_t here = k * kBatch;
+        const std::size_t mirrored = (k == 0 ? 0 : columns_ - k) * kBatch;
+        const std::size_t to = place(k, first + r);
+        spectrum.re[to] = 0.5 * (own[here] + own[mirrored]);
+        spectrum.im[to] = sign * (other[here] - other[mirrored]);
       }
     }
   }
-  columns_forward(rows, spectrum);
-}
-
-void GridTransform::columns_forward(std::size_t rows, GridSpectrum& spectrum) noexcept {
-  for (std::size_t first = 0; first < half_; first += kBatch) {
-    const std::size_t batch = std::min(kBatch, half_ - first);
-    std::fill(re_.begin(), re_.end(), 0.0);
-    std::fill(im_.begin(), im_.end(), 0.0);
-    for (std::size_t b = 0; b < batch; ++b) {
-      for (std::size_t y = 0; y < rows; ++y) {
-        re_[y * kBatch + b] = spectrum.re[(first + b) * rows_ + y];
-        im_[y * kBatch + b] = spectrum.im[(first + b) * rows_ + y];
-      }
-    }
-    along_y_.forward(re_.data(), im_.data(), kBatch, work_re_.data(), work_im_.data());
-    for (std::size_t b = 0; b < batch; ++b) {
-      for (std::size_t y = 0; y < rows_; ++y) {
-        spectrum.re[(first + b) * rows_ + y] = re_[y * kBatch + b];
-        spectrum.im[(first + b) * rows_ + y] = im_[y * kBatch + b];
-      }
-    }
+  const std::size_t block = rows_ * kBatch;
+  for (std::size_t at = 0; at < spectrum.re.size(); at += block) {
+    double* const re = spectrum.re.data() + at;
+    double* const im = spectrum.im.data() + at;
+    std::fill(re + rows * kBatch, re + block, 0.0);
+    std::fill(im + rows * kBatch, im + block, 0.0);
+    along_y_.forward(re, im, kBatch, work_re_.data(), work_im_.data());
   }
 }
 
@@ -80,45 +66,34 @@ void GridTransform::convolve(const GridSpectrum& spectrum, const GridSpectrum& k
                              std::size_t columns, std::size_t rows,
                              std::span<double> image) noexcept {
   assert(image.size() == columns * rows && columns <= columns_ && rows <= rows_);
-  for (std::size_t first = 0; first < half_; first += kBatch) {
-    const std::size_t batch = std::min(kBatch, half_ - first);
-    for (std::size_t b = 0; b < batch; ++b) {
-      const std::size_t at = (first + b) * rows_;
-      for (std::size_t y = 0; y < rows_; ++y) {
-        const double re = spectrum.re[at + y];
-        const double im = spectrum.im[at + y];
-        re_[y * kBatch + b] = re * kernel.re[at + y] - im * kernel.im[at + y];
-        im_[y * kBatch + b] = re * kernel.im[at + y] + im * kernel.re[at + y];
-      }
-    }
-    along_y_.inverse(re_.data(), im_.data(), kBatch, work_re_.data(), work_im_.data());
-    for (std::size_t b = 0; b < batch; ++b) {
-      for (std::size_t y = 0; y < rows; ++y) {
-        product_.re[(first + b) * rows_ + y] = re_[y * kBatch + b];
-        product_.im[(first + b) * rows_ + y] = im_[y * kBatch + b];
-      }
-    }
+  for (std::size_t i = 0; i < product_.re.size(); ++i) {
+    product_.re[i] = spectrum.re[i] * kernel.re[i] - spectrum.im[i] * kernel.im[i];
+    product_.im[i] = spectrum.re[i] * kernel.im[i] + spectrum.im[i] * kernel.re[i];
+  }
+  for (std::size_t at = 0; at < product_.re.size(); at += rows_ * kBatch) {
+    along_y_.inverse(product_.re.data() + at, product_.im.data() + at, kBatch, work_re_.data(),
+                     work_im_.data());
   }
   const double scale = 1.0 / (static_cast<double>(columns_) * static_cast<double>(rows_));
   for (std::size_t first = 0; first < rows; first += 2 * kBatch) {
     const std::size_t batch = std::min(2 * kBatch, rows - first);
     std::fill(re_.begin(), re_.end(), 0.0);
     std::fill(im_.begin(), im_.end(), 0.0);
-    for (std::size_t k = 0; k < half_; ++k) {
-      const std::size_t here = k * kBatch;
-      const std::size_t mirrored = (k == 0 ? 0 : columns_ - k) * kBatch;
-      const double* const from_re = product_.re.data() + k * rows_ + first;
-      const double* const from_im = product_.im.data() + k * rows_ + first;
-      for (std::size_t r = 0; r < batch; r += 2) {
-        const std::size_t b = r / 2;
-        const double other_re = r + 1 < batch ? from_re[r + 1] : 0.0;
-        const double other_im = r + 1 < batch ? from_im[r + 1] : 0.0;
+    for (std::size_t r = 0; r < batch; r += 2) {
+      const bool both = r + 1 < batch;
+      const std::size_t b = r / 2;
+      for (std::size_t k = 0; k < half_; ++k) {
+        const std::size_t here = k * kBatch;
+        const std::size_t mirrored = (k == 0 ? 0 : columns_ - k) * kBatch;
+        const std::size_t from = place(k, first + r);
+        const double other_re = both ? product_.re[from + kBatch] : 0.0;
+        const double other_im = both ? product_.im[from + kBatch] : 0.0;
         // first + i·second; the mirrored wave number has the conjugates.
-        re_[here + b] = from_re[r] - other_im;
-        im_[here + b] = from_im[r] + other_re;
+        re_[here + b] = product_.re[from] - other_im;
+        im_[here + b] = product_.im[from] + other_re;
         if (mirrored != here) {
-          re_[mirrored + b] = from_re[r] + other_im;
-          im_[mirrored + b] = other_re - from_im[r];
+          re_[mirrored + b] = product_.re[from] + other_im;
+          im_[mirrored + b] = other_re - product_.im[from];
         }
       }
     }

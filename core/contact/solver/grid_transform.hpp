@@ -37,7 +37,12 @@ class GridTransform {
  private:
   static constexpr std::size_t kBatch = 8;  ///< sequences transformed side by side
 
-  void columns_forward(std::size_t rows, GridSpectrum& spectrum) noexcept;
+  /// Blocks of kBatch wave numbers along x.
+  [[nodiscard]] std::size_t blocks() const noexcept { return (half_ + kBatch - 1) / kBatch; }
+  /// Of a value in a spectrum: wave number along x, and row or wave number along y.
+  [[nodiscard]] std::size_t place(std::size_t k, std::size_t y) const noexcept {
+    return (k / kBatch * rows_ + y) * kBatch + k % kBatch;
+  }
 
   std::size_t columns_;
   std::size_t rows_;

@@ -2,9 +2,12 @@
 
 #include <complex>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "tests/core/every_simd_target.hpp"
 
 namespace merkel {
 namespace {
@@ -42,6 +45,22 @@ TEST(FourierTransform, EqualsTheSumOfItsDefinition) {
       EXPECT_NEAR(re[i] / static_cast<double>(n), x[i], 1e-14);
       EXPECT_NEAR(im[i] / static_cast<double>(n), y[i], 1e-14);
     }
+  }
+}
+
+TEST(FourierTransform, HasTheSameBitsOnEveryInstructionSet) {
+  constexpr std::size_t kCount = 8;
+  for (const std::size_t n : {64U, 128U}) {
+    const FourierTransform transform(n);
+    on_every_simd_target([&] {
+      std::vector<double> re(n * kCount), im(n * kCount), work_re(n * kCount), work_im(n * kCount);
+      for (std::size_t i = 0; i < n * kCount; ++i) {
+        re[i] = sample(i);
+        im[i] = sample(i + 1000);
+      }
+      transform.forward(re.data(), im.data(), kCount, work_re.data(), work_im.data());
+      return std::pair(re, im);
+    });
   }
 }
 
