@@ -46,7 +46,8 @@ FieldTable TipShape::fields() {
        at<&T::tilt_deg>},
       {"shape", "", any_value(),
        "file with the heights of the tip \"shape\", mm from its lowest plane towards the probe, "
-       "nan where there is no tip: NPY or CSV; a row is a line along x",
+       "inf where there is no tip: NPY or CSV; a row is a line along x; tools/shape_map makes one from "
+       "STL or 16-bit PNG",
        at<&T::file>},
       {"pixel_mm", "mm", not_negative(10.0), "distance between the heights of shape; must be set",
        at<&T::pixel_mm>}};

@@ -39,8 +39,9 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
                      "measured; run the scene to see what they do");
   }
   if (indenter.surface.slides) {
-    return bad_input("the scene's tip is a surface, which is solved while it slides: run the scene, or "
-                     "set surface = false to inspect one press");
+    return bad_input(
+        "the scene's tip is a surface, which is solved while it slides: run the scene, or "
+        "set surface = false to inspect one press");
   }
   if (options.all_depths && !options.depth_mm && !options.force_N && !indenter.closed_form(skin)) {
     return InspectedPress{skin, indenter, {}};

@@ -7,7 +7,9 @@
 
 #include <fmt/core.h>
 
+#include "core/contact/bonded_layer.hpp"
 #include "core/contact/hertz_contact.hpp"
+#include "core/contact/sneddon_contact.hpp"
 #include "core/contact/solver/press_tables.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
@@ -27,7 +29,41 @@ struct Case {
   TipHeight tip;
   double half_mm;   ///< of the contact
   double force_mN;  ///< closed form
+  SkinParameters skin = {};
 };
+
+/// A plate on a finger of two radii (Johnson, Contact Mechanics, section 4.2): the radii for which
+/// the contact has half axes a and a·√(1−e²).
+Case plate_on_finger(double modulus) {
+  constexpr double kEccentricity = 0.75;
+  constexpr double kHalf_mm = 3.0;
+  const double k = std::comp_ellint_1(kEccentricity);
+  const double l = std::comp_ellint_2(kEccentricity);
+  const double b_over_a = std::sqrt(1.0 - kEccentricity * kEccentricity);
+  const double p0 = kDepth_mm * modulus / (b_over_a * kHalf_mm * k);
+  const double ea2 = kEccentricity * kEccentricity * kHalf_mm * kHalf_mm;
+  const double along = kDepth_mm / (k * ea2) * (k - l);  // 1/2R
+  const double across = kDepth_mm / (k * ea2) * (l / (b_over_a * b_over_a) - k);
+  return {"plate on a finger (elliptic Hertz)",
+          above_finger([](double, double) { return 0.0; }, 0.5 / along, 0.5 / across, {}),
+          1.2 * kHalf_mm, 2.0 / 3.0 * p0 * std::numbers::pi * kHalf_mm * kHalf_mm * b_over_a};
+}
+
+/// On skin that is bonded to bone: the Fredholm equation.
+Case sphere_on_layer(double hertz_mN) {
+  const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
+  const BondedLayer exact(skin.poisson_ratio);
+  const double radius_mm = std::sqrt(kSphere_mm * kDepth_mm);
+  return {"sphere on skin of 4 mm on bone (Fredholm)", sphere_height(kSphere_mm), 1.3 * radius_mm,
+          hertz_mN * exact.force_factor(radius_mm / skin.thickness_mm), skin};
+}
+
+/// The sphere itself, not a paraboloid.
+Case exact_sphere(double modulus) {
+  const SneddonContact exact(0.5 * kSphere_mm, modulus);
+  return {"exact sphere (Sneddon)", exact_sphere_height(0.5 * kSphere_mm),
+          std::sqrt(kSphere_mm * kDepth_mm), exact.at_depth(kDepth_mm).force_mN};
+}
 
 std::vector<Case> cases(const SkinParameters& skin) {
   const double modulus = SkinMaterial(skin).reduced_modulus_kPa();
@@ -40,6 +76,9 @@ std::vector<Case> cases(const SkinParameters& skin) {
        hertz.at_depth(kDepth_mm).force_mN},
       {"cone", cone_height(kConeAngle_deg, 0.0), kDepth_mm / slope,
        2.0 * modulus * kDepth_mm * kDepth_mm / (std::numbers::pi * slope)},
+      plate_on_finger(modulus),
+      exact_sphere(modulus),
+      sphere_on_layer(hertz.at_depth(kDepth_mm).force_mN),
   };
 }
 
@@ -58,7 +97,6 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                                 folder.overwrite);
   if (!table) return Unexpected<SetupError>(table.error());
   const SkinParameters skin;
-  const LayeredMedium medium(skin);
   std::string text = fmt::format(
       "## Contact solver\n\nForce against the closed form at {} mm depth on a half-space (pin of {} mm, sphere "
       "of {} mm radius, cone of {}°), and the cost of one solution on one core to a gap of 5e-4 of "
@@ -68,7 +106,8 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
       kDepth_mm, kDiameter_mm, kSphere_mm, kConeAngle_deg);
   for (const Case& each : cases(skin)) {
     for (const std::size_t across : {17U, 33U, 63U, 127U}) {
-      RigidContact solver(medium, height_map(each.tip, pixels(each.half_mm, across)));
+      RigidContact solver(LayeredMedium(each.skin),
+                          height_map(each.tip, pixels(each.half_mm, across)));
       RigidContact::Solution cold;
       const double cold_s = measure([&] {
                               solver.reset();
