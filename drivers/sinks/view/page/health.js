@@ -86,7 +86,7 @@ export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
   const problem = ofProbes(scene, frame, heldFor_s) ?? ofMachine(trend);
   if (problem) return problem;
   if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Press Play to continue; drag the slider to seek.' };
-  const touching = scene.probes.filter((probe, i) => frame.probes[i].depth > 0);
+  const touching = scene.probes.filter((probe, i) => frame.probes[i].touching);
   const what = scene.session ? 'Replay' : 'Connected';
   if (frame.probes.every((p) => p.state === kEnded)) return { level: 'over', title: 'Press ended', advice: 'The last sample is held.' };
   return touching.length

@@ -133,7 +133,7 @@ class Page {
     const frame = this.shown(), time = this.time();
     this.rates.update(this.history, time.now);
     const due = (last_ms, every_ms) => asked || frame.over || started - last_ms >= every_ms;
-    const states = frame.probes.map((p) => `${p.depth > 0} ${p.state} ${p.link}`).join();
+    const states = frame.probes.map((p) => `${p.touching} ${p.state} ${p.link}`).join();
     if (states !== this.states || due(this.numbered_ms, kNumbers_ms)) {
       this.numbered_ms = started;
       this.states = states;

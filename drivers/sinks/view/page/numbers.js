@@ -41,14 +41,14 @@ export class Numbers {
     const place = `at (${probe.x.toFixed(1)}, ${probe.y.toFixed(1)}) mm`;
     // Under force control the model computes the depth; a gauge that measures depth may differ.
     const gauge = this.scene.probes[at].control === 'force' && probe.gauge_depth !== 0 ? `by the model; gauge ${probe.gauge_depth.toFixed(2)}` : '';
-    setText(byId('depth-of'), blind ? 'no data' : gauge || (probe.depth > 0 ? place : 'no contact'));
+    setText(byId('depth-of'), blind ? 'no data' : gauge || (probe.touching ? place : 'no contact'));
     setAttribute(byId('depth-of'), 'title', gauge ? `The model computes ${probe.depth.toFixed(2)} mm from the force; the gauge measures ${probe.gauge_depth.toFixed(2)} mm. ${place}` : place);
     setText(byId('rate-of'), `${active} of ${this.scene.neurons} afferents fire`);
     this.rows.forEach((row, i) => {
       const p = frame.probes[i];
       setAttribute(row, 'aria-pressed', this.selected === i);
       setText(row, `${this.scene.probes[i].name} ${isBlind(p) ? '–' : p.force.toFixed(2)} N${p.state ? ` ${kStateNames[p.state]}` : ''}`);
-      row.classList.toggle('touching', p.depth > 0);
+      row.classList.toggle('touching', p.touching);
     });
   }
 }

@@ -20,7 +20,7 @@ export class RowOrder {
 
   /// Notes where the probes of a frame press.
   follow(probes) {
-    probes.forEach((probe, i) => { if (probe.depth > 0) this.last[i] = { x: probe.x, y: probe.y, depth: probe.depth }; });
+    probes.forEach((probe, i) => { if (probe.touching) this.last[i] = { x: probe.x, y: probe.y, depth: probe.depth }; });
   }
 
   /// \param by  'distance' or 'number'.  \param counts  spikes of each afferent in view
