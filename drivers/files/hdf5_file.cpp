@@ -170,6 +170,16 @@ void Hdf5File::link(const std::string& path, const std::string& target) {
   check(H5Lcreate_soft(target.c_str(), file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0);
 }
 
+void Hdf5File::number(const std::string& path, double value) {
+  if (!ok_) return;
+  const Hdf5Handle links = intermediate_groups();
+  const Hdf5Handle dataset(H5Dcreate2(file_, path.c_str(), H5T_IEEE_F64LE, scalar().id(),
+                                      links.id(), H5P_DEFAULT, H5P_DEFAULT),
+                           H5Dclose);
+  check(dataset.valid() &&
+        H5Dwrite(dataset.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value) >= 0);
+}
+
 void Hdf5File::text(const std::string& path, const std::string& value) {
   if (!ok_) return;
   const Hdf5Handle type = text_type();

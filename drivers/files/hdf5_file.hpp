@@ -42,6 +42,8 @@ class Hdf5File {
   /// Makes a second name for an object.
   void link(const std::string& path, const std::string& target);
 
+  /// A single number.
+  void number(const std::string& path, double value);
   /// A single text.
   void text(const std::string& path, const std::string& value);
   /// A list of texts that can grow.

@@ -28,4 +28,8 @@ namespace merkel {
 /// them. Defined only if merkel was built with liblsl (MERKEL_WITH_LSL).
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri);
 
+/// Opens redis:HOST:PORT?stream=NAME&fields=…, the entries of a Redis stream (RedisEntries).
+/// Defined only if merkel was built with hiredis (MERKEL_WITH_HIREDIS).
+[[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(const Uri& uri);
+
 }  // namespace merkel

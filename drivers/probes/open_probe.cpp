@@ -12,6 +12,7 @@
 #include "drivers/probes/recorded_outputs.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
+#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
@@ -66,6 +67,15 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
   if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri);
   if (uri->scheme == "hid") return open_hid_device(*uri);
   if (uri->scheme == "usb") return open_usb_device(*uri);
+  if (uri->scheme == "redis") {
+#ifdef MERKEL_WITH_HIREDIS
+    return open_redis_device(*uri);
+#else
+    return bad_input("\"" + uri->text +
+                     "\": this merkel was built without hiredis: install libhiredis-dev, then "
+                     "configure and build merkel again");
+#endif
+  }
   if (uri->scheme == "lsl") {
 #ifdef MERKEL_WITH_LSL
     return open_lsl_device(*uri);
@@ -77,8 +87,8 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
   return bad_input(
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
       "\"; the known ones are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
-      "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME, lsl:NAME "
-      "and fused:URI|URI");
+      "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME, lsl:NAME, "
+      "redis:HOST:PORT?stream=NAME and fused:URI|URI");
 }
 
 }  // namespace
@@ -97,7 +107,7 @@ std::vector<std::string> files_of_probe(std::string_view text) {
   const auto uri = Uri::parse(DeviceUri::split(text).uri);
   if (!uri) return {};
   std::vector<std::string> files;
-  if (uri->scheme == "replay") files.push_back(uri->path);
+  if (uri->scheme == "replay") files.push_back(split_rig(uri->path).first);
   if (const auto calibration = uri->options.find("calibration");
       calibration != uri->options.end()) {
     files.push_back(calibration->second);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <type_traits>
+#include <utility>
 
 #include "drivers/sessions/session_records.hpp"
 
@@ -11,6 +13,9 @@ namespace merkel {
 namespace {
 
 using Channel = SessionStream::Channel;
+
+constexpr std::uint32_t kNumbersOfProbe = 32;  ///< above the numbers of all other streams
+constexpr double kSecond_ns = 1e9;
 
 /// The status channels: all counters, the losses of this file, and the loop's rights.
 constexpr auto kStatusChannels = [] {
@@ -42,12 +47,45 @@ constexpr auto kFrameChannels = [] {
   return all;
 }();
 
+using Follows = SessionStream::Follows;
+
+/// How a channel of ticks or samples follows.
+constexpr Channel following(Channel channel, bool ticks) {
+  constexpr std::pair<std::string_view, std::uint32_t> kMeasured[] = {
+      {"depth_mm", ProbeSample::kDepth},
+      {"force_mN", ProbeSample::kForce},
+      {"x_mm", ProbeSample::kX},
+      {"y_mm", ProbeSample::kY}};
+  for (const auto& [label, bit] : kMeasured) {
+    if (channel.label == label) channel.measured = bit;
+  }
+  constexpr std::string_view kAsBefore[] = {"probe",    "late",         "state",
+                                            "channels", "valid_for_ns", "taxel_blocks"};
+  const bool named =
+      std::find(std::begin(kAsBefore), std::end(kAsBefore), channel.label) != std::end(kAsBefore);
+  if (named || channel.measured != 0) channel.follows = Follows::kAsBefore;
+  if (channel.label == "number" || channel.label == "sequence") channel.follows = Follows::kByOne;
+  if (ticks && (channel.label == "time_s" || channel.label == "time_ns")) {
+    channel.follows = Follows::kByTick;
+  }
+  return channel;
+}
+template <const auto& channels, bool ticks>
+constexpr auto kFollowing = [] {
+  auto all = channels;
+  for (Channel& each : all) each = following(each, ticks);
+  return all;
+}();
+constexpr auto& kTickChannels = kFollowing<kSessionChannels<double, kTickColumns>, true>;
+constexpr auto& kSampleChannels = kFollowing<kSessionChannels<double, kProbeSampleColumns>, false>;
+
 template <class Record>
 constexpr SessionStream stream_of(std::string_view name, std::string_view type,
-                                  std::span<const Channel> channels, bool open_ended = false) {
+                                  std::span<const Channel> channels, bool open_ended = false,
+                                  std::string_view states = {}) {
   using Stored = SessionStreamOf<Record>;
   constexpr bool kIntegers = std::is_same_v<typename Stored::Value, std::int64_t>;
-  return {Stored::kId, name, type, kIntegers, channels, open_ended};
+  return {Stored::kId, name, type, kIntegers, channels, open_ended, states};
 }
 /// All its channels follow from the columns of its records.
 template <class Record>
@@ -58,8 +96,9 @@ constexpr SessionStream stream_of(std::string_view name, std::string_view type) 
 
 constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<SpikeEvent>("merkel.spikes", "Spikes"),
-    stream_of<TickRecord>("merkel.ticks", "TickInputs"),
-    stream_of<DeliveredSample>("merkel.samples", "ProbeSamples"),
+    stream_of<TickRecord>("merkel.ticks", "TickInputs", kTickChannels, false, "merkel.tick_states"),
+    stream_of<DeliveredSample>("merkel.samples", "ProbeSamples", kSampleChannels, false,
+                               "merkel.sample_states"),
     stream_of<LoopEvent>("merkel.events", "LoopEvents"),
     stream_of<RunStatus>("merkel.status", "Status", kStatusChannels, true),
     stream_of<PortFrame>("merkel.frames", "RawFrames", kFrameChannels),
@@ -70,5 +109,32 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
 }  // namespace
 
 std::span<const SessionStream> session_streams() noexcept { return kStreams; }
+
+std::uint32_t stream_number(const SessionStream& stream, std::uint32_t probe) noexcept {
+  const auto number = static_cast<std::uint32_t>(stream.id);
+  return probe == 0 ? number : probe * kNumbersOfProbe + number;
+}
+
+std::uint32_t states_number(const SessionStream& stream) noexcept {
+  return kMarkStreamId + static_cast<std::uint32_t>(stream.id);
+}
+
+std::string stream_name(const SessionStream& stream, std::uint32_t probe) {
+  return std::string(stream.name) + (probe == 0 ? "" : "." + std::to_string(probe));
+}
+
+void follow(const SessionStream& stream, std::chrono::nanoseconds tick,
+            ItemValues<double>& values) noexcept {
+  for (std::size_t i = 0; i < stream.channels.size(); ++i) {
+    const Follows follows = stream.channels[i].follows;
+    if (follows == Follows::kByOne) values[i] += 1.0;
+    // The nanoseconds follow the whole seconds.
+    if (follows != Follows::kByTick || i == 0 || stream.channels[i].unit != "ns") continue;
+    const double time_ns = values[i] + static_cast<double>(tick.count());
+    const double whole_s = std::floor(time_ns / kSecond_ns);
+    values[i] = time_ns - whole_s * kSecond_ns;
+    values[i - 1] += whole_s;
+  }
+}
 
 }  // namespace merkel

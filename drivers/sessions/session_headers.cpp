@@ -1,7 +1,6 @@
 #include "drivers/sessions/session_headers.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <sstream>
 #include <string_view>
 
@@ -12,8 +11,6 @@
 
 namespace merkel {
 namespace {
-
-constexpr std::size_t kMissing = ProbeSample::kMostExtra;
 
 /// XML 1.0 cannot represent most control characters and requires UTF-8.
 std::string xml_text(std::string_view text) {
@@ -35,42 +32,59 @@ std::string xml_of(const pugi::xml_document& document) {
   return text.str();
 }
 
+/// A stream's header, whose channels and description are added to `description`.
+struct StreamHeader {
+  pugi::xml_document document;
+  pugi::xml_node info = document.append_child("info");
+  pugi::xml_node count;
+  pugi::xml_node description;
+  pugi::xml_node channels;
+  std::size_t added = 0;
+
+  StreamHeader(std::string_view name, std::string_view type, double rate_Hz, bool integers) {
+    add(info, "name", name);
+    add(info, "type", type);
+    count = info.append_child("channel_count");
+    add(info, "nominal_srate", shortest_decimal(rate_Hz));
+    add(info, "channel_format", integers ? "int64" : "double64");
+    add(info, "source_id", name);
+    description = info.append_child("desc");
+    channels = description.append_child("channels");
+  }
+  pugi::xml_node channel(std::string_view label) {
+    ++added;
+    pugi::xml_node made = channels.append_child("channel");
+    add(made, "label", label);
+    return made;
+  }
+  void channel(const SessionStream::Channel& each) {
+    pugi::xml_node made = channel(each.label);
+    add(made, "unit", each.unit);
+    if (!each.meaning.empty()) add(made, "meaning", each.meaning);
+  }
+  std::string text() {
+    count.text().set(added);
+    return xml_of(document);
+  }
+};
+
+/// The label of a column of a recording. A name that belongs to a channel gets a prefix.
+std::string extra_label(const SessionStream& stream, const std::string& name) {
+  const bool taken = std::any_of(stream.channels.begin(), stream.channels.end(),
+                                 [&](const auto& channel) { return channel.label == name; });
+  return (taken ? "column_" : "") + name;
+}
+
+void add_afferents(pugi::xml_node description, const std::vector<AfferentRow>& afferents) {
+  pugi::xml_node list = description.append_child("afferents");
+  for (const AfferentRow& row : afferents) {
+    pugi::xml_node one = list.append_child("afferent");
+    for_each_member(row,
+                    [&](const char* name, const std::string& value) { add(one, name, value); });
+  }
+}
+
 }  // namespace
-
-ExtraColumns::ExtraColumns(const std::vector<ProbeInfo>& probes) {
-  for (const ProbeInfo& probe : probes) {
-    for (const std::string& name : probe.extra_columns) {
-      if (names_.size() < ProbeSample::kMostExtra &&
-          std::find(names_.begin(), names_.end(), name) == names_.end()) {
-        names_.push_back(name);
-      }
-    }
-  }
-  for (const ProbeInfo& probe : probes) {
-    std::vector<std::size_t>& places = places_.emplace_back();
-    const auto& own = probe.extra_columns;
-    for (const std::string& name : names_) {
-      const auto found = std::find(own.begin(), own.end(), name);
-      places.push_back(found == own.end() ? kMissing
-                                          : static_cast<std::size_t>(found - own.begin()));
-    }
-  }
-}
-
-std::string ExtraColumns::label(std::size_t column) const {
-  const auto& own =
-      session_streams()[static_cast<std::size_t>(SessionStream::Id::kSamples) - 1].channels;
-  const bool taken = std::any_of(
-      own.begin(), own.end(), [&](const auto& channel) { return channel.label == names_[column]; });
-  return (taken ? "column_" : "") + names_[column];
-}
-
-double ExtraColumns::value(std::size_t probe, std::size_t column,
-                           const ProbeSample& sample) const noexcept {
-  const std::size_t place = probe < places_.size() ? places_[probe][column] : kMissing;
-  return place < sample.extra.size() ? sample.extra[place]
-                                     : std::numeric_limits<double>::quiet_NaN();
-}
 
 std::string session_header(const RunDescription& run, const RunOrigin& origin,
                            const std::string& afferents) {
@@ -95,29 +109,36 @@ std::string session_header(const RunDescription& run, const RunOrigin& origin,
   return xml_of(document);
 }
 
-std::string stream_header(const SessionStream& stream, double rate_Hz, const ExtraColumns& extra) {
-  pugi::xml_document document;
-  pugi::xml_node info = document.append_child("info");
-  add(info, "name", stream.name);
-  add(info, "type", stream.type);
-  const std::size_t further = stream.id == SessionStream::Id::kSamples ? extra.size() : 0;
-  add(info, "channel_count", std::to_string(stream.channels.size() + further));
-  add(info, "nominal_srate", shortest_decimal(rate_Hz));
-  add(info, "channel_format", stream.integers ? "int64" : "double64");
-  add(info, "source_id", stream.name);
-  pugi::xml_node channels = info.append_child("desc").append_child("channels");
+std::string stream_header(const SessionStream& stream, double rate_Hz,
+                          const std::vector<AfferentRow>& afferents) {
+  StreamHeader header(stream.name, stream.type, rate_Hz, stream.integers);
+  for (const SessionStream::Channel& each : stream.channels) header.channel(each);
+  if (stream.id == SessionStream::Id::kSpikes) add_afferents(header.description, afferents);
+  return header.text();
+}
+
+std::string probe_stream_header(const SessionStream& stream, double rate_Hz, std::uint32_t number,
+                                const ProbeInfo& probe) {
+  StreamHeader header(stream_name(stream, number), stream.type, rate_Hz, stream.integers);
   for (const SessionStream::Channel& each : stream.channels) {
-    pugi::xml_node channel = channels.append_child("channel");
-    add(channel, "label", each.label);
-    add(channel, "unit", each.unit);
-    if (!each.meaning.empty()) add(channel, "meaning", each.meaning);
+    if (is_free(each, probe.channels)) header.channel(each);
   }
-  for (std::size_t i = 0; i < further; ++i) {
-    pugi::xml_node channel = channels.append_child("channel");
-    add(channel, "label", extra.label(i));
-    add(channel, "meaning", "a column of the recording, not used by the model");
+  if (stream.id == SessionStream::Id::kSamples) {
+    for (const std::string& name : probe.extra_columns) {
+      add(header.channel(extra_label(stream, name)), "meaning",
+          "a column of the recording, not used by the model");
+    }
   }
-  return xml_of(document);
+  add(header.description, "probe", probe.name.empty() ? probe.uri : probe.name);
+  return header.text();
+}
+
+std::string states_header(const SessionStream& stream) {
+  StreamHeader header(stream.states, "States", 0.0, stream.integers);
+  for (const SessionStream::Channel& each : stream.channels) {
+    if (!is_free(each, 0)) header.channel(each);
+  }
+  return header.text();
 }
 
 std::string mark_header() {

@@ -4,31 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "core/records/probe_sample.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/sessions/session_format.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 #include "drivers/spike_sink.hpp"
 
 namespace merkel {
-
-/// The columns of recorded samples that the model does not use, of all probes: one of each name.
-class ExtraColumns {
- public:
-  explicit ExtraColumns(const std::vector<ProbeInfo>& probes);
-
-  [[nodiscard]] std::size_t size() const noexcept { return names_.size(); }
-  /// The label of the channel in the file. A name that belongs to a channel of every session gets a
-  /// prefix.
-  [[nodiscard]] std::string label(std::size_t column) const;
-  /// NaN if the probe does not have the column.
-  [[nodiscard]] double value(std::size_t probe, std::size_t column,
-                             const ProbeSample& sample) const noexcept;
-
- private:
-  std::vector<std::string> names_;
-  std::vector<std::vector<std::size_t>> places_;  ///< in ProbeSample::extra, by probe and column
-};
 
 // The XML texts of a session (XDF), which XDF readers parse; SessionReader reads them back.
 
@@ -37,7 +19,12 @@ class ExtraColumns {
                                          const std::string& afferents);
 /// The header of one of session_streams(). \param rate_Hz  nominal; 0: irregular
 [[nodiscard]] std::string stream_header(const SessionStream& stream, double rate_Hz,
-                                        const ExtraColumns& extra);
+                                        const std::vector<AfferentRow>& afferents);
+/// The header of a probe's stream.
+[[nodiscard]] std::string probe_stream_header(const SessionStream& stream, double rate_Hz,
+                                              std::uint32_t number, const ProbeInfo& probe);
+/// The header of the stream of states of such streams.
+[[nodiscard]] std::string states_header(const SessionStream& stream);
 /// The header of the stream of marks.
 [[nodiscard]] std::string mark_header();
 

@@ -1,33 +1,29 @@
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
+#include <chrono>
+#include <span>
 #include <string_view>
-#include <vector>
 
 #include "drivers/sessions/session_chunk.hpp"
+#include "drivers/sessions/session_layout.hpp"
 
 namespace merkel {
 
-/// The positions of a stream's channels in a file. Channels are matched by label, so their order
-/// and additional channels do not matter.
-struct StreamLayout {
-  static constexpr std::uint8_t kMissing = 0xFF;
-
-  const SessionStream* stream = nullptr;
-  std::size_t channels = 0;  ///< in the file
-  /// The position in the file of each channel of `stream`.
-  std::array<std::uint8_t, kMostSessionChannels> places{};
-  /// Of samples: the places of the columns of ProbeSample::extra.
-  std::vector<std::uint8_t> extra = {};
+/// What the next item of a probe's stream has in the channels that the stream lacks.
+struct FollowingItem {
+  bool known = false;
+  ItemValues<double> values{};
+  std::chrono::nanoseconds tick{0};  ///< of the run
 };
 
 /// Decodes the samples of one XDF chunk, without the stream number, into `chunk`. False if the
-/// bytes are not samples of the stream or a value is invalid.
+/// bytes are not samples of the stream or a value is invalid. \param next  read and written
 [[nodiscard]] bool decode_items(const StreamLayout& layout, std::string_view content,
-                                SessionChunk& chunk);
+                                FollowingItem& next, SessionChunk& chunk);
+
+/// Decodes states. \param next  of the stream's probes, written
+[[nodiscard]] bool decode_states(const StreamLayout& layout, std::string_view content,
+                                 std::span<FollowingItem> next);
 
 /// The same for marks, which are strings.
 [[nodiscard]] bool decode_marks(std::string_view content, SessionChunk& chunk);

@@ -1,14 +1,11 @@
 #include "drivers/sessions/session_reader.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstring>
+#include <tuple>
 
 #include <pugixml.hpp>
-#include <sys/stat.h>
 
 #include "drivers/sessions/byte_span.hpp"
 #include "drivers/sessions/session_items.hpp"
@@ -16,61 +13,26 @@
 namespace merkel {
 namespace {
 
-/// The longest chunk of a session; longer ones are skipped.
-constexpr std::uint64_t kLongestChunk = std::uint64_t{16} << 20U;
+using std::chrono::nanoseconds;
 
-/// The layout of one of merkel's streams in the file, or an error.
-Expected<StreamLayout, std::string> layout_of(const SessionStream& stream,
-                                              const pugi::xml_node& info,
-                                              std::vector<std::string>& extra_columns) {
-  const auto wrong = [&](const std::string& what) {
-    return Unexpected<std::string>("its stream " + std::string(stream.name) + " " + what);
-  };
-  StreamLayout layout{
-      .stream = &stream, .channels = info.child("channel_count").text().as_uint(), .places = {}};
-  if (std::string_view(info.child_value("channel_format")) !=
-      (stream.integers ? "int64" : "double64")) {
-    return wrong("has a channel format that this version does not support");
-  }
-  if (layout.channels == 0 || layout.channels > kMostSessionChannels) {
-    return wrong("has no channels, or too many");
-  }
-  layout.places.fill(StreamLayout::kMissing);
-  std::size_t place = 0;
-  const bool samples = stream.id == SessionStream::Id::kSamples;
-  for (const pugi::xml_node& channel : info.child("desc").child("channels").children("channel")) {
-    if (place == layout.channels) return wrong("describes more channels than the stream has");
-    const std::string_view label = channel.child_value("label");
-    bool known = false;
-    for (std::size_t i = 0; i < stream.channels.size(); ++i) {
-      if (stream.channels[i].label != label) continue;
-      layout.places[i] = static_cast<std::uint8_t>(place);
-      known = true;
-    }
-    if (samples && !known && layout.extra.size() < ProbeSample::kMostExtra) {
-      layout.extra.push_back(static_cast<std::uint8_t>(place));
-      extra_columns.emplace_back(label);
-    }
-    ++place;
-  }
-  for (std::size_t i = 0; i < stream.channels.size() && !stream.open_ended; ++i) {
-    if (layout.places[i] != StreamLayout::kMissing || stream.channels[i].later) continue;
-    return wrong("lacks the channel " + std::string(stream.channels[i].label));
-  }
-  return layout;
+nanoseconds time_fact(const SessionReader& session, std::string_view name) {
+  const std::string text = session.fact(name);
+  std::int64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return nanoseconds{value};
 }
+
+/// The longest list of ticks that is put in order.
+constexpr std::size_t kMostTicksAtOnce = std::size_t{1} << 20U;
 
 }  // namespace
 
 Expected<SessionReader, SetupError> SessionReader::open(const std::string& path) {
-  std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
-  struct stat status {};
-  if (!file || ::fstat(::fileno(file.get()), &status) != 0) {
-    return bad_input("cannot read the session " + path + ": " + std::strerror(errno));
-  }
-  if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: use a session (.xdf)");
-  SessionReader reader(path, std::move(file), static_cast<std::uint64_t>(status.st_size));
-  if (auto read = reader.read_headers(); !read) return Unexpected<SetupError>(read.error());
+  const auto [file_path, rig] = split_rig(path);
+  auto file = XdfFile::open(file_path);
+  if (!file) return Unexpected<SetupError>(file.error());
+  SessionReader reader(path, std::move(*file));
+  if (auto read = reader.read_headers(rig); !read) return Unexpected<SetupError>(read.error());
   return reader;
 }
 
@@ -89,85 +51,45 @@ std::vector<std::string> SessionReader::facts(std::string_view name) const {
   return all;
 }
 
-bool SessionReader::read_bytes(void* bytes, std::size_t count) {
-  if (std::fread(bytes, 1, count, file_.get()) != count) return false;
-  place_ += count;
-  return true;
-}
-
-Unexpected<SetupError> SessionReader::damaged(const std::string& what) const {
-  return bad_input("the session " + path_ + " is damaged at byte " + std::to_string(chunk_start_) +
-                   ": " + what);
-}
-
-Expected<bool, SetupError> SessionReader::read_raw(Raw& raw) {
-  for (;;) {
-    chunk_start_ = place_;
-    if (truncated_ || place_ == size_) return false;
-    std::uint8_t width = 0;
-    std::uint64_t length = 0;
-    if (!read_bytes(&width, 1)) return damaged("the file is unreadable");
-    if (width != 1 && width != 4 && width != 8) return damaged("a chunk has an invalid length");
-    std::uint16_t tag = 0;
-    if (!read_bytes(&length, width) || length > size_ - place_) {
-      truncated_ = true;  // the writer stopped within this chunk
-      return false;
-    }
-    if (length < sizeof tag || !read_bytes(&tag, sizeof tag)) {
-      return damaged("a chunk is too short");
-    }
-    const std::uint64_t rest = length - sizeof tag;
-    if (length > kLongestChunk) {
-      if (::fseeko(file_.get(), static_cast<off_t>(rest), SEEK_CUR) != 0) {
-        return damaged("the file is unreadable");
-      }
-      place_ += rest;
-      continue;
-    }
-    raw.tag = static_cast<XdfTag>(tag);
-    raw.content.resize(rest);
-    if (!read_bytes(raw.content.data(), rest)) {
-      truncated_ = true;
-      return false;
-    }
-    return true;
-  }
-}
-
 Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pugi::xml_node& info) {
-  const std::string_view name = info.child_value("name");
-  for (const SessionStream& stream : session_streams()) {
-    if (stream.name != name) continue;
-    if (std::any_of(layouts_.begin(), layouts_.end(),
-                    [&](const auto& layout) { return layout.second.stream == &stream; })) {
-      return damaged("two streams have the same name");
-    }
-    auto layout = layout_of(stream, info, extra_columns_);
-    if (!layout) return damaged(layout.error());
-    if (stream.id == SessionStream::Id::kSamples) {
-      has_validity_ = layout->places[stream.channels.size() - 1] != StreamLayout::kMissing;
-    }
-    if (!layouts_.emplace(id, *layout).second) return damaged("two streams have the same number");
+  const auto named = stream_named(info.child_value("name"));
+  if (!named) return {};
+  if (std::any_of(layouts_.begin(), layouts_.end(), [&](const auto& each) {
+        return static_cast<const NamedStream&>(each.second) == *named;
+      })) {
+    return file_.damaged("two streams have the same name");
   }
+  auto layout = layout_of(*named, info, extra_columns_);
+  if (!layout) return file_.damaged(layout.error());
+  using Id = SessionStream::Id;
+  if (named->stream->id == Id::kSamples) {
+    has_validity_ = has_validity_ || layout->has(named->stream->channels.size() - 1);
+  }
+  if (named->stream->id == Id::kTicks && !named->states) ++tick_streams_;
+  if (!layouts_.emplace(id, std::move(*layout)).second)
+    return file_.damaged("two streams have the same number");
   return {};
 }
 
-Expected<void, SetupError> SessionReader::read_headers() {
-  std::array<char, 4> magic{};
-  if (!read_bytes(magic.data(), magic.size()) || std::string_view(magic.data(), 4) != "XDF:") {
-    return bad_input(
-        path_ +
-        " is not a session recorded by the sink xdf: (it does not start with \"XDF:\"); a "
-        "trace is played by merkel run --fast --probe replay:FILE");
+std::span<FollowingItem> SessionReader::following(const SessionStream& stream) {
+  auto& items = following_[stream.id];
+  if (items.empty()) {
+    items.resize(stream.of_probe() ? kMostSessionProbes : 1);
+    const nanoseconds tick = time_fact(*this, "tick_ns");
+    for (FollowingItem& each : items) each.tick = tick;
   }
+  return items;
+}
+
+Expected<void, SetupError> SessionReader::read_headers(std::string_view rig) {
   while (!raw_pending_) {
-    const auto read = read_raw(raw_);
+    const auto read = file_.next(raw_);
     if (!read) return Unexpected<SetupError>(read.error());
     if (!*read) break;
     pugi::xml_document document;
     if (raw_.tag == XdfTag::kFileHeader) {
       if (!document.load_buffer(raw_.content.data(), raw_.content.size())) {
-        return damaged("its metadata is not XML");
+        return file_.damaged("its metadata is not XML");
       }
       for (const pugi::xml_node& node : document.child("info").child("merkel")) {
         facts_.emplace_back(node.name(), node.child_value());
@@ -176,7 +98,7 @@ Expected<void, SetupError> SessionReader::read_headers() {
       std::uint32_t id = 0;
       ByteSpan bytes(raw_.content);
       if (!bytes.take(id) || !document.load_buffer(raw_.content.data() + sizeof id, bytes.left())) {
-        return damaged("a stream's header is not XML");
+        return file_.damaged("a stream's header is not XML");
       }
       if (auto added = add_stream(id, document.child("info")); !added) return added;
       if (document.child("info").child_value("name") == kMarkStreamName) mark_stream_ = id;
@@ -189,32 +111,85 @@ Expected<void, SetupError> SessionReader::read_headers() {
   const auto complete = [this](const SessionStream& stream) {
     return stream.id == SessionStream::Id::kStimulation ||
            stream.id == SessionStream::Id::kTaxels ||
-           std::any_of(layouts_.begin(), layouts_.end(),
-                       [&](const auto& layout) { return layout.second.stream == &stream; });
+           std::any_of(layouts_.begin(), layouts_.end(), [&](const auto& layout) {
+             return layout.second.stream == &stream && !layout.second.states;
+           });
   };
+  for (auto& [id, layout] : layouts_) layout.extra_columns = extra_columns_.size();
   if (facts_.empty() ||
       !std::all_of(session_streams().begin(), session_streams().end(), complete)) {
-    return bad_input(path_ + (truncated_ || raw_pending_ == false
+    rig_ = std::make_unique<RigRecording>();
+    const auto found = rig_->read(file_, rig);
+    if (!found) return Unexpected<SetupError>(found.error());
+    if (*found) {
+      facts_ = rig_->facts();
+      raw_pending_ = false;
+      return {};
+    }
+    return bad_input(path_ + (file_.truncated() || raw_pending_ == false
                                   ? " ends before its metadata: it contains nothing readable"
                                   : " is an XDF file, but was not recorded by merkel"));
   }
-  return {};
+  if (rig.empty()) return {};
+  return bad_input(path_ + " is the session of one run: leave out @" + std::string(rig));
 }
 
-Expected<void, SetupError> SessionReader::decode(std::string_view content,
-                                                 SessionChunk& chunk) const {
+Expected<void, SetupError> SessionReader::decode(std::string_view content, SessionChunk& chunk) {
   std::uint32_t id = 0;
-  if (!ByteSpan(content).take(id)) return damaged("a chunk of samples is too short");
+  if (!ByteSpan(content).take(id)) return file_.damaged("a chunk of samples is too short");
+  const std::string_view rows = content.substr(sizeof id);
+  if (rig_) {
+    if (rig_->decode(id, rows, chunk)) return {};
+    return file_.damaged("a sample of the rig has an invalid value");
+  }
   if (id == mark_stream_) {
-    if (decode_marks(content.substr(sizeof id), chunk)) return {};
-    return damaged("a mark cannot be read");
+    if (decode_marks(rows, chunk)) return {};
+    return file_.damaged("a mark cannot be read");
   }
-  const auto layout = layouts_.find(id);
-  if (layout == layouts_.end()) return {};  // a stream of another program
-  if (!decode_items(layout->second, content.substr(sizeof id), chunk)) {
-    return damaged("a sample of " + std::string(layout->second.stream->name) +
-                   " has an invalid value");
+  const auto found = layouts_.find(id);
+  if (found == layouts_.end()) return {};  // a stream of another program
+  const StreamLayout& layout = found->second;
+  const auto next = following(*layout.stream);
+  const bool decoded = layout.states ? decode_states(layout, rows, next)
+                                     : decode_items(layout, rows, next[layout.probe], chunk);
+  if (decoded) return {};
+  return file_.damaged("a sample of " +
+                       (layout.states ? std::string(layout.stream->states)
+                                      : stream_name(*layout.stream, layout.probe)) +
+                       " has an invalid value");
+}
+
+/// True if raw_ has ticks of a probe, or what they follow.
+bool SessionReader::is_of_ticks() const {
+  std::uint32_t id = 0;
+  if (raw_.tag != XdfTag::kSamples || !ByteSpan(raw_.content).take(id)) return false;
+  const auto found = layouts_.find(id);
+  return found != layouts_.end() && found->second.stream->id == SessionStream::Id::kTicks;
+}
+
+/// After a chunk of ticks, reads those of the other probes, and puts all of them in order.
+Expected<void, SetupError> SessionReader::read_other_ticks(SessionChunk& chunk) {
+  bool ended = false;
+  while (chunk.ticks.size() < kMostTicksAtOnce) {
+    const auto read = file_.next(raw_);
+    if (!read) return Unexpected<SetupError>(read.error());
+    ended = !*read;
+    if (ended) break;
+    if (!is_of_ticks()) {
+      raw_pending_ = true;
+      break;
+    }
+    if (auto decoded = decode(raw_.content, chunk); !decoded) return decoded;
   }
+  std::stable_sort(chunk.ticks.begin(), chunk.ticks.end(),
+                   [](const TickRecord& a, const TickRecord& b) {
+                     return std::tie(a.number, a.probe) < std::tie(b.number, b.probe);
+                   });
+  if (!ended) return {};
+  // The file broke off, since it has no footers: ticks that lack a probe are not whole.
+  const auto last = std::find_if(chunk.ticks.rbegin(), chunk.ticks.rend(),
+                                 [&](const auto& tick) { return tick.probe + 1 == tick_streams_; });
+  chunk.ticks.erase(last.base(), chunk.ticks.end());
   return {};
 }
 
@@ -222,7 +197,7 @@ Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
   clear_all(chunk);
   for (;;) {
     if (!std::exchange(raw_pending_, false)) {
-      const auto read = read_raw(raw_);
+      const auto read = file_.next(raw_);
       if (!read || !*read) return read;
     }
     if (raw_.tag == XdfTag::kStreamFooter) ++footers_;
@@ -230,18 +205,16 @@ Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
     if (auto decoded = decode(raw_.content, chunk); !decoded) {
       return Unexpected<SetupError>(decoded.error());
     }
+    if (!chunk.ticks.empty() && tick_streams_ > 1) {
+      if (auto others = read_other_ticks(chunk); !others) {
+        return Unexpected<SetupError>(others.error());
+      }
+    }
     if (count_of(chunk) > 0) return true;
   }
 }
 
 namespace {
-
-std::chrono::nanoseconds time_fact(const SessionReader& session, std::string_view name) {
-  const std::string text = session.fact(name);
-  std::int64_t value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return std::chrono::nanoseconds{value};
-}
 
 /// The time of the first tick or sample of a session.
 Expected<std::chrono::nanoseconds, SetupError> first_time(SessionReader& session) {
@@ -260,6 +233,7 @@ Expected<std::chrono::nanoseconds, SetupError> first_time(SessionReader& session
 }  // namespace
 
 Expected<std::chrono::nanoseconds, SetupError> session_start(const SessionReader& session) {
+  if (!session.fact("rig").empty()) return time_fact(session, "start_device_ns");
   auto again = SessionReader::open(session.path());
   if (!again) return Unexpected<SetupError>(again.error());
   return first_time(*again);

@@ -1,19 +1,21 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/session_format.hpp"
 #include "drivers/sessions/session_items.hpp"
+#include "drivers/sessions/xdf_file.hpp"
 #include "drivers/spike_sink.hpp"
 
 namespace pugi {
@@ -30,6 +32,7 @@ namespace merkel {
 /// Streams that are not merkel's are skipped.
 class SessionReader {
  public:
+  /// \param path  FILE; of a recording of LabRecorder with several rigs, FILE@RIG (RigRecording)
   [[nodiscard]] static Expected<SessionReader, SetupError> open(const std::string& path);
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
@@ -52,40 +55,31 @@ class SessionReader {
   [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);
 
   /// True if the recording was closed properly; valid after next() returned false.
-  [[nodiscard]] bool complete() const noexcept { return footers_ > 0 && !truncated_; }
+  [[nodiscard]] bool complete() const noexcept { return footers_ > 0 && !file_.truncated(); }
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { static_cast<void>(std::fclose(file)); }
-  };
-  struct Raw {
-    XdfTag tag = XdfTag::kBoundary;
-    std::string content;
-  };
-
-  SessionReader(std::string path, std::unique_ptr<std::FILE, Close> file, std::uint64_t size)
-      : path_(std::move(path)), file_(std::move(file)), size_(size) {}
-  Expected<void, SetupError> read_headers();
+  SessionReader(std::string path, XdfFile file) : path_(std::move(path)), file_(std::move(file)) {}
+  Expected<void, SetupError> read_headers(std::string_view rig);
   Expected<void, SetupError> add_stream(std::uint32_t id, const pugi::xml_node& info);
-  Expected<bool, SetupError> read_raw(Raw& raw);
-  Expected<void, SetupError> decode(std::string_view content, SessionChunk& chunk) const;
-  [[nodiscard]] bool read_bytes(void* bytes, std::size_t count);
-  [[nodiscard]] Unexpected<SetupError> damaged(const std::string& what) const;
+  Expected<void, SetupError> decode(std::string_view content, SessionChunk& chunk);
+  /// The expected items of the probes, of ticks or samples.
+  [[nodiscard]] std::span<FollowingItem> following(const SessionStream& stream);
+  [[nodiscard]] bool is_of_ticks() const;
+  Expected<void, SetupError> read_other_ticks(SessionChunk& chunk);
 
   std::string path_;
-  std::unique_ptr<std::FILE, Close> file_;
-  std::uint64_t size_;
-  std::uint64_t place_ = 0;        ///< bytes read so far
-  std::uint64_t chunk_start_ = 0;  ///< of the chunk read last
+  XdfFile file_;
   std::vector<std::pair<std::string, std::string>> facts_;
   std::map<std::uint32_t, StreamLayout> layouts_;  ///< keyed by the stream's number in the file
-  Raw raw_;
-  bool raw_pending_ = false;  ///< raw_ was read ahead, by read_headers()
-  bool truncated_ = false;
+  std::map<SessionStream::Id, std::vector<FollowingItem>> following_;
+  std::uint32_t tick_streams_ = 0;
+  XdfChunk raw_;
+  bool raw_pending_ = false;  ///< raw_ was read ahead
   std::optional<std::uint32_t> mark_stream_;
   bool has_validity_ = false;
   std::vector<std::string> extra_columns_;
   int footers_ = 0;
+  std::unique_ptr<RigRecording> rig_;  ///< of a recording of LabRecorder
 };
 
 /// The start of the first tick of a recorded run, in the run's own time; if samples were recorded

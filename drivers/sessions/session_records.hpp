@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <tuple>
+#include <type_traits>
 
 #include "core/contact/taxel_array.hpp"
 #include "core/records/columns.hpp"
@@ -84,6 +85,11 @@ inline constexpr bool kStored = requires {
 };
 template <>
 struct SessionStreamOf<TaxelBlock> : StoredAs<SessionStream::Id::kTaxels, double, kTaxelColumns> {};
+
+/// True if each probe has a stream of its own.
+template <class Record>
+inline constexpr bool kOfProbe =
+    std::is_same_v<Record, TickRecord> || std::is_same_v<Record, DeliveredSample>;
 
 /// All kinds that a session stores; marks are strings.
 inline constexpr std::uint32_t kSessionKinds = [] {

@@ -21,8 +21,9 @@ constexpr std::size_t kKeptRows = 8192;
 bool SessionSamples::is_session(const std::string& path) {
   std::array<char, 4> magic{};
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe is read once
-  std::ifstream file(path, std::ios::binary);
+  const std::string name = split_rig(path).first;
+  if (!std::filesystem::is_regular_file(name, ignored)) return false;  // a pipe is read once
+  std::ifstream file(name, std::ios::binary);
   return file.read(magic.data(), magic.size()) && std::string_view(magic.data(), 4) == "XDF:";
 }
 

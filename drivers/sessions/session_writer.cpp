@@ -1,16 +1,17 @@
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "core/units.hpp"
-#include "drivers/clock/clock_pair.hpp"
-#include "drivers/files/raw_bytes.hpp"
 #include "drivers/sessions/session_headers.hpp"
 #include "drivers/sessions/session_records.hpp"
+#include "drivers/sessions/xdf_chunks.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/file_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
@@ -23,52 +24,89 @@ using std::chrono::nanoseconds;
 
 constexpr int kFlushesPerBoundary = 50;
 constexpr int kFlushesPerClockOffset = 25;
-/// A fixed mark of the format, from which a reader can resume in a damaged file.
-constexpr unsigned char kBoundary[] = {0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F,
-                                       0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4};
+/// So many records wait at most, so that chunks are long.
+constexpr std::size_t kMostWaitingRecords = 1024;
+
+/// The stream of a probe.
+struct ProbeStream {
+  const SessionStream* stream = nullptr;
+  std::uint32_t probe = 0;
+  ProbeInfo info = {};
+  std::optional<ItemValues<double>> next = {};  ///< in the channels that follow
+
+  [[nodiscard]] std::uint32_t number() const { return stream_number(*stream, probe); }
+  /// True if the channels that the stream does not have are as expected, to the bit.
+  [[nodiscard]] bool follows(const ItemValues<double>& values) const {
+    if (!next) return false;
+    for (std::size_t i = 0; i < stream->channels.size(); ++i) {
+      if (!is_free(stream->channels[i], info.channels) &&
+          std::bit_cast<std::uint64_t>(values[i]) != std::bit_cast<std::uint64_t>((*next)[i])) {
+        return false;
+      }
+    }
+    return true;
+  }
+};
+
+const SessionStream& stream_with(Id id) {
+  return session_streams()[static_cast<std::size_t>(id) - 1];
+}
+
+/// A probe without a description may measure anything.
+ProbeInfo info_of(const RunDescription& run, std::size_t probe) {
+  if (probe < run.probes.size()) return run.probes[probe];
+  ProbeInfo unknown;
+  unknown.channels = ~0U;
+  return unknown;
+}
 
 /// Writes a session: the input of the loop, its output and the facts of the run. SessionReader
-/// reads it; `session_items` converts the items.
+/// reads it; `session_items` converts the items. Records wait for the next flush.
 class SessionWriter final : public FileSink {
  public:
-  SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup)
+  SessionWriter(std::string uri, OutputFile file, const SinkSetup& setup, bool frames)
       : FileSink(std::move(uri), std::move(file)),
         run_(setup.run),
-        afferents_(afferent_csv(afferents_of(setup))),
-        extra_(run_.probes) {}
+        afferents_(afferents_of(setup)),
+        frames_(frames) {
+    const std::size_t probes = std::clamp<std::size_t>(
+        std::max(run_.probes.size(), run_.model.indenters.size()), 1, kMostSessionProbes);
+    for (const SessionStream& stream : session_streams()) {
+      for (std::uint32_t probe = 0; stream.of_probe() && probe < probes; ++probe) {
+        probe_streams_.push_back({&stream, probe, info_of(run_, probe)});
+      }
+    }
+  }
 
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSessionKinds; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kSessionKinds & (frames_ ? ~0U : ~kKinds<PortFrame>);
+  }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (auto started = begin({}); !started) return started;
-    bool written = true;
-    for_each_kind(batch, [&]<class Record>(std::span<const Record> records) {
-      if constexpr (kStored<Record>) written = written && write_items(records);
+    for_each_kind(batch, [this]<class Record>(std::span<const Record> records) {
+      if ((subscriptions() & kKind<Record>) == 0U) return;
+      auto& list = waiting_.of<Record>();
+      list.insert(list.end(), records.begin(), records.end());
     });
-    written = written && write_marks(batch.marks);
-    return settle(written, batch.spikes.size());
+    return count_of(waiting_) < kMostWaitingRecords ? Expected<void, SinkError>() : write_waiting();
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {
     if (!started()) return {};
+    if (auto written = write_waiting(); !written) return written;
     const bool boundary_due = ++flushes_ % kFlushesPerBoundary == 0;
-    if (flushes_ % kFlushesPerClockOffset == 1 && !write_clock_offsets()) return settle(false);
-    if (boundary_due && !write_chunk(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary),
-                                                         sizeof kBoundary})) {
+    if (flushes_ % kFlushesPerClockOffset == 1 && !chunks_.write_clock_offsets()) {
       return settle(false);
     }
+    if (boundary_due && !chunks_.write_boundary()) return settle(false);
     return settle(file().flush());
   }
 
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (auto started = begin({}); !started) return started;
-    if (!write_clock_offsets()) return settle(false);
-    for (const SessionStream& stream : streams()) {
-      if (!write_footer(static_cast<std::uint32_t>(stream.id), tally(stream.id))) {
-        return settle(false);
-      }
-    }
-    if (!write_footer(kMarkStreamId, mark_tally_)) return settle(false);
+    if (auto written = write_waiting(); !written) return written;
+    if (!chunks_.write_clock_offsets() || !chunks_.write_footers()) return settle(false);
     return settle(file().close());
   }
 
@@ -77,161 +115,150 @@ class SessionWriter final : public FileSink {
     return settle(write_headers(run_, origin));
   }
 
-  /// Those of taxels, the last, only for scenes with a tactile array.
-  [[nodiscard]] std::span<const SessionStream> streams() const {
-    const auto all = session_streams();
-    static_assert(kSessionStreams == static_cast<std::size_t>(Id::kTaxels));
-    return run_.model.has_arrays() ? all : all.first(all.size() - 1);
-  }
-
-  StreamTally& tally(Id id) { return tallies_[static_cast<std::size_t>(id) - 1]; }
-
   bool write_headers(const RunDescription& run, const RunOrigin& origin) {
     if (!file().write("XDF:") ||
-        !write_chunk(XdfTag::kFileHeader, session_header(run, origin, afferents_))) {
+        !chunks_.write(XdfTag::kFileHeader,
+                       session_header(run, origin, afferent_csv(afferents_)))) {
       return false;
     }
-    for (const SessionStream& stream : streams()) {
-      if (!write_chunk_of(XdfTag::kStreamHeader, static_cast<std::uint32_t>(stream.id),
-                          stream_header(stream, rate_Hz(stream.id, run), extra_))) {
+    for (const SessionStream& stream : session_streams()) {
+      // Those of taxels only for scenes with a tactile array.
+      if (stream.id == Id::kTaxels && !run.model.has_arrays()) continue;
+      const bool written = stream.of_probe()
+                               ? chunks_.write_header(states_number(stream), states_header(stream))
+                               : chunks_.write_header(stream_number(stream, 0),
+                                                      stream_header(stream, 0.0, afferents_));
+      if (!written) return false;
+    }
+    for (const ProbeStream& each : probe_streams_) {
+      if (!chunks_.write_header(
+              each.number(),
+              probe_stream_header(*each.stream, rate_Hz(each.stream->id), each.probe, each.info))) {
         return false;
       }
     }
-    if (!write_chunk_of(XdfTag::kStreamHeader, kMarkStreamId, mark_header())) return false;
+    if (!chunks_.write_header(kMarkStreamId, mark_header())) return false;
     file().end_header();
     return file().flush();
   }
 
-  bool write_footer(std::uint32_t id, StreamTally tally) {
-    // A stream without samples must not set the file's start to the clock's origin.
-    const double start_s = units::s_from(start_.value_or(nanoseconds{0}));
-    if (tally.samples == 0) tally.first_s = tally.last_s = start_s;
-    return write_chunk_of(XdfTag::kStreamFooter, id, stream_footer(tally));
+  /// Ticks have a regular rate.
+  [[nodiscard]] double rate_Hz(Id id) const {
+    return id == Id::kTicks ? 1.0 / units::s_from(run_.model.tick) : 0.0;
   }
 
-  /// Writes a chunk of one stream.
-  bool write_chunk_of(XdfTag tag, std::uint32_t id, std::string_view content) {
-    std::string chunk;
-    append_raw(chunk, id);
-    return write_chunk(tag, chunk.append(content));
+  /// Writes the records that wait. Ticks come last: a reader that has the ticks of a time has
+  /// everything else of it.
+  Expected<void, SinkError> write_waiting() {
+    bool written = true;
+    for_each_kind(waiting_, [&]<class Record>(const std::vector<Record>& records) {
+      if constexpr (kStored<Record> && !std::is_same_v<Record, TickRecord>) {
+        written = written && write_kind(records);
+      }
+    });
+    written = written && write_marks(waiting_.marks) && write_kind(waiting_.ticks);
+    const std::size_t spikes = waiting_.spikes.size();
+    clear_all(waiting_);
+    return settle(written, spikes);
   }
 
-  bool write_chunk(XdfTag tag, std::string_view content) {
-    std::string head;
-    append_raw(head, std::uint8_t{4});
-    append_raw(head, static_cast<std::uint32_t>(content.size() + sizeof tag));
-    append_raw(head, tag);
-    return file().write(head) && file().write(content);
+  template <class Record>
+  bool write_kind(const std::vector<Record>& records) {
+    if constexpr (kOfProbe<Record>) {
+      return std::all_of(probe_streams_.begin(), probe_streams_.end(), [&](ProbeStream& each) {
+        return each.stream->id != SessionStreamOf<Record>::kId || write_of_probe(each, records);
+      });
+    } else {
+      return write_items(records);
+    }
   }
 
-  /// Ticks have a regular rate; with several probes they share times and have none.
-  static double rate_Hz(Id id, const RunDescription& run) {
-    if (id != Id::kTicks || run.model.indenters.size() != 1) return 0.0;
-    return 1.0 / units::s_from(run.model.tick);
+  /// Writes the items of one probe. A chunk ends where a channel does not follow.
+  template <class Item>
+  bool write_of_probe(ProbeStream& to, const std::vector<Item>& items) {
+    const std::uint32_t number = to.number();
+    for (const Item& item : items) {
+      if (item.probe != to.probe) continue;
+      ItemValues<double> values{};
+      values_of(item, values);
+      if (!to.follows(values)) {
+        if (!chunks_.end_samples(number)) return false;
+        const std::uint32_t states = states_number(*to.stream);
+        chunks_.begin_sample(states, time_of(item), true);
+        append_values(*to.stream, values, [](const auto& each) { return !is_free(each, 0); });
+        if (!chunks_.end_samples(states)) return false;
+      }
+      // Readers count on from the stamp of a chunk's first tick by the nominal rate.
+      chunks_.begin_sample(number, time_of(item),
+                           chunks_.samples() == 0 || rate_Hz(to.stream->id) == 0.0);
+      append_values(*to.stream, values,
+                    [&](const auto& each) { return is_free(each, to.info.channels); });
+      if constexpr (std::is_same_v<Item, DeliveredSample>) {
+        for (std::size_t i = 0; i < to.info.extra_columns.size(); ++i) {
+          chunks_.append(i < item.sample.extra.size() ? item.sample.extra[i]
+                                                      : std::numeric_limits<double>::quiet_NaN());
+        }
+      }
+      to.next = values;
+      follow(*to.stream, run_.model.tick, *to.next);
+    }
+    return chunks_.end_samples(number);
+  }
+
+  template <class Choice>
+  void append_values(const SessionStream& stream, const ItemValues<double>& values,
+                     const Choice& has) {
+    for (std::size_t i = 0; i < stream.channels.size(); ++i) {
+      if (has(stream.channels[i])) chunks_.append(values[i]);
+    }
   }
 
   /// Writes a chunk of items with 8-byte channels.
   template <class Item>
-  bool write_items(std::span<const Item> items) {
-    if (items.empty()) return true;
+  bool write_items(const std::vector<Item>& items) {
     constexpr Id kId = SessionStreamOf<Item>::kId;
-    begin_chunk(static_cast<std::uint32_t>(kId), items.size());
+    const std::uint32_t number = stream_number(stream_with(kId), 0);
     for (const Item& item : items) {
       if constexpr (std::is_same_v<Item, RunStatus>) {
-        put(kId, newest(), item);
+        chunks_.begin_sample(number, chunks_.newest(), true);
       } else {
-        put(kId, time_of(item), item);
+        chunks_.begin_sample(number, time_of(item), true);
       }
-      if constexpr (std::is_same_v<Item, DeliveredSample>) {
-        for (std::size_t column = 0; column < extra_.size(); ++column) {
-          append_raw(chunk_, extra_.value(item.probe, column, item.sample));
-        }
-      }
+      ValuesOf<Item> values{};
+      values_of(item, values);
+      const std::size_t channels = stream_with(kId).channels.size();
+      for (std::size_t i = 0; i < channels; ++i) chunks_.append(values[i]);
     }
-    return write_chunk(XdfTag::kSamples, chunk_);
+    return chunks_.end_samples(number);
   }
 
   /// Written as a stream of strings, where XDF readers look for markers.
-  bool write_marks(std::span<const Mark> marks) {
-    if (marks.empty()) return true;
-    begin_chunk(kMarkStreamId, marks.size());
+  bool write_marks(const std::vector<Mark>& marks) {
     for (const Mark& mark : marks) {
-      const double stamp_s = units::s_from(mark.time);
-      append_raw(chunk_, std::uint8_t{8});
-      append_raw(chunk_, stamp_s);
-      append_raw(chunk_, std::uint8_t{4});
-      append_raw(chunk_, static_cast<std::uint32_t>(mark.label.size()));
-      chunk_ += mark.label;
-      if (mark_tally_.samples++ == 0) mark_tally_.first_s = stamp_s;
-      mark_tally_.last_s = stamp_s;
+      chunks_.begin_sample(kMarkStreamId, mark.time, true);
+      chunks_.append_text(mark.label);
     }
-    return write_chunk(XdfTag::kSamples, chunk_);
-  }
-
-  void begin_chunk(std::uint32_t id, std::size_t count) {
-    chunk_.clear();
-    append_raw(chunk_, id);
-    append_raw(chunk_, std::uint8_t{4});
-    append_raw(chunk_, static_cast<std::uint32_t>(count));
-  }
-
-  /// Appends an item of a stream with 8-byte channels.
-  template <class Item>
-  void put(Id id, nanoseconds time, const Item& item) {
-    const double stamp_s = units::s_from(time);
-    StreamTally& all = tally(id);
-    if (all.samples++ == 0) all.first_s = stamp_s;
-    all.last_s = stamp_s;
-    if (!start_) start_ = newest_ = time;
-    newest_ = std::max(newest_, time);
-    append_raw(chunk_, std::uint8_t{8});
-    append_raw(chunk_, stamp_s);
-    ValuesOf<Item> values{};
-    values_of(item, values);
-    const std::size_t channels =
-        session_streams()[static_cast<std::size_t>(id) - 1].channels.size();
-    chunk_.append(reinterpret_cast<const char*>(values.data()), channels * sizeof values[0]);
-  }
-
-  /// The newest time in the file, in probe time; in an empty file, the host's time.
-  [[nodiscard]] nanoseconds newest() const {
-    return start_ ? newest_ : read_clock_pair().monotonic;
-  }
-
-  /// All streams share one clock, so every offset is 0. Some readers complain if these chunks are
-  /// missing.
-  bool write_clock_offsets() {
-    for (const SessionStream& stream : streams()) {
-      if (!write_clock_offset(static_cast<std::uint32_t>(stream.id))) return false;
-    }
-    return write_clock_offset(kMarkStreamId);
-  }
-
-  bool write_clock_offset(std::uint32_t id) {
-    std::string content;
-    append_raw(content, units::s_from(newest()));
-    append_raw(content, 0.0);
-    return write_chunk_of(XdfTag::kClockOffset, id, content);
+    return chunks_.end_samples(kMarkStreamId);
   }
 
   RunDescription run_;
-  std::string afferents_;
-  ExtraColumns extra_;
-  std::string chunk_;
-  std::array<StreamTally, kSessionStreams> tallies_{};
-  std::optional<nanoseconds> start_;  ///< of the first item
-  nanoseconds newest_{0};             ///< of all items
-  StreamTally mark_tally_;
+  std::vector<AfferentRow> afferents_;
+  bool frames_;
+  std::vector<ProbeStream> probe_streams_;
+  RecordLists<RecordVector> waiting_;
+  XdfChunks chunks_{file()};
   int flushes_ = 0;
 };
 
 }  // namespace
 
 OpenedSink open_xdf_sink(const Uri& uri, const SinkSetup& setup) {
-  if (auto done = UriOptions(uri).finish(); !done) return Unexpected<SetupError>(done.error());
+  UriOptions options(uri);
+  const bool frames = options.whole("frames", 0, 0, 1) == 1;
+  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
   if (!file) return Unexpected<SetupError>(file.error());
-  return std::make_unique<SessionWriter>(uri.text, std::move(*file), setup);
+  return std::make_unique<SessionWriter>(uri.text, std::move(*file), setup, frames);
 }
 
 }  // namespace merkel

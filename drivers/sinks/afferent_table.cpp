@@ -1,6 +1,7 @@
 #include "drivers/sinks/afferent_table.hpp"
 
-#include "core/parameters/parameter_error.hpp"
+#include <utility>
+
 #include "core/scene/patch_layout.hpp"
 
 namespace merkel {
@@ -31,12 +32,18 @@ std::vector<AfferentRow> afferents_of(const SinkSetup& setup) {
 
 std::string afferent_csv(const std::vector<AfferentRow>& afferents) {
   if (afferents.empty()) return {};
-  std::string text = "neuron,patch,x_mm,y_mm,field_radius_mm,receptors\n";
+  std::string text;
+  const char* separator = "";
+  for_each_member(afferents.front(), [&](const char* name, const std::string&) {
+    text.append(std::exchange(separator, ",")).append(name);
+  });
   for (const AfferentRow& row : afferents) {
-    text += std::to_string(row.number) + "," + std::to_string(row.patch) + "," +
-            shortest_decimal(row.x_mm) + "," + shortest_decimal(row.y_mm) + "," +
-            shortest_decimal(row.field_radius_mm) + "," + std::to_string(row.receptors) + "\n";
+    separator = "\n";
+    for_each_member(row, [&](const char*, const std::string& value) {
+      text.append(std::exchange(separator, ",")).append(value);
+    });
   }
+  text += "\n";
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/parameters/parameter_error.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 
 namespace merkel {
@@ -24,6 +25,17 @@ struct AfferentRow {
 
 /// The same of a run. Empty for a run without a simulation.
 [[nodiscard]] std::vector<AfferentRow> afferents_of(const SinkSetup& setup);
+
+/// Calls work(name, value as text) for each column of an afferent.
+template <class Work>
+void for_each_member(const AfferentRow& row, const Work& work) {
+  work("neuron", std::to_string(row.number));
+  work("patch", std::to_string(row.patch));
+  work("x_mm", shortest_decimal(row.x_mm));
+  work("y_mm", shortest_decimal(row.y_mm));
+  work("field_radius_mm", shortest_decimal(row.field_radius_mm));
+  work("receptors", std::to_string(row.receptors));
+}
 
 /// The same as CSV with a header; empty if there are none.
 [[nodiscard]] std::string afferent_csv(const std::vector<AfferentRow>& afferents);

@@ -3,11 +3,13 @@
 #include <memory>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <lsl_cpp.h>
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
@@ -18,40 +20,131 @@ constexpr int kOutletBuffer_s = 10'000;
 constexpr std::chrono::milliseconds kFarewell{500};
 constexpr double kLongestWait_s = 3600.0;
 
-/// One int32 channel of neuron numbers at an irregular rate, stamped in LSL's time: CLOCK_MONOTONIC
-/// in seconds. The probe time of a device is on this clock already.
-class LslSpikeSink final : public SpikeSink {
- public:
-  LslSpikeSink(std::string uri, const lsl::stream_info& info)
-      : uri_(std::move(uri)), outlet_(info, 0, kOutletBuffer_s) {}
+/// What a probe may measure, as merkel's own inlet (lsl:) reads it.
+struct LslChannel {
+  std::uint32_t bit;
+  const char* label;
+  const char* unit;
+};
+constexpr std::array<LslChannel, 4> kLslChannels = {{{ProbeSample::kDepth, "depth", "mm"},
+                                                     {ProbeSample::kForce, "force", "N"},
+                                                     {ProbeSample::kX, "x", "mm"},
+                                                     {ProbeSample::kY, "y", "mm"}}};
 
-  /// Waits for an inlet. False on a timeout.
-  bool wait_for_consumers(double wait_s) { return outlet_.wait_for_consumers(wait_s); }
+/// The streams of a rig in LSL's time, CLOCK_MONOTONIC in seconds; the probe time of a device is on
+/// this clock already. NAME: one int32 channel of neuron numbers at an irregular rate.
+/// NAME.samples, NAME.samples.1, …: what each probe measures. NAME.marks. RigRecording reads them
+/// from a recording of LabRecorder.
+class LslSink final : public SpikeSink {
+ public:
+  LslSink(std::string uri, const std::string& name, const SinkSetup& setup)
+      : uri_(std::move(uri)),
+        spikes_(spikes_info(name, setup), 0, kOutletBuffer_s),
+        marks_(info_of(name + ".marks", "Markers", 1, lsl::cf_string), 0, kOutletBuffer_s) {
+    for (std::size_t probe = 0; probe < setup.run.probes.size(); ++probe) {
+      const std::uint32_t channels = setup.run.probes[probe].channels;
+      SampleStream& stream = samples_.emplace_back();
+      for (std::size_t i = 0; i < kLslChannels.size(); ++i) {
+        if ((channels & kLslChannels[i].bit) != 0U) stream.channels.push_back(i);
+      }
+      if (stream.channels.empty()) continue;
+      const std::string part = probe == 0 ? ".samples" : ".samples." + std::to_string(probe);
+      lsl::stream_info info = info_of(name + part, "ProbeSamples",
+                                      static_cast<int>(stream.channels.size()), lsl::cf_double64);
+      lsl::xml_element described = info.desc().append_child("channels");
+      for (const std::size_t i : stream.channels) {
+        described.append_child("channel")
+            .append_child_value("label", kLslChannels[i].label)
+            .append_child_value("unit", kLslChannels[i].unit);
+      }
+      stream.outlet = std::make_unique<lsl::stream_outlet>(info, 0, kOutletBuffer_s);
+    }
+  }
+
+  /// Waits for an inlet of the spikes. False on a timeout.
+  bool wait_for_consumers(double wait_s) { return spikes_.wait_for_consumers(wait_s); }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<SpikeEvent, DeliveredSample, Mark>;
+  }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    for (const DeliveredSample& item : batch.samples) send(item);
     for (const SpikeEvent& spike : batch.spikes) {
       const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(spike.neuron)};
       // Samples without pushthrough are sent with the next one that has it.
       const bool last = &spike == &batch.spikes.back();
-      outlet_.push_sample(neuron.data(), units::s_from(spike.time), last);
+      spikes_.push_sample(neuron.data(), units::s_from(spike.time), last);
+    }
+    for (const Mark& mark : batch.marks) {
+      marks_.push_sample(&mark.label, units::s_from(mark.time), true);
     }
     delivered_ += batch.spikes.size();
     return {};
   }
 
-  /// The outlet sends from its own thread and does not report its progress. Its destructor discards
-  /// unsent samples.
+  /// The outlets send from their own threads and do not report their progress. Their destructors
+  /// discard unsent samples.
   [[nodiscard]] Expected<void, SinkError> close() override {
-    if (outlet_.have_consumers()) std::this_thread::sleep_for(kFarewell);
+    if (spikes_.have_consumers() || marks_.have_consumers()) {
+      std::this_thread::sleep_for(kFarewell);
+    }
     return {};
   }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
+  struct SampleStream {
+    std::vector<std::size_t> channels = {};  ///< of kLslChannels
+    std::unique_ptr<lsl::stream_outlet> outlet = nullptr;
+  };
+
+  static lsl::stream_info info_of(const std::string& name, const std::string& type, int channels,
+                                  lsl::channel_format_t format) {
+    return {name, type, channels, lsl::IRREGULAR_RATE, format, "merkel-" + name};
+  }
+
+  /// Describes the run as the header of a session does.
+  static lsl::stream_info spikes_info(const std::string& name, const SinkSetup& setup) {
+    lsl::stream_info info = info_of(name, "Spikes", 1, lsl::cf_int32);
+    lsl::xml_element channel = info.desc().append_child("channels").append_child("channel");
+    channel.append_child_value("label", "neuron")
+        .append_child_value("type", "Spikes")
+        .append_child_value("unit", "number from 1");
+    info.desc().append_child_value("scene", setup.run.scene);
+    lsl::xml_element facts = info.desc().append_child("merkel");
+    for (const auto& [fact, value] : setup.run.facts) facts.append_child_value(fact, value);
+    facts.append_child_value("scene", setup.run.scene);
+    const ClockPair clocks = read_clock_pair();
+    facts.append_child_value("clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
+    facts.append_child_value("clock_utc_ns", std::to_string(clocks.utc.count()));
+    lsl::xml_element afferents = info.desc().append_child("afferents");
+    for (const AfferentRow& row : afferents_of(setup)) {
+      lsl::xml_element afferent = afferents.append_child("afferent");
+      for_each_member(row, [&](const char* member, const std::string& value) {
+        afferent.append_child_value(member, value);
+      });
+    }
+    return info;
+  }
+
+  void send(const DeliveredSample& item) {
+    if (item.probe >= samples_.size() || !samples_[item.probe].outlet) return;
+    const SampleStream& stream = samples_[item.probe];
+    const ProbeSample& sample = item.sample;
+    const std::array<double, kLslChannels.size()> all{
+        sample.depth_mm, units::N_from_mN(sample.force_mN), sample.x_mm, sample.y_mm};
+    values_.clear();
+    for (const std::size_t i : stream.channels) values_.push_back(all[i]);
+    stream.outlet->push_sample(values_.data(), units::s_from(sample.time), true);
+  }
+
   std::string uri_;
-  lsl::stream_outlet outlet_;
+  lsl::stream_outlet spikes_;
+  lsl::stream_outlet marks_;
+  std::vector<SampleStream> samples_;
+  std::vector<double> values_;
   std::uint64_t delivered_ = 0;
 };
 
@@ -68,14 +161,7 @@ OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
                      "--allow-remote if others may see the spikes");
   }
   try {
-    lsl::stream_info info(uri.path, "Spikes", 1, lsl::IRREGULAR_RATE, lsl::cf_int32,
-                          "merkel-" + uri.path);
-    lsl::xml_element channel = info.desc().append_child("channels").append_child("channel");
-    channel.append_child_value("label", "neuron")
-        .append_child_value("type", "Spikes")
-        .append_child_value("unit", "number from 1");
-    info.desc().append_child_value("scene", setup.run.scene);
-    auto sink = std::make_unique<LslSpikeSink>(uri.text, info);
+    auto sink = std::make_unique<LslSink>(uri.text, uri.path, setup);
     if (wait_s > 0.0 && !sink->wait_for_consumers(wait_s)) {
       return unavailable("\"" + uri.text +
                          "\": no inlet connected in time; start it, then run again");

@@ -186,7 +186,7 @@ bool write_spike_times(const NwbContent& content, const Findings& found,
 bool write_units(Hdf5File& file, const NwbContent& content, const Findings& found) {
   Table table(
       file, "/units", "Units", nwb::kCore,
-      {"spike_times", "obs_intervals", "x_mm", "y_mm", "field_radius_mm", "patch"},
+      {"spike_times", "obs_intervals", "x_mm", "y_mm", "field_radius_mm", "patch", "patch_name"},
       "simulated slowly adapting type I afferents, numbered from 0 in the order of merkel's "
       "neurons 1, 2, …");
   const auto spike_times = table.column("spike_times", Type::kDouble, "Spike times, in seconds");
@@ -217,6 +217,11 @@ bool write_units(Hdf5File& file, const NwbContent& content, const Findings& foun
     radius->append(row.field_radius_mm);
     patch->append(std::uint64_t{row.patch});
   }
+  std::vector<std::string> names;
+  for (const AfferentRow& row : content.afferents) {
+    names.push_back(row.patch < content.patches.size() ? content.patches[row.patch] : "");
+  }
+  table.texts("patch_name", names, "Name of the patch of skin");
   return write_spike_times(content, found, *spike_times);
 }
 

@@ -42,6 +42,7 @@ struct NwbContent {
   std::vector<Probe> probes;
   std::vector<Electrode> electrodes;
   std::vector<AfferentRow> afferents;
+  std::vector<std::string> patches;  ///< their names
 
   /// File of rows, each a letter and its fields, times in s of the file:
   /// `s,TIME,NEURON` a spike; `p,TIME,PROBE,VALUE…` a sample, with a value for each channel;

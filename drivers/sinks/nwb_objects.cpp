@@ -1,6 +1,7 @@
 #include "drivers/sinks/nwb_objects.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <random>
@@ -11,6 +12,10 @@ namespace merkel::nwb {
 namespace {
 
 using Type = Hdf5File::Type;
+
+constexpr double kSecondInNs = 1e9;
+constexpr double kLargestExact_s = 9e6;      ///< times below it are whole ns as doubles
+constexpr std::uint64_t kFewestRegular = 3;  ///< fewer times have no rate
 
 /// Makes the group of a TimeSeries. \return the path of its values
 std::string start_series(Hdf5File& file, const std::string& path,
@@ -93,32 +98,76 @@ void Table::describe(const std::string& name, const char* type, const std::strin
 }
 
 TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& description)
-    : path_(std::move(path)),
+    : file_(file),
+      path_(std::move(path)),
       values_(file, start_series(file, path_, description), Type::kDouble),
-      times_(std::make_unique<Hdf5File::Column>(file, path_ + "/timestamps", Type::kDouble)) {
-  file.attribute(path_ + "/timestamps", "unit", std::string("seconds"));
-  file.attribute(path_ + "/timestamps", "interval", std::int32_t{1});
-  describe_values(file, description);
+      series_{path_} {
+  describe_values(description);
 }
 
 TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& description,
-                       const TimeSeries& times)
-    : path_(std::move(path)), values_(file, start_series(file, path_, description), Type::kDouble) {
-  file.link(path_ + "/timestamps", times.path_ + "/timestamps");
-  describe_values(file, description);
+                       TimeSeries& times)
+    : file_(file),
+      path_(std::move(path)),
+      values_(file, start_series(file, path_, description), Type::kDouble) {
+  times.series_.push_back(path_);
+  describe_values(description);
+}
+
+TimeSeries::~TimeSeries() {
+  if (series_.empty()) return;
+  if (times_ || count_ < kFewestRegular) {
+    write_each_time();
+    for (std::size_t i = 1; i < series_.size(); ++i) {
+      file_.link(series_[i] + "/timestamps", path_ + "/timestamps");
+    }
+    return;
+  }
+  for (const std::string& each : series_) {
+    const std::string start = each + "/starting_time";
+    file_.number(start, static_cast<double>(first_ns_) / kSecondInNs);
+    file_.attribute(start, "rate", kSecondInNs / static_cast<double>(step_ns_));
+    file_.attribute(start, "unit", std::string("seconds"));
+  }
 }
 
 void TimeSeries::append(double time_s, double value) {
   values_.append(value);
-  if (times_) times_->append(time_s);
+  if (!series_.empty()) append_time(time_s);
 }
 
-void TimeSeries::describe_values(Hdf5File& file, const Description& description) const {
+void TimeSeries::append_time(double time_s) {
+  const bool near = std::fabs(time_s) < kLargestExact_s;
+  const std::int64_t time_ns = near ? std::llround(time_s * kSecondInNs) : 0;
+  if (count_ == 0) first_ns_ = time_ns;
+  if (count_ == 1) step_ns_ = time_ns - first_ns_;
+  const bool regular = near && static_cast<double>(time_ns) / kSecondInNs == time_s &&
+                       time_ns == first_ns_ + static_cast<std::int64_t>(count_) * step_ns_ &&
+                       (count_ == 0 || step_ns_ > 0);
+  if (!regular && !times_) write_each_time();
+  if (times_) times_->append(time_s);
+  ++count_;
+}
+
+/// Writes the times so far, which were regular, and begins to write each time.
+void TimeSeries::write_each_time() {
+  if (times_) return;
+  const std::string path = path_ + "/timestamps";
+  times_ = std::make_unique<Hdf5File::Column>(file_, path, Type::kDouble);
+  file_.attribute(path, "unit", std::string("seconds"));
+  file_.attribute(path, "interval", std::int32_t{1});
+  for (std::uint64_t i = 0; i < count_; ++i) {
+    const std::int64_t time_ns = first_ns_ + static_cast<std::int64_t>(i) * step_ns_;
+    times_->append(static_cast<double>(time_ns) / kSecondInNs);
+  }
+}
+
+void TimeSeries::describe_values(const Description& description) {
   const std::string data = path_ + "/data";
-  file.attribute(data, "unit", description.unit);
-  file.attribute(data, "conversion", description.conversion);
-  file.attribute(data, "resolution", -1.0F);
-  file.attribute(data, "offset", 0.0F);
+  file_.attribute(data, "unit", description.unit);
+  file_.attribute(data, "conversion", description.conversion);
+  file_.attribute(data, "resolution", -1.0F);
+  file_.attribute(data, "offset", 0.0F);
 }
 
 }  // namespace merkel::nwb

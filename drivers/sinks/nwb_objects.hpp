@@ -60,19 +60,29 @@ class TimeSeries {
   };
 
   TimeSeries(Hdf5File& file, std::string path, const Description& description);
-  /// A series with the times of another one, which the file stores once.
-  TimeSeries(Hdf5File& file, std::string path, const Description& description,
-             const TimeSeries& times);
+  /// A series with the times of another one.
+  TimeSeries(Hdf5File& file, std::string path, const Description& description, TimeSeries& times);
+  TimeSeries(const TimeSeries&) = delete;
+  TimeSeries& operator=(const TimeSeries&) = delete;
+  /// Writes the times: of a regular series its start and rate.
+  ~TimeSeries();
 
   /// Appends a value. The time is ignored if another series has the times.
   void append(double time_s, double value);
 
  private:
-  void describe_values(Hdf5File& file, const Description& description) const;
+  void describe_values(const Description& description);
+  void append_time(double time_s);
+  void write_each_time();
 
+  Hdf5File& file_;
   std::string path_;
   Hdf5File::Column values_;
-  std::unique_ptr<Hdf5File::Column> times_;
+  std::vector<std::string> series_;          ///< the paths of those with these times
+  std::unique_ptr<Hdf5File::Column> times_;  ///< of an irregular series
+  std::uint64_t count_ = 0;
+  std::int64_t first_ns_ = 0;
+  std::int64_t step_ns_ = 0;
 };
 
 }  // namespace merkel::nwb

@@ -22,7 +22,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Channel, name, unit, conversion, 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Probe, name, channels)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Electrode, name, description)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent, scene, scene_text, notes, general, probes,
-                                   electrodes, afferents)
+                                   electrodes, afferents, patches)
 
 namespace {
 
@@ -73,6 +73,10 @@ NwbContent content_of(const SinkSetup& setup, NwbContent content, std::string ro
     content.electrodes.push_back(describe(electrode, setup.run.encoding.stimulation));
   }
   content.afferents = afferents_of(setup);
+  for (const PatchParameters& patch : setup.run.model.patches) {
+    const std::string number = "patch " + std::to_string(content.patches.size());
+    content.patches.push_back(patch.name.empty() ? number : printable_text(patch.name));
+  }
   content.scene = setup.run.scene;
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "scene_text") {

@@ -47,7 +47,7 @@ constexpr Scheme kSchemes[] = {
 #else
      nullptr, "HDF5: install libhdf5-dev", true},
 #endif
-    {"xdf", "xdf:FILE", "", open_xdf_sink, "", true},
+    {"xdf", "xdf:FILE", "frames (0)", open_xdf_sink, "", true},
     {"zmq", "zmq:tcp://127.0.0.1:5557",
      "topic, stream, hwm (100000), when_full (drop), subscribers, wait_s",
 #ifdef MERKEL_WITH_ZMQ

@@ -2,20 +2,18 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
-#include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <hiredis/hiredis.h>
-#include <sys/time.h>
-
 #include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/raw_bytes.hpp"
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/redis_connection.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
@@ -23,30 +21,20 @@
 namespace merkel {
 namespace {
 
-struct FreeContext {
-  void operator()(redisContext* context) const { redisFree(context); }
-};
-struct FreeReply {
-  void operator()(redisReply* reply) const { freeReplyObject(reply); }
-};
-using Connection = std::unique_ptr<redisContext, FreeContext>;
-using Reply = std::unique_ptr<redisReply, FreeReply>;
-
 using std::chrono::nanoseconds;
 
 constexpr int kMostBins = 1000;
-constexpr timeval kReplyTimeout{.tv_sec = 1, .tv_usec = 0};
 
 /// Adds entries to Redis streams in batches.
 class StreamWriter {
  public:
-  using Fields = std::initializer_list<std::pair<std::string_view, std::string>>;
+  using Fields = std::vector<std::pair<std::string_view, std::string>>;
 
-  StreamWriter(Connection connection, std::int64_t longest)
+  StreamWriter(RedisConnection connection, std::int64_t longest)
       : connection_(std::move(connection)), longest_(std::to_string(longest)) {}
 
   /// Queues an entry. An error shows in settle().
-  void add(const std::string& stream, Fields fields) {
+  void add(const std::string& stream, const Fields& fields) {
     std::vector<std::string> arguments = {"XADD", stream, "MAXLEN", "~", longest_, "*"};
     for (const auto& [name, value] : fields) {
       arguments.emplace_back(name);
@@ -70,14 +58,14 @@ class StreamWriter {
       --waiting_;
       void* raw = nullptr;
       if (redisGetReply(connection_.get(), &raw) != REDIS_OK) return connection_->errstr;
-      const Reply reply(static_cast<redisReply*>(raw));
+      const RedisReply reply(static_cast<redisReply*>(raw));
       if (reply->type == REDIS_REPLY_ERROR && error.empty()) error.assign(reply->str, reply->len);
     }
     return error;
   }
 
  private:
-  Connection connection_;
+  RedisConnection connection_;
   std::string longest_;
   int waiting_ = 0;
 };
@@ -93,6 +81,7 @@ std::string bytes_of(Number number) {
 /// A run as entries of Redis streams, as a node of a BRAND graph writes them
 /// (github.com/brandbci/brand, BRAND_spec and DataSyncGuidelines). Every entry of data has `ts`,
 /// the monotonic time of sending in ns as a uint64, and `sync`, the probe time of the data as JSON.
+/// NODE_samples gets the samples of the first probe, NODE_samples_1 those of the second, …;
 /// NODE_spikes gets the spikes; NODE_counts the spikes per afferent and bin; NODE one entry per
 /// update of the electrodes; NODE_pulses one per pulse; NODE_state the node's states.
 class RedisSink final : public SpikeSink {
@@ -105,7 +94,8 @@ class RedisSink final : public SpikeSink {
         text_(setup.run.encoding),
         encoding_("{" + encoding_members(setup.run.encoding) + "}"),
         bin_(bin),
-        counts_(setup.neurons) {}
+        counts_(setup.neurons),
+        probes_(setup.run.probes) {}
 
   /// \return the error, or nothing
   std::string announce() {
@@ -115,7 +105,7 @@ class RedisSink final : public SpikeSink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
+    return kKinds<SpikeEvent, StimulationCommand, TickRecord, DeliveredSample>;
   }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
 
@@ -128,6 +118,9 @@ class RedisSink final : public SpikeSink {
   }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    for (std::uint32_t probe = 0; probe < probes_.size(); ++probe) {
+      add_samples(probe, batch.samples);
+    }
     add_spikes(batch.spikes);
     for (const StimulationCommand& command : batch.commands) {
       if (command.kind == StimulationCommand::Kind::kPulse) {
@@ -149,6 +142,35 @@ class RedisSink final : public SpikeSink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
+  /// One entry: the samples of a probe, with the channels that it measures.
+  void add_samples(std::uint32_t probe, std::span<const DeliveredSample> samples) {
+    std::string times;
+    std::array<std::string, 4> values;
+    nanoseconds newest{0};
+    for (const DeliveredSample& item : samples) {
+      if (item.probe != probe) continue;
+      newest = item.sample.time;
+      append_raw(times, std::int64_t{newest.count()});
+      append_raw(values[0], item.sample.depth_mm);
+      append_raw(values[1], units::N_from_mN(item.sample.force_mN));
+      append_raw(values[2], item.sample.x_mm);
+      append_raw(values[3], item.sample.y_mm);
+    }
+    if (times.empty()) return;
+    StreamWriter::Fields fields = {
+        {"ts", sending_time()}, {"sync", sync_of(newest)}, {"time_ns", times}};
+    constexpr std::array<std::pair<std::uint32_t, std::string_view>, 4> kNames = {
+        {{ProbeSample::kDepth, "depth_mm"},
+         {ProbeSample::kForce, "force_N"},
+         {ProbeSample::kX, "x_mm"},
+         {ProbeSample::kY, "y_mm"}}};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if ((probes_[probe].channels & kNames[i].first) != 0U) {
+        fields.emplace_back(kNames[i].second, std::move(values[i]));
+      }
+    }
+    streams_.add(node_ + "_samples" + (probe == 0 ? "" : "_" + std::to_string(probe)), fields);
+  }
   void add_spikes(std::span<const SpikeEvent> spikes) {
     if (spikes.empty()) return;
     std::string times;
@@ -247,6 +269,7 @@ class RedisSink final : public SpikeSink {
   nanoseconds bin_;  ///< 0: no counts
   nanoseconds bin_start_{0};
   std::vector<std::uint16_t> counts_;  ///< of the present bin, by neuron
+  std::vector<ProbeInfo> probes_;
   std::uint64_t delivered_ = 0;
 };
 
@@ -256,32 +279,6 @@ bool is_node_name(std::string_view name) {
          name.find_first_not_of(
              "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-."
              ":") == std::string_view::npos;
-}
-
-/// Connects to HOST:PORT, or to the socket at an absolute path.
-Expected<Connection, SetupError> connect(const Uri& uri, const SinkSetup& setup) {
-  Connection connection;
-  std::string start = "redis-server --unixsocket " + uri.path;
-  if (uri.path.starts_with('/')) {
-    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kReplyTimeout));
-  } else {
-    const auto address = HostAndPort::parse(uri.path);
-    if (!address) {
-      return bad_input("\"" + uri.text +
-                       "\": the address must be HOST:PORT or the path of a socket, for example "
-                       "redis:127.0.0.1:6379");
-    }
-    if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
-    start = "redis-server --port " + std::to_string(address->port);
-    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kReplyTimeout));
-  }
-  if (!connection || connection->err != 0) {
-    return unavailable("\"" + uri.text + "\": no Redis server answers there (" +
-                       (connection ? connection->errstr : "out of memory") + "): start it with " +
-                       start);
-  }
-  redisSetTimeout(connection.get(), kReplyTimeout);
-  return connection;
 }
 
 }  // namespace
@@ -297,7 +294,7 @@ OpenedSink open_redis_sink(const Uri& uri, const SinkSetup& setup) {
                      "\": the option node must have 1 to 64 letters, digits, '_', '-', '.' or "
                      "':', because streams are named after it");
   }
-  auto connection = connect(uri, setup);
+  auto connection = connect_to_redis(uri, setup.allow_remote);
   if (!connection) return Unexpected<SetupError>(connection.error());
   auto sink = std::make_unique<RedisSink>(
       uri.text, node, StreamWriter(std::move(*connection), longest), setup,

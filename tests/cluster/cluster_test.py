@@ -107,6 +107,18 @@ class Workflow(Case):
         self.assertEqual(self.hashes("slurm"), expected)
 
 
+    @unittest.skipIf(WHY_NOT, WHY_NOT)
+    def test_a_cluster_that_ends_leaves_no_job_behind(self):
+        mark = self.folder / "pid"
+        job = self.folder / "job"
+        job.write_text(f"#!/bin/sh\necho $$ > {mark}\nexec sleep 600\n")
+        with LocalSlurm() as slurm:
+            slurm.run("sbatch", f"--output={self.folder}/job.log", str(job))
+            wait_for(lambda: mark.exists() and mark.read_text().strip())
+            self.assertTrue(pathlib.Path("/proc", mark.read_text().strip()).exists())
+        self.assertFalse(pathlib.Path("/proc", mark.read_text().strip()).exists())
+
+
 def count_spikes(run):
     """Slow enough to be killed meanwhile."""
     time.sleep(0.2)

@@ -8,7 +8,8 @@ import subprocess
 import tempfile
 import time
 
-PROGRAMS = {"slurmctld": "slurmctld", "slurmd": "slurmd", "munged": "munge", "sbatch": "slurm-client"}
+PROGRAMS = {"slurmctld": "slurmctld", "slurmd": "slurmd", "munged": "munge", "sbatch": "slurm-client",
+            "scancel": "slurm-client"}
 
 
 def missing():
@@ -107,7 +108,17 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
                 raise RuntimeError(f"no {what}; ended: {dead}\n{logs}")
             time.sleep(0.1)
 
+    def cancel_all(self):
+        """Ends every job: the daemons would leave their processes behind."""
+        self.run("scancel", "--full", "--signal=KILL", "--state=RUNNING", check=False)
+        self.run("scancel", "--user=root", check=False)
+        deadline = time.monotonic() + 30
+        while self.run("squeue", "-h", "-o", "%i", check=False).strip() and time.monotonic() < deadline:
+            time.sleep(0.1)
+
     def __exit__(self, *exc):
+        if any(daemon.args[0] == "slurmd" and daemon.poll() is None for daemon in self._daemons):
+            self.cancel_all()
         for daemon in reversed(self._daemons):
             if daemon.poll() is None:
                 daemon.send_signal(signal.SIGTERM)

@@ -29,7 +29,7 @@ def main():
         while not os.path.exists(tty):
             time.sleep(0.01)
         subprocess.run([merkel, "run", "--probe", f"serial:{tty}?protocol=hbf1", "--duration-s",
-                        "1", "--sink", f"xdf:{path}"], check=True, stdout=subprocess.DEVNULL)
+                        "1", "--sink", f"xdf:{path}?frames=1"], check=True, stdout=subprocess.DEVNULL)
         device.kill()
         with open(path, "rb") as file:
             content = file.read()

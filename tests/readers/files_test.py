@@ -116,6 +116,14 @@ class Files(merkel_program.TestCase):
         self.assertEqual([(round(t / 1000), n) for t, n in rows_of(segment)],
                          sorted(((t + 500) // 1000, n) for t, n in spikes))
 
+    def test_compare_reads_phy_times_of_every_type(self):
+        """Kilosort writes uint64, SpikeInterface int64."""
+        self.record("phy:" + self.path("s"))
+        times = np.load(self.path("s/spike_times.npy"))
+        for kind in (np.uint64, np.int64, np.uint32, np.int32):
+            np.save(self.path("s/spike_times.npy"), times.astype(kind))
+            self.merkel("compare", self.path("s"), self.path("s.csv"))
+
     def test_sonata_has_the_published_layout(self):
         spikes = self.record("sonata:" + self.path("s.h5") + "?population=finger")
         with h5py.File(self.path("s.h5"), "r") as file:
@@ -219,7 +227,7 @@ class Files(merkel_program.TestCase):
 
     def test_a_limit_of_file_size_ends_its_sinks_and_not_the_run(self):
         done = subprocess.run(
-            [merkel_program.PROGRAM, "run", "--fast", "--probe", TRACE, "--sink",
+            [merkel_program.PROGRAM, "run", "--fast", "--probe", "sim:taps?count=40", "--sink",
              "xdf:" + self.path("s.xdf"), "--sink", "csv:" + self.path("s.csv")],
             capture_output=True, text=True,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (500_000, 500_000)))

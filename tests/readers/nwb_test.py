@@ -20,7 +20,7 @@ RULES = {
     "NWBFile": (["nwb_version"], ["acquisition", "analysis", "processing", "stimulus/presentation",
                                   "stimulus/templates", "general", "identifier", "session_description",
                                   "session_start_time", "timestamps_reference_time", "file_create_date"]),
-    "TimeSeries": (["description"], ["data", "timestamps"]),
+    "TimeSeries": (["description"], ["data"]),
     "Units": (["colnames", "description"], ["id", "spike_times", "spike_times_index", "obs_intervals",
                                             "obs_intervals_index"]),
     "TimeIntervals": (["colnames", "description"], ["id", "start_time", "stop_time"]),
@@ -33,6 +33,14 @@ RULES = {
 FACTS = ("experimenter=Doe, Jane&institution=A University&lab=Touch&keywords=touch;SA1&subject_id=model-1"
          "&species=Homo sapiens&sex=U&age=P30Y")
 NAMESPACES = {"VectorData": "hdmf-common", "VectorIndex": "hdmf-common", "ElementIdentifiers": "hdmf-common"}
+
+
+def times_of(series):
+    """Of a TimeSeries: each time, or a start and a rate."""
+    if "timestamps" in series:
+        return series["timestamps"][:]
+    start = series["starting_time"]
+    return start[()] + np.arange(len(series["data"])) / start.attrs["rate"]
 
 
 def table_of(path):
@@ -59,6 +67,8 @@ class Nwb(merkel_program.TestCase):
                 for member in members:
                     self.assertIn(member, item, f"{name} ({kind})")
                 self.assertEqual(item.attrs["namespace"], NAMESPACES.get(kind, "core"), name)
+                if kind == "TimeSeries":
+                    self.assertNotEqual("timestamps" in item, "starting_time" in item, name)
                 ids.add(str(uuid.UUID(item.attrs["object_id"])))
                 self.seen[kind] = self.seen.get(kind, 0) + 1
             for attribute in item.attrs:
@@ -105,7 +115,7 @@ class Nwb(merkel_program.TestCase):
             trace = table_of("tests/traces/slide.csv")
             depth = file["stimulus/presentation/depth"]
             self.assertTrue(np.array_equal(depth["data"][:], trace["depth_mm"]))
-            self.assertTrue(np.array_equal(np.round(depth["timestamps"][:] * 1e9), np.round(trace["time_s"] * 1e9)))
+            self.assertTrue(np.array_equal(np.round(times_of(depth) * 1e9), np.round(trace["time_s"] * 1e9)))
             self.assertEqual(depth["data"].attrs["unit"], "meters")
             self.assertAlmostEqual(depth["data"].attrs["conversion"], 1e-3)
             self.assertEqual(units["obs_intervals"].shape, (len(units["id"]), 2))
@@ -139,7 +149,7 @@ class Nwb(merkel_program.TestCase):
                             continue
                         series = stimulus[f"electrode_{name}_{quantity}"]
                         self.assertEqual(series["data"][:].tolist(), [float(row[column]) for row in rows])
-                        self.assertTrue(np.array_equal(np.round(series["timestamps"][:] * 1e9),
+                        self.assertTrue(np.array_equal(np.round(times_of(series) * 1e9),
                                                        [round(float(row["time_s"]) * 1e9) for row in rows]))
                     series = stimulus[f"electrode_{name}_stop"]
                     codes = series.attrs["description"].split(": ")[-1].split(", ")
@@ -159,7 +169,7 @@ class Nwb(merkel_program.TestCase):
             with pynwb.NWBHDF5IO(path, "r") as io:
                 self.assertEqual(pynwb.validate(io=io), [])
                 for series in io.read().stimulus.values():
-                    self.assertEqual(len(series.timestamps), len(series.data))
+                    self.assertTrue(series.rate or len(series.timestamps) == len(series.data))
 
     def test_nwbinspector_has_nothing_critical_to_say(self):
         """Stand-ins for nwbinspector's rules, by their names there; it is not in Debian."""
@@ -181,8 +191,56 @@ class Nwb(merkel_program.TestCase):
                 self.assertTrue((np.diff(table["start_time"][:]) >= 0).all())
                 self.assertTrue((table["start_time"][:] >= 0).all())
                 self.assertTrue((table["stop_time"][:] >= table["start_time"][:]).all())
+            # check_regular_timestamps: a rate instead of equally spaced times; check_timestamps_match_first_dimension,
+            # check_timestamps_ascending, check_resolution, check_rate_is_not_zero
+            for series in file["stimulus/presentation"].values():
+                times = times_of(series)
+                self.assertEqual(len(times), len(series["data"]))
+                self.assertTrue((np.diff(times) > 0).all())
+                if "timestamps" in series:
+                    self.assertGreater(len(np.unique(np.diff(times).round(9))), 1)
+                else:
+                    self.assertGreater(series["starting_time"].attrs["rate"], 0)
+                    self.assertEqual(series["starting_time"].attrs["unit"], "seconds")
+                self.assertNotEqual(series["data"].attrs["resolution"], 0)
+            # check_description, check_name_slashes, check_empty_string_for_optional_attribute
+            def check_texts(name, item):
+                self.assertNotIn("/", name.rsplit("/", 1)[-1])
+                if item.attrs.get("neurodata_type") in ("TimeSeries", "VectorData", "Units", "TimeIntervals", "Device"):
+                    self.assertGreater(len(item.attrs["description"]), 5, name)
+                self.assertFalse([key for key, value in item.attrs.items() if isinstance(value, str) and not value], name)
+            file.visititems(check_texts)
+            # check_session_start_time_old_date, _future_date; check_col_not_nan, check_negative_spike_times
+            start = datetime.datetime.fromisoformat(file["session_start_time"][()].decode())
+            self.assertTrue(start.year > 1980 and start < datetime.datetime.now(datetime.timezone.utc))
+            for name in ("x_mm", "y_mm", "field_radius_mm"):
+                self.assertFalse(np.isnan(file["units"][name][:]).any())
+            self.assertTrue((file["units/spike_times"][:] >= 0).all())
             # SpikeInterface's NwbSortingExtractor divides by it.
             self.assertEqual(file["units/spike_times"].attrs["resolution"], 1e-9)
+
+    def test_a_regular_press_has_a_rate_and_an_irregular_one_its_times(self):
+        rows = [(0.001 * i, 0.5) for i in range(2000)]
+        for name, times in (("regular", [t for t, _ in rows]), ("late", [t + (t > 1.2) * 1e-4 for t, _ in rows]),
+                            ("short", [0.0, 0.001])):
+            trace = self.path(name + ".csv")
+            with open(trace, "w") as file:
+                file.write("time_s,depth_mm,force_N\n" + "".join(f"{t:.9f},0.5,0.1\n" for t in times))
+            self.merkel("run", "finger", "--fast", "--probe", "replay:" + trace, "--sink", f"nwb:{self.path(name + '.nwb')}")
+            with h5py.File(self.path(name + ".nwb"), "r") as file:
+                self.check_rules(file)
+                for series in (file["stimulus/presentation/depth"], file["stimulus/presentation/force"]):
+                    self.assertEqual("starting_time" in series, name == "regular")
+                    self.assertTrue(np.array_equal(np.round(times_of(series) * 1e9), np.round(np.array(times) * 1e9)))
+
+    def test_units_have_the_names_of_their_patches(self):
+        self.merkel("run", "hand", "--fast", "--duration-s", "0.05", "--sink", "nwb:" + self.path("h.nwb"))
+        rows = self.merkel("scene", "hand").stdout
+        with h5py.File(self.path("h.nwb"), "r") as file:
+            patches = dict(zip(file["units/patch"][:], file["units/patch_name"].asstr()[:]))
+        self.assertGreater(len(patches), 5)
+        for name in patches.values():
+            self.assertIn(f'name = "{name}"', rows)
 
     def test_contacts_are_trials_without_marks(self):
         with h5py.File(self.record(trace="tests/traces/taps.csv"), "r") as file:

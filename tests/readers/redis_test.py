@@ -1,12 +1,15 @@
 """A run as nodes of a BRAND graph read it: from a real Redis server, by redis-py, as BRAND's own nodes do.
 
 Entries follow BRAND's documents BRAND_spec (states) and DataSyncGuidelines (ts, sync)."""
+import csv
+import io
 import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -72,10 +75,34 @@ class Redis(merkel_program.TestCase):
             self.assertTrue(now - 300 * 10**9 < int(sent) <= now)
             self.assertGreaterEqual(json.loads(entry["sync"])["merkel_time_ns"], 0)
 
-    def node(self, *flags):
+    def node(self, *flags, name="touch"):
         environment = dict(os.environ, MERKEL_PROGRAM=merkel_program.PROGRAM)
-        return subprocess.Popen([sys.executable, "tools/brand_node", "-n", "touch", *flags], env=environment,
+        return subprocess.Popen([sys.executable, "tools/brand_node", "-n", name, *flags], env=environment,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def publish(self, stream, entry):
+        """Adds entry(k) to the stream, 500 times a second."""
+        def work():
+            start = time.monotonic()
+            for k in range(10**6):
+                if stop.wait(max(0, start + k / 500 - time.monotonic())):
+                    return
+                self.client.xadd(stream, entry(k), maxlen=1000)
+        stop, thread = threading.Event(), threading.Thread(target=work)
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(stop.set)
+
+    def read_samples(self, probe, seconds="1"):
+        """The samples of a run with that probe: columns by name."""
+        session = self.path("r.xdf")
+        done = merkel_program.run("run", "finger", "--probe", probe, "--duration-s", seconds, "--sink", "xdf:" + session,
+                                  "--overwrite")
+        self.assertTrue(os.path.exists(session), done.stderr)
+        rows = list(csv.DictReader(io.StringIO(
+            self.merkel("inspect", "session", session, "--stream", "samples").stdout)))
+        self.assertGreater(len(rows), 100, done.stderr)
+        return rows
 
     def test_every_update_is_an_entry_with_the_next_heartbeat(self):
         self.merkel("run", "--fast", self.path("scene.toml"), "--sink",
@@ -147,6 +174,74 @@ class Redis(merkel_program.TestCase):
         np.add.at(expected, ((times[inside] - (ends[0] - 20_000_000)) // 20_000_000, neurons[inside] - 1), 1)
         self.assertTrue((bins == expected).all())
         self.assertGreater(bins.sum(), 20)
+
+    def test_a_probe_reads_the_entries_of_a_stream_at_their_times(self):
+        sent = {}
+
+        def entry(k):
+            ts, force = time.monotonic_ns(), round(0.001 * (k % 700), 6)
+            sent[ts] = force
+            return {"ts": np.uint64(ts).tobytes(), "sync": "{}", "force_N": str(force), "note": "x"}
+        self.publish("gauge", entry)
+        for row in self.read_samples(f"redis:127.0.0.1:{self.port}?stream=gauge"):
+            self.assertAlmostEqual(float(row["force_mN"]), 1000 * sent[round(float(row["time_s"]) * 1e9)], places=6)
+
+    def test_a_probe_reads_batches_of_numbers_as_bytes(self):
+        def entry(k):
+            counts = np.arange(10 * k, 10 * k + 10) % 2000
+            return {"ts": np.uint64(time.monotonic_ns()).tobytes(), "counts": counts.astype(np.int16).tobytes()}
+        self.publish("adc", entry)
+        rows = self.read_samples(f"redis:{self.path('socket')}?stream=adc&fields=counts:force_mN:int16")
+        counts = np.array([round(float(row["force_mN"])) for row in rows])
+        self.assertTrue((np.diff(counts) % 2000 == 1).all())
+        self.assertTrue((np.diff([float(row["time_s"]) for row in rows]) > 0).all())
+        self.assertGreater(len(rows), 3000)
+
+    def test_one_run_reads_the_samples_of_another(self):
+        first = merkel_program.start("run", "finger", "--probe", "sim:taps?count=500&live=1&force_N=0.5", "--sink",
+                                     f"redis:127.0.0.1:{self.port}?node=a", "--sink", "xdf:" + self.path("a.xdf"))
+        self.addCleanup(first.communicate)
+        self.addCleanup(first.kill)
+        self.assertTrue(wait_for(lambda: self.client.xlen("a_samples") > 20))
+        rows = self.read_samples(f"redis:127.0.0.1:{self.port}?stream=a_samples")
+        first.send_signal(signal.SIGINT)
+        first.wait(timeout=30)
+        own = csv.DictReader(io.StringIO(
+            self.merkel("inspect", "session", self.path("a.xdf"), "--stream", "samples").stdout))
+        forces = {row["time_s"]: row["force_mN"] for row in own}
+        for row in rows:
+            self.assertAlmostEqual(float(row["force_mN"]), float(forces[row["time_s"]]), places=9)
+
+    def test_streams_that_cannot_be_read_say_what_to_do(self):
+        address = f"redis:127.0.0.1:{self.port}"
+        self.publish("odd", lambda k: {"voltage": "1.5", "ts": "7"})
+        for probe, sentence in ((address, "name the stream"), (address + "?stream=none", "start its node"),
+                                (address + "?stream=odd", "they are ts, voltage): name one"),
+                                (address + "?stream=odd&fields=voltage:force_N:int7", "the types are float64"),
+                                ("redis:127.0.0.1:1?stream=odd", "start it with redis-server --port 1")):
+            done = merkel_program.run("run", "--probe", probe, "--duration-s", "1")
+            self.assertIn(done.returncode, (2, 3))
+            self.assertIn(sentence, done.stderr)
+        self.read_samples(address + "?stream=odd&fields=voltage:force_N&clock=arrival")
+
+    def test_several_nodes_of_a_graph_run_side_by_side(self):
+        self.client.xadd("supergraph_stream", {"data": json.dumps({"nodes": {
+            name: {"nickname": name, "parameters": {"scene": "finger", "probe": f"sim:ramp?wait_s=0&hold_s=600&live=1&depth_mm={depth}"}}
+            for name, depth in (("touch", 1.0), ("palm", 0.5))}})})
+        nodes = [self.node("-i", "127.0.0.1", "-p", str(self.port), name=name) for name in ("touch", "palm")]
+        for node in nodes:
+            self.addCleanup(node.communicate)
+            self.addCleanup(node.kill)
+        for name in ("touch", "palm"):
+            self.assertTrue(wait_for(lambda: self.client.xlen(name + "_spikes") > 5))
+        for node in nodes:
+            node.send_signal(signal.SIGINT)
+        for node in nodes:
+            self.assertIn(node.wait(timeout=30), (0, 1))
+        for name, depth in (("touch", 1.0), ("palm", 0.5)):
+            self.assertEqual([entry["status"].decode() for entry in self.entries(name + "_state")], STATES)
+            depths = np.concatenate([np.frombuffer(entry["depth_mm"]) for entry in self.entries(name + "_samples")])
+            self.assertEqual(depths.max(), depth)
 
     def test_the_graphs_priority_and_cores_are_used(self):
         self.publish_graph({"scene": "finger", "probe": "sim:ramp?wait_s=0&hold_s=600&live=1",

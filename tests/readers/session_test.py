@@ -39,8 +39,13 @@ class Session(merkel_program.TestCase):
             rows = [line.split(",") for line in lines if line[0] != "#"][1:]
         samples = xdf.streams["merkel.samples"]
         self.assertEqual(samples.column("depth_mm"), [float(row[1]) for row in rows])
-        ticks = xdf.streams["merkel.ticks"]
-        self.assertEqual(ticks.column("number"), list(range(1, len(ticks.samples) + 1)))
+        ticks, states = xdf.streams["merkel.ticks"], xdf.streams["merkel.tick_states"]
+        self.assertEqual(states.column("number")[0], 1)
+        # A state is written where it changes: with each release and its end, held ticks and late samples.
+        self.assertLess(len(states.samples), len(ticks.samples) / 10)
+        self.assertTrue(all(stamp in ticks.stamps for stamp in states.stamps))
+        shown = self.merkel("inspect", "session", session, "--stream", "ticks").stdout.splitlines()
+        self.assertEqual([int(row.split(",")[0]) for row in shown[1:]], list(range(1, len(ticks.samples) + 1)))
         kinds = xdf.streams["merkel.events"].column("kind")
         self.assertEqual(kinds.count(0), 6)  # releases
         for stream in xdf.streams.values():
@@ -58,7 +63,7 @@ class Session(merkel_program.TestCase):
             last = max(float(each.footer.findtext("last_timestamp")) for each in xdf.streams.values())
             self.assertLess(ticks.stamps[0] - first, 1)
             self.assertLess(last - ticks.stamps[-1], 1)
-            self.assertGreaterEqual(last, ticks.stamps[-1])
+            self.assertGreaterEqual(last, ticks.stamps[-1] - 1e-6)
             for stamp in xdf.streams["merkel.status"].stamps:
                 self.assertTrue(first <= stamp <= last)
             self.assertEqual(ticks.rate, 1000)
@@ -67,9 +72,61 @@ class Session(merkel_program.TestCase):
                 self.assertEqual(stream.type in ("Events", "Markers"), stream.name == "merkel.marks")
                 self.assertGreaterEqual(len(stream.clock_offsets), 1)
                 self.assertTrue(all(offset == 0 for _, offset in stream.clock_offsets))
+            self.check_positions(xdf)
             afferents = xdf.header.find("merkel").findtext("afferents").splitlines()
             self.assertEqual(afferents[0], "neuron,patch,x_mm,y_mm,field_radius_mm,receptors")
             self.assertEqual(len(afferents), 21)
+
+    def check_positions(self, xdf):
+        """In the description of the spikes, where pyxdf shows them."""
+        described = xdf.streams["merkel.spikes"].description.findall("afferents/afferent")
+        rows = xdf.header.find("merkel").findtext("afferents").splitlines()
+        self.assertEqual([",".join(field.text for field in each) for each in described], rows[1:])
+        self.assertEqual(",".join(field.tag for field in described[0]), rows[0])
+
+    def test_each_probe_has_ticks_at_their_rate_and_its_own_samples(self):
+        session = self.path("two.xdf")
+        self.merkel("run", "finger", "--probe", "sim:taps?force_N=0.5&count=4&live=1", "--probe",
+                    "sim:ramp?force_N=0.3&hold_s=1&live=1", "--sink", "xdf:" + session)
+        xdf = Xdf(session)
+        for name in ("merkel.ticks", "merkel.ticks.1"):
+            ticks = xdf.streams[name]
+            self.assertEqual(ticks.rate, 1000)
+            self.assertGreater(len(ticks.samples), 1000)
+            self.assertLess(max(abs(b - a - 0.001) for a, b in zip(ticks.stamps, ticks.stamps[1:])), 1e-6)
+        self.assertEqual(len(xdf.streams["merkel.ticks"].samples), len(ticks.samples))
+        self.assertEqual(xdf.streams["merkel.ticks.1"].labels, ["latency_ns", "force_mN", "delay_ns"])
+        self.assertIn("bit-identical", self.merkel("replay", session).stdout)
+
+    def test_a_killed_run_of_two_probes_replays(self):
+        session = self.path("k.xdf")
+        program = merkel_program.start("run", "--probe", "sim:taps?count=500&live=1", "--probe",
+                                       "sim:taps?count=500&live=1", "--sink", "xdf:" + session)
+        part = session + ".part"
+        self.assertTrue(merkel_program.wait_for(
+            lambda: os.path.exists(part) and os.path.getsize(part) > 10_000 and
+            len(Xdf(part).streams["merkel.ticks.1"].samples) > 300))
+        program.send_signal(signal.SIGKILL)
+        program.communicate()
+        self.assertIn("bit-identical", self.merkel("replay", part).stdout)
+
+    def test_an_hour_of_a_kilohertz_probe_takes_less_than_half_a_gigabyte(self):
+        device = merkel_program.start("simulate-probe", "hbf1", "--trace", "tests/traces/taps.csv",
+                                      "--link", self.path("tty"), "--repeat")
+        self.addCleanup(device.communicate)
+        self.addCleanup(device.kill)
+        self.assertTrue(merkel_program.wait_for(lambda: os.path.exists(self.path("tty"))))
+        sizes = {}
+        for frames in (0, 1):
+            session = self.path(f"s{frames}.xdf")
+            merkel_program.run("run", "--probe", f"serial:{self.path('tty')}?protocol=hbf1", "--duration-s", "4",
+                               "--sink", f"xdf:{session}?frames={frames}")
+            xdf = Xdf(session)
+            ticks = xdf.streams["merkel.ticks"]
+            sizes[frames] = sum(xdf.sizes[tag] for tag in (3, 4)) / (ticks.stamps[-1] - ticks.stamps[0])
+        self.assertLess(sizes[0], 120_000)  # bytes per second
+        self.assertGreater(sizes[1], 1.5 * sizes[0])
+        print(f"\na 1 kHz probe: {sizes[0] / 1000:.0f} kB/s, with its bytes {sizes[1] / 1000:.0f} kB/s")
 
     def test_record_writes_a_session_of_samples_alone(self):
         session = self.path("r.xdf")
@@ -96,7 +153,7 @@ class Session(merkel_program.TestCase):
         session = self.path("s.xdf")
         done = self.merkel(
             "run", "--probe", f"serial:{self.path('tty')}?protocol=hbf1&calibration={calibration}",
-            "--duration-s", "0.5", "--sink", f"xdf:{session}", "--json")
+            "--duration-s", "0.5", "--sink", f"xdf:{session}?frames=1", "--json")
         loop = json.loads(done.stdout)["loop"]
         xdf = Xdf(session)
         facts = xdf.header.find("merkel")

@@ -11,6 +11,7 @@ class Stream:
         self.name = header.findtext("name")
         self.count = int(header.findtext("channel_count"))
         self.format = header.findtext("channel_format")
+        self.description = header.find("desc")
         self.labels = [c.findtext("label") for c in header.findall("desc/channels/channel")]
         self.stamps = []
         self.samples = []
@@ -32,6 +33,7 @@ class Xdf:
             self.bytes = file.read()
         if self.bytes[:4] != b"XDF:":
             raise ValueError("no XDF file")
+        self.sizes = {}  # bytes of the chunks, by tag
         self.header, self.by_id, self.whole, self.boundaries = None, {}, True, 0
         place = 4
         while place < len(self.bytes):
@@ -57,6 +59,7 @@ class Xdf:
             self.boundaries += 1
         elif tag in (2, 3, 4, 6):
             (number,) = struct.unpack_from("<I", content)
+            self.sizes[tag] = self.sizes.get(tag, 0) + len(content) + 7
             if tag == 2:
                 self.by_id[number] = Stream(xml.fromstring(content[4:]))
             elif tag == 4:
@@ -82,6 +85,8 @@ class Xdf:
             if stamped:
                 stream.stamps.append(struct.unpack_from("<d", content, place)[0])
                 place += 8
+            else:  # pyxdf and EEGLAB count on by the nominal rate
+                stream.stamps.append(stream.stamps[-1] + 1 / stream.rate)
             stream.samples.append(values.unpack_from(content, place))
             place += values.size
         assert place == len(content)

@@ -57,7 +57,7 @@ TEST(Hand, TheExampleRunsOnOneCable) {
   const std::string session = folder.path("s.xdf");
   const std::string commands = folder.path("stim.csv");
   const auto run = run_program({"run", scene, "--duration-s", "2.5", "--json", "--sink",
-                                "xdf:" + session, "--sink", "stim-csv:" + commands});
+                                "xdf:" + session + "?frames=1", "--sink", "stim-csv:" + commands});
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
   const auto json = nlohmann::json::parse(run.out);
   ASSERT_EQ(json["probes"].size(), 6U);

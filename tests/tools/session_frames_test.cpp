@@ -47,8 +47,8 @@ TEST(SessionFrames, TheBytesOfARunParseAgainToItsSamples) {
   const TemporaryFolder folder;
   RunningDevice device("hbf1", {.drop_byte = 0.001, .flip_byte = 0.001});
   const std::string path = folder.path("s.xdf");
-  const auto run =
-      run_program({"run", "--probe", device.uri(), "--duration-s", "0.7", "--sink", "xdf:" + path});
+  const auto run = run_program({"run", "--probe", device.uri(), "--duration-s", "0.7", "--sink",
+                                "xdf:" + path + "?frames=1"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Recorded recorded = read_session(path);
   ASSERT_EQ(recorded.frames.size(), 1U);
@@ -73,7 +73,7 @@ TEST(SessionFrames, TheBytesOfARunParseAgainToItsSamples) {
 
   // An exported copy also has them.
   const std::string copy = folder.path("copy.xdf");
-  ASSERT_EQ(run_program({"export", path, "--sink", "xdf:" + copy}).exit_code, 0);
+  ASSERT_EQ(run_program({"export", path, "--sink", "xdf:" + copy + "?frames=1"}).exit_code, 0);
   EXPECT_EQ(read_session(copy).frames, recorded.frames);
   for (const char* fact : {"clock_utc_ns", "probe_serial_number", "scene", "kernel"}) {
     EXPECT_EQ(run_program({"inspect", "session", copy, "--fact", fact}).out,
@@ -87,7 +87,7 @@ TEST(SessionFrames, RecordKeepsThemWithoutASimulation) {
   RunningDevice depth("csv", {});
   const std::string path = folder.path("r.xdf");
   const std::string fused = "fused:" + force.uri() + "|" + depth.uri();
-  const auto run = run_program({"record", fused, path, "--duration-s", "0.4"});
+  const auto run = run_program({"record", fused, path, "--duration-s", "0.4", "--frames"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Recorded recorded = read_session(path);
   ASSERT_EQ(recorded.frames.size(), 2U);
@@ -96,6 +96,21 @@ TEST(SessionFrames, RecordKeepsThemWithoutASimulation) {
   EXPECT_GE(forces.samples.size(), recorded.samples.size());
   EXPECT_GE(depths.samples.size(), 100U);
   EXPECT_EQ(recorded.status.losses.frames, 0U);
+}
+
+TEST(SessionFrames, ASessionHasThemOnRequestOnly) {
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1", {});
+  const std::string session = folder.path("d.xdf");
+  const auto run = run_program(
+      {"run", "--probe", device.uri(), "--duration-s", "0.3", "--sink", "xdf:" + session});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_GT(read_session(session).samples.size(), 100U);
+  EXPECT_TRUE(read_session(session).frames.empty());
+  const auto trace = run_program({"record", device.uri(), folder.path("t.csv"), "--frames"});
+  EXPECT_EQ(trace.exit_code, 2);
+  EXPECT_NE(trace.err.find("give " + folder.path("t.csv") + " the ending .xdf"), std::string::npos)
+      << trace.err;
 }
 
 TEST(SessionFrames, ARecordingHasNone) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "drivers/sessions/session_format.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "realtime/output/sink_writer.hpp"
@@ -136,10 +137,11 @@ TEST(SessionReplay, ABrokenOffSessionIsComparedUpToItsLastWholeTick) {
   LoopStatistics statistics;
   ProbeInput::Counts counts;
   const std::string whole = read_file(record_faulty_session(folder, statistics, counts));
+  const std::size_t headers = whole.find("</info>", whole.find(kMarkStreamName)) + 7;
   std::uint64_t ticks_before = 0;
   for (std::size_t part = 1; part <= 20; ++part) {
-    const auto verdict =
-        replay(folder.file("cut.xdf", whole.substr(0, 8000 + (whole.size() - 8000) / 20 * part)));
+    const auto verdict = replay(
+        folder.file("cut.xdf", whole.substr(0, headers + (whole.size() - headers) / 20 * part)));
     EXPECT_EQ(verdict.difference, "") << part;
     EXPECT_GE(verdict.ticks, ticks_before);
     ticks_before = verdict.ticks;
@@ -175,10 +177,10 @@ TEST(SessionReplay, OneChangedBitOfASpikeOrAnInputIsSeen) {
   };
   const std::int64_t time_ns = spike.time.count();
   EXPECT_NE(changed({reinterpret_cast<const char*>(&time_ns), sizeof time_ns}, 0).difference, "");
-  // A tick's record starts with its number and its probe; the depth is its sixth value.
-  const std::array<double, 2> head{static_cast<double>(pressed.number), 0.0};
+  // A tick of this probe has its latency, its depth and its delay.
+  const std::array<double, 3> tick{0.0, pressed.contact.depth_mm, 0.0};
   const auto verdict =
-      changed({reinterpret_cast<const char*>(head.data()), sizeof head}, 5 * sizeof(double) + 6);
+      changed({reinterpret_cast<const char*>(tick.data()), sizeof tick}, sizeof(double) + 6);
   EXPECT_NE(verdict.difference.find("the recording"), std::string::npos) << verdict.difference;
 }
 

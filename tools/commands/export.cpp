@@ -51,7 +51,7 @@ int export_session(const ExportOptions& options) {
                                 .allow_remote = options.allow_remote,
                                 .run = *run,
                                 .notice = warn,
-                                .inputs = {options.session},
+                                .inputs = {split_rig(options.session).first},
                                 .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
                                              : options.time_zero == "device" ? TimeZero::kDevice
                                                                              : TimeZero::kRun});
@@ -110,7 +110,9 @@ void add_export_command(CommandLine& program) {
                   "Converts a recorded session to other formats, by any of the sinks: spikes, "
                   "stimulus, positions, events and marks, as far as the format can hold them.",
                   "export session.xdf --sink nwb:session.nwb --sink trace:press.csv")
-      .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
+      .option(
+          "session", options->session,
+          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
       .required()
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .required()

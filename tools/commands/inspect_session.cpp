@@ -214,7 +214,9 @@ void add_inspect_session_command(CommandLine& inspect) {
           "The contents of a recorded session: the facts of the run and the number of items in "
           "each stream, or the rows of one stream.",
           "inspect session session.xdf --stream frames")
-      .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
+      .option(
+          "session", options->session,
+          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
       .required()
       .option("--stream", options->stream,
               "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "

@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
+#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/number_text.hpp"
@@ -69,6 +70,8 @@ int merge(const MergeOptions& options) {
   const auto merged = merge_sessions(options.sessions, options.mark);
   if (!merged) return refuse(merged.error());
   if (auto aligned = check_alignment(options, *merged); !aligned) return refuse(aligned.error());
+  std::vector<std::string> inputs;
+  for (const std::string& session : options.sessions) inputs.push_back(split_rig(session).first);
   std::vector<std::unique_ptr<SpikeSink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, {.neurons = merged->neurons,
@@ -78,7 +81,7 @@ int merge(const MergeOptions& options) {
                                     [](const std::string& line) {
                                       std::fprintf(stderr, "merkel: %s\n", line.c_str());
                                     },
-                                .inputs = options.sessions});
+                                .inputs = inputs});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
@@ -103,7 +106,8 @@ void add_merge_command(CommandLine& program) {
                   "to any of the file sinks. Afferents are numbered through all sessions; the "
                   "names of their patches begin with the name of their session.",
                   "merge left.xdf right.xdf --sink nwb:both.nwb")
-      .list("sessions", options->sessions, "Sessions, as recorded by --sink xdf:FILE")
+      .list("sessions", options->sessions,
+            "Sessions, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
       .required()
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .required()

@@ -26,6 +26,7 @@ struct RecordOptions {
   std::string uri;
   std::string file;
   std::optional<double> duration_s;
+  bool frames = false;
   bool overwrite = false;
   bool json = false;
 };
@@ -46,12 +47,17 @@ class Recording {
     run.facts = {{"command", command}, {"version", MERKEL_VERSION}, {"git_hash", kGitHash}};
     add_probe_facts(probe.info(), run);
     for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
-    auto sink = open_sink((options.file.ends_with(".xdf") ? "xdf:" : "trace:") + options.file,
-                          {.neurons = 0,
-                           .overwrite = options.overwrite,
-                           .allow_remote = false,
-                           .run = std::move(run),
-                           .notice = warn});
+    const bool session = options.file.ends_with(".xdf");
+    if (options.frames && !session) {
+      return bad_input("--frames needs a session: give " + options.file + " the ending .xdf");
+    }
+    auto sink = open_sink(
+        (session ? "xdf:" : "trace:") + options.file + (options.frames ? "?frames=1" : ""),
+        {.neurons = 0,
+         .overwrite = options.overwrite,
+         .allow_remote = false,
+         .run = std::move(run),
+         .notice = warn});
     if (!sink) return Unexpected<SetupError>(sink.error());
     recording.sink_ = std::move(*sink);
     recording.replayed_ = probe.info().replayed;
@@ -213,6 +219,7 @@ void add_record_command(CommandLine& program) {
       .option("file", options->file, "File to write: a trace (.csv) or a session (.xdf)")
       .required()
       .option("--duration-s", options->duration_s, "Stop after this time, s", {1e-6, 1e9})
+      .flag("--frames", options->frames, "Keep the bytes of the devices too, in a session")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
       .flag("--json", options->json, "Print a summary with the device's counters as JSON")
       .runs([options] { return record(*options); });

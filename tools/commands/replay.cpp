@@ -162,7 +162,7 @@ int replay(const ReplayOptions& options) {
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
                         .run = std::move(run),
-                        .inputs = {options.session}};
+                        .inputs = {split_rig(options.session).first}};
   const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
   if (options.realtime) return play(options, *scene, numbering, setup, *origin);
@@ -202,6 +202,12 @@ int replay(const ReplayOptions& options) {
   for (const auto& sink : sinks) keep(sink->close());
   if (!error_message.empty()) return fail(error_message);
 
+  if (verdict.ticks == 0 && !session->fact("rig").empty()) {
+    return refuse(options.session +
+                  " is a rig's part of a recording of LabRecorder, which has no tick inputs: its "
+                  "press runs through any scene, merkel run SCENE --fast --probe 'replay:" +
+                  options.session + "'");
+  }
   if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
                   " contains no tick inputs: it was recorded without a simulation, or ended "
@@ -222,7 +228,9 @@ void add_replay_command(CommandLine& program) {
                   "whether the spikes are bit-identical: exit code 0 if they are, 1 if not. Reads "
                   "incomplete sessions (FILE.xdf.part) up to their last complete tick.",
                   "replay session.xdf")
-      .option("session", options->session, "Session, as recorded by --sink xdf:FILE")
+      .option(
+          "session", options->session,
+          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
       .required()
       .list("--sink", options->sinks,
             "Also send the spikes to a sink, repeatable: " + sink_schemes())

@@ -22,6 +22,7 @@ struct OneSession {
   std::string path;
   std::string rig;  ///< the file's name
   std::string boot;
+  std::string recorder;  ///< of rigs in one recording of LabRecorder, which have one clock
   std::optional<nanoseconds> clock_error;
   Scene scene;
   RunDescription run;
@@ -36,8 +37,10 @@ void append(const std::vector<Item>& from, std::vector<Item>& to) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
+/// Of its UTC or, in a recording of LabRecorder, of the recorder's clock.
 std::optional<nanoseconds> clock_error_of(const SessionReader& session) {
-  const std::string text = session.fact("utc_error_ns");
+  const std::string text =
+      session.fact(session.fact("recorder").empty() ? "utc_error_ns" : "clock_error_ns");
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
@@ -56,8 +59,11 @@ Expected<OneSession, SetupError> read_session(const std::string& path) {
   const auto origin = session_origin(*reader);
   if (!origin) return Unexpected<SetupError>(origin.error());
   OneSession session{.path = path,
-                     .rig = std::filesystem::path(path).stem().string(),
+                     .rig = reader->fact("rig").empty()
+                                ? std::filesystem::path(path).stem().string()
+                                : reader->fact("rig"),
                      .boot = reader->fact("boot_id"),
+                     .recorder = reader->fact("recorder"),
                      .clock_error = clock_error_of(*reader),
                      .scene = std::move(*scene),
                      .run = std::move(*run),
@@ -149,7 +155,12 @@ Expected<MergedSessions::Alignment, SetupError> by_utc(const OneSession& first,
       .offset = (first.origin.start - first.origin.utc) - (other.origin.start - other.origin.utc),
       .residual = std::nullopt,
       .how = "UTC of the hosts"};
-  if (!first.boot.empty() && first.boot == other.boot) {
+  if (!first.recorder.empty() && first.recorder == other.recorder) {
+    alignment.how = "the same recorder";
+    alignment.offset = nanoseconds{0};
+    alignment.residual =
+        first.clock_error.value_or(nanoseconds{0}) + other.clock_error.value_or(nanoseconds{0});
+  } else if (!first.boot.empty() && first.boot == other.boot) {
     alignment.how = "the same host";
     alignment.residual = nanoseconds{0};
   } else if (first.clock_error && other.clock_error) {
@@ -226,8 +237,9 @@ Expected<MergedSessions, SetupError> merge_sessions(const std::vector<std::strin
   for (const std::string& path : paths) {
     auto session = read_session(path);
     if (!session) return Unexpected<SetupError>(session.error());
+    const std::string own = session->rig;
     for (int number = 2; !rigs.insert(session->rig).second; ++number) {
-      session->rig = std::filesystem::path(path).stem().string() + "_" + std::to_string(number);
+      session->rig = own + "_" + std::to_string(number);
     }
     nanoseconds offset{0};
     if (!first) {
@@ -241,6 +253,7 @@ Expected<MergedSessions, SetupError> merge_sessions(const std::vector<std::strin
       first->path = session->path;
       first->origin = session->origin;
       first->boot = session->boot;
+      first->recorder = session->recorder;
       first->clock_error = session->clock_error;
       first->items.marks = session->items.marks;
     } else {

@@ -1,6 +1,8 @@
 #include "drivers/sessions/session_reader.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <set>
@@ -121,16 +123,26 @@ const std::array<StimulationCommand, 3> kCommands = {
                        .electrode = 1,
                        .stop = StimulationCommand::Stop::kGap}};
 
+/// Two probes, of which one measures less.
+std::vector<ProbeInfo> two_probes() {
+  std::vector<ProbeInfo> probes(2);
+  probes[0].channels = ProbeSample::kDepth | ProbeSample::kForce;
+  probes[1].channels = ProbeSample::kDepth;
+  probes[1].extra_columns = {"humidity", "time_ns"};
+  return probes;
+}
+
 /// A session with one chunk of each kind. \param closed  true if properly closed
 std::string record(const TemporaryFolder& folder, bool closed) {
   const std::string path = folder.path(closed ? "closed.xdf" : "open.xdf");
-  auto sink = open_sink("xdf:" + path,
+  auto sink = open_sink("xdf:" + path + "?frames=1",
                         SinkSetup{.neurons = 20,
                                   .overwrite = false,
                                   .allow_remote = false,
                                   .run = {.scene = "a <b> & \"c\"",
                                           .facts = {{"scene_text", "[skin]\n# ]]> \t <é>\n"}},
-                                          .model = {}}});
+                                          .model = {},
+                                          .probes = two_probes()}});
   EXPECT_TRUE(sink) << sink.error().sentence;
   EXPECT_TRUE((*sink)->write({.spikes = kSpikes}));
   EXPECT_TRUE((*sink)->write({.commands = kCommands}));
@@ -210,6 +222,145 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   EXPECT_EQ(all.frames[0].port, 2U);
   EXPECT_EQ(all.frames[0].frame, kFrames[0]);
   EXPECT_EQ(all.frames[1].frame, kFrames[1]);
+}
+
+/// Ticks of two probes, as the loop publishes them: with a gap, a late sample, a release and a lost
+/// record.
+std::vector<TickRecord> ticks_of_two_probes() {
+  std::vector<TickRecord> ticks;
+  for (std::uint64_t number = 1; number <= 50; ++number) {
+    for (std::uint32_t probe = 0; probe < 2; ++probe) {
+      if (number == 40 && probe == 1) continue;
+      const double phase = 0.1 * static_cast<double>(number);
+      ticks.push_back(
+          {.time = std::chrono::seconds{77} + std::chrono::milliseconds{number} +
+                   std::chrono::milliseconds{number > 20 ? 33 : 0},
+           .latency = nanoseconds{static_cast<std::int64_t>(number * 17 + probe)},
+           .delay = nanoseconds{2'000'000},
+           .contact = {.depth_mm = std::sin(phase),
+                       .force_mN = number == 11 && probe == 1 ? -0.0 : 0.0,
+                       .x_mm = 15.0,
+                       .y_mm = probe == 0 ? 10.0 : 1.0 / 3.0},
+           .number = number,
+           .probe = probe,
+           .late = static_cast<std::uint16_t>(number == 7 ? 2 : 0),
+           .state = number > 30 ? TickRecord::State::kReleased : TickRecord::State::kFollowing});
+    }
+  }
+  return ticks;
+}
+
+TEST(SessionReader, TicksOfSeveralProbesComeInTheirOrderToTheBit) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("two.xdf");
+  const auto ticks = ticks_of_two_probes();
+  auto sink = open_sink("xdf:" + path,
+                        SinkSetup{.neurons = 20,
+                                  .overwrite = false,
+                                  .allow_remote = false,
+                                  .run = {.scene = "a",
+                                          .facts = {{"scene_text", "a"}, {"tick_ns", "1000000"}},
+                                          .model = {},
+                                          .probes = two_probes()}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  // Cut within a tick: its records are in different chunks.
+  ASSERT_TRUE((*sink)->write({.ticks = std::span(ticks).first(31)}));
+  ASSERT_TRUE((*sink)->flush());
+  ASSERT_TRUE((*sink)->write({.ticks = std::span(ticks).subspan(31)}));
+  ASSERT_TRUE((*sink)->close());
+  const Everything all = read_all(path);
+  EXPECT_EQ(all.error, "");
+  ASSERT_EQ(all.ticks.size(), ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    expect_same(all.ticks[i], ticks[i]);
+    EXPECT_EQ(all.ticks[i].delay, ticks[i].delay);
+    EXPECT_EQ(std::signbit(all.ticks[i].contact.force_mN), std::signbit(ticks[i].contact.force_mN))
+        << i;
+  }
+  // Wherever a file was cut, it ends with a whole tick, or lacks one record of it.
+  const std::string whole = read_file(path);
+  for (std::size_t bytes = whole.size() / 2; bytes < whole.size(); bytes += 23) {
+    const Everything cut = read_all(folder.file("cut.xdf", whole.substr(0, bytes)));
+    if (!cut.error.empty() || cut.ticks.empty()) continue;
+    const auto of_first = std::count_if(cut.ticks.begin(), cut.ticks.end(),
+                                        [](const TickRecord& tick) { return tick.probe == 0; });
+    const std::ptrdiff_t others = static_cast<std::ptrdiff_t>(cut.ticks.size()) - of_first;
+    const std::ptrdiff_t lost = cut.ticks.back().number >= 40 ? 1 : 0;
+    EXPECT_LE(of_first - others, 1 + lost) << bytes;
+  }
+}
+
+TEST(SessionReader, WhoeverHasATickHasEverythingElseOfIt) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("order.xdf");
+  auto sink = open_sink("xdf:" + path, SinkSetup{.neurons = 20,
+                                                 .overwrite = false,
+                                                 .allow_remote = false,
+                                                 .run = {.scene = "a",
+                                                         .facts = {{"scene_text", "a"}},
+                                                         .model = {},
+                                                         .probes = two_probes()}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  const Mark mark{.time = nanoseconds{1}, .label = "a"};
+  ASSERT_TRUE((*sink)->write(
+      {.spikes = kSpikes, .commands = kCommands, .ticks = kTicks, .events = kEvents}));
+  ASSERT_TRUE((*sink)->write({.marks = {&mark, 1}}));
+  ASSERT_TRUE((*sink)->close());
+  auto session = SessionReader::open(path);
+  ASSERT_TRUE(session) << session.error().sentence;
+  std::size_t others = 0;
+  SessionChunk chunk;
+  while (session->next(chunk).value_or(false) && chunk.ticks.empty()) others += count_of(chunk);
+  EXPECT_EQ(others, kSpikes.size() + kCommands.size() + kEvents.size() + 1);
+  EXPECT_EQ(chunk.ticks.size(), kTicks.size());
+}
+
+TEST(SessionReader, SamplesOfEachProbeHaveItsOwnColumns) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("columns.xdf");
+  auto sink = open_sink("xdf:" + path, SinkSetup{.neurons = 20,
+                                                 .overwrite = false,
+                                                 .allow_remote = false,
+                                                 .run = {.scene = "a",
+                                                         .facts = {{"scene_text", "a"}},
+                                                         .model = {},
+                                                         .probes = two_probes()}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  std::vector<DeliveredSample> samples;
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    ProbeSample sample = kSamples[0];
+    sample.time += std::chrono::milliseconds{i};
+    sample.sequence = i < 5 ? i : i + 3;  // three were lost
+    sample.valid_for = std::chrono::milliseconds{50};
+    sample.extra[0] = 0.25 * i;
+    sample.extra[1] = -7.0;
+    samples.push_back({.probe = i % 2, .sample = sample});
+  }
+  ASSERT_TRUE((*sink)->write({.samples = samples}));
+  ASSERT_TRUE((*sink)->close());
+  const auto session = SessionReader::open(path);
+  ASSERT_TRUE(session) << session.error().sentence;
+  EXPECT_EQ(session->extra_columns(), (std::vector<std::string>{"humidity", "column_time_ns"}));
+  EXPECT_TRUE(session->has_validity());
+  const Everything all = read_all(path);
+  ASSERT_EQ(all.samples.size(), samples.size());
+  for (const DeliveredSample& each : samples) {
+    const auto found =
+        std::find_if(all.samples.begin(), all.samples.end(), [&](const DeliveredSample& read) {
+          return read.probe == each.probe && read.sample.time == each.sample.time;
+        });
+    ASSERT_NE(found, all.samples.end());
+    EXPECT_EQ(found->sample.sequence, each.sample.sequence);
+    EXPECT_EQ(found->sample.channels, each.sample.channels);
+    EXPECT_EQ(found->sample.valid_for, each.sample.valid_for);
+    EXPECT_EQ(found->sample.arrival, each.sample.arrival);
+    if (each.probe == 1) {
+      EXPECT_EQ(found->sample.extra[0], each.sample.extra[0]);
+      EXPECT_EQ(found->sample.extra[1], -7.0);
+    } else {
+      EXPECT_TRUE(std::isnan(found->sample.extra[0]));
+    }
+  }
 }
 
 TEST(SessionFormat, EveryChannelHasItsOwnLabelAndSaysWhatItIs) {

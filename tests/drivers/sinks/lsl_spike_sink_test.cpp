@@ -24,6 +24,7 @@ TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
   ASSERT_TRUE(sink) << sink.error().sentence;
   auto found = lsl::resolve_stream("name", name, 1, 20.0);
   ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(lsl::resolve_stream("name", name + ".marks", 1, 20.0).size(), 1U);
   lsl::stream_inlet inlet(found[0]);
   inlet.open_stream(20.0);
   lsl::stream_info info = inlet.info(20.0);
@@ -32,6 +33,9 @@ TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
   EXPECT_EQ(info.nominal_srate(), lsl::IRREGULAR_RATE);
   EXPECT_EQ(info.type(), "Spikes");
   EXPECT_STREQ(info.desc().child_value("scene"), "finger");
+  lsl::xml_element afferent = info.desc().child("afferents").child("afferent");
+  EXPECT_STREQ(afferent.child_value("neuron"), "1");
+  EXPECT_STRNE(afferent.child_value("x_mm"), "");
   lsl::xml_element channel = info.desc().child("channels").child("channel");
   EXPECT_STREQ(channel.child_value("label"), "neuron");
 

@@ -1,0 +1,41 @@
+// Compiled only if hiredis is found.
+#include "drivers/redis_connection.hpp"
+
+#include <sys/time.h>
+
+#include "core/parameters/parameter_error.hpp"
+#include "drivers/sinks/host_name.hpp"
+
+namespace merkel {
+namespace {
+
+constexpr timeval kRedisTimeout{.tv_sec = 1, .tv_usec = 0};
+
+}  // namespace
+
+Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote) {
+  RedisConnection connection;
+  std::string start = "redis-server --unixsocket " + uri.path;
+  if (uri.path.starts_with('/')) {
+    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kRedisTimeout));
+  } else {
+    const auto address = HostAndPort::parse(uri.path);
+    if (!address) {
+      return bad_input("\"" + uri.text +
+                       "\": the address must be HOST:PORT or the path of a socket, for example "
+                       "redis:127.0.0.1:6379");
+    }
+    if (!allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
+    start = "redis-server --port " + std::to_string(address->port);
+    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kRedisTimeout));
+  }
+  if (!connection || connection->err != 0) {
+    return unavailable("\"" + uri.text + "\": no Redis server answers there (" +
+                       (connection ? connection->errstr : "out of memory") + "): start it with " +
+                       start);
+  }
+  redisSetTimeout(connection.get(), kRedisTimeout);
+  return connection;
+}
+
+}  // namespace merkel

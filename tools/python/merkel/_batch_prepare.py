@@ -1,0 +1,146 @@
+"""What becomes of the jobs of merkel.batch() before they run: rows of its table, and what a worker needs."""
+import hashlib
+import json
+import numbers
+import os
+import pathlib
+
+import numpy as np
+
+from ._batch_job import FORMATS
+from ._merkel import Error, Scene, __version__, _git_hash, presets
+
+_KEYS = ("scene", "overrides", "press", "probe", "seed", "duration_s", "keep", "name")
+_PRESS = ("depth_mm", "force_N", "x_mm", "y_mm", "time_s", "rate_hz")
+RESULTS = ("status", "error", "spikes", "firing", "rate_hz", "busiest_hz", "simulated_s", "verdict", "version", "spike_hash",
+           "file", "run_s")
+
+
+def dicts(jobs):
+    if hasattr(jobs, "to_dict") and hasattr(jobs, "columns"):
+        return jobs.to_dict("records")
+    return jobs
+
+
+def _is_empty(value):
+    return value is None or (isinstance(value, float) and value != value)
+
+
+def _text(value):
+    """A value as in a scene file; texts without quotes."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, numbers.Real):
+        value = float(value)
+        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
+    if hasattr(value, "__iter__"):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    raise Error(f"a job's value cannot be {value!r}: use a number, a text or a list")
+
+
+def _whole(name, value):
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or value != int(value) or value < 0:
+        raise Error(f"{name} must be a whole number from 0 on, but is {value!r}")
+    return int(value)
+
+
+def _digest(path, _known={}):
+    """A hash of a file's content; it is read once while it does not change."""
+    status = os.stat(path)
+    key = os.path.realpath(path), status.st_mtime_ns, status.st_size
+    if key not in _known:
+        _known[key] = hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
+    return _known[key]
+
+
+def _scene(given):
+    """What a worker makes the scene of: the name of a preset, or a text."""
+    if isinstance(given, Scene):
+        return given.text
+    if given in presets():
+        return given
+    return Scene(given).text
+
+
+def _probe(given):
+    """(URI, hash of its file). Recordings get their whole path, because workers may run in other folders."""
+    uri = given if isinstance(given, str) and given.partition(":")[0].isalpha() and ":" in given else "replay:" + os.fspath(given)
+    if not uri.startswith("replay:"):
+        return uri, None
+    path, mark, options = uri[len("replay:"):].partition("?")
+    path = os.path.abspath(path)
+    if not os.path.isfile(path):
+        raise Error(f"there is no recording {path}")
+    return "replay:" + path + mark + options, _digest(path)
+
+
+def prepared(number, given, keep, folder):
+    """(row, job): the job's keys as a row of the table, and what a worker needs; no job if the keys are wrong."""
+    row = {"job": number, "id": "", "scene": "paper"}
+    row.update((name, value if isinstance(value, (str, numbers.Number)) else str(value))
+               for name, value in given.items()
+               if not (_is_empty(value) or name in ("overrides", "press", "keep", "scene")))
+    scene = given.get("scene")
+    row["scene"] = repr(scene) if isinstance(scene, Scene) else "paper" if _is_empty(scene) else str(scene)
+    row.update((name, _text(value)) for name, value in (given.get("overrides") or {}).items())
+    row.update(dict.fromkeys(RESULTS, ""), status="failed")
+    try:
+        job = _job(given, row, keep, folder)
+    except Error as error:
+        row["error"] = str(error)
+        return row, None
+    row["id"] = job["id"]
+    return row, job
+
+
+def _job(given, row, keep, folder):
+    given = {name: value for name, value in given.items() if not _is_empty(value)}
+    overrides = dict(given.get("overrides", {}))
+    for name, value in given.items():
+        if "." in name:
+            overrides[name] = value
+        elif name not in _KEYS:
+            raise Error(f"a job has no key {name}: the known ones are {', '.join(_KEYS)}, and keys of the scene such "
+                        "as skin.radius_mm")
+    job = {"scene": _scene(given.get("scene", "paper")), "overrides": {name: _text(value) for name, value in overrides.items()},
+           "press": None, "probe": None, "seed": None, "duration_s": None, "folder": folder,
+           "keep": given.get("keep", keep)}
+    if not callable(job["keep"]):
+        if job["keep"] not in ("spikes", "table", *FORMATS):
+            raise Error(f"keep must be a function or one of spikes, table, {', '.join(FORMATS)}, but is {job['keep']!r}")
+        if job["keep"] in FORMATS and folder is None:
+            raise Error(f"keep=\"{job['keep']}\" writes files: pass out=FOLDER")
+    content = [__version__, _git_hash, job["scene"], list(job["overrides"].items())]
+    press = given.get("press")
+    if press is not None and "probe" in given:
+        raise Error("pass either a press or a probe, not both")
+    if isinstance(press, dict):
+        unknown = [name for name in press if name not in _PRESS]
+        if unknown:
+            raise Error(f"a press has no {unknown[0]}: its arrays are {', '.join(_PRESS)}")
+        job["press"] = {name: value if name == "rate_hz" else np.asarray(value, float) for name, value in press.items()}
+        for name, value in sorted(job["press"].items()):
+            content.append([name, np.shape(value), hashlib.sha256(np.ascontiguousarray(value, float).tobytes()).hexdigest()])
+        row["press"] = "arrays"
+    elif press is not None or "probe" in given:
+        job["probe"], file_hash = _probe(press if press is not None else given["probe"])
+        content.append([job["probe"], file_hash])
+        row["probe"] = job["probe"]
+    if "seed" in given:
+        job["seed"] = _whole("seed", given["seed"])
+    if "duration_s" in given:
+        job["duration_s"] = float(given["duration_s"])
+    kept = job["keep"] if isinstance(job["keep"], str) else f"{job['keep'].__module__}.{job['keep'].__qualname__}"
+    content += [job["seed"], job["duration_s"], kept]
+    job["id"] = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
+    return job
+
+
+def columns(rows):
+    """The columns of a table: the jobs' keys in the order of their first use, then the results."""
+    keys = dict.fromkeys(name for row in rows for name in row if name not in RESULTS)
+    return [*keys, *RESULTS]
