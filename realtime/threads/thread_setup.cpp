@@ -21,6 +21,7 @@
 namespace merkel {
 namespace {
 
+constexpr int kDevicePriority = 80;  ///< above the simulation's
 constexpr rlim_t kDemoteAfter_us = 500'000;
 constexpr rlim_t kEndAfter_us = 2'000'000;
 
@@ -256,6 +257,12 @@ bool set_up_watch_thread(const RealtimeSettings& settings, int cpu) {
   RealtimeSettings above = settings;
   ++above.priority;
   return raise_thread(above);
+}
+
+void set_up_device_thread() {
+  ::pthread_setname_np(::pthread_self(), "merkel-device");
+  touch_stack();
+  static_cast<void>(raise_thread({.priority = kDevicePriority}));
 }
 
 void set_up_helper_thread(const char* name) {

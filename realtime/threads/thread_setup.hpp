@@ -61,6 +61,9 @@ void set_up_worker_thread(const RealtimeSettings& settings, int worker);
 /// The same for a thread that watches one core, with a priority above the simulation's.
 /// \return whether it has that priority
 [[nodiscard]] bool set_up_watch_thread(const RealtimeSettings& settings, int cpu);
+/// The same for the thread of a simulated device: a device does not wait for a core of this
+/// machine.
+void set_up_device_thread();
 /// Names the calling thread (at most 15 characters) and sets its timer slack to 1 ns; does not
 /// raise its priority.
 void set_up_helper_thread(const char* name);

@@ -12,6 +12,7 @@
 #include "drivers/files/trace_file.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/simulation/device_simulator.hpp"
+#include "realtime/threads/thread_setup.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/stop_signal.hpp"
 
@@ -111,7 +112,10 @@ int simulate(const SimulateOptions& options) {
       stop.store(true);
     });
   }
-  (*simulator)->run(stop);
+  std::jthread([&] {
+    set_up_device_thread();
+    (*simulator)->run(stop);
+  }).join();
   const DeviceSimulator::Counts& counts = (*simulator)->counts();
   const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   std::fprintf(stderr,
@@ -136,7 +140,7 @@ void add_simulate_probe_command(CommandLine& program) {
       .subcommand(
           "simulate-probe",
           "Simulates a device that sends a trace, on a pseudo-terminal, and prints the probe URI "
-          "to read from. The trace starts when a host opens the port.",
+          "to read from. The trace starts when a host opens the port. Has real-time priority where permitted: a device does not wait for this machine.",
           "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
       .option("protocol", options->protocol, "Protocol of the device: " + names)
       .required()
