@@ -131,8 +131,9 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   const bool grasp = uri.path == "grasp";
   if (!grasp && uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" &&
       uri.path != "slide" && uri.path != "scan") {
-    return bad_input("\"" + uri.text + "\": there is no simulated press \"" + uri.path +
-                     "\"; write sim:ramp, sim:taps, sim:sine, sim:slide, sim:scan, sim:grasp or sim:pad");
+    return bad_input(
+        "\"" + uri.text + "\": there is no simulated press \"" + uri.path +
+        "\"; write sim:ramp, sim:taps, sim:sine, sim:slide, sim:scan, sim:grasp or sim:pad");
   }
   UriOptions options(uri);
   const bool both = !grasp && options.given("force_N") && options.given("depth_mm");

@@ -197,10 +197,12 @@ class RedisPort final : public Transport {
   /// The entries after the last one; none on a timeout. Nothing if the server is gone.
   std::optional<std::vector<RedisEntry>> next_entries(nanoseconds patience) {
     if (!connection_) return std::nullopt;
-    const auto wait =
-        std::clamp<std::int64_t>(patience / std::chrono::milliseconds{1}, 1, kLongestBlock.count());
-    const RedisReply reply = command(
-        {"XREAD", "COUNT", "100", "BLOCK", std::to_string(wait), "STREAMS", stream_, last_id_});
+    std::vector<std::string> words = {"XREAD", "COUNT", "100"};
+    const auto wait = std::min<nanoseconds>(patience, kLongestBlock) / std::chrono::milliseconds{1};
+    // BLOCK 0 would wait for ever.
+    if (wait > 0) words.insert(words.end(), {"BLOCK", std::to_string(wait)});
+    words.insert(words.end(), {"STREAMS", stream_, last_id_});
+    const RedisReply reply = command(words);
     if (!reply || reply->type == REDIS_REPLY_ERROR) {
       connection_.reset();
       return std::nullopt;

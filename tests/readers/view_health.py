@@ -44,7 +44,7 @@ class Health(BrowserPage):
           const say = (more) => { const h = healthOf({socket: 'live', scene, frame: frame(), trend: quiet, heldFor_s: [0, 0], ...more}); return `${h.level} ${h.title}`; };
           return [
             say({frame: null}), say({socket: 'lost'}), say({socket: 'stalled'}), say({frame: frame({over: true})}), say({}),
-            say({frame: frame({}, [probe, {...probe, depth: 1}])}),
+            say({frame: frame({}, [probe, {...probe, depth: 1, touching: true}])}),
             say({frame: frame({}, [{...probe, link: 2, state: 2}, probe])}),
             say({frame: frame({}, [probe, {...probe, state: 2}])}),
             say({frame: frame({}, [{...probe, state: 1}, probe]), heldFor_s: [0.03, 0]}),

@@ -29,7 +29,7 @@ class Skin(BrowserPage):
         # A press that ended before the first picture counts.
         self.assertTrue(self.page.ask("""import('/order.js').then(({RowOrder}) => {
           const order = new RowOrder(merkel.scene, merkel.finger.layout);
-          order.follow([{depth: 1, x: 3, y: 10}]);
+          order.follow([{depth: 1, x: 3, y: 10, touching: true}]);
           order.follow([{depth: 0, x: 0, y: 0}]);
           order.update({by: 'distance', hideSilent: false, counts: null, now: 0});
           const away = (n) => { const [x, y] = merkel.finger.layout.placed[0].centre(n - 1); return Math.hypot(x - 3, y - 10); };

@@ -140,9 +140,10 @@ TEST(InspectSession, RefusesWhatItDoesNotKnow) {
             "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n");
   const auto rows = lines_of(run_program({"inspect", "session", path, "--stream", "ticks"}).out);
   EXPECT_EQ(rows.size(), 101U);
-  EXPECT_EQ(rows[0],
-            "number,probe,time_s,latency_s,depth_mm,force_mN,x_mm,y_mm,late,state,delay_s");
-  EXPECT_EQ(rows[1], "1,0,0.001000000,0.000000000,0,0,15,10,0,following,0.000000000");
+  EXPECT_EQ(
+      rows[0],
+      "number,probe,time_s,latency_s,depth_mm,force_mN,x_mm,y_mm,late,state,delay_s,taxel_blocks");
+  EXPECT_EQ(rows[1], "1,0,0.001000000,0.000000000,0,0,15,10,0,following,0.000000000,0");
 }
 
 }  // namespace

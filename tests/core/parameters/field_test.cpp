@@ -82,6 +82,7 @@ TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
       if (field.table == "afferent") continue;
       if (field.field->key == "diameter_mm") model.indenters[0].tip = Indenter::Tip::kPin;
       if (field.field->key == "bar_length_mm") model.indenters[0].tip = Indenter::Tip::kBars;
+      if (field.field->key.starts_with("taxel_")) model.indenters[0].tip = Indenter::Tip::kTaxels;
       const bool of_field = field.field->key.starts_with("field_radius");
       if (of_field) model.patches[0].layout = ReceptorLayout::kFields;
       **number = wild;
