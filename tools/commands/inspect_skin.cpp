@@ -35,8 +35,9 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   const SkinParameters& skin = scene->model.skin;
   Indenter& indenter = scene->model.indenters.front();
   if (indenter.prescribed()) {
-    return bad_input("the tip \"taxels\" makes no contact that can be computed: its pressures are "
-                     "measured; run the scene to see what they do");
+    return bad_input(
+        "the tip \"taxels\" makes no contact that can be computed: its pressures are "
+        "measured; run the scene to see what they do");
   }
   if (indenter.surface.slides) {
     return bad_input(

@@ -288,8 +288,7 @@ Expected<void, ParameterError> check(const Scene& scene) {
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const Indenter& tip = scene.model.indenters[i];
     if (tip.prescribed()) all.also(tip.taxels.check());
-    all.require(!tip.prescribed() || !scene.probes[i].input.invert_force,
-                "probe.invert_force",
+    all.require(!tip.prescribed() || !scene.probes[i].input.invert_force, "probe.invert_force",
                 "has no effect on a tactile array: let its device report compression as positive");
   }
   return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();

@@ -134,7 +134,8 @@ TEST(SimProbe, RefusesOptionsItDoesNotKnow) {
   EXPECT_NE(sentence("sim:ramp?dept_mm=1").find("did you mean depth_mm?"), std::string::npos);
   EXPECT_NE(sentence("sim:ramp?depth_mm=deep").find("a number from 0 to 1000"), std::string::npos);
   EXPECT_NE(sentence("sim:ramp?depth_mm=nan").find("a number from 0 to 1000"), std::string::npos);
-  EXPECT_NE(sentence("sim:wave").find("sim:ramp, sim:taps, sim:sine, sim:slide, sim:scan, sim:grasp or sim:pad"),
+  EXPECT_NE(sentence("sim:wave")
+                .find("sim:ramp, sim:taps, sim:sine, sim:slide, sim:scan, sim:grasp or sim:pad"),
             std::string::npos);
 }
 

@@ -49,8 +49,7 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
                     [&](const FitParameter& other) { return other.name == name; })) {
       return bad_input("the parameter " + name + " is given twice: remove one");
     }
-    if (parameter.table == "receptors" &&
-        scene.patches.front().layout != ReceptorLayout::kFields) {
+    if (parameter.table == "receptors" && scene.patches.front().layout != ReceptorLayout::kFields) {
       return bad_input("the parameter " + name +
                        " has no meaning in this scene, whose afferents have subregions: set layout "
                        "= \"fields\"");
