@@ -18,7 +18,7 @@ namespace {
 using Tip = Indenter::Tip;
 using std::chrono::milliseconds;
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Position kApex{15.0, 10.0};
 
 SkinParameters finger(double along_mm = 14.0) {
@@ -26,7 +26,7 @@ SkinParameters finger(double along_mm = 14.0) {
 }
 
 Indenter plate() {
-  return {.tip = Tip::kSphere, .radius_mm = kInfinite, .surface = {.slides = true}};
+  return {.tip = Tip::kSphere, .radius_mm = kUnbounded, .surface = {.slides = true}};
 }
 
 /// Dots of 1 mm with rounded rims, 3.2 mm apart, raised by 0.5 mm.
@@ -75,7 +75,7 @@ struct Reference {
     // A press by the depth counts from the lowest point of the gap.
     const double sag = 0.5 * apex.x_mm * apex.x_mm / skin.radius_along_mm +
                        0.5 * apex.y_mm * apex.y_mm / skin.radius_mm;
-    double lowest = kInfinite;
+    double lowest = kUnbounded;
     for (double y = -0.6; y <= 0.6; y += 0.005) {
       for (double x = -0.6; x <= 0.6; x += 0.005) lowest = std::min(lowest, tip(x, y));
     }
@@ -107,7 +107,7 @@ struct Reference {
 TEST(SlidingContact, APlateOnARoundFingerIsHertz) {
   const SkinParameters skin = finger(7.0);
   SlidingContact contact = sliding(plate(), skin);
-  const SphereLaw hertz(skin, kInfinite);
+  const SphereLaw hertz(skin, kUnbounded);
   for (const double depth : {0.3, 0.6, 1.2}) {
     settle(contact, at_apex(depth, 3.3, -1.7));
     const ContactState exact = hertz.at_depth(depth);
@@ -136,8 +136,8 @@ TEST(SlidingContact, UnderAForceItFindsTheDepth) {
   SlidingContact contact = sliding(surface, skin);
   settle(contact, {.force_mN = 400.0});
   EXPECT_NEAR(contact.press().contact.force_mN, 400.0, 1e-6);
-  EXPECT_NEAR(contact.press().contact.depth_mm, SphereLaw(skin, kInfinite).at_force(400.0).depth_mm,
-              0.005);
+  EXPECT_NEAR(contact.press().contact.depth_mm,
+              SphereLaw(skin, kUnbounded).at_force(400.0).depth_mm, 0.005);
 }
 
 TEST(SlidingContact, UnderAForceTheSkinStiffens) {
@@ -148,8 +148,8 @@ TEST(SlidingContact, UnderAForceTheSkinStiffens) {
   SlidingContact contact = sliding(surface, skin);
   settle(contact, {.force_mN = 400.0});
   EXPECT_NEAR(contact.press().contact.force_mN, 400.0, 0.5);
-  EXPECT_NEAR(contact.press().contact.depth_mm, SphereLaw(skin, kInfinite).at_force(400.0).depth_mm,
-              0.005);
+  EXPECT_NEAR(contact.press().contact.depth_mm,
+              SphereLaw(skin, kUnbounded).at_force(400.0).depth_mm, 0.005);
 }
 
 /// The largest difference of the energy density, relative to the largest one.
