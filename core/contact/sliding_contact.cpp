@@ -14,8 +14,6 @@ namespace {
 constexpr RigidContact::Accuracy kSlidingAccuracy{.tolerance = 5e-4, .most_iterations = 1 << 20};
 constexpr double kEnergyStep_mm = 0.1;
 constexpr std::size_t kEnergies = 600;
-/// The force of a plate grows with this power of the depth.
-constexpr double kHertzPower = 1.5;
 
 PixelKernels kernels_of(const LayeredMedium& medium, const SkinParameters& skin,
                         const SlidingPlan& plan) {

@@ -273,7 +273,7 @@ void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
       presses_[i] = tips_[i].press(contacts[i]);
     }
   }
-  const auto by_depth = [this](const TipContact& tip) {
+  const auto by_depth = [](const TipContact& tip) {
     return !tip.by_force() && (tip.sphere() != nullptr || tip.field() != nullptr);
   };
   if (tips_.size() == 1 || std::none_of(tips_.begin(), tips_.end(), by_depth)) return;
