@@ -24,8 +24,6 @@ constexpr double kUnitPixels = 128.0 * 128.0;
 constexpr double kPartsPer_ms = 3.0;
 /// A part of larger transforms would take longer than a tick.
 constexpr double kMostCostPer_ms = 5.0;
-/// The skin does not follow a surface that falls by more than this many pixels within one.
-constexpr double kEdgeRise = 4.0;
 
 double cost_of(double pixels) {
   return pixels * std::log2(pixels) / (kUnitPixels * std::log2(kUnitPixels));
@@ -140,8 +138,7 @@ SurfaceMap::SurfaceMap(const Indenter& surface, const SkinParameters& skin, doub
   const PixelGrid grid{.pixel_mm = pixel_mm,
                        .columns = pixels_of(surface.surface.period_x_mm, half.x_mm, pixel_mm),
                        .rows = pixels_of(surface.surface.period_y_mm, half.y_mm, pixel_mm)};
-  map_ =
-      height_map(repeated(height_of(surface, skin), surface.surface), grid, kEdgeRise * pixel_mm);
+  map_ = height_map(repeated(height_of(surface, skin), surface.surface), grid);
   // The map's lowest height is 0; the tip's own need not be.
   if (std::isfinite(base_mm_)) {
     base_mm_ = *std::max_element(map_.height_mm.begin(), map_.height_mm.end());

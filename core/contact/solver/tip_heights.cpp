@@ -157,11 +157,11 @@ TipHeight above_finger(TipHeight tip, double radius_along_mm, double radius_acro
   };
 }
 
-HeightMap height_map(const TipHeight& tip, const PixelGrid& grid, double rim_mm) {
+HeightMap height_map(const TipHeight& tip, const PixelGrid& grid) {
   HeightMap map{.grid = grid,
                 .height_mm = std::vector<double>(grid.pixels(), kNoTip),
                 .coverage = std::vector<double>(grid.pixels(), 0.0)};
-  const double rise = std::min(kRimRise * grid.pixel_mm, rim_mm);
+  const double rise = kRimRise * grid.pixel_mm;
   double lowest = kNoTip;
   for (std::size_t row = 0; row < grid.rows; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {

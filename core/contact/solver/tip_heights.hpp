@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -46,9 +45,8 @@ struct FlatRectangle {
                                      const Position& apex);
 
 /// Samples a tip at the pixels of a grid and puts its lowest point at 0. Pixels in which the tip
-/// rises by more than four pixels, or by a given height, are at a rim: their height is that of the
-/// lower part, and their coverage the part of the pixel that it covers.
-[[nodiscard]] HeightMap height_map(const TipHeight& tip, const PixelGrid& grid,
-                                   double rim_mm = std::numeric_limits<double>::infinity());
+/// rises by more than four pixels are at a rim: their height is that of the lower part, and their
+/// coverage the part of the pixel that it covers.
+[[nodiscard]] HeightMap height_map(const TipHeight& tip, const PixelGrid& grid);
 
 }  // namespace merkel
