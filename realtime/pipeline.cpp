@@ -15,8 +15,8 @@
 #include "drivers/clock/clock_pair.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
+#include "realtime/output/fanout.hpp"
 #include "realtime/output/run_watch.hpp"
-#include "realtime/output/spike_fanout.hpp"
 #include "realtime/run_probes.hpp"
 #include "realtime/run_sinks.hpp"
 #include "realtime/threads/processor_share.hpp"
@@ -77,7 +77,7 @@ struct Pipeline::Parts {
   TactileModel& model;
   Parameters parameters;
   RunProbes probes;
-  SpikeFanout fanout;
+  Fanout fanout;
   LoopStatistics statistics;
   BoundedQueue<LoopEvent> events{kEventQueue};
   SharedOrigin origin;
@@ -110,7 +110,7 @@ void Pipeline::add_device(std::unique_ptr<Probe> device, const std::vector<RunIn
   parts_->probes.add(std::move(device), inputs);
 }
 
-void Pipeline::add_sink(std::unique_ptr<SpikeSink> sink) { parts_->sinks.add(std::move(sink)); }
+void Pipeline::add_sink(std::unique_ptr<Sink> sink) { parts_->sinks.add(std::move(sink)); }
 
 SpikeConsumer Pipeline::add_consumer(std::size_t capacity) {
   return SpikeConsumer(parts_->fanout.add_consumer(capacity));

@@ -14,7 +14,7 @@
 #include "core/records/run_status.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/loop_statistics.hpp"
@@ -73,7 +73,7 @@ class Pipeline {
   void add_probe(std::unique_ptr<Probe> probe, const ProbeInput::Parameters& parameters);
   /// Adds a device that feeds several probes. \param inputs  one for each of its outputs
   void add_device(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs);
-  void add_sink(std::unique_ptr<SpikeSink> sink);
+  void add_sink(std::unique_ptr<Sink> sink);
   /// Adds a consumer that polls its own queue from a single thread.
   /// \param capacity  spikes that may wait; further ones are dropped and counted
   SpikeConsumer add_consumer(std::size_t capacity);

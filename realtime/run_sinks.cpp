@@ -39,7 +39,7 @@ constexpr std::size_t kCapacity<RunStatus> = 0;
 /// The requests that one sink may make to the run.
 class RunSinks::Control final : public RunControl {
  public:
-  Control(RunSinks& sinks, SpikeChannel& channel) : sinks_(sinks), channel_(channel) {}
+  Control(RunSinks& sinks, ConsumerChannel& channel) : sinks_(sinks), channel_(channel) {}
 
   void watch(std::span<const std::uint32_t> neurons) noexcept override {
     for (std::size_t i = 0; i < kMostWatched; ++i) {
@@ -71,7 +71,7 @@ class RunSinks::Control final : public RunControl {
     return sinks_.started_.load(std::memory_order_acquire);
   }
   RunSinks& sinks_;
-  SpikeChannel& channel_;
+  ConsumerChannel& channel_;
 };
 
 RunSinks::~RunSinks() {
@@ -82,8 +82,8 @@ RunSinks::~RunSinks() {
   }
 }
 
-void RunSinks::add(std::unique_ptr<SpikeSink> sink) {
-  SpikeChannel& channel = fanout_.add_channel();
+void RunSinks::add(std::unique_ptr<Sink> sink) {
+  ConsumerChannel& channel = fanout_.add_channel();
   for_each_kind(channel.feeds, [&]<class Record>(const Feeds<Record>&) {
     const bool produced = (commands_ || !std::is_same_v<Record, StimulationCommand>)&&(
         arrays_ || !std::is_same_v<Record, TaxelBlock>);

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/records/run_status.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/input/frame_tap.hpp"
+#include "realtime/output/fanout.hpp"
 #include "realtime/output/sink_writer.hpp"
-#include "realtime/output/spike_fanout.hpp"
 #include "realtime/run_report.hpp"
 
 namespace merkel {
@@ -26,14 +26,14 @@ class RunSinks {
   /// \param neurons   of the model
   /// \param commands  whether the scene has electrodes
   /// \param arrays  whether it has tactile arrays
-  RunSinks(SpikeFanout& fanout, RunProbes& probes, std::size_t neurons, bool commands,
+  RunSinks(Fanout& fanout, RunProbes& probes, std::size_t neurons, bool commands,
            bool arrays) noexcept
       : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands), arrays_(arrays) {}
   RunSinks(const RunSinks&) = delete;
   RunSinks& operator=(const RunSinks&) = delete;
   ~RunSinks();
 
-  void add(std::unique_ptr<SpikeSink> sink);
+  void add(std::unique_ptr<Sink> sink);
   /// Adds a feed of a probe's samples for each sink that takes samples.
   [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity);
   /// Listens to the ports of all devices for the sinks that take frames.
@@ -56,14 +56,14 @@ class RunSinks {
   class Control;
   struct Entry {
     std::unique_ptr<RunControl> control;  ///< borrowed by the sink
-    std::unique_ptr<SpikeSink> sink;
-    SpikeChannel& channel;
+    std::unique_ptr<Sink> sink;
+    ConsumerChannel& channel;
     std::vector<std::unique_ptr<FrameTap>> taps = {};
     std::unique_ptr<SinkWriter> writer = nullptr;
     bool failure_reported = false;
   };
 
-  SpikeFanout& fanout_;
+  Fanout& fanout_;
   RunProbes& probes_;
   std::size_t neurons_;
   bool commands_;

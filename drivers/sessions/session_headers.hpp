@@ -6,9 +6,9 @@
 
 #include "drivers/probe.hpp"
 #include "drivers/sessions/session_format.hpp"
+#include "drivers/sink.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_setup.hpp"
-#include "drivers/spike_sink.hpp"
 
 namespace merkel {
 

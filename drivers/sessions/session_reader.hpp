@@ -16,7 +16,7 @@
 #include "drivers/sessions/session_format.hpp"
 #include "drivers/sessions/session_items.hpp"
 #include "drivers/sessions/xdf_file.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace pugi {
 class xml_node;

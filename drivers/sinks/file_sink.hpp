@@ -6,13 +6,13 @@
 #include <utility>
 
 #include "drivers/files/output_file.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace merkel {
 
 /// A sink that writes one file: its head, once the origin of the run is known or before the first
 /// records, and then the records.
-class FileSink : public SpikeSink {
+class FileSink : public Sink {
  public:
   [[nodiscard]] const std::string& uri() const noexcept final { return uri_; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) final {

@@ -7,16 +7,16 @@
 #include "drivers/files/output_file.hpp"
 #include "drivers/lsl_library.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "drivers/sinks/phy_spike_sink.hpp"
+#include "drivers/sinks/phy_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
-#include "drivers/sinks/text_spike_sink.hpp"
+#include "drivers/sinks/text_sink.hpp"
 
 namespace merkel {
 namespace {
 
-template <TextSpikeSink::Form form>
+template <TextSink::Form form>
 OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
-  return TextSpikeSink::open(uri, uri.path, form, setup);
+  return TextSink::open(uri, uri.path, form, setup);
 }
 
 struct Scheme {
@@ -31,10 +31,10 @@ struct Scheme {
 };
 
 constexpr Scheme kSchemes[] = {
-    {"csv", "csv:FILE", "time", open_text_sink<TextSpikeSink::Form::kCsv>, "", true},
-    {"gdf", "gdf:FILE", "time", open_text_sink<TextSpikeSink::Form::kGdf>, "", true},
+    {"csv", "csv:FILE", "time", open_text_sink<TextSink::Form::kCsv>, "", true},
+    {"gdf", "gdf:FILE", "time", open_text_sink<TextSink::Form::kGdf>, "", true},
     {"trace", "trace:FILE.csv", "time", open_trace_sink, "", true},
-    {"phy", "phy:DIR", "sample_rate (1000000), time", PhySpikeSink::open, "", true},
+    {"phy", "phy:DIR", "sample_rate (1000000), time", PhySink::open, "", true},
     {"sonata", "sonata:FILE.h5", "population (merkel), time",
 #ifdef MERKEL_WITH_HDF5
      open_sonata_sink, "", true, convert_recovered_sonata},
@@ -130,8 +130,8 @@ std::string sink_options_help() {
   return text + "\n  time is run, unix or device; %t in a file's name becomes the date and time";
 }
 
-Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text,
-                                                           const SinkSetup& setup) {
+Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view text,
+                                                      const SinkSetup& setup) {
   auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
   for (const Scheme& scheme : kSchemes) {
@@ -153,8 +153,8 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view text
                    "\"; the known ones are " + sink_schemes());
 }
 
-Expected<std::unique_ptr<SpikeSink>, SetupError> open_sink(std::string_view uri,
-                                                           std::uint32_t neurons, bool overwrite) {
+Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view uri, std::uint32_t neurons,
+                                                      bool overwrite) {
   return open_sink(
       uri, SinkSetup{.neurons = neurons, .overwrite = overwrite, .allow_remote = false, .run = {}});
 }

@@ -20,7 +20,7 @@ std::string dated_name() {
   return text.data();
 }
 
-class SessionOnRequest final : public SpikeSink {
+class SessionOnRequest final : public Sink {
  public:
   SessionOnRequest(std::shared_ptr<RecordingSwitch> recording, SinkSetup setup)
       : recording_(std::move(recording)), setup_(std::move(setup)) {
@@ -35,13 +35,13 @@ class SessionOnRequest final : public SpikeSink {
   }
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (!session_) unasked_ += batch.spikes.size();
-    auto result = pass([&](SpikeSink& session) { return session.write(batch); });
+    auto result = pass([&](Sink& session) { return session.write(batch); });
     if (!batch.ticks.empty()) follow_switch();
     return result;
   }
   [[nodiscard]] Expected<void, SinkError> flush() override {
     follow_switch();
-    return pass([](SpikeSink& session) { return session.flush(); });
+    return pass([](Sink& session) { return session.flush(); });
   }
   [[nodiscard]] Expected<void, SinkError> close() override {
     stop();
@@ -67,7 +67,7 @@ class SessionOnRequest final : public SpikeSink {
     }
     session_ = std::move(*opened);
     recording_->report(true, "recording " + path_);
-    static_cast<void>(pass([this](SpikeSink& session) { return session.begin(origin_); }));
+    static_cast<void>(pass([this](Sink& session) { return session.begin(origin_); }));
   }
 
   void stop() {
@@ -94,7 +94,7 @@ class SessionOnRequest final : public SpikeSink {
   std::string uri_ = "xdf:on-request";
   std::shared_ptr<RecordingSwitch> recording_;
   SinkSetup setup_;
-  std::unique_ptr<SpikeSink> session_;  ///< null without a recording
+  std::unique_ptr<Sink> session_;  ///< null without a recording
   std::string path_;
   RunOrigin origin_;
   std::uint64_t unasked_ = 0;
@@ -103,8 +103,8 @@ class SessionOnRequest final : public SpikeSink {
 
 }  // namespace
 
-std::unique_ptr<SpikeSink> session_on_request(std::shared_ptr<RecordingSwitch> recording,
-                                              SinkSetup setup) {
+std::unique_ptr<Sink> session_on_request(std::shared_ptr<RecordingSwitch> recording,
+                                         SinkSetup setup) {
   return std::make_unique<SessionOnRequest>(std::move(recording), std::move(setup));
 }
 

@@ -48,7 +48,7 @@ class RecordingSwitch {
 /// A sink that records sessions while its switch is on. Each is a new file in the current folder:
 /// session-YYYYMMDD-HHMMSS.xdf. The switch reports the failure of a recording, and the run
 /// continues.
-[[nodiscard]] std::unique_ptr<SpikeSink> session_on_request(
-    std::shared_ptr<RecordingSwitch> recording, SinkSetup setup);
+[[nodiscard]] std::unique_ptr<Sink> session_on_request(std::shared_ptr<RecordingSwitch> recording,
+                                                       SinkSetup setup);
 
 }  // namespace merkel

@@ -84,7 +84,7 @@ std::string bytes_of(Number number) {
 /// NODE_samples gets the samples of the first probe, NODE_samples_1 those of the second, …;
 /// NODE_spikes gets the spikes; NODE_counts the spikes per afferent and bin; NODE one entry per
 /// update of the electrodes; NODE_pulses one per pulse; NODE_state the node's states.
-class RedisSink final : public SpikeSink {
+class RedisSink final : public Sink {
  public:
   RedisSink(std::string uri, std::string node, StreamWriter streams, const SinkSetup& setup,
             nanoseconds bin)

@@ -7,10 +7,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "drivers/sink.hpp"
 #include "drivers/sinks/file_sink.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 #include "drivers/sinks/time_base.hpp"
-#include "drivers/spike_sink.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -8,7 +8,7 @@
 
 namespace merkel {
 
-using OpenedSink = Expected<std::unique_ptr<SpikeSink>, SetupError>;
+using OpenedSink = Expected<std::unique_ptr<Sink>, SetupError>;
 
 // Openers of the sinks that need a library, one source file each, so that no other file includes
 // the library. All except the session sink are defined only if their library was found

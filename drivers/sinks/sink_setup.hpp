@@ -10,7 +10,7 @@
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace merkel {
 

@@ -15,7 +15,7 @@ endfunction()
 find_path(MERKEL_ZMQ_INCLUDE zmq.hpp)
 find_library(MERKEL_ZMQ_LIBRARY zmq)
 merkel_optional_sink(ZMQ "${MERKEL_ZMQ_LIBRARY}" "${MERKEL_ZMQ_INCLUDE}"
-  sinks/stim_zmq_sink.cpp sinks/zmq_publisher.cpp sinks/zmq_spike_sink.cpp)
+  sinks/stim_zmq_sink.cpp sinks/zmq_publisher.cpp sinks/zmq_sink.cpp)
 
 find_path(MERKEL_HIREDIS_INCLUDE hiredis/hiredis.h)
 find_library(MERKEL_HIREDIS_LIBRARY hiredis)
@@ -25,18 +25,18 @@ merkel_optional_sink(HIREDIS "${MERKEL_HIREDIS_LIBRARY}" "${MERKEL_HIREDIS_INCLU
 find_path(MERKEL_LIBLO_INCLUDE lo/lo.h)
 find_library(MERKEL_LIBLO_LIBRARY lo)
 merkel_optional_sink(LIBLO "${MERKEL_LIBLO_LIBRARY}" "${MERKEL_LIBLO_INCLUDE}"
-  sinks/osc_spike_sink.cpp)
+  sinks/osc_sink.cpp)
 
 find_path(MERKEL_HDF5_INCLUDE hdf5.h PATH_SUFFIXES hdf5/serial)
 find_library(MERKEL_HDF5_LIBRARY NAMES hdf5_serial hdf5)
 merkel_optional_sink(HDF5 "${MERKEL_HDF5_LIBRARY}" "${MERKEL_HDF5_INCLUDE}"
   files/hdf5_file.cpp sinks/nwb_file.cpp sinks/nwb_objects.cpp sinks/nwb_series.cpp
-  sinks/nwb_spike_sink.cpp sinks/rows_sink.cpp sinks/sonata_file.cpp sinks/sonata_spike_sink.cpp spike_files/hdf5_spikes.cpp)
+  sinks/nwb_sink.cpp sinks/rows_sink.cpp sinks/sonata_file.cpp sinks/sonata_sink.cpp spike_files/hdf5_spikes.cpp)
 
 find_package(LSL QUIET)
 set(MERKEL_WITH_LSL ${LSL_FOUND} CACHE INTERNAL "an installed merkel needs it too")
 if(LSL_FOUND)
-  merkel_optional_sink(LSL LSL::lsl "" sinks/lsl_spike_sink.cpp
+  merkel_optional_sink(LSL LSL::lsl "" sinks/lsl_sink.cpp
     probes/open_lsl_device.cpp transports/lsl_port.cpp)
 else()
   merkel_optional_sink(LSL LSL-NOTFOUND "")
@@ -68,5 +68,5 @@ merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
   sinks/view/view_access.cpp sinks/view/view_client.cpp sinks/view/view_connection.cpp
   sinks/view/view_desk.cpp sinks/view/view_frames.cpp
   sinks/view/view_scene.cpp
-  sinks/view/view_server.cpp sinks/view/view_spike_sink.cpp
+  sinks/view/view_server.cpp sinks/view/view_sink.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/page_files.cpp)

@@ -15,7 +15,7 @@ constexpr std::uint16_t kStimulationStart = 0x4D02;  ///< "\x02M"
 constexpr std::string_view kStimulationEndpoint = "tcp://127.0.0.1:5558";
 
 /// One message per stimulation command, in the format of the spike sink: a type, then JSON.
-class StimZmqSink final : public SpikeSink {
+class StimZmqSink final : public Sink {
  public:
   StimZmqSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
               const EncodingParameters& encoding)

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/sink.hpp"
 #include "drivers/sinks/sink_setup.hpp"
-#include "drivers/spike_sink.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

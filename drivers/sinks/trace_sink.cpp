@@ -12,7 +12,7 @@ namespace {
 
 /// Writes the samples of the run's probe as a trace. A replay of the trace produces the same
 /// spikes.
-class TraceSink final : public SpikeSink {
+class TraceSink final : public Sink {
  public:
   TraceSink(std::string uri, TraceWriter trace, TimeBase time)
       : uri_(std::move(uri)), trace_(std::move(trace)), time_(time) {}

@@ -21,7 +21,7 @@
 #include "realtime/loop/stimulation_output.hpp"
 #include "realtime/loop/taxel_blocks.hpp"
 #include "realtime/loop/tick_timing.hpp"
-#include "realtime/output/spike_fanout.hpp"
+#include "realtime/output/fanout.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/threads/stall_watch.hpp"
 
@@ -58,7 +58,7 @@ class FixedStepLoop {
 
   /// \param inputs  one per indenter of the model
   FixedStepLoop(const Parameters& parameters, C& clock, TactileModel& model,
-                std::span<ProbeInput> inputs, SpikeFanout& fanout, LoopStatistics& statistics,
+                std::span<ProbeInput> inputs, Fanout& fanout, LoopStatistics& statistics,
                 BoundedQueue<LoopEvent>& events)
       : parameters_(parameters),
         clock_(clock),
@@ -324,7 +324,7 @@ class FixedStepLoop {
   C& clock_;
   TactileModel& model_;
   std::span<ProbeInput> inputs_;
-  SpikeFanout& fanout_;
+  Fanout& fanout_;
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
   StimulationOutput stimulation_;

@@ -7,7 +7,7 @@
 #include "core/scene/tactile_model.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/loop/loop_statistics.hpp"
-#include "realtime/output/spike_fanout.hpp"
+#include "realtime/output/fanout.hpp"
 
 namespace merkel {
 
@@ -17,7 +17,7 @@ namespace merkel {
 class StimulationOutput {
  public:
   /// \param encoder  null if the scene has no electrodes; borrowed
-  StimulationOutput(StimulationEncoder* encoder, SpikeFanout& fanout, LoopStatistics& statistics)
+  StimulationOutput(StimulationEncoder* encoder, Fanout& fanout, LoopStatistics& statistics)
       : encoder_(encoder), fanout_(fanout), statistics_(statistics) {}
 
   /// Call after the model's step. \param records  of the tick, one per probe
@@ -51,7 +51,7 @@ class StimulationOutput {
   }
 
   StimulationEncoder* encoder_;
-  SpikeFanout& fanout_;
+  Fanout& fanout_;
   LoopStatistics& statistics_;
 };
 

@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kWatchEvery{1};
 
 }  // namespace
 
-SinkWriter::SinkWriter(SpikeSink& sink, Sources sources)
+SinkWriter::SinkWriter(Sink& sink, Sources sources)
     : sink_(sink), sources_(std::move(sources)), thread_([this] { write_all(); }) {}
 
 void SinkWriter::keep(const Expected<void, SinkError>& result) {
@@ -65,7 +65,7 @@ std::size_t SinkWriter::write_waiting() {
 /// The commands that may leave now. The gate is asked also if none waits: it is the watchdog.
 std::span<const StimulationCommand> SinkWriter::leaving() {
   if (!gate_) return waiting_.commands;
-  SpikeChannel& channel = sources_.channel;
+  ConsumerChannel& channel = sources_.channel;
   const auto before = gate_->counts();
   const auto commands = gate_->pass(waiting_.commands, sources_.watch->moment(newest_));
   channel.commands_withheld.add(gate_->counts().withheld - before.withheld);
@@ -77,7 +77,7 @@ std::span<const StimulationCommand> SinkWriter::leaving() {
 void SinkWriter::write_status() {
   if (!sink_.takes<RunStatus>()) return;
   RunStatus status = sources_.status();
-  const SpikeChannel& channel = sources_.channel;
+  const ConsumerChannel& channel = sources_.channel;
   status.losses = {.spikes = channel.dropped<SpikeEvent>(),
                    .ticks = channel.dropped<TickRecord>(),
                    .taxels = channel.dropped<TaxelBlock>(),

@@ -12,9 +12,9 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
+#include "realtime/output/fanout.hpp"
 #include "realtime/output/run_watch.hpp"
-#include "realtime/output/spike_fanout.hpp"
 
 namespace merkel {
 
@@ -48,13 +48,13 @@ class SinkWriter {
 
   /// The sources of a sink; all outlive the writer.
   struct Sources {
-    SpikeChannel& channel;
+    ConsumerChannel& channel;
     std::function<RunStatus()> status;     ///< the run's counters; any thread
     const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: origin 0
     const RunWatch* watch = nullptr;       ///< for the gate of its commands; null: no gate
   };
 
-  SinkWriter(SpikeSink& sink, Sources sources);
+  SinkWriter(Sink& sink, Sources sources);
   SinkWriter(const SinkWriter&) = delete;
   SinkWriter& operator=(const SinkWriter&) = delete;
   /// Ends without closing the sink, unless end() was called.
@@ -87,7 +87,7 @@ class SinkWriter {
   void keep(const Expected<void, SinkError>& result);
   [[nodiscard]] bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
 
-  SpikeSink& sink_;
+  Sink& sink_;
   Sources sources_;
   RecordLists<RecordVector> waiting_;  ///< taken from the queues
   std::optional<StimulationGate> gate_;

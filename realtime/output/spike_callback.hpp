@@ -6,13 +6,13 @@
 #include <string>
 #include <utility>
 
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace merkel {
 
 /// A sink that passes the spikes to a function of the program that links merkel. The function runs
 /// on the sink's own thread and may block; once the queue is full, only this sink loses spikes.
-class SpikeCallback final : public SpikeSink {
+class SpikeCallback final : public Sink {
  public:
   using Function = std::function<void(std::span<const SpikeEvent>)>;
 

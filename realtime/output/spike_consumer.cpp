@@ -1,6 +1,6 @@
 #include "realtime/output/spike_consumer.hpp"
 
-#include "realtime/output/spike_fanout.hpp"
+#include "realtime/output/fanout.hpp"
 
 namespace merkel {
 

@@ -7,13 +7,13 @@
 
 namespace merkel {
 
-struct SpikeChannel;
+struct ConsumerChannel;
 
 /// Receives the spikes of a run by polling. Borrowed from a Pipeline, valid as long as it.
 /// Thread: one, of the program's own.
 class SpikeConsumer {
  public:
-  explicit SpikeConsumer(SpikeChannel& channel) noexcept : channel_(&channel) {}
+  explicit SpikeConsumer(ConsumerChannel& channel) noexcept : channel_(&channel) {}
 
   /// Takes the oldest waiting spike, in order of time; false if none waits. Real-time: yes.
   [[nodiscard]] bool try_pop(SpikeEvent& spike) noexcept MERKEL_REALTIME;
@@ -26,7 +26,7 @@ class SpikeConsumer {
   void wait() noexcept;
 
  private:
-  SpikeChannel* channel_;
+  ConsumerChannel* channel_;
   std::uint64_t seen_ = 0;  ///< ticks
 };
 

@@ -18,13 +18,13 @@ forbid() {
 violations=$(
   allow core 'core/[^"]*'
   allow drivers '(core|drivers)/[^"]*'
-  allow realtime '(core|realtime)/[^"]*|drivers/(probe|spike_sink|clock/clock_pair)\.hpp'
+  allow realtime '(core|realtime)/[^"]*|drivers/(probe|sink|clock/clock_pair)\.hpp'
   # Inside realtime the folders form a line too.
   allow realtime/queues '(core|realtime/queues)/[^"]*'
   allow realtime/threads '(core|realtime/(queues|threads))/[^"]*'
   allow realtime/clocks '(core|realtime/(queues|threads|clocks))/[^"]*'
   allow realtime/input '(core|realtime/(queues|threads|clocks|input))/[^"]*|drivers/probe\.hpp'
-  allow realtime/output '(core|realtime/(queues|threads|clocks|input|output))/[^"]*|drivers/(probe|spike_sink)\.hpp'
+  allow realtime/output '(core|realtime/(queues|threads|clocks|input|output))/[^"]*|drivers/(probe|sink)\.hpp'
   allow realtime/loop '(core|realtime/(queues|threads|clocks|input|output|loop))/[^"]*'
   allow tools '(core|drivers|realtime|tools)/[^"]*'
   # core uses no threads, clocks, files or devices

@@ -81,9 +81,9 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
   ProbeChannel channel(4096);
   DriftingDevice device;
   Random random(7);
-  SpikeFanout fanout;
-  SpikeChannel& quick = fanout.add_consumer(4096);
-  SpikeChannel& slow = fanout.add_consumer(64);
+  Fanout fanout;
+  ConsumerChannel& quick = fanout.add_consumer(4096);
+  ConsumerChannel& slow = fanout.add_consumer(64);
   LoopStatistics statistics;
   BoundedQueue<LoopEvent> events(4096);
   std::uint64_t taken_by_quick = 0;

@@ -38,7 +38,7 @@ class SilentProbe final : public Probe {
 };
 
 /// Stores what it receives; fails after `limit` spikes.
-class MemorySink final : public SpikeSink {
+class MemorySink final : public Sink {
  public:
   struct Content {
     std::vector<SpikeEvent> spikes;
@@ -196,7 +196,7 @@ TEST(Pipeline, AFailingSinkIsReportedDuringTheRun) {
 }
 
 /// Requests everything.
-class CuriousSink final : public SpikeSink {
+class CuriousSink final : public Sink {
  public:
   struct Content {
     std::uint64_t spikes = 0;
@@ -344,7 +344,7 @@ TEST(Pipeline, ProbesShareOneTimeBase) {
 TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   // A failing sink, a sink that hangs for a while, a working sink, a polling consumer, a team of
   // threads, timings, events and progress do not disturb each other.
-  class StuckSink final : public SpikeSink {
+  class StuckSink final : public Sink {
    public:
     [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
     Expected<void, SinkError> write(const RecordBatch& batch) override {
@@ -452,7 +452,7 @@ TEST(Pipeline, AfterARefusedStartNoProbeIsReadWhileItsSinksEnd) {
     ProbeInfo info_;
     nanoseconds time_{0};
   };
-  class SampleSink final : public SpikeSink {
+  class SampleSink final : public Sink {
    public:
     ~SampleSink() override {
       sink_gone = true;

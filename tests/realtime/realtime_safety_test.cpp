@@ -277,7 +277,7 @@ TEST(RealtimeSafety, TheTrapDetectsForbiddenCalls) {
 }
 
 /// Watches neurons, marks every batch of ticks and requests tares continuously.
-class WatchingSink final : public SpikeSink {
+class WatchingSink final : public Sink {
  public:
   struct Seen {
     std::atomic<std::uint64_t> samples{0};

@@ -41,7 +41,7 @@ struct Received {
 };
 
 /// Stores commands; fails after a given number.
-class CommandSink final : public SpikeSink {
+class CommandSink final : public Sink {
  public:
   explicit CommandSink(Received& received, std::size_t limit = SIZE_MAX)
       : received_(received), limit_(limit) {}
@@ -282,7 +282,7 @@ class DyingDevice final : public Probe {
 };
 
 /// Takes commands as a receiver that acts on them.
-class ReceiverSink final : public SpikeSink {
+class ReceiverSink final : public Sink {
  public:
   explicit ReceiverSink(std::vector<StimulationCommand>& received) : received_(received) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }

@@ -14,8 +14,8 @@
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
+#include "realtime/output/fanout.hpp"
 #include "realtime/output/sink_writer.hpp"
-#include "realtime/output/spike_fanout.hpp"
 
 namespace {
 
@@ -26,10 +26,10 @@ constexpr std::chrono::milliseconds kTick{1};
 int soak(double seconds, double speed, const std::vector<const char*>& uris) {
   using namespace merkel;
   const SinkSetup setup{.neurons = kNeurons, .overwrite = true, .allow_remote = true, .run = {}};
-  SpikeFanout fanout;
-  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  Fanout fanout;
+  std::vector<std::unique_ptr<Sink>> sinks;
   std::vector<std::unique_ptr<SinkWriter>> writers;
-  std::vector<SpikeChannel*> channels;
+  std::vector<ConsumerChannel*> channels;
   for (const char* const uri : uris) {
     auto sink = open_sink(uri, setup);
     if (!sink) {

@@ -37,8 +37,8 @@ std::string record_faulty_session(const TemporaryFolder& folder, LoopStatistics&
                                          .allow_remote = false,
                                          .run = describe_run(scene, *model)});
   EXPECT_TRUE(sink);
-  SpikeFanout fanout;
-  SpikeChannel& channel = fanout.add_consumer(65536);
+  Fanout fanout;
+  ConsumerChannel& channel = fanout.add_consumer(65536);
   channel.add<TickRecord>(16384);
   channel.add<LoopEvent>(1024);
   SinkWriter writer(**sink, {.channel = channel, .status = [] { return RunStatus{}; }});

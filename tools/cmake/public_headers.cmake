@@ -24,7 +24,7 @@ set(merkel_public_headers
   drivers/files/trace_file.hpp
   drivers/sessions/session_reader.hpp
   drivers/sinks/open_sink.hpp
-  drivers/spike_sink.hpp
+  drivers/sink.hpp
   # realtime: the loop
   realtime/output/spike_callback.hpp
   realtime/pipeline.hpp

@@ -44,7 +44,7 @@ int export_session(const ExportOptions& options) {
                                     model ? &*model : nullptr);
   if (!run) return refuse(run.error());
   const auto neurons = static_cast<std::uint32_t>(model ? model->neurons() : 0);
-  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  std::vector<std::unique_ptr<Sink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, {.neurons = neurons,
                                 .overwrite = options.overwrite,

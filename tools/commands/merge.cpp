@@ -72,7 +72,7 @@ int merge(const MergeOptions& options) {
   if (auto aligned = check_alignment(options, *merged); !aligned) return refuse(aligned.error());
   std::vector<std::string> inputs;
   for (const std::string& session : options.sessions) inputs.push_back(split_rig(session).first);
-  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  std::vector<std::unique_ptr<Sink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, {.neurons = merged->neurons,
                                 .overwrite = options.overwrite,

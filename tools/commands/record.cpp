@@ -117,7 +117,7 @@ class Recording {
     keep(sink_->write(batch));
   }
 
-  std::unique_ptr<SpikeSink> sink_;
+  std::unique_ptr<Sink> sink_;
   Feeds<PortFrame> feeds_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
   RecordLists<RecordVector> records_;

@@ -103,7 +103,7 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
                   shortest_decimal(position->length_s) + " s");
   }
   setup.session = position;
-  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  std::vector<std::unique_ptr<Sink>> sinks;
   bool page = false;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);
@@ -166,7 +166,7 @@ int replay(const ReplayOptions& options) {
   const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
   if (options.realtime) return play(options, *scene, numbering, setup, *origin);
-  std::vector<std::unique_ptr<SpikeSink>> sinks;
+  std::vector<std::unique_ptr<Sink>> sinks;
   for (const std::string& uri : options.sinks) {
     auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());

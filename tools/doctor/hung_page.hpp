@@ -7,7 +7,7 @@
 #include "core/expected.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/files/owned_descriptor.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace merkel {
 
@@ -21,12 +21,12 @@ class HungPage {
   HungPage(HungPage&& other) noexcept = default;
 
   /// Takes the page's sink. Call it once.
-  [[nodiscard]] std::unique_ptr<SpikeSink> sink() { return std::move(sink_); }
+  [[nodiscard]] std::unique_ptr<Sink> sink() { return std::move(sink_); }
 
  private:
-  HungPage(std::unique_ptr<SpikeSink> sink, std::vector<OwnedDescriptor> browsers)
+  HungPage(std::unique_ptr<Sink> sink, std::vector<OwnedDescriptor> browsers)
       : sink_(std::move(sink)), browsers_(std::move(browsers)) {}
-  std::unique_ptr<SpikeSink> sink_;
+  std::unique_ptr<Sink> sink_;
   std::vector<OwnedDescriptor> browsers_;
 };
 

@@ -87,7 +87,7 @@ class Loopback {
     }
     return loopback;
   }
-  [[nodiscard]] std::unique_ptr<SpikeSink> sink() { return zmq_ ? zmq_->sink() : udp_->sink(); }
+  [[nodiscard]] std::unique_ptr<Sink> sink() { return zmq_ ? zmq_->sink() : udp_->sink(); }
   /// Waits for what is still on its way.
   void settle(std::uint64_t spikes) {
     if (zmq_) zmq_->settle(spikes);

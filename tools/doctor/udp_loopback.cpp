@@ -28,7 +28,7 @@ SetupError no_loopback() {
 
 }  // namespace
 
-class UdpLoopback::Sink final : public SpikeSink {
+class UdpLoopback::Sink final : public Sink {
  public:
   explicit Sink(UdpLoopback& loopback) : loopback_(loopback) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -88,7 +88,7 @@ UdpLoopback::~UdpLoopback() {
   ::close(receiver_);
 }
 
-std::unique_ptr<SpikeSink> UdpLoopback::sink() { return std::make_unique<Sink>(*this); }
+std::unique_ptr<Sink> UdpLoopback::sink() { return std::make_unique<Sink>(*this); }
 
 void UdpLoopback::settle() const {
   for (int i = 0; i < 200 && received() < sent(); ++i) {

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "core/expected.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace merkel {
 
@@ -24,7 +24,7 @@ class UdpLoopback {
   ~UdpLoopback();
 
   /// The sending end; must not outlive this object.
-  [[nodiscard]] std::unique_ptr<SpikeSink> sink();
+  [[nodiscard]] std::unique_ptr<Sink> sink();
   /// Waits, for a short time at most, until everything sent has arrived. Thread: the opener's.
   void settle() const;
   [[nodiscard]] std::uint64_t sent() const noexcept { return sent_.load(); }

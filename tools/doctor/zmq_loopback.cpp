@@ -83,7 +83,7 @@ void ZmqLoopback::receive_all(const std::stop_token&) {}
 
 namespace merkel {
 
-ZmqLoopback::ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<SpikeSink> sink,
+ZmqLoopback::ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<Sink> sink,
                          Receive receive)
     : subscriber_(std::move(subscriber)),
       sink_(std::move(sink)),
@@ -95,7 +95,7 @@ ZmqLoopback::~ZmqLoopback() {
   thread_.join();
 }
 
-std::unique_ptr<SpikeSink> ZmqLoopback::sink() { return std::move(sink_); }
+std::unique_ptr<Sink> ZmqLoopback::sink() { return std::move(sink_); }
 
 void ZmqLoopback::settle(std::uint64_t spikes) const {
   for (int i = 0; i < 200 && received_.load() < spikes; ++i) {

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "core/expected.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 
 namespace merkel {
 
@@ -26,18 +26,17 @@ class ZmqLoopback {
   ~ZmqLoopback();
 
   /// The sending end; call once.
-  [[nodiscard]] std::unique_ptr<SpikeSink> sink();
+  [[nodiscard]] std::unique_ptr<Sink> sink();
   /// Waits, for a short time at most, until `spikes` spikes have arrived. Thread: the opener's.
   void settle(std::uint64_t spikes) const;
 
  private:
   struct Subscriber;
-  ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<SpikeSink> sink,
-              Receive receive);
+  ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<Sink> sink, Receive receive);
   void receive_all(const std::stop_token& stop);
 
   std::unique_ptr<Subscriber> subscriber_;
-  std::unique_ptr<SpikeSink> sink_;
+  std::unique_ptr<Sink> sink_;
   Receive receive_;
   std::atomic<std::uint64_t> received_{0};
   std::jthread thread_;

@@ -273,7 +273,7 @@ Expected<MergedSessions, SetupError> merge_sessions(const std::vector<std::strin
   return merged;
 }
 
-Expected<void, SinkError> write_merged(const MergedSessions& merged, SpikeSink& sink) {
+Expected<void, SinkError> write_merged(const MergedSessions& merged, Sink& sink) {
   auto written = sink.begin(merged.origin);
   if (written) written = sink.write(batch_of(merged.records));
   return written ? sink.close() : written;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/sink.hpp"
 #include "drivers/sinks/sink_setup.hpp"
-#include "drivers/spike_sink.hpp"
 
 namespace merkel {
 
@@ -40,6 +40,6 @@ struct MergedSessions {
     const std::vector<std::string>& paths, const std::string& mark);
 
 /// Writes everything that a sink takes, in order of time, and closes it.
-[[nodiscard]] Expected<void, SinkError> write_merged(const MergedSessions& merged, SpikeSink& sink);
+[[nodiscard]] Expected<void, SinkError> write_merged(const MergedSessions& merged, Sink& sink);
 
 }  // namespace merkel

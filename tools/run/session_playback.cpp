@@ -51,7 +51,7 @@ Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std
 SessionPlayback::SessionPlayback(std::string path, const Extent& extent,
                                  const SessionNumbering& numbering, const Scene& scene,
                                  SessionPosition& position,
-                                 std::span<const std::unique_ptr<SpikeSink>> sinks)
+                                 std::span<const std::unique_ptr<Sink>> sinks)
     : path_(std::move(path)),
       extent_(extent),
       numbering_(numbering),

@@ -13,8 +13,8 @@
 #include "core/encoding/stimulation_gate.hpp"
 #include "core/expected.hpp"
 #include "drivers/sessions/session_reader.hpp"
+#include "drivers/sink.hpp"
 #include "drivers/sinks/session_position.hpp"
-#include "drivers/spike_sink.hpp"
 #include "tools/scene/scene_file.hpp"
 #include "tools/scene/session_scene.hpp"
 
@@ -40,7 +40,7 @@ class SessionPlayback {
   /// \param position  followed and kept up to date
   SessionPlayback(std::string path, const Extent& extent, const SessionNumbering& numbering,
                   const Scene& scene, SessionPosition& position,
-                  std::span<const std::unique_ptr<SpikeSink>> sinks);
+                  std::span<const std::unique_ptr<Sink>> sinks);
 
   /// Plays from a position to the end, or until `stop`. If `wait_at_end`, then waits there for a
   /// seek or `stop`. Fails if the file cannot be read or a sink fails.
@@ -64,7 +64,7 @@ class SessionPlayback {
   Extent extent_;
   const SessionNumbering& numbering_;
   SessionPosition& position_;
-  std::span<const std::unique_ptr<SpikeSink>> sinks_;
+  std::span<const std::unique_ptr<Sink>> sinks_;
   std::vector<std::optional<StimulationGate>> gates_;  ///< by sink; none for one that only records
   std::size_t electrodes_;
   std::chrono::nanoseconds step_;  ///< between two looks at the clock

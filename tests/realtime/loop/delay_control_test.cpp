@@ -189,8 +189,8 @@ class LiveRun {
  private:
   TactileModel& model_;
   ProbeChannel channel_{10'000};
-  SpikeFanout fanout_;
-  SpikeChannel* channel_of_records_;
+  Fanout fanout_;
+  ConsumerChannel* channel_of_records_;
   BoundedQueue<LoopEvent> events_{1000};
   std::atomic<bool> stop_{false};
 };

@@ -68,7 +68,7 @@ class FixedStepLoopTest : public testing::Test {
   TactileModel model_ = *TactileModel::create({});
   ProbeChannel channel_{100'000};
   std::vector<ProbeSample> scheduled_;
-  SpikeFanout fanout_;
+  Fanout fanout_;
   LoopStatistics statistics_;
   BoundedQueue<LoopEvent> events_{1000};
   std::atomic<bool> stop_{false};
@@ -292,11 +292,11 @@ TEST_F(FixedStepLoopTest, EveryTickWithSpikesIsTimed) {
 }
 
 TEST_F(FixedStepLoopTest, AFullQueueAffectsOnlyItsOwnConsumer) {
-  SpikeChannel& slow = fanout_.add_consumer(4);
-  SpikeChannel& quick = fanout_.add_consumer(10'000);
+  ConsumerChannel& slow = fanout_.add_consumer(4);
+  ConsumerChannel& quick = fanout_.add_consumer(10'000);
   samples(1000, 1.5, [](int k) { return milliseconds{k}; });
   run(on_time, milliseconds{2});
-  const auto drain = [](SpikeChannel& channel) {
+  const auto drain = [](ConsumerChannel& channel) {
     SpikeEvent spike;
     std::uint64_t count = 0;
     while (channel.feed<SpikeEvent>().try_pop(spike)) ++count;
@@ -312,7 +312,7 @@ TEST_F(FixedStepLoopTest, AFullQueueAffectsOnlyItsOwnConsumer) {
 }
 
 TEST_F(FixedStepLoopTest, SpikesOfHeldTicksAreFlagged) {
-  SpikeChannel& consumer = fanout_.add_consumer(10'000);
+  ConsumerChannel& consumer = fanout_.add_consumer(10'000);
   samples(200, 1.5, [](int k) { return milliseconds{k >= 100 && k < 130 ? 130 : k}; });
   run(on_time, milliseconds{2});
   SpikeEvent spike;

@@ -26,7 +26,7 @@ constexpr std::chrono::seconds kFirstTickWithin{10};
 
 /// The sink that Python reads from. It never waits: a full list would hold up the commands, and
 /// lost commands switch all electrodes off.
-class BridgeObject::Outlet final : public SpikeSink {
+class BridgeObject::Outlet final : public Sink {
  public:
   explicit Outlet(BridgeObject& bridge) : bridge_(bridge) {}
 

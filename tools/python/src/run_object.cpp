@@ -31,7 +31,7 @@ double time_s_of(const SpikeRow& spike) { return spike.get<double>("time_ns"); }
 std::uint32_t neuron_of(const SpikeRow& spike) { return spike.get<std::uint32_t>("neuron"); }
 
 /// Keeps spikes and stimulation commands.
-class Collector final : public SpikeSink {
+class Collector final : public Sink {
  public:
   explicit Collector(RunObject& run) : run_(run) {}
 

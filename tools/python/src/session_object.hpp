@@ -14,7 +14,7 @@
 #include "core/records/taxel_block.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/run_control.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 #include "tools/python/src/initialised.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/scene_file.hpp"

@@ -5,7 +5,7 @@
 #include "core/scene/afferents.hpp"
 #include "core/scene/drive_reach.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
-#include "realtime/output/spike_fanout.hpp"
+#include "realtime/output/fanout.hpp"
 
 namespace merkel {
 namespace {
@@ -88,8 +88,8 @@ Expected<StageCosts, ParameterError> stage_costs(const TactileModel::Parameters&
   for (int k = 0; k < 300; ++k) take_steps();
   costs.neurons = us(measure(take_steps));
 
-  SpikeFanout fanout;
-  SpikeChannel& channel = fanout.add_consumer(1024);
+  Fanout fanout;
+  ConsumerChannel& channel = fanout.add_consumer(1024);
   channel.add<TickRecord>(1024);
   VirtualClock clock;
   const SpikeEvent spike{.neuron = 1};

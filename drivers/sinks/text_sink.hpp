@@ -15,7 +15,7 @@ namespace merkel {
 /// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. The file has one
 /// form after every run; the conversion of its times to the probe's is in the file beside it
 /// (TimeFile).
-class TextSpikeSink final : public FileSink {
+class TextSink final : public FileSink {
  public:
   enum class Form {
     kCsv,  ///< `time_s,neuron`, with this line as its first
@@ -23,13 +23,15 @@ class TextSpikeSink final : public FileSink {
   };
 
   /// \param path  a file, "-" for the standard output, or a device. Options: time
-  [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
-      const Uri& uri, const std::string& path, Form form, const SinkSetup& setup);
+  [[nodiscard]] static Expected<std::unique_ptr<Sink>, SetupError> open(const Uri& uri,
+                                                                        const std::string& path,
+                                                                        Form form,
+                                                                        const SinkSetup& setup);
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override;
 
  private:
-  TextSpikeSink(std::string uri, OutputFile file, TimeFile time_file, Form form, TimeBase time);
+  TextSink(std::string uri, OutputFile file, TimeFile time_file, Form form, TimeBase time);
   [[nodiscard]] Expected<void, SinkError> start(const RunOrigin& origin) override;
 
   TimeFile time_file_;

@@ -1,4 +1,4 @@
-#include "drivers/sinks/text_spike_sink.hpp"
+#include "drivers/sinks/text_sink.hpp"
 
 #include <array>
 #include <charconv>
@@ -18,17 +18,14 @@ void append_number(std::string& text, std::uint32_t number) {
 
 }  // namespace
 
-TextSpikeSink::TextSpikeSink(std::string uri, OutputFile file, TimeFile time_file, Form form,
-                             TimeBase time)
+TextSink::TextSink(std::string uri, OutputFile file, TimeFile time_file, Form form, TimeBase time)
     : FileSink(std::move(uri), std::move(file)),
       time_file_(std::move(time_file)),
       form_(form),
       time_(time) {}
 
-Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const Uri& uri,
-                                                                     const std::string& path,
-                                                                     Form form,
-                                                                     const SinkSetup& setup) {
+Expected<std::unique_ptr<Sink>, SetupError> TextSink::open(const Uri& uri, const std::string& path,
+                                                           Form form, const SinkSetup& setup) {
   UriOptions options(uri);
   const TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
@@ -36,11 +33,11 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> TextSpikeSink::open(const Uri& 
   if (!file) return Unexpected<SetupError>(file.error());
   auto time_file = TimeFile::beside(*file, setup);
   if (!time_file) return Unexpected<SetupError>(time_file.error());
-  return std::unique_ptr<SpikeSink>(
-      new TextSpikeSink(uri.text, std::move(*file), std::move(*time_file), form, time));
+  return std::unique_ptr<Sink>(
+      new TextSink(uri.text, std::move(*file), std::move(*time_file), form, time));
 }
 
-Expected<void, SinkError> TextSpikeSink::start(const RunOrigin& origin) {
+Expected<void, SinkError> TextSink::start(const RunOrigin& origin) {
   time_.set(origin);
   if (!time_file_.write(time_)) return Unexpected<SinkError>({.sentence = time_file_.error()});
   // Neither form has comments: readers differ in what they make of them. Neo, for one, takes the
@@ -50,7 +47,7 @@ Expected<void, SinkError> TextSpikeSink::start(const RunOrigin& origin) {
   return settle(written);
 }
 
-Expected<void, SinkError> TextSpikeSink::write(const RecordBatch& batch) {
+Expected<void, SinkError> TextSink::write(const RecordBatch& batch) {
   if (auto started = begin({}); !started) return started;
   rows_.clear();
   for (const SpikeEvent& spike : batch.spikes) {

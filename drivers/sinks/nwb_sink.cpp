@@ -95,10 +95,10 @@ void set_time(const RunOrigin& origin, nanoseconds offset, NwbContent& content) 
 }
 
 /// Rows of NwbContent: NWB groups spikes by unit, which are known at the end only.
-class NwbSpikeSink final : public RowsSink {
+class NwbSink final : public RowsSink {
  public:
-  NwbSpikeSink(std::string uri, OutputFile rows, TimeBase time, const SinkSetup& setup,
-               NwbContent content)
+  NwbSink(std::string uri, OutputFile rows, TimeBase time, const SinkSetup& setup,
+          NwbContent content)
       : RowsSink(std::move(uri), std::move(rows), time, setup.overwrite, "the run is"),
         content_(content_of(setup, std::move(content), this->rows())),
         probes_(setup.run.probes) {}
@@ -203,8 +203,7 @@ OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup) {
   auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
   if (!rows->recovered().empty()) convert_recovered_nwb(rows->recovered(), setup);
-  return std::make_unique<NwbSpikeSink>(uri.text, std::move(*rows), time, setup,
-                                        std::move(content));
+  return std::make_unique<NwbSink>(uri.text, std::move(*rows), time, setup, std::move(content));
 }
 
 }  // namespace merkel

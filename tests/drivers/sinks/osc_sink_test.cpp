@@ -38,7 +38,7 @@ int take(const char*, const char*, lo_arg** arguments, int, lo_message message, 
   return 0;
 }
 
-TEST(OscSpikeSink, LiblosOwnServerGetsEverySpikeInOrder) {  // the option types=ihdii
+TEST(OscSink, LiblosOwnServerGetsEverySpikeInOrder) {  // the option types=ihdii
   const lo_server server = lo_server_new(nullptr, nullptr);
   ASSERT_NE(server, nullptr);
   std::vector<Received> received;
@@ -83,7 +83,7 @@ int take_whole(const char*, const char* types, lo_arg** arguments, int count, lo
 }
 
 // Pure Data's [oscparse] and SuperCollider know the required types of OSC 1.0 only: i, f, s, b.
-TEST(OscSpikeSink, ByDefaultAllArgumentsAreOfTypeI) {
+TEST(OscSink, ByDefaultAllArgumentsAreOfTypeI) {
   const lo_server server = lo_server_new(nullptr, nullptr);
   ASSERT_NE(server, nullptr);
   std::vector<std::vector<std::int32_t>> received;
@@ -102,7 +102,7 @@ TEST(OscSpikeSink, ByDefaultAllArgumentsAreOfTypeI) {
   lo_server_free(server);
 }
 
-TEST(OscSpikeSink, AMissingReceiverIsNoError) {
+TEST(OscSink, AMissingReceiverIsNoError) {
   auto sink = open_sink("osc:127.0.0.1:" + std::to_string(free_ports(1)[0]), 20, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};

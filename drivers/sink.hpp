@@ -23,12 +23,12 @@ struct SinkError {
 };
 
 /// A consumer of a run's records: a file, a socket, a page. Used by one thread, which may block.
-class SpikeSink {
+class Sink {
  public:
-  SpikeSink() = default;
-  SpikeSink(const SpikeSink&) = delete;
-  SpikeSink& operator=(const SpikeSink&) = delete;
-  virtual ~SpikeSink() = default;
+  Sink() = default;
+  Sink(const Sink&) = delete;
+  Sink& operator=(const Sink&) = delete;
+  virtual ~Sink() = default;
 
   /// The URI it was opened with. Thread: any.
   [[nodiscard]] virtual const std::string& uri() const noexcept = 0;

@@ -21,10 +21,10 @@ constexpr std::int64_t kSampleRate_hz = 1'000'000;
 constexpr std::string_view kSpikeEndpoint = "tcp://127.0.0.1:5557";
 
 /// One message per spike in the format of Open Ephys' Event Broadcaster: a type, then JSON.
-class ZmqSpikeSink final : public SpikeSink {
+class ZmqSink final : public Sink {
  public:
-  ZmqSpikeSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
-               std::vector<AfferentRow> afferents)
+  ZmqSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
+          std::vector<AfferentRow> afferents)
       : publisher_(uri, options, kSpikeStart),
         afferents_(std::move(afferents)),
         head_(publisher_.head(kSpikeMessage)),
@@ -120,7 +120,7 @@ OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
   const std::string stream =
       options.text("stream", setup.run.scene.empty() ? "merkel" : setup.run.scene);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto sink = std::make_unique<ZmqSpikeSink>(uri, publisher, stream, afferents_of(setup));
+  auto sink = std::make_unique<ZmqSink>(uri, publisher, stream, afferents_of(setup));
   if (auto opened = sink->publisher().open(setup, kSpikeEndpoint); !opened) {
     return Unexpected<SetupError>(opened.error());
   }

@@ -47,9 +47,9 @@ constexpr std::string_view kWholeTypes = "iiiiii";
 constexpr std::string_view kExactTypes = "ihdii";
 
 /// One message per spike. Messages are sent in bundles with the time of sending as time tag.
-class OscSpikeSink final : public SpikeSink {
+class OscSink final : public Sink {
  public:
-  OscSpikeSink(std::string uri, OwnedDescriptor socket, std::string path, OscTypes types)
+  OscSink(std::string uri, OwnedDescriptor socket, std::string path, OscTypes types)
       : uri_(std::move(uri)), socket_(std::move(socket)), path_(std::move(path)), types_(types) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
@@ -156,8 +156,8 @@ OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup) {
   if (!socket) {
     return bad_input("\"" + uri.text + "\": cannot send to this address: " + socket.error());
   }
-  return std::make_unique<OscSpikeSink>(uri.text, std::move(*socket), path,
-                                        types == kExactTypes ? OscTypes::kExact : OscTypes::kWhole);
+  return std::make_unique<OscSink>(uri.text, std::move(*socket), path,
+                                   types == kExactTypes ? OscTypes::kExact : OscTypes::kWhole);
 }
 
 }  // namespace merkel

@@ -1,4 +1,4 @@
-#include "drivers/sinks/phy_spike_sink.hpp"
+#include "drivers/sinks/phy_sink.hpp"
 
 #include <cerrno>
 #include <chrono>
@@ -38,8 +38,8 @@ Expected<void, SetupError> write_file(const std::string& path, const std::string
 
 }  // namespace
 
-PhySpikeSink::PhySpikeSink(const Uri& uri, const SinkSetup& setup, double sample_rate_hz,
-                           TimeBase time, Folder folder)
+PhySink::PhySink(const Uri& uri, const SinkSetup& setup, double sample_rate_hz, TimeBase time,
+                 Folder folder)
     : uri_(uri.text),
       folder_(std::move(folder)),
       overwrite_(setup.overwrite),
@@ -47,8 +47,8 @@ PhySpikeSink::PhySpikeSink(const Uri& uri, const SinkSetup& setup, double sample
       time_(time),
       afferents_(afferents_of(setup)) {}
 
-Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::string& path,
-                                                                     const SinkSetup& setup) {
+Expected<PhySink::Folder, SetupError> PhySink::lock_folder(const std::string& path,
+                                                           const SinkSetup& setup) {
   Folder folder{.path = path, .lock = -1, .made = ::mkdir(path.c_str(), 0777) == 0};
   if (!folder.made && errno != EEXIST) {
     return bad_input("cannot make the folder " + path + ": " + std::strerror(errno) +
@@ -81,8 +81,7 @@ Expected<PhySpikeSink::Folder, SetupError> PhySpikeSink::lock_folder(const std::
   return lock_folder(path, setup);
 }
 
-Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& uri,
-                                                                    const SinkSetup& setup) {
+Expected<std::unique_ptr<Sink>, SetupError> PhySink::open(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
   const auto rate_hz =
       static_cast<double>(options.whole("sample_rate", 1'000'000, 1000, 1'000'000'000));
@@ -93,13 +92,12 @@ Expected<std::unique_ptr<SpikeSink>, SetupError> PhySpikeSink::open(const Uri& u
   }
   auto folder = lock_folder(uri.path, setup);
   if (!folder) return Unexpected<SetupError>(folder.error());
-  std::unique_ptr<PhySpikeSink> sink(
-      new PhySpikeSink(uri, setup, rate_hz, time, std::move(*folder)));
+  std::unique_ptr<PhySink> sink(new PhySink(uri, setup, rate_hz, time, std::move(*folder)));
   if (auto opened = sink->open_files(); !opened) return Unexpected<SetupError>(opened.error());
   return sink;
 }
 
-Expected<void, SetupError> PhySpikeSink::open_files() {
+Expected<void, SetupError> PhySink::open_files() {
   for (const auto& [name, type] :
        {std::pair("spike_times.npy", "<i8"), std::pair("spike_clusters.npy", "<i4"),
         std::pair("spike_templates.npy", "<i4")}) {
@@ -110,13 +108,13 @@ Expected<void, SetupError> PhySpikeSink::open_files() {
   return {};
 }
 
-PhySpikeSink::~PhySpikeSink() {
+PhySink::~PhySink() {
   files_.clear();  // files without spikes are removed
   if (!started_ && !closed_ && folder_.made) ::rmdir(folder_.path.c_str());
   ::close(folder_.lock);
 }
 
-Expected<void, SetupError> PhySpikeSink::write_parameters() {
+Expected<void, SetupError> PhySink::write_parameters() {
   std::string text = "# Spikes simulated by merkel; there is no raw recording.\n";
   for (const auto& [name, value] : time_.facts()) {
     text += name + " = " + (name == "time_zero" ? "'" + value + "'" : value) + "\n";
@@ -128,7 +126,7 @@ Expected<void, SetupError> PhySpikeSink::write_parameters() {
   return write_file(in_folder("params.py"), text, overwrite_);
 }
 
-Expected<void, SetupError> PhySpikeSink::write_channels() {
+Expected<void, SetupError> PhySink::write_channels() {
   if (afferents_.empty()) return {};
   auto map = NpyFile::create(in_folder("channel_map.npy"), "<i4", overwrite_);
   if (!map) return Unexpected<SetupError>(map.error());
@@ -145,7 +143,7 @@ Expected<void, SetupError> PhySpikeSink::write_channels() {
 }
 
 template <class Action>
-Expected<void, SinkError> PhySpikeSink::for_all(Action action) {
+Expected<void, SinkError> PhySink::for_all(Action action) {
   for (NpyFile& file : files_) {
     if (!action(file)) return Unexpected<SinkError>({.sentence = file.error()});
   }
@@ -153,7 +151,7 @@ Expected<void, SinkError> PhySpikeSink::for_all(Action action) {
   return {};
 }
 
-Expected<void, SinkError> PhySpikeSink::begin(const RunOrigin& origin) {
+Expected<void, SinkError> PhySink::begin(const RunOrigin& origin) {
   if (std::exchange(started_, true)) return {};
   time_.set(origin);
   for (const auto& written : {write_parameters(), write_channels()}) {
@@ -162,7 +160,7 @@ Expected<void, SinkError> PhySpikeSink::begin(const RunOrigin& origin) {
   return {};
 }
 
-Expected<void, SinkError> PhySpikeSink::write(const RecordBatch& batch) {
+Expected<void, SinkError> PhySink::write(const RecordBatch& batch) {
   if (auto started = begin({}); !started) return started;
   for (const SpikeEvent& spike : batch.spikes) {
     const std::int64_t neuron = spike.neuron;
@@ -175,11 +173,11 @@ Expected<void, SinkError> PhySpikeSink::write(const RecordBatch& batch) {
   return flush();
 }
 
-Expected<void, SinkError> PhySpikeSink::flush() {
+Expected<void, SinkError> PhySink::flush() {
   return for_all([](NpyFile& file) { return file.flush(); });
 }
 
-Expected<void, SinkError> PhySpikeSink::close() {
+Expected<void, SinkError> PhySink::close() {
   if (auto started = begin({}); !started) return started;
   closed_ = true;
   return for_all([](NpyFile& file) { return file.close(); });

@@ -14,7 +14,7 @@
 namespace merkel {
 namespace {
 
-TEST(LslSpikeSink, AnInletReceivesEverySpikeInLslTime) {
+TEST(LslSink, AnInletReceivesEverySpikeInLslTime) {
   const std::string name = "merkel-test-" + std::to_string(read_clock_pair().monotonic.count());
   auto sink =
       open_sink("lsl:" + name, SinkSetup{.neurons = 27,

@@ -35,7 +35,7 @@ constexpr std::array<LslChannel, 4> kLslChannels = {{{ProbeSample::kDepth, "dept
 /// this clock already. NAME: one int32 channel of neuron numbers at an irregular rate.
 /// NAME.samples, NAME.samples.1, …: what each probe measures. NAME.marks. RigRecording reads them
 /// from a recording of LabRecorder.
-class LslSink final : public SpikeSink {
+class LslSink final : public Sink {
  public:
   LslSink(std::string uri, const std::string& name, const SinkSetup& setup)
       : uri_(std::move(uri)),

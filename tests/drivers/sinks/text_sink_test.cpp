@@ -1,4 +1,4 @@
-#include "drivers/sinks/text_spike_sink.hpp"
+#include "drivers/sinks/text_sink.hpp"
 
 #include <array>
 
@@ -14,7 +14,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::uint32_t kTextNeurons = 20;
 
-TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
+TEST(TextSink, WritesTimeToTheNanosecondAndNeuron) {
   const TemporaryFolder folder;
   auto sink = open_sink("csv:" + folder.path("s.csv"), kTextNeurons, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
@@ -29,7 +29,7 @@ TEST(TextSpikeSink, WritesTimeToTheNanosecondAndNeuron) {
   EXPECT_EQ(read_file(folder.path("s.csv")), "time_s,neuron\n1.234567891,8\n2.000000000,13\n");
 }
 
-TEST(TextSpikeSink, WritesNestsGdf) {
+TEST(TextSink, WritesNestsGdf) {
   const TemporaryFolder folder;
   auto sink = open_sink("gdf:" + folder.path("s.gdf"), kTextNeurons, false);
   ASSERT_TRUE(sink) << sink.error().sentence;
@@ -41,7 +41,7 @@ TEST(TextSpikeSink, WritesNestsGdf) {
   EXPECT_EQ(read_file(folder.path("s.gdf")), "8\t-0.000001\n13\t2000.000001\n");
 }
 
-TEST(TextSpikeSink, CountsWhatAFullDiskHasLost) {
+TEST(TextSink, CountsWhatAFullDiskHasLost) {
   auto sink = open_sink("csv:/dev/full", kTextNeurons, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 3> spikes{};

@@ -18,10 +18,10 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SonataContent, population, afferents)
 namespace {
 
 /// Spikes as rows `time_ms,node_id`; nodes count from 0.
-class SonataSpikeSink final : public RowsSink {
+class SonataSink final : public RowsSink {
  public:
-  SonataSpikeSink(std::string uri, std::string population, OutputFile rows, TimeBase time,
-                  const SinkSetup& setup)
+  SonataSink(std::string uri, std::string population, OutputFile rows, TimeBase time,
+             const SinkSetup& setup)
       : RowsSink(std::move(uri), std::move(rows), time, setup.overwrite, "all spikes are"),
         content_{.population = std::move(population),
                  .rows = this->rows(),
@@ -75,7 +75,7 @@ OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
   auto rows = RowsSink::open_rows(uri, setup);
   if (!rows) return Unexpected<SetupError>(rows.error());
   if (!rows->recovered().empty()) convert_recovered_sonata(rows->recovered(), setup);
-  return std::make_unique<SonataSpikeSink>(uri.text, population, std::move(*rows), time, setup);
+  return std::make_unique<SonataSink>(uri.text, population, std::move(*rows), time, setup);
 }
 
 }  // namespace merkel

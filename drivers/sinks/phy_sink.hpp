@@ -9,10 +9,10 @@
 
 #include "core/expected.hpp"
 #include "drivers/files/npy_file.hpp"
+#include "drivers/sink.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_setup.hpp"
 #include "drivers/sinks/time_base.hpp"
-#include "drivers/spike_sink.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
@@ -21,13 +21,13 @@ namespace merkel {
 /// option sample_rate), `spike_clusters.npy` and `spike_templates.npy` (neurons from 1),
 /// `channel_map.npy` and `channel_positions.npy` (one entry per afferent, µm), `afferents.csv` and
 /// `params.py`. The folder is locked; files are NAME.part until the end of the run.
-class PhySpikeSink final : public SpikeSink {
+class PhySink final : public Sink {
  public:
   /// Creates the folder of the URI's path; its parent must exist. Options: sample_rate, time.
-  [[nodiscard]] static Expected<std::unique_ptr<SpikeSink>, SetupError> open(
-      const Uri& uri, const SinkSetup& setup);
+  [[nodiscard]] static Expected<std::unique_ptr<Sink>, SetupError> open(const Uri& uri,
+                                                                        const SinkSetup& setup);
   /// Removes the folder if nothing was written and close() was not called.
-  ~PhySpikeSink() override;
+  ~PhySink() override;
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override;
@@ -43,8 +43,8 @@ class PhySpikeSink final : public SpikeSink {
     int lock = -1;
     bool made = false;
   };
-  PhySpikeSink(const Uri& uri, const SinkSetup& setup, double sample_rate_hz, TimeBase time,
-               Folder folder);
+  PhySink(const Uri& uri, const SinkSetup& setup, double sample_rate_hz, TimeBase time,
+          Folder folder);
   static Expected<Folder, SetupError> lock_folder(const std::string& path, const SinkSetup& setup);
   Expected<void, SetupError> open_files();
   Expected<void, SetupError> write_parameters();

@@ -18,11 +18,10 @@ namespace {
 using std::chrono::steady_clock;
 
 /// The live page: sends the run's state to every open browser about 25 times a second.
-class ViewSpikeSink final : public SpikeSink {
+class ViewSink final : public Sink {
  public:
-  ViewSpikeSink(std::string uri, std::string address, ViewFrames frames,
-                std::shared_ptr<ViewDesk> desk, std::unique_ptr<ViewServer> server,
-                std::chrono::nanoseconds period)
+  ViewSink(std::string uri, std::string address, ViewFrames frames, std::shared_ptr<ViewDesk> desk,
+           std::unique_ptr<ViewServer> server, std::chrono::nanoseconds period)
       : uri_(std::move(uri)),
         address_(std::move(address)),
         frames_(std::move(frames)),
@@ -136,9 +135,8 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
   if (!server) return Unexpected<SetupError>(server.error());
   const std::string page = "http://" + (port_only ? "127.0.0.1:" : std::string()) + uri.path + "/" +
                            (steers ? "?token=" + token : "");
-  return std::make_unique<ViewSpikeSink>(uri.text, page, ViewFrames(setup), std::move(desk),
-                                         std::move(*server),
-                                         units::nanoseconds_from_s(1.0 / rate_hz));
+  return std::make_unique<ViewSink>(uri.text, page, ViewFrames(setup), std::move(desk),
+                                    std::move(*server), units::nanoseconds_from_s(1.0 / rate_hz));
 }
 
 }  // namespace merkel

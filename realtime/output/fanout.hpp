@@ -12,7 +12,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/records/record_batch.hpp"
 #include "core/scene/tactile_model.hpp"
-#include "drivers/spike_sink.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/clocks/publish_beat.hpp"
 #include "realtime/queues/feed.hpp"
@@ -20,8 +20,8 @@
 namespace merkel {
 
 /// The feeds of one consumer. A slow or dead consumer loses only its own records.
-struct SpikeChannel {
-  explicit SpikeChannel(const PublishBeat& the_beat) : beat(the_beat) {}
+struct ConsumerChannel {
+  explicit ConsumerChannel(const PublishBeat& the_beat) : beat(the_beat) {}
 
   /// Adds a feed. Call it before the loop starts.
   template <class Record>
@@ -59,15 +59,15 @@ struct SpikeChannel {
 };
 
 /// Sends the loop's records to every consumer that takes them.
-class SpikeFanout {
+class Fanout {
  public:
   /// Adds a consumer; call it before the loop starts. The channel lives as long as the fan-out.
-  SpikeChannel& add_channel() {
-    return *channels_.emplace_back(std::make_unique<SpikeChannel>(beat_));
+  ConsumerChannel& add_channel() {
+    return *channels_.emplace_back(std::make_unique<ConsumerChannel>(beat_));
   }
   /// Adds a consumer of spikes.
-  SpikeChannel& add_consumer(std::size_t capacity) {
-    SpikeChannel& channel = add_channel();
+  ConsumerChannel& add_consumer(std::size_t capacity) {
+    ConsumerChannel& channel = add_channel();
     channel.add<SpikeEvent>(capacity);
     return channel;
   }
@@ -145,7 +145,7 @@ class SpikeFanout {
   }
 
   PublishBeat beat_;
-  std::vector<std::unique_ptr<SpikeChannel>> channels_;
+  std::vector<std::unique_ptr<ConsumerChannel>> channels_;
 };
 
 }  // namespace merkel
