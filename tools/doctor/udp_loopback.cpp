@@ -28,9 +28,9 @@ SetupError no_loopback() {
 
 }  // namespace
 
-class UdpLoopback::Sink final : public Sink {
+class UdpLoopback::CountingSink final : public Sink {
  public:
-  explicit Sink(UdpLoopback& loopback) : loopback_(loopback) {}
+  explicit CountingSink(UdpLoopback& loopback) : loopback_(loopback) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   Expected<void, SinkError> write(const RecordBatch& batch) override {
     const std::span<const SpikeEvent> spikes = batch.spikes;
@@ -88,7 +88,7 @@ UdpLoopback::~UdpLoopback() {
   ::close(receiver_);
 }
 
-std::unique_ptr<Sink> UdpLoopback::sink() { return std::make_unique<Sink>(*this); }
+std::unique_ptr<Sink> UdpLoopback::sink() { return std::make_unique<CountingSink>(*this); }
 
 void UdpLoopback::settle() const {
   for (int i = 0; i < 200 && received() < sent(); ++i) {

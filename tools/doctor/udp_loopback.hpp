@@ -31,7 +31,7 @@ class UdpLoopback {
   [[nodiscard]] std::uint64_t received() const noexcept { return received_.load(); }
 
  private:
-  class Sink;
+  class CountingSink;
   UdpLoopback(int sender, int receiver, Receive receive);
   void receive_all(const std::stop_token& stop);
 
