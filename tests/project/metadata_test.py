@@ -10,6 +10,7 @@ sys.path.insert(0, str(ROOT / "tools/python"))
 import build_backend
 
 CITATION = (ROOT / "CITATION.cff").read_text()
+CHANGES = (ROOT / "CHANGELOG.md").read_text()
 CODEMETA = json.loads((ROOT / "tools/site/codemeta.json").read_text())
 
 
@@ -23,7 +24,12 @@ class Metadata(unittest.TestCase):
         self.assertEqual(cited("version"), version)
         self.assertEqual(CODEMETA["version"], version)
         self.assertEqual(build_backend._project()["version"], version)
-        self.assertEqual(re.search(r"^## (\S+) ", (ROOT / "CHANGELOG.md").read_text(), re.M).group(1), version)
+        self.assertEqual(re.search(r"^## (\S+) ", CHANGES, re.M).group(1), version)
+
+    def test_the_date_is_that_of_the_last_release_in_the_changelog(self):
+        date = re.search(r"^## \S+ \((\d{4}-\d\d-\d\d)\)$", CHANGES, re.M).group(1)
+        self.assertEqual(cited("date-released"), date)
+        self.assertEqual(CODEMETA["datePublished"], date)
 
     def test_citation_and_codemeta_agree(self):
         self.assertEqual(CODEMETA["license"].rpartition("/")[2], cited("license"))
