@@ -97,7 +97,7 @@ TipHeight upright_height(const Indenter& indenter, const SkinParameters& skin) {
 
 double radius_along(const Indenter& indenter, const SkinParameters& skin) {
   if (indenter.tip == Tip::kBars && skin.apex) return kInfinite;
-  return skin.radius_along_mm > 0.0 ? skin.radius_along_mm : skin.radius_mm;
+  return skin.finger_along_mm();
 }
 
 /// The highest point of the gap, and how far the part below a depth reaches.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/math/cubic_interpolation.hpp"
-#include "core/math/portable_math.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
 namespace merkel {
@@ -26,10 +25,6 @@ HeightMap empty_map(const PixelGrid& grid) {
           .coverage = std::vector<double>(grid.pixels(), 1.0)};
 }
 
-double along_of(const SkinParameters& skin) {
-  return skin.radius_along_mm > 0.0 ? skin.radius_along_mm : skin.radius_mm;
-}
-
 }  // namespace
 
 SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& skin,
@@ -37,15 +32,14 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
     : plan_(*SlidingPlan::of(surface, skin, tick)),
       map_(surface, skin, plan_.contact.pixel_mm),
       apex_(*skin.apex),
-      curvature_along_per_mm_(1.0 / along_of(skin)),
+      curvature_along_per_mm_(1.0 / skin.finger_along_mm()),
       curvature_across_per_mm_(1.0 / skin.radius_mm),
-      stiffening_mm_(skin.stiffening_mm),
       limit_kPa_(limit_kPa),
       skin_(skin),
-      kind_(skin.energy_density),
+      material_(skin),
       by_force_(surface.control == Indenter::Control::kForce),
       plate_mN_(4.0 / 3.0 * LayeredMedium(skin).reduced_modulus_kPa() *
-                std::sqrt(std::sqrt(along_of(skin) * skin.radius_mm))),
+                std::sqrt(std::sqrt(skin.finger_along_mm() * skin.radius_mm))),
       far_(LayeredMedium(skin), skin),
       solver_(LayeredMedium(skin), empty_map(plan_.contact)),
       transform_(padded_pixels(plan_.contact.columns + plan_.window.columns - 1),
@@ -61,7 +55,8 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
   }
   for (std::size_t k = 0; k < kEnergies; ++k) {
     const double r = std::max(1e-3, kEnergyStep_mm * static_cast<double>(k));
-    energies_.push_back(energy_density_kPa(far_.at(1.0, r, 0.0).stress, skin_, kind_));
+    energies_.push_back(
+        energy_density_kPa(far_.at(1.0, r, 0.0).stress, material_, skin_.energy_density));
   }
   for (std::size_t k = energies_.size() - 1; k-- > 0;) {
     energies_[k] = std::max(energies_[k], energies_[k + 1]);
@@ -79,10 +74,6 @@ void SlidingContact::reset() noexcept {
   ticks_ = 0;
   press_ = {};
   report_ = {};
-}
-
-double SlidingContact::stiffening_of(double depth_mm) const noexcept {
-  return std::isinf(stiffening_mm_) ? 1.0 : portable_exp(std::max(0.0, depth_mm) / stiffening_mm_);
 }
 
 void SlidingContact::take(const ContactInput& input) noexcept {
@@ -125,7 +116,7 @@ void SlidingContact::publish(int phase) noexcept {
   load_x_mm_ = of_loads(older_.load_x_mm, newer_.load_x_mm);
   load_y_mm_ = of_loads(older_.load_y_mm, newer_.load_y_mm);
   const double depth_mm = std::max(1e-9, between(older_.depth_mm, newer_.depth_mm));
-  const double stiffening = stiffening_of(depth_mm);
+  const double stiffening = skin_.stiffening_at(depth_mm);
   press_ = {.contact = {.depth_mm = depth_mm,
                         .force_mN = stiffening * force_mN,
                         .contact_radius_mm = 0.0,
@@ -149,7 +140,7 @@ void SlidingContact::work_part() noexcept {
       return;
     case Stage::kIterate: {
       if (by_force_ && solver_.solution().iterations > 0) {
-        solver_.aim(input_.force_mN / stiffening_of(solver_.solution().depth_mm));
+        solver_.aim(input_.force_mN / skin_.stiffening_at(solver_.solution().depth_mm));
       }
       const bool found = solver_.iterate(kSlidingAccuracy);
       if (found || solver_.solution().iterations >= SlidingPlan::kIterations) finish_iterations();
@@ -185,7 +176,7 @@ void SlidingContact::find_gap() noexcept {
   if (by_force_) {
     const double guess_mm = std::cbrt(input_.force_mN / plate_mN_ * (input_.force_mN / plate_mN_));
     const double lowest = *std::min_element(gap_.height_mm.begin(), gap_.height_mm.end());
-    solver_.begin_with_force(input_.force_mN / stiffening_of(newer_.depth_mm),
+    solver_.begin_with_force(input_.force_mN / skin_.stiffening_at(newer_.depth_mm),
                              lowest + std::max(guess_mm, 1e-3));
   } else {
     solver_.begin(input_.depth_mm);
@@ -292,7 +283,8 @@ double SlidingContact::energy_kPa(double x_mm, double y_mm) const noexcept {
   const double x = surface_x_mm_ + x_mm;
   const double y = surface_y_mm_ + y_mm;
   GridPatch patch;
-  if (place(x, y, patch)) return energy_density_kPa(interpolate(patch).stress(), skin_, kind_);
+  if (place(x, y, patch))
+    return energy_density_kPa(interpolate(patch).stress(), material_, skin_.energy_density);
   const double dx = x - load_x_mm_;
   const double dy = y - load_y_mm_;
   const double place = std::sqrt(dx * dx + dy * dy) * (1.0 / kEnergyStep_mm);

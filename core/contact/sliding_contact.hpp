@@ -79,7 +79,6 @@ class SlidingContact {
   void finish_iterations() noexcept;
   void compute_fields(std::size_t first) noexcept;
   void publish(int phase) noexcept;
-  [[nodiscard]] double stiffening_of(double depth_mm) const noexcept;
   /// The nodes around a place on the surface. \return whether all tables have them
   [[nodiscard]] bool place(double x_mm, double y_mm, GridPatch& patch) const noexcept;
 
@@ -88,10 +87,9 @@ class SlidingContact {
   Position apex_;
   double curvature_along_per_mm_;
   double curvature_across_per_mm_;
-  double stiffening_mm_;
   double limit_kPa_;
-  SkinMaterial skin_;
-  EnergyDensity kind_;
+  SkinParameters skin_;
+  SkinMaterial material_;
   bool by_force_;
   double plate_mN_;  ///< force of a plate at 1 mm, for a first guess of the depth
   FarField far_;

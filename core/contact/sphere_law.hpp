@@ -36,9 +36,7 @@ class SphereLaw {
 
   HertzContact hertz_;
   std::optional<SneddonContact> sneddon_;
-  double thickness_mm_;
-  double stiffening_mm_;
-  double poisson_ratio_;
+  SkinParameters skin_;
   std::shared_ptr<const BondedLayer> exact_layer_;  ///< null: Dimitriadis polynomial
 };
 

@@ -43,10 +43,6 @@ double fitted_pixel_mm(double wanted_mm, double coarsest_mm, double period_mm) {
                                            : period_mm / std::ceil(period_mm / wanted_mm);
 }
 
-double along_mm(const SkinParameters& skin) {
-  return skin.radius_along_mm > 0.0 ? skin.radius_along_mm : skin.radius_mm;
-}
-
 std::size_t pixels_across(double half_mm, double pixel_mm) {
   return 2 * static_cast<std::size_t>(std::ceil(half_mm / pixel_mm)) + 1;
 }
@@ -100,7 +96,7 @@ std::optional<SlidingPlan> SlidingPlan::of(const Indenter& surface, const SkinPa
     const double pixel = fitted_pixel_mm(wanted_mm, coarsest, period);
     const std::size_t margin = 2 * static_cast<std::size_t>(std::ceil(kWindowMargin_mm / pixel));
     plan.contact = {.pixel_mm = pixel,
-                    .columns = pixels_across(half(along_mm(skin)), pixel),
+                    .columns = pixels_across(half(skin.finger_along_mm()), pixel),
                     .rows = pixels_across(half(skin.radius_mm), pixel)};
     plan.window = {.pixel_mm = pixel,
                    .columns = plan.contact.columns + margin,

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/contact/hertz_contact.hpp"
-#include "core/math/portable_math.hpp"
+#include "core/math/bisection.hpp"
 
 namespace merkel {
 namespace {
@@ -36,7 +36,7 @@ std::shared_ptr<const LayerField> TipContact::layer_field(std::span<const Indent
 TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
                        std::shared_ptr<const LayerField> layer,
                        std::shared_ptr<const TipField> field)
-    : by_force_(indenter.control == Indenter::Control::kForce), stiffening_mm_(skin.stiffening_mm) {
+    : by_force_(indenter.control == Indenter::Control::kForce), skin_(skin) {
   if (indenter.tip == Indenter::Tip::kTaxels) return;  // its pressures are prescribed
   if (skin.apex) apex_ = *skin.apex;
   if (indenter.surface.slides) {
@@ -57,8 +57,7 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
   }
   if (indenter.tip == Indenter::Tip::kSphere && apex_) {
     kept_across_ = kept_of(indenter.radius_mm, skin.radius_mm);
-    kept_along_ = kept_of(indenter.radius_mm,
-                          skin.radius_along_mm > 0.0 ? skin.radius_along_mm : skin.radius_mm);
+    kept_along_ = kept_of(indenter.radius_mm, skin.finger_along_mm());
   } else {
     apex_.reset();
   }
@@ -83,7 +82,7 @@ Press TipContact::press(const ContactInput& input) const noexcept {
 Press TipContact::press_at_depth(const ContactInput& input, double depth_mm) const noexcept {
   if (sphere_) return placed(input, sphere_->at_depth(depth_mm));
   const double depth = std::max(0.0, depth_mm);
-  const double stiffening = stiffening_of(depth);
+  const double stiffening = skin_.stiffening_at(depth);
   return placed(input, {.depth_mm = depth,
                         .force_mN = stiffening * field_->force_mN(depth),
                         .contact_radius_mm = 0.0,
@@ -91,20 +90,13 @@ Press TipContact::press_at_depth(const ContactInput& input, double depth_mm) con
                         .stiffening = stiffening});
 }
 
-double TipContact::stiffening_of(double depth_mm) const noexcept {
-  return std::isinf(stiffening_mm_) ? 1.0 : portable_exp(depth_mm / stiffening_mm_);
-}
-
 double TipContact::solved_depth_mm(double force_mN) const noexcept {
   const double elastic_mm = field_->depth_mm(force_mN);
-  if (std::isinf(stiffening_mm_)) return elastic_mm;
-  double low = 0.0;
-  double high = elastic_mm;  // the skin can only be stiffer
-  for (int halving = 0; halving < 60; ++halving) {
-    const double middle = 0.5 * (low + high);
-    (stiffening_of(middle) * field_->force_mN(middle) < force_mN ? low : high) = middle;
-  }
-  return high;
+  if (!skin_.stiffens()) return elastic_mm;
+  // The skin can only be stiffer than at rest.
+  return bisected(0.0, elastic_mm, [&](double depth) {
+    return skin_.stiffening_at(depth) * field_->force_mN(depth) < force_mN;
+  });
 }
 
 double TipContact::displacement_mm(const Press& press, double x_mm, double y_mm) const noexcept {

@@ -59,11 +59,10 @@ class TipContact {
  private:
   [[nodiscard]] Press placed(const ContactInput& input, const ContactState& contact) const noexcept;
 
-  [[nodiscard]] double stiffening_of(double depth_mm) const noexcept;
   [[nodiscard]] double solved_depth_mm(double force_mN) const noexcept;
 
   bool by_force_;
-  double stiffening_mm_;
+  SkinParameters skin_;
   std::shared_ptr<const LayerField> layer_;
   std::optional<SphereLaw> sphere_;
   std::optional<Position> apex_;

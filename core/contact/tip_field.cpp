@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/contact/pressed_tip.hpp"
+#include "core/math/bisection.hpp"
 #include "core/math/cubic_interpolation.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
@@ -97,11 +98,7 @@ double TipField::depth_mm(double force_mN_wanted) const noexcept {
     low = high;
     high *= 2.0;
   }
-  for (int halving = 0; halving < 60; ++halving) {
-    const double middle = 0.5 * (low + high);
-    (force_mN(middle) < force_mN_wanted ? low : high) = middle;
-  }
-  return high;
+  return bisected(low, high, [&](double depth) { return force_mN(depth) < force_mN_wanted; });
 }
 
 double TipField::far_displacement_mm2(double depth_mm) const noexcept {

@@ -1,5 +1,9 @@
 #include "core/skin/skin_material.hpp"
 
+#include <algorithm>
+
+#include "core/math/portable_math.hpp"
+
 namespace merkel {
 
 FieldTable SkinLayer::fields() {
@@ -77,6 +81,10 @@ Expected<void, ParameterError> SkinParameters::check() const {
       .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",
                "must be \"hertz\" if skin.thickness_mm is set: the layer laws correct that law")
       .result();
+}
+
+double SkinParameters::stiffening_at(double depth_mm) const noexcept {
+  return stiffens() ? portable_exp(std::max(0.0, depth_mm) / stiffening_mm) : 1.0;
 }
 
 SkinMaterial::SkinMaterial(const SkinParameters& parameters) noexcept

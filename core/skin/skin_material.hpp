@@ -8,6 +8,7 @@
 #include <span>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/realtime_tag.hpp"
 
 namespace merkel {
 
@@ -81,6 +82,13 @@ struct SkinParameters {
 
   [[nodiscard]] bool layered() const noexcept { return std::isfinite(thickness_mm); }
   [[nodiscard]] bool stiffens() const noexcept { return std::isfinite(stiffening_mm); }
+  /// The moduli under a press of this depth over those of skin at rest: e^(depth/d1), at least 1.
+  /// Real-time: yes.
+  [[nodiscard]] double stiffening_at(double depth_mm) const noexcept MERKEL_REALTIME;
+  /// Curvature radius along the finger; radius_mm is the one across it. Real-time: yes.
+  [[nodiscard]] double finger_along_mm() const noexcept MERKEL_REALTIME {
+    return radius_along_mm > 0.0 ? radius_along_mm : radius_mm;
+  }
   [[nodiscard]] bool exactly_layered() const noexcept {
     return layered() && layer_law == LayerLaw::kExact;
   }

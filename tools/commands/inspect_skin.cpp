@@ -53,9 +53,10 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   if (options.depth_mm && !indenter.closed_form(skin)) {
     // The solver needs no tables for one depth.
     const double depth_mm = *options.depth_mm;
-    const double stiffening = skin.stiffens() ? std::exp(depth_mm / skin.stiffening_mm) : 1.0;
     return InspectedPress{
-        skin, indenter, {.contact = {.depth_mm = depth_mm, .stiffening = stiffening}}};
+        skin,
+        indenter,
+        {.contact = {.depth_mm = depth_mm, .stiffening = skin.stiffening_at(depth_mm)}}};
   }
   indenter.control = options.depth_mm ? Indenter::Control::kDepth : Indenter::Control::kForce;
   const Press press = TipContact(indenter, skin)
@@ -191,8 +192,7 @@ int print_solved(const InspectedPress& inspected, const std::string& folder) {
   std::printf("depth_mm,force_N,contact_mm2,peak_pressure_kPa,largest_sed_kPa,pixel_mm\n");
   for (const PressTables::Table& table : field.tables().tables) {
     if (!(table.depth_mm > 0.0)) continue;
-    const double stiffening =
-        inspected.skin.stiffens() ? std::exp(table.depth_mm / inspected.skin.stiffening_mm) : 1.0;
+    const double stiffening = inspected.skin.stiffening_at(table.depth_mm);
     std::printf("%.12g,%.6g,%.6g,%.6g,%.6g,%.6g\n", table.depth_mm,
                 units::N_from_mN(stiffening * table.force_mN_per_mm * table.depth_mm),
                 table.area_mm2, stiffening * table.peak_pressure_kPa,

@@ -1,5 +1,6 @@
 #include "core/skin/skin_material.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -25,6 +26,18 @@ TEST(SkinMaterial, ARigidIndenterIsTheLimitOfAStiffOne) {
   const SkinMaterial skin(100.0, 0.3);
   const SkinMaterial steel(2e8, 0.3);
   EXPECT_NEAR(skin.reduced_modulus_kPa(steel) / skin.reduced_modulus_kPa(), 1.0, 1e-6);
+}
+
+TEST(SkinParameters, StiffenWithTheDepthOfAPress) {
+  const SkinParameters skin{.stiffening_mm = 1.65};
+  EXPECT_NEAR(skin.stiffening_at(1.65), std::exp(1.0), 1e-13);
+  EXPECT_EQ(skin.stiffening_at(-1.0), 1.0) << "no contact";
+  EXPECT_EQ(SkinParameters{}.stiffening_at(3.0), 1.0);
+}
+
+TEST(SkinParameters, AFingerWithoutARadiusAlongItIsRound) {
+  EXPECT_EQ((SkinParameters{.radius_mm = 7.0}).finger_along_mm(), 7.0);
+  EXPECT_EQ((SkinParameters{.radius_mm = 7.0, .radius_along_mm = 14.0}).finger_along_mm(), 14.0);
 }
 
 TEST(SkinParameters, RefuseInvalidValues) {

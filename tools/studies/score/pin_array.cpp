@@ -8,7 +8,6 @@
 
 #include "core/contact/pressed_tip.hpp"
 #include "core/contact/solver/tip_heights.hpp"
-#include "core/math/portable_math.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
 #include "tools/studies/score/trials.hpp"
@@ -59,12 +58,12 @@ TipField solve(const SkinParameters& skin, const PinArray& array,
     }
     return std::numeric_limits<double>::infinity();
   };
-  const double along = skin.radius_along_mm > 0.0 ? skin.radius_along_mm : skin.radius_mm;
   // A pixel per eighth of a pin: the pins' rims are covered in part.
-  const PressedTip pressed{.gap = above_finger(std::move(tip), along, skin.radius_mm, {}),
-                           .half_width_mm = half_mm,
-                           .half_length_mm = half_mm,
-                           .feature_mm = 1.5 * array.diameter_mm};
+  const PressedTip pressed{
+      .gap = above_finger(std::move(tip), skin.finger_along_mm(), skin.radius_mm, {}),
+      .half_width_mm = half_mm,
+      .half_length_mm = half_mm,
+      .feature_mm = 1.5 * array.diameter_mm};
   return {pressed, skin, array.background_mm + (increment.pins > 0 ? increment.depth_mm : 0.0)};
 }
 
@@ -106,8 +105,7 @@ double PinArrayTrials::input(const TipField& increment, double part, double x_mm
   const SkinMaterial material(skin);
   const double last_mm = increment.deepest_mm();
   // A few pins more do not stiffen all of the skin.
-  const double stiffening =
-      skin.stiffens() ? portable_exp(array_.background_mm / skin.stiffening_mm) : 1.0;
+  const double stiffening = skin.stiffening_at(array_.background_mm);
   double sum = 0.0;
   for (const Receptor& receptor : receptors_) {
     const double x = x_mm + receptor.x_mm;
