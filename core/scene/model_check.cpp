@@ -14,24 +14,8 @@ namespace {
 
 Expected<void, ParameterError> check_neuron(const TactileModel::Parameters& p) {
   ParameterCheck all;
-  const bool fields = std::any_of(p.patches.begin(), p.patches.end(), [](const auto& patch) {
-    return patch.layout == ReceptorLayout::kFields;
-  });
-  if (const auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&p.afferent)) {
-    return all.also(paper->neuron.check())
-        .require(!fields || p.network.gain == 0.0, "network.gain",
-                 "must be 0 if afferents have their own receptive fields: the network couples the "
-                 "neurons of neighbouring subregions")
-        .result();
-  }
-  if (const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent)) {
-    all.also(integrate->neuron.check(p.step));
-  } else {
-    const auto& connor = std::get<ConnorStevensAfferent>(p.afferent);
-    all.also(connor.neuron.check())
-        .require(p.step >= std::chrono::microseconds{1} && p.step <= std::chrono::microseconds{100},
-                 "neuron.step_us", "must be from 1 to 100 for neuron.kind \"connor_stevens\"");
-  }
+  all.also(std::visit([&](const auto& afferent) { return afferent.check(p); }, p.afferent));
+  if (!p.energy_driven()) return all.result();
   return all.also(p.adaptation.check())
       .require(p.network.gain == 0.0, "network.gain",
                "must be 0 for this neuron.kind: only \"hodgkin_huxley\" neurons are coupled")
@@ -43,19 +27,7 @@ bool alone_on_patch(const TactileModel::Parameters& p, std::size_t patch) {
                        [patch](const Indenter& indenter) { return indenter.patch == patch; }) == 1;
 }
 
-constexpr double kSmallestStep_ms = 1e-4;
 constexpr std::int64_t kMostStepsPerTick = 100'000;
-
-/// The largest step that divides the tick and does not exceed a bound, as the shortest decimal in
-/// µs.
-std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
-  std::int64_t parts = 1;
-  while (tick.count() % parts != 0 ||
-         units::ms_from(tick) > bound_ms * static_cast<double>(parts)) {
-    ++parts;
-  }
-  return shortest_decimal(units::us_from(tick / parts));
-}
 
 }  // namespace
 
@@ -96,27 +68,6 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
       .require(p.tick / p.step <= kMostStepsPerTick, "neuron.step_us",
                "must be at least 1/100000 of loop.tick_us")
       .result();
-}
-
-Expected<void, ParameterError> check_step(const TactileModel::Parameters& p,
-                                          const std::optional<LatticeCoupling>& network) {
-  const auto& afferent = std::get<HodgkinHuxleyAfferent>(p.afferent);
-  const double exchange_per_ms =
-      network ? network->largest_conductance() / afferent.neuron.capacitance_uF_per_cm2 : 0.0;
-  const double bound_ms = largest_step_ms(afferent.method, exchange_per_ms);
-  if (units::ms_from(p.step) <= bound_ms) return {};
-  const std::string given = shortest_decimal(units::us_from(p.step));
-  const std::string bound = shortest_decimal(std::floor(1e4 * bound_ms + 1e-6) / 10.0);
-  const std::string method(name_of(afferent.method));
-  if (bound_ms < kSmallestStep_ms) {
-    return Unexpected<ParameterError>(
-        {.key = "network.gain",
-         .reason = "couples the neurons so strongly that no step is small enough: reduce it"});
-  }
-  return Unexpected<ParameterError>({.key = "neuron.step_us",
-                                     .reason = "must be at most " + bound + " for " + method +
-                                               (network ? " in this network" : "") + ", but is " +
-                                               given + ": use " + step_below(bound_ms, p.tick)});
 }
 
 }  // namespace merkel

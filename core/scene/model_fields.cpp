@@ -10,7 +10,6 @@ namespace {
 using P = ModelParameters;
 
 constexpr std::string_view kLayouts[] = {"subregions", "fields"};
-constexpr std::string_view kKinds[] = {"hodgkin_huxley", "integrate_and_fire", "connor_stevens"};
 
 FieldPointer kind_in(void* model) {
   return Choice{model,
@@ -26,8 +25,8 @@ FieldPointer kind_in(void* model) {
 
 constexpr Field kTick[] = {
     {"tick_us", "µs", {.low = 1.0, .high = 1e6}, "length of a tick", at<&P::tick>}};
-constexpr Field kKind[] = {
-    {"kind", "", one_of(kKinds), "model of the neurons; the other keys depend on it", kind_in}};
+constexpr Field kKind[] = {{"kind", "", one_of(kNeuronKinds),
+                            "model of the neurons; the other keys depend on it", kind_in}};
 constexpr Field kStep[] = {{"step_us",
                             "µs",
                             {.low = 0.1, .high = 1e6},
@@ -35,22 +34,6 @@ constexpr Field kStep[] = {{"step_us",
                             at<&P::step>}};
 
 }  // namespace
-
-FieldTable HodgkinHuxleyAfferent::fields() {
-  using Q = HodgkinHuxleyAfferent;
-  static constexpr Field kFields[] = {
-      {"method", "", one_of(kIntegrationMethods), "integration method", at<&Q::method>},
-      {"precision", "", one_of(kPrecisions), "floating-point precision", at<&Q::precision>}};
-  return {"neuron", kFields};
-}
-
-FieldTable ConnorStevensAfferent::fields() {
-  static constexpr Field kFields[] = {
-      {"compression_ms", "ms", not_negative(1e6),
-       "compresses strong drives like a refractory period of this length",
-       at<&ConnorStevensAfferent::compression_ms>, "", true}};
-  return {"neuron", kFields};
-}
 
 FieldTable PatchParameters::fields() {
   using Q = PatchParameters;
@@ -109,15 +92,7 @@ BoundFields neuron_kind_fields(P& model) {
 BoundFields neuron_fields(P& model) {
   BoundFields fields;
   bind_fields({"neuron", kStep}, &model, fields);
-  if (auto* const paper = std::get_if<HodgkinHuxleyAfferent>(&model.afferent)) {
-    bind_fields(*paper, fields);
-    bind_fields(paper->neuron, fields);
-  } else if (auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&model.afferent)) {
-    bind_fields(integrate->neuron, fields);
-  } else if (auto* const connor = std::get_if<ConnorStevensAfferent>(&model.afferent)) {
-    bind_fields(*connor, fields);
-    bind_fields(connor->neuron, fields);
-  }
+  std::visit([&](auto& afferent) { afferent.bind(fields); }, model.afferent);
   return fields;
 }
 

@@ -18,10 +18,10 @@ namespace {
 /// Largest number of spikes per tick: neurons are refractory for at least a millisecond after a
 /// spike.
 std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
-  const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
-  const double refractory_ms =
-      integrate == nullptr ? 1.0 : std::min(1.0, integrate->neuron.refractory_ms);
-  return neurons * (2 + static_cast<std::size_t>(units::ms_from(p.tick) / refractory_ms));
+  const double interval_ms = std::visit(
+      [](const auto& afferent) { return std::min(1.0, afferent.shortest_interval_ms()); },
+      p.afferent);
+  return neurons * (2 + static_cast<std::size_t>(units::ms_from(p.tick) / interval_ms));
 }
 
 std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {

@@ -1,7 +1,6 @@
 #include "tools/scene/session_scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cstdint>
 #include <optional>
@@ -30,18 +29,22 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
 
 /// A seed of a scene that the command line may have set, except those of the patches.
 struct NamedSeed {
-  const char* name;
+  std::string name;
   std::uint64_t* value;  ///< null if the scene's neurons have no such noise
 };
 
-std::array<NamedSeed, 4> seeds_of(TactileModel::Parameters& model) {
-  const auto noise_seed_of = [&](NeuronKind kind) {
-    return model.kind() == kind ? &model.noise()->seed : nullptr;
-  };
-  return {{{"network_seed", &model.network.seed},
-           {"afferent_seed", &model.adaptation.seed},
-           {"integrate_and_fire_seed", noise_seed_of(NeuronKind::kIntegrateAndFire)},
-           {"connor_stevens_seed", noise_seed_of(NeuronKind::kConnorStevens)}}};
+std::vector<NamedSeed> seeds_of(TactileModel::Parameters& model) {
+  std::vector<NamedSeed> seeds{{"network_seed", &model.network.seed},
+                               {"afferent_seed", &model.adaptation.seed}};
+  TactileModel::Parameters other;
+  for (std::size_t i = 0; i < kNeuronKinds.size(); ++i) {
+    const auto kind = static_cast<NeuronKind>(i);
+    set_kind(other, kind);
+    if (other.noise() == nullptr) continue;
+    seeds.push_back({std::string(kNeuronKinds[i]) + "_seed",
+                     model.kind() == kind ? &model.noise()->seed : nullptr});
+  }
+  return seeds;
 }
 
 /// Method and precision of Hodgkin-Huxley neurons; other neurons have only one of each.
@@ -184,9 +187,10 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
   }
   // The command line may have set seeds that differ from the scene's.
   for (const NamedSeed& each : seeds_of(scene->model)) {
+    if (each.value == nullptr) continue;
     const auto seed = to_seed(session.fact(each.name));
     if (!seed) return bad_input("the session lacks its seeds: it is damaged");
-    if (each.value != nullptr) *each.value = *seed;
+    *each.value = *seed;
   }
   const std::vector<std::string> receptor_seeds = session.facts("receptor_seed");
   if (receptor_seeds.size() != scene->model.patches.size()) {

@@ -100,11 +100,11 @@ Json json_of_counters() {
 }
 
 Json json_of(const RunDescription& run) {
-  const NeuronKind kind = run.model.kind();
-  const bool volts = kind != NeuronKind::kIntegrateAndFire;
+  const bool volts =
+      std::visit([](const auto& afferent) { return afferent.kPotential; }, run.model.afferent);
   Json json = {{"scene", run.scene},
                {"tick_ms", units::ms_from(run.model.tick)},
-               {"drive_unit", kind == NeuronKind::kHodgkinHuxley ? "\u00b5A/cm\u00b2" : "Hz"},
+               {"drive_unit", run.model.energy_driven() ? "Hz" : "\u00b5A/cm\u00b2"},
                {"potential_name", volts ? "potential" : "state"},
                {"potential_unit", volts ? "mV" : ""},
                {"counters", json_of_counters()}};

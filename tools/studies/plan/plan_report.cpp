@@ -23,15 +23,8 @@ std::string name_of_neurons(const Plan& plan) {
   const std::string step = " neurons at " + shortest_decimal(units::us_from(plan.chosen.step)) +
                            " µs, tick " + shortest_decimal(units::ms_from(plan.chosen.tick)) +
                            " ms";
-  switch (plan.kind) {
-    case NeuronKind::kIntegrateAndFire:
-      return "integrate_and_fire" + step;
-    case NeuronKind::kConnorStevens:
-      return "connor_stevens" + step;
-    case NeuronKind::kHodgkinHuxley:
-      return name_of_option(plan.chosen);
-  }
-  return "";
+  if (plan.kind == NeuronKind::kHodgkinHuxley) return name_of_option(plan.chosen);
+  return std::string(name_of(plan.kind)) + step;
 }
 
 }  // namespace

@@ -182,10 +182,9 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     return changed;
   };
   const auto valid = [](const TactileModel::Parameters& p) {
-    const auto* const integrate = std::get_if<IntegrateAndFireAfferent>(&p.afferent);
     const PatchParameters& patch = p.patches.front();
     return p.adaptation.check() && patch.field.check(patch.patch) &&
-           (integrate == nullptr || integrate->neuron.check(std::chrono::microseconds{500}));
+           std::visit([&](const auto& afferent) { return afferent.check(p); }, p.afferent);
   };
   const auto cost = [&](const std::vector<double>& logarithms) {
     const TactileModel::Parameters changed = with(logarithms);
