@@ -262,12 +262,12 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   const auto copy = [](std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
     to.assign(from.begin(), from.end());
   };
-  copy(loop.spikes_of_neuron(), report.spikes_of_neuron);
-  copy(loop.contact_spikes_of_neuron(), report.contact_spikes_of_neuron);
-  copy(loop.contact_ticks_of_patch(), report.contact_ticks_of_patch);
+  copy(loop.tally().spikes_of_neuron(), report.spikes_of_neuron);
+  copy(loop.tally().contact_spikes_of_neuron(), report.contact_spikes_of_neuron);
+  copy(loop.tally().contact_ticks_of_patch(), report.contact_ticks_of_patch);
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
-    report.probes[i].deepest_press = loop.deepest_press(i);
-    report.probes[i].press_range = loop.press_range(i);
+    report.probes[i].deepest_press = loop.tally().presses()[i].press();
+    report.probes[i].press_range = loop.tally().presses()[i].range();
   }
   done.store(true, std::memory_order_release);
   ended.release();

@@ -107,9 +107,9 @@ def main():
     arguments = parser.parse_args()
 
     chosen = [each for each in mutations() if arguments.only in str(each)]
-    for mutation in chosen:
-        if why := misplaced(mutation):
-            sys.exit(f"tests/mutations.txt, {mutation}: {why}")
+    stale = [f"{each}: {why}" for each in chosen if (why := misplaced(each))]
+    if stale:
+        sys.exit("in tests/mutations.txt, change or remove:\n" + "\n".join(stale))
     if arguments.list:
         for folder in SUITES:
             print(f"{folder}: {sum(each.folder == folder for each in chosen)} mutations")

@@ -31,7 +31,7 @@ bool ArrivalCheck::goes_on(std::optional<Run>& run, Time lateness, Time arrival)
   return run->frames >= kFewestFrames && arrival - run->since >= kPersistence;
 }
 
-ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tolerance,
+ArrivalCheck::Arrival ArrivalCheck::check(Time estimate, Time arrival, Time tolerance,
                                           bool settled) noexcept {
   if (arrival != last_arrival_) {
     if (last_good_) batch_span_ = arrival - last_arrival_;
@@ -39,7 +39,7 @@ ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tole
   }
   if (!last_good_) {
     last_good_ = estimate;
-    return Verdict::kGood;
+    return Arrival::kGood;
   }
   const Time lateness = arrival - estimate;
   // All frames of a batch were measured after the previous batch. A later frame of the batch can
@@ -49,19 +49,19 @@ ArrivalCheck::Verdict ArrivalCheck::check(Time estimate, Time arrival, Time tole
   if (early || lateness < -std::max<Time>(impossible, tolerance) ||
       estimate < *last_good_ - kBack) {
     late_.reset();
-    return goes_on(wrong_, lateness, arrival) ? Verdict::kReanchor : Verdict::kOutlier;
+    return goes_on(wrong_, lateness, arrival) ? Arrival::kReanchor : Arrival::kOutlier;
   }
   wrong_.reset();
   last_good_ = std::max(*last_good_, estimate);
   if (lateness <= kLate) {
     late_.reset();
-    return Verdict::kGood;
+    return Arrival::kGood;
   }
-  if (!goes_on(late_, lateness, arrival)) return Verdict::kGood;
+  if (!goes_on(late_, lateness, arrival)) return Arrival::kGood;
   const Time caught_up = late_->lateness - lateness;
-  if (caught_up * kCatchUp < arrival - late_->since) return Verdict::kReanchor;
+  if (caught_up * kCatchUp < arrival - late_->since) return Arrival::kReanchor;
   late_.reset();
-  return Verdict::kGood;
+  return Arrival::kGood;
 }
 
 }  // namespace merkel

@@ -15,7 +15,7 @@ namespace merkel {
 /// is late but valid. Real-time: no. Thread: probe.
 class ArrivalCheck {
  public:
-  enum class Verdict : std::uint8_t {
+  enum class Arrival : std::uint8_t {
     kGood,
     kOutlier,   ///< the time is wrong: use the arrival time
     kReanchor,  ///< the estimate is wrong: map the clock anew from this frame
@@ -24,7 +24,7 @@ class ArrivalCheck {
   /// \param estimate  estimated host time of the measurement
   /// \param tolerance  largest time that a valid estimate may lie after the arrival
   /// \param settled  whether the mapping is known, not only assumed from the first frames
-  Verdict check(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
+  Arrival check(std::chrono::nanoseconds estimate, std::chrono::nanoseconds arrival,
                 std::chrono::nanoseconds tolerance, bool settled) noexcept;
   /// Resets the state: the clock is mapped again.
   void restart() noexcept;

@@ -140,13 +140,13 @@ ReadingTimes::Checked ReadingTimes::check(const DeviceReading& reading) {
                              : Time{kTolerance};
   switch (arrivals_.check(estimate.value_or(reading.arrival), reading.arrival, tolerance,
                           report.settled)) {
-    case ArrivalCheck::Verdict::kGood:
+    case ArrivalCheck::Arrival::kGood:
       return {.device = clock_.observe(*reading.device_time, reading.arrival),
               .arrival = reading.arrival};
-    case ArrivalCheck::Verdict::kOutlier:
+    case ArrivalCheck::Arrival::kOutlier:
       ++outliers_;
       return {.device = device, .arrival = reading.arrival, .good = false};
-    case ArrivalCheck::Verdict::kReanchor:
+    case ArrivalCheck::Arrival::kReanchor:
       break;
   }
   ++anchors_;

@@ -73,7 +73,7 @@ bool take_whole(std::string_view& row, Whole& value) {
 }
 
 /// The result of reading all rows once.
-struct Findings {
+struct NwbTotals {
   std::vector<std::uint64_t> spikes_of;  ///< by neuron, from 0
   std::vector<Interval> contacts;
   std::vector<Interval> marks;
@@ -99,7 +99,7 @@ bool for_each_row(const std::string& path,
 }
 
 /// Reads all rows and writes the samples and the stimulation commands.
-bool write_stimulus(Hdf5File& file, const NwbContent& content, Findings& found) {
+bool write_stimulus(Hdf5File& file, const NwbContent& content, NwbTotals& found) {
   std::vector<std::unique_ptr<nwb::ProbeSeries>> probes;
   for (const NwbContent::Probe& probe : content.probes) {
     probes.push_back(
@@ -153,7 +153,7 @@ bool write_stimulus(Hdf5File& file, const NwbContent& content, Findings& found) 
 }
 
 /// The spike times, unit by unit: the rows are read again for as many units as fit into memory.
-bool write_spike_times(const NwbContent& content, const Findings& found,
+bool write_spike_times(const NwbContent& content, const NwbTotals& found,
                        Hdf5File::Column& spike_times) {
   std::size_t first = 0;
   while (first < found.spikes_of.size()) {
@@ -183,7 +183,7 @@ bool write_spike_times(const NwbContent& content, const Findings& found,
   return true;
 }
 
-bool write_units(Hdf5File& file, const NwbContent& content, const Findings& found) {
+bool write_units(Hdf5File& file, const NwbContent& content, const NwbTotals& found) {
   Table table(
       file, "/units", "Units", nwb::kCore,
       {"spike_times", "obs_intervals", "x_mm", "y_mm", "field_radius_mm", "patch", "patch_name"},
@@ -271,7 +271,7 @@ void write_head(Hdf5File& file, const NwbContent& content) {
 }
 
 /// From mark to mark; the last ends with the recording. Without marks the contacts.
-std::vector<Interval> trials_of(const Findings& found) {
+std::vector<Interval> trials_of(const NwbTotals& found) {
   std::vector<Interval> trials = found.marks.empty() ? found.contacts : found.marks;
   for (std::size_t i = 0; i < found.marks.size(); ++i) {
     const bool last = i + 1 == found.marks.size();
@@ -287,7 +287,7 @@ Expected<void, std::string> write_nwb(const std::string& path, const NwbContent&
                                       bool overwrite) {
   return write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
     write_head(file, content);
-    Findings found;
+    NwbTotals found;
     if (!write_stimulus(file, content, found)) return file.fail();
     if (!content.afferents.empty() && !write_units(file, content, found)) return file.fail();
     write_intervals(file, "trials", "from mark to mark; without marks, the contacts",

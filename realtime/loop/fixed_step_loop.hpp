@@ -12,13 +12,13 @@
 #include "core/records/contact_input.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/tick_record.hpp"
+#include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/delay_control.hpp"
 #include "realtime/loop/loop_statistics.hpp"
-#include "realtime/loop/press_watch.hpp"
-#include "realtime/loop/stimulation_output.hpp"
+#include "realtime/loop/run_tally.hpp"
 #include "realtime/loop/taxel_blocks.hpp"
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/fanout.hpp"
@@ -31,7 +31,9 @@ namespace merkel {
 ///
 /// Tick k ends at T_k = start + k·tick in probe time and is due at wall time T_k + wall_offset +
 /// delay. The delay is a jitter buffer: the samples around T_k arrive within it. A tick reads the
-/// contacts at its end, steps the model from T_{k-1} to T_k and publishes the spikes.
+/// contacts at its end, steps the model from T_{k-1} to T_k and publishes the spikes. When a sink
+/// that takes commands fails, or its queue is full, all electrodes are switched off at the next
+/// tick and stay off.
 ///
 /// This class alone decides what happens when the loop falls behind. Up to `max_catch_up_ticks`
 /// due ticks run back to back. Beyond that, all due ticks are skipped, counted and recorded as a
@@ -67,15 +69,11 @@ class FixedStepLoop {
         fanout_(fanout),
         statistics_(statistics),
         events_(events),
-        stimulation_(parameters.encoder, fanout, statistics),
+        step_(model, parameters.encoder),
         taxel_blocks_(blocks_of(inputs)),
-        contacts_(inputs.size()),
-        presses_(inputs.size()),
         records_(inputs.size()),
         released_since_(inputs.size()),
-        spikes_of_neuron_(model.neurons()),
-        contact_spikes_of_neuron_(model.neurons()),
-        contact_ticks_of_patch_(model.patches().size()) {}
+        tally_(model) {}
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
   /// Real-time: yes. Thread: simulation.
@@ -102,30 +100,11 @@ class FixedStepLoop {
       simulate(k, due, started, tick);
       if (on_time_) classify_overrun(due, started, tick);
     }
-    stimulation_.finish(clock_);
+    publish(step_.finish());
     fanout_.end();
   }
 
-  /// Spikes of every neuron so far; read after run().
-  [[nodiscard]] std::span<const std::uint64_t> spikes_of_neuron() const noexcept {
-    return spikes_of_neuron_;
-  }
-  /// The same, only for ticks in which a probe touched the neuron's patch.
-  [[nodiscard]] std::span<const std::uint64_t> contact_spikes_of_neuron() const noexcept {
-    return contact_spikes_of_neuron_;
-  }
-  /// Number of these ticks, by patch.
-  [[nodiscard]] std::span<const std::uint64_t> contact_ticks_of_patch() const noexcept {
-    return contact_ticks_of_patch_;
-  }
-
-  /// The deepest press of a probe; read after run().
-  [[nodiscard]] const DeepestPress& deepest_press(std::size_t probe) const noexcept {
-    return presses_[probe].press();
-  }
-  [[nodiscard]] const PressRange& press_range(std::size_t probe) const noexcept {
-    return presses_[probe].range();
-  }
+  [[nodiscard]] const RunTally& tally() const noexcept { return tally_; }
 
  private:
   static constexpr std::int64_t kMostTicksBehind = 20'000;
@@ -196,17 +175,26 @@ class FixedStepLoop {
 
   void simulate(std::int64_t k, std::chrono::nanoseconds due, std::chrono::nanoseconds started,
                 std::chrono::nanoseconds tick) noexcept {
-    const auto begin = parameters_.start + (k - 1) * tick;
-    const auto end = begin + tick;
-    bool held = false;
+    TickTiming timing{.end = parameters_.start + k * tick, .due = due, .started = started};
+    read_probes(timing);
+    if (fanout_.commands_failed() && step_.encoder() != nullptr) {
+      step_.encoder()->fail_safe(StimulationCommand::Stop::kSinkFailure);
+    }
+    const SimulationStep::Made made = step_.step(records_);
+    timing.computed = clock_.now();
+    publish(made, timing);
+    count(made, timing);
+  }
+
+  /// Reads the contacts at the end of a tick into its records.
+  void read_probes(const TickTiming& timing) noexcept {
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       const std::uint64_t late_before = inputs_[i].counts().late;
-      while (!inputs_[i].ready_for(end) && clock_.wait_for_others()) {
+      while (!inputs_[i].ready_for(timing.end) && clock_.wait_for_others()) {
       }
       const auto last_sample = inputs_[i].last_time();
-      const ProbeInput::Reading reading = inputs_[i].at(end);
-      contacts_[i] = reading.contact;
-      records_[i] = {.time = end,
+      const ProbeInput::Reading reading = inputs_[i].at(timing.end);
+      records_[i] = {.time = timing.end,
                      .delay = parameters_.delay,
                      .contact = reading.contact,
                      .number = statistics_.ticks.value() + 1,
@@ -217,62 +205,63 @@ class FixedStepLoop {
       // During an outage, `arrival` is that of the last sample before it, so it is not recorded.
       const auto arrival = inputs_[i].last_arrival();
       if (arrival && on_time_ && reading.state == ProbeInput::State::kFollowing) {
-        statistics_.queue.record(started - *arrival);
+        statistics_.queue.record(timing.started - *arrival);
       }
-      held = held || reading.state == ProbeInput::State::kHeld;
-      follow_release(i, reading.state, end, last_sample);
+      follow_release(i, reading.state, timing.end, last_sample);
       if (!inputs_[i].taxels().empty()) model_.set_taxels(i, inputs_[i].taxels());
     }
-    const std::span<SpikeEvent> spikes = model_.step(contacts_, begin);
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      const ContactState& deepest = model_.deepest()[i].contact;
-      const bool array = !inputs_[i].taxels().empty();
-      presses_[i].observe(contacts_[i], array ? deepest.force_mN : deepest.depth_mm, begin, end);
-    }
-    for (SpikeEvent& spike : spikes) {
-      if (held) spike.flags |= SpikeEvent::kInputHeld;
-      ++spikes_of_neuron_[spike.neuron - 1];
-      if (model_.touched(spike.patch)) ++contact_spikes_of_neuron_[spike.neuron - 1];
-    }
-    for (std::size_t i = 0; i < contact_ticks_of_patch_.size(); ++i) {
-      if (model_.touched(i)) ++contact_ticks_of_patch_[i];
-    }
-    const auto computed = clock_.now();
-    fanout_.publish(std::span<const SpikeEvent>(spikes), clock_);
-    const bool commanded = stimulation_.step(records_, spikes, model_, clock_);
-    fanout_.publish_watched(model_, end, clock_);
+  }
+
+  /// Publishes a tick: its spikes, then its commands, then its inputs.
+  void publish(const SimulationStep::Made& made, TickTiming& timing) noexcept {
+    fanout_.publish(made.spikes, clock_);
+    publish(made.commands);
+    fanout_.publish_watched(model_, timing.end, clock_);
     for (TickRecord& record : records_) publish_taxels(record);
-    const auto published = now_ = clock_.now();
-    for (TickRecord& record : records_)
-      record.latency = on_time_ ? published - due : std::chrono::nanoseconds{0};
+    timing.published = now_ = clock_.now();
+    for (TickRecord& record : records_) {
+      record.latency = on_time_ ? timing.published - timing.due : std::chrono::nanoseconds{0};
+    }
     fanout_.publish(std::span<const TickRecord>(records_), clock_);
-    fanout_.published(published, published - due);
-    if (on_time_) statistics_.delay.record(parameters_.delay);
-    statistics_.tick.record(computed - started);
-    statistics_.publish.record(published - computed);
-    const auto arrival = inputs_.front().last_arrival();
-    if (arrival && on_time_ && records_.front().state == ProbeInput::State::kFollowing) {
-      if (!spikes.empty()) statistics_.sample_to_spike.record(published - *arrival);
-      if (commanded) statistics_.sample_to_command.record(published - *arrival);
-    }
-    if (parameters_.timings != nullptr && !spikes.empty() && on_time_) {
-      const TickTiming timing{.end = end,
-                              .arrival = inputs_.front().last_arrival().value_or(started),
-                              .due = due,
-                              .started = started,
-                              .computed = computed,
-                              .published = published};
-      if (!parameters_.timings->try_push(timing)) statistics_.timings_dropped.add();
-    }
-    statistics_.spikes.add(spikes.size());
-    statistics_.neuron_resets.add(model_.resets().size());
+    fanout_.published(timing.published, timing.published - timing.due);
     for (const SpikeEvent& reset : model_.resets()) {
       raise({.time = reset.time,
              .length = std::chrono::nanoseconds{0},
              .subject = reset.neuron,
              .kind = LoopEvent::Kind::kNeuronReset});
     }
+  }
+
+  void publish(std::span<const StimulationCommand> commands) noexcept {
+    if (step_.encoder() == nullptr) return;
+    fanout_.publish(commands, clock_);
+    statistics_.commands.add(commands.size());
+    statistics_.commands_limited.raise_to(step_.encoder()->clippings().all());
+    statistics_.stimulation_stops.raise_to(step_.encoder()->stops());
+  }
+
+  /// Counts what a tick made and how long it took.
+  void count(const SimulationStep::Made& made, TickTiming& timing) noexcept {
+    tally_.follow(records_, made.spikes, model_);
+    statistics_.spikes.add(made.spikes.size());
+    statistics_.neuron_resets.add(model_.resets().size());
+    statistics_.tick.record(timing.computed - timing.started);
+    statistics_.publish.record(timing.published - timing.computed);
+    if (on_time_) count_latency(made, timing);
     statistics_.ticks.add();
+  }
+
+  void count_latency(const SimulationStep::Made& made, TickTiming& timing) noexcept {
+    statistics_.delay.record(parameters_.delay);
+    const auto arrival = inputs_.front().last_arrival();
+    if (arrival && records_.front().state == ProbeInput::State::kFollowing) {
+      const auto latency = timing.published - *arrival;
+      if (!made.spikes.empty()) statistics_.sample_to_spike.record(latency);
+      if (!made.commands.empty()) statistics_.sample_to_command.record(latency);
+    }
+    if (parameters_.timings == nullptr || made.spikes.empty()) return;
+    timing.arrival = arrival.value_or(timing.started);
+    if (!parameters_.timings->try_push(timing)) statistics_.timings_dropped.add();
   }
 
   /// One for each probe; empty for those that are no tactile array.
@@ -327,15 +316,11 @@ class FixedStepLoop {
   Fanout& fanout_;
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
-  StimulationOutput stimulation_;
+  SimulationStep step_;
   std::vector<TaxelBlocks> taxel_blocks_;
-  std::vector<ContactInput> contacts_;
-  std::vector<PressWatch> presses_;
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
-  std::vector<std::uint64_t> spikes_of_neuron_;
-  std::vector<std::uint64_t> contact_spikes_of_neuron_;
-  std::vector<std::uint64_t> contact_ticks_of_patch_;
+  RunTally tally_;
   std::chrono::nanoseconds now_{0};  ///< when the clock was last read
   bool overran_ = false;             ///< whether the previous tick overran
   bool on_time_ = true;              ///< whether the backlog of the start is caught up

@@ -11,7 +11,7 @@ struct TickTiming {
   std::chrono::nanoseconds arrival{0};    ///< at the host, of the last sample at or before the end
   std::chrono::nanoseconds due{0};        ///< scheduled start
   std::chrono::nanoseconds started{0};    ///< actual start
-  std::chrono::nanoseconds computed{0};   ///< end of the model's step
+  std::chrono::nanoseconds computed{0};   ///< end of the steps of model and encoder
   std::chrono::nanoseconds published{0};  ///< its spikes are in the consumers' queues
 };
 

@@ -91,7 +91,7 @@ std::string record_faulty_session(const TemporaryFolder& folder, LoopStatistics&
   return path;
 }
 
-SessionReplay::Verdict replay(const std::string& path) {
+SessionReplay::Outcome replay(const std::string& path) {
   auto session = SessionReader::open(path);
   EXPECT_TRUE(session);
   const auto scene = scene_of_session(*session);

@@ -35,7 +35,7 @@ struct ReplayOptions {
 using Count = unsigned long long;
 
 /// The reservations of a verdict, if it does not cover the whole recording.
-std::string reservations(const SessionReader& session, const SessionReplay::Verdict& verdict) {
+std::string reservations(const SessionReader& session, const SessionReplay::Outcome& verdict) {
   std::string text;
   if (!session.complete()) {
     text += "the recording is incomplete: compared up to its last complete tick\n";
@@ -53,7 +53,7 @@ std::string reservations(const SessionReader& session, const SessionReplay::Verd
   return text;
 }
 
-std::string text_of(const SessionReader& session, const SessionReplay::Verdict& verdict) {
+std::string text_of(const SessionReader& session, const SessionReplay::Outcome& verdict) {
   std::string text = std::to_string(verdict.ticks) + " ticks (" +
                      std::to_string(verdict.held_ticks) + " held, " +
                      std::to_string(verdict.late_samples) + " late samples, " +
@@ -68,7 +68,7 @@ std::string text_of(const SessionReader& session, const SessionReplay::Verdict& 
   return text + reservations(session, verdict);
 }
 
-std::string json_of(const SessionReader& session, const SessionReplay::Verdict& verdict) {
+std::string json_of(const SessionReader& session, const SessionReplay::Outcome& verdict) {
   const Json json = {{"bit_identical", verdict.identical()},
                      {"difference", verdict.difference},
                      {"complete", session.complete()},
@@ -198,7 +198,7 @@ int replay(const ReplayOptions& options) {
     replay.take(chunk, made);
     if (!error_message.empty()) return fail(error_message);
   }
-  const SessionReplay::Verdict verdict = replay.finish(made);
+  const SessionReplay::Outcome verdict = replay.finish(made);
   for (const auto& sink : sinks) keep(sink->close());
   if (!error_message.empty()) return fail(error_message);
 

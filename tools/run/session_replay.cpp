@@ -21,8 +21,8 @@ std::string sentence_of(const SpikeEvent& spike) {
 SessionReplay::SessionReplay(TactileModel& model, StimulationEncoder* encoder)
     : model_(model),
       spikes_("spike", "of", [](const SpikeEvent& spike) { return sentence_of(spike); }),
+      step_(model, encoder),
       stimulation_(encoder),
-      contacts_(model.indenters()),
       records_(model.indenters()) {
   for (const Indenter& indenter : model.parameters().indenters) {
     taxels_.emplace_back(indenter.prescribed() ? indenter.taxels.size() : 0);
@@ -77,11 +77,10 @@ bool SessionReplay::take_tick(const TickRecord& record) {
     return false;
   }
   last_ = record;
-  contacts_[probe_] = record.contact;
   records_[probe_] = record;
   held_ = held_ || record.state == TickRecord::State::kHeld;
   verdict_.late_samples += record.late;
-  probe_ = (probe_ + 1) % contacts_.size();
+  probe_ = (probe_ + 1) % records_.size();
   return probe_ == 0;
 }
 
@@ -100,20 +99,17 @@ void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
     if (!take_tick(record)) continue;
     ++verdict_.ticks;
     if (held_) ++verdict_.held_ticks;
-    const std::span<SpikeEvent> spikes =
-        model_.step(contacts_, record.time - model_.parameters().tick);
-    for (SpikeEvent& spike : spikes) {
-      if (held_) spike.flags |= SpikeEvent::kInputHeld;
-    }
     held_ = false;
-    spikes_.take(spikes);
+    stimulation_.prepare(record.time);
+    const SimulationStep::Made tick = step_.step(records_);
+    spikes_.take(tick.spikes);
     differ(spikes_.difference());
-    if (made.spikes) made.spikes(spikes);
-    stimulation_.step(records_, spikes, model_, made.commands);
+    if (made.spikes) made.spikes(tick.spikes);
+    stimulation_.compare(tick.commands, made.commands);
   }
 }
 
-SessionReplay::Verdict SessionReplay::finish(const Made& made) {
+SessionReplay::Outcome SessionReplay::finish(const Made& made) {
   if (!broken_) stimulation_.finish(made.commands);
   verdict_.spikes = spikes_.made();
   verdict_.commands = stimulation_.commands();

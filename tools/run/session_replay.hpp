@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/run/replay_comparison.hpp"
@@ -19,7 +20,7 @@ namespace merkel {
 /// recorded one: time, neuron, patch and flags.
 class SessionReplay {
  public:
-  struct Verdict {
+  struct Outcome {
     std::uint64_t ticks = 0;
     std::uint64_t spikes = 0;      ///< of the replay
     std::uint64_t commands = 0;    ///< stimulation commands of the replay
@@ -46,7 +47,7 @@ class SessionReplay {
 
   /// Accepts the session's chunks in order.
   void take(const SessionChunk& chunk, const Made& made = {});
-  [[nodiscard]] Verdict finish(const Made& made = {});
+  [[nodiscard]] Outcome finish(const Made& made = {});
 
  private:
   bool take_tick(const TickRecord& record);
@@ -55,8 +56,8 @@ class SessionReplay {
 
   TactileModel& model_;
   ReplayComparison<SpikeEvent> spikes_;
+  SimulationStep step_;
   StimulationReplay stimulation_;
-  std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;         ///< of the tick
   std::deque<TaxelBlock> blocks_;           ///< of this tick and later ones
   std::vector<std::vector<float>> taxels_;  ///< pressures of each tactile array, kPa
@@ -64,7 +65,7 @@ class SessionReplay {
   bool held_ = false;
   bool broken_ = false;  ///< a record was lost
   std::optional<TickRecord> last_;
-  Verdict verdict_;
+  Outcome verdict_;
 };
 
 }  // namespace merkel

@@ -31,18 +31,18 @@ StimulationReplay::StimulationReplay(StimulationEncoder* encoder)
         return sentence_of(command, encoder->parameters().electrodes);
       }) {}
 
-void StimulationReplay::step(std::span<const TickRecord> records,
-                             std::span<const SpikeEvent> spikes, const TactileModel& model,
-                             const Made& made) {
+void StimulationReplay::prepare(std::chrono::nanoseconds time) {
   if (encoder_ == nullptr) return;
-  last_ = records.front().time;
+  last_ = time;
   const auto& recorded = comparison_.remaining();
   if (!recorded.empty() && recorded.front().time == *last_ &&
       recorded.front().stop == Stop::kSinkFailure) {
     encoder_->fail_safe(Stop::kSinkFailure);
   }
-  const auto commands = encoder_->step(
-      {.records = records, .presses = model.presses(), .spikes = spikes, .resets = model.resets()});
+}
+
+void StimulationReplay::compare(std::span<const StimulationCommand> commands, const Made& made) {
+  if (encoder_ == nullptr) return;
   comparison_.take(commands);
   if (made) made(commands);
 }

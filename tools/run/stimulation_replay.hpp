@@ -1,12 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "core/encoding/stimulation_encoder.hpp"
-#include "core/scene/tactile_model.hpp"
 #include "tools/run/replay_comparison.hpp"
 
 namespace merkel {
@@ -23,9 +23,10 @@ class StimulationReplay {
 
   /// Adds recorded commands, before their ticks.
   void take(std::span<const StimulationCommand> recorded) { comparison_.expect(recorded); }
-  /// The next tick, after the model's step. \param made  receives its commands; may be empty
-  void step(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
-            const TactileModel& model, const Made& made);
+  /// Before the encoder's step of the tick that ends at `time`.
+  void prepare(std::chrono::nanoseconds time);
+  /// The commands of that step. \param made  receives them; may be empty
+  void compare(std::span<const StimulationCommand> commands, const Made& made);
   /// After the last tick: the last update, if the recording has it.
   void finish(const Made& made);
 

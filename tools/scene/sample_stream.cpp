@@ -31,7 +31,7 @@ SampleStream::SampleStream(Scene scene, Simulation simulation)
       model_(std::move(simulation.model)),
       encoder_(std::move(simulation.encoder)),
       team_(std::move(simulation.team)),
-      contacts_(scene_.probes.size()),
+      step_(std::make_unique<SimulationStep>(*model_, encoder_.get())),
       records_(scene_.probes.size()) {
   for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
     lines_.push_back(
@@ -102,8 +102,8 @@ std::span<const SpikeEvent> SampleStream::finish() {
   begin_call();
   for (const auto& line : lines_) line->channel.ended.store(true, std::memory_order_release);
   while (!exhausted() && may_go_on()) simulate();
-  if (encoder_ && !interrupted_) {
-    const auto last = encoder_->finish();
+  if (!interrupted_) {
+    const auto last = step_->finish();
     commands_.insert(commands_.end(), last.begin(), last.end());
   }
   return spikes_;
@@ -155,25 +155,16 @@ void SampleStream::simulate() {
   next_ = begin + model_->parameters().tick;
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     const ProbeInput::Reading reading = lines_[i]->input.at(*next_);
-    contacts_[i] = reading.contact;
     records_[i] = {.time = *next_,
                    .contact = reading.contact,
                    .number = ticks_ + 1,
                    .probe = static_cast<std::uint32_t>(i),
                    .state = reading.state};
   }
-  const std::span<SpikeEvent> spikes = model_->step(contacts_, begin);
-  spikes_.insert(spikes_.end(), spikes.begin(), spikes.end());
-  if (encoder_) encode(spikes);
+  const SimulationStep::Made made = step_->step(records_);
+  spikes_.insert(spikes_.end(), made.spikes.begin(), made.spikes.end());
+  commands_.insert(commands_.end(), made.commands.begin(), made.commands.end());
   ++ticks_;
-}
-
-void SampleStream::encode(std::span<const SpikeEvent> spikes) {
-  const auto commands = encoder_->step({.records = records_,
-                                        .presses = model_->presses(),
-                                        .spikes = spikes,
-                                        .resets = model_->resets()});
-  commands_.insert(commands_.end(), commands.begin(), commands.end());
 }
 
 }  // namespace merkel

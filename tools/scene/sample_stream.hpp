@@ -16,6 +16,7 @@
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
+#include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tools/scene/prepared_run.hpp"
@@ -70,14 +71,13 @@ class SampleStream {
   /// Whether a tick is due and no one interrupts.
   [[nodiscard]] bool may_go_on();
   void simulate();
-  void encode(std::span<const SpikeEvent> spikes);
 
   Scene scene_;
   std::unique_ptr<TactileModel> model_;
   std::unique_ptr<StimulationEncoder> encoder_;
   std::unique_ptr<SpinningTeam> team_;
+  std::unique_ptr<SimulationStep> step_;
   std::vector<std::unique_ptr<Line>> lines_;  ///< one per indenter
-  std::vector<ContactInput> contacts_;
   std::vector<TickRecord> records_;
   std::optional<std::chrono::nanoseconds> next_;  ///< start of the next tick
   std::uint64_t ticks_ = 0;

@@ -59,7 +59,7 @@ Expected<RunReport, SetupError> record_device(const std::string& uri, const std:
   return pipeline.run();
 }
 
-Expected<SessionReplay::Verdict, SetupError> replay_of(const std::string& path) {
+Expected<SessionReplay::Outcome, SetupError> replay_of(const std::string& path) {
   auto session = SessionReader::open(path);
   if (!session) return Unexpected<SetupError>(session.error());
   const auto scene = scene_of_session(*session);
