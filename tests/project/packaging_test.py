@@ -57,6 +57,15 @@ class BillOfMaterials(unittest.TestCase):
         self.assertRegex(entries["uPlot"]["version"], r"^\d+\.\d+")
         self.assertIn("libeigen3-dev", entries)
 
+    def test_a_package_without_short_names_has_the_text_of_its_copyright(self):
+        for text in ["Free for all.\n", "Format: x\nno licence here\n"]:
+            with tempfile.TemporaryDirectory() as root:
+                file = pathlib.Path(root, "usr/share/doc/p/copyright")
+                file.parent.mkdir(parents=True)
+                file.write_text(text)
+                licence, = bill_of_materials.component("p", "1", pathlib.Path(root))["licenses"]
+                self.assertEqual(licence["license"]["text"]["content"], text)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -37,18 +37,21 @@ def version_of(package):
 
 
 def licences_of(package, root=pathlib.Path("/")):
-    """The short names of a package's licences, if its copyright file is machine-readable."""
+    """A package's licences: their short names if its copyright file is machine-readable, else the text of that file."""
     file = root / f"usr/share/doc/{package}/copyright"
     if not file.is_file():
         return []
     text = file.read_text(errors="replace")
-    return sorted(set(re.findall(r"^License: *(\S.*?) *$", text, re.M))) if "Format:" in text[:400] else []
+    names = sorted(set(re.findall(r"^License: *(\S.*?) *$", text, re.M))) if "Format:" in text[:400] else []
+    if names:
+        return [{"license": {"name": name}} for name in names]
+    return [{"license": {"name": f"copyright of {package}", "text": {"contentType": "text/plain", "content": text}}}]
 
 
 def component(package, version, root=pathlib.Path("/")):
     entry = {"type": "library", "name": package, "version": version, "purl": f"pkg:deb/debian/{package}@{version}"}
-    names = [{"license": {"name": name}} for name in licences_of(package, root)]
-    return entry | ({"licenses": names} if names else {})
+    licences = licences_of(package, root)
+    return entry | ({"licenses": licences} if licences else {})
 
 
 def compiled_in(source):
