@@ -2,7 +2,7 @@
 # # Fit your finger
 #
 # Fingers differ in stiffness by a factor of two. One press that records depth and force gives the modulus and the stiffening of
-# yours. Here the recording is made: a sphere of 4 mm radius on skin of known modulus, with noise.
+# yours. Here a simulation replaces the recording: a sphere of 4 mm radius on skin of known modulus, with noise.
 
 # %%
 import pathlib
