@@ -32,7 +32,7 @@ namespace merkel {
 /// Streams that are not merkel's are skipped.
 class SessionReader {
  public:
-  /// \param path  FILE; of a recording of LabRecorder with several rigs, FILE@RIG (RigRecording)
+  /// \param path  FILE; of a recording of LabRecorder with several rigs, FILE\@RIG (RigRecording)
   [[nodiscard]] static Expected<SessionReader, SetupError> open(const std::string& path);
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }

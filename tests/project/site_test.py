@@ -1,5 +1,6 @@
 """The parts of tools/site: links, stubs, notebooks. usage: site_test.py SOURCE_FOLDER"""
 import pathlib
+import shutil
 import sys
 import tempfile
 import unittest
@@ -60,6 +61,16 @@ class Headers(unittest.TestCase):
       <memberdef kind="enum"><name>E</name><location file="b.hpp" line="1"/></memberdef></compounddef>
       <compounddef kind="class"><compoundname>merkel::C</compoundname><location file="a.hpp" line="3"/></compounddef>
       <compounddef kind="struct"><compoundname>merkel::C::Inside</compoundname><location file="a.hpp" line="4"/></compounddef></doxygen>"""
+
+    @unittest.skipUnless(shutil.which("doxygen"), "doxygen is not installed (tools/install_packages site)")
+    def test_every_public_header_has_a_page_and_no_warning(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            top = pathlib.Path(scratch)
+            for header in stage.public_headers():
+                (top / header).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(ROOT / header, top / header)
+            stage.stage_headers(top / "reference/cpp")
+            self.assertEqual(len(list((top / "reference/cpp").glob("*.rst"))), len(stage.public_headers()) + 1)
 
     def test_a_header_shows_what_it_declares_in_its_order(self):
         with tempfile.TemporaryDirectory() as folder:
