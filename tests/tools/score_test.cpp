@@ -12,8 +12,10 @@
 #include "tests/tools/program.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/studies/score/array_responses.hpp"
 #include "tools/studies/score/fit.hpp"
 #include "tools/studies/score/pin_array.hpp"
+#include "tools/studies/score/regularity.hpp"
 #include "tools/studies/score/trials.hpp"
 
 namespace merkel {
@@ -279,7 +281,8 @@ TEST(Fit, RefusesWhatItCannotFit) {
 
 TEST(ScoreCommand, WritesAReportTablesAndPictures) {
   const TemporaryFolder folder;
-  const auto run = run_program({"score", "--trials", "3", "--out", folder.path("s")});
+  const auto run =
+      run_program({"score", "--trials", "3", "--skip-experiments", "--out", folder.path("s")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("| curvature × force, 0.098 N | 7 | "), std::string::npos);
   EXPECT_NE(run.out.find("| 32.0 | 35.0 |"), std::string::npos);

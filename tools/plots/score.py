@@ -123,6 +123,29 @@ def presses():
         figure.savefig(FOLDER / f"trials_{index + 1}.png")
 
 
+def experiments():
+    """A picture of each experiment: the model's curves, and what the source states of them."""
+    table = table_if_any("experiment_curves.csv")
+    for name in dict.fromkeys(table.get("experiment", [])):
+        rows = select(table, experiment=name)
+        panels = list(dict.fromkeys(zip(rows["x_name"], rows["y_name"])))
+        figure, axes = plt.subplots(1, len(panels), figsize=(5.5 * len(panels), 4.8), squeeze=False,
+                                    layout="constrained")
+        for panel, (x_name, y_name) in zip(axes[0], panels):
+            of_panel = select(rows, x_name=x_name, y_name=y_name)
+            for index, series in enumerate(dict.fromkeys(of_panel["series"])):
+                curve = select(of_panel, series=series)
+                panel.plot(curve["x"], curve["model"], ".-", color=f"C{index}", label=f"model, {series}")
+                if any(value == value for value in curve["recorded"]):
+                    panel.plot(curve["x"], curve["recorded"], "o", fillstyle="none", color=f"C{index}",
+                               label=f"recorded, {series}")
+            panel.set_xlabel(x_name)
+            panel.set_ylabel(y_name)
+            panel.legend()
+        figure.suptitle(rows["title"][0])
+        figure.savefig(FOLDER / f"{name}.png")
+
+
 conditions = table_if_any("conditions.csv")
 if conditions:
     section(conditions, "curvature_force", "Spheres pressed on the centre of the receptive field")
@@ -134,3 +157,4 @@ holds()
 presses()
 rate_by_drive()
 intervals()
+experiments()
