@@ -83,6 +83,13 @@ class Hands(Case):
             merkel.connect(merkel.Device("sim:grasp")["tumb_N"], "paper")
         with self.assertRaisesRegex(merkel.Error, "no probe of the scene presses on tumb; its probes press on thumb, index"):
             merkel.connect({"tumb": live}, hand)
+        with self.assertRaisesRegex(merkel.Error, "simulates the presses on middle, ring, little, palm: give a probe for each, or a scene"):
+            merkel.connect({"thumb": "serial:/dev/null?protocol=csv", "index": "serial:/dev/null?protocol=csv"}, hand)
+        # Follows the advice.
+        with open(self.path("two.toml"), "w") as scene:
+            scene.write('preset = "hand"\n[[probe]]\npatch = "thumb"\n[[probe]]\npatch = "palm"\n')
+        with merkel.connect({"thumb": live, "palm": live}, self.path("two.toml")) as bridge:
+            self.assertEqual({int(patch) for new in bridge for patch in new.spikes["patch"]}, {0, 5})
         with self.assertRaisesRegex(merkel.Error, "the scene has 6 probes, but 1 URI was given"):
             merkel.connect(live, hand)
 

@@ -73,7 +73,7 @@ def connect(probe=None, scene="paper", *, sinks=(), duration_s=None, overwrite=F
 
     probe is a URI ("serial:/dev/ttyUSB0?protocol=hbf1", "sim:taps?live=1"); None for those of the scene. For a scene with several probes it is a
     list of URIs, one for each, or a dict from patches to URIs: {"thumb": "serial:…", "index": "serial:…"}; the
-    probes that the dict leaves out keep the scene's own URI. scene is a Scene, a preset or a scene
+    probes that the dict leaves out keep the scene's own URI, which must not be a simulated press beside devices. scene is a Scene, a preset or a scene
     file. sinks are URIs ("xdf:session.xdf", "view:8080"). Leave the with block, or call stop(), to end the run. Beyond most_unread unread spikes (and as many commands), new
     ones are lost for Python only: Bridge.counters counts them.
 
@@ -103,4 +103,8 @@ def _uris(probe, scene):
     unknown = [patch for patch in probe if patch not in patches]
     if unknown:
         raise Error(f"no probe of the scene presses on {unknown[0]}; its probes press on {', '.join(map(str, patches))}")
+    simulated = [patch for i, patch in enumerate(patches) if patch not in probe and scene.uris[i].startswith("sim:")]
+    if simulated and any(not str(uri).startswith("sim:") for uri in probe.values()):
+        raise Error(f"the scene simulates the presses on {', '.join(map(str, simulated))}: give a probe for each, or a scene with only the "
+                    "[[probe]] tables that you have, each with its patch")
     return [probe.get(patch, scene.uris[i]) for i, patch in enumerate(patches)]
