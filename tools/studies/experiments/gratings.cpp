@@ -182,8 +182,12 @@ ExperimentOutcome gaps_in_a_plate(const TactileModel::Parameters& scene, std::si
   }
   const auto n = static_cast<double>(gaps_mm.size());
   const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  const double onset = (sx - sy / slope) / n;
-  for (const double gap : gaps_mm) dip.recorded.push_back(slope * (gap - 0.55));
+  // Where the rate rises with the gap, there is no gap from which it falls.
+  const double onset =
+      slope > 0.0 ? (sx - sy / slope) / n : std::numeric_limits<double>::quiet_NaN();
+  if (slope > 0.0) {
+    for (const double gap : gaps_mm) dip.recorded.push_back(slope * (gap - 0.55));
+  }
   return ExperimentResult{
       .figures = {{"gap from which the response falls, mm", onset, "0.55", 0.35, 0.75},
                   {"edge of a gap of 1.3 mm / plate", rows.back().rates_hz[1] / whole, "above 1",
