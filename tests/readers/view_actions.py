@@ -53,6 +53,9 @@ class Actions(BrowserPage):
             self.page.open(f"http://127.0.0.1:{self.port}/")
             self.wait("globalThis.merkel?.frame?.t > 1.5")
             self.assertEqual(self.page.ask(places), [16, True], size)
+            # Without scrolling.
+            self.assertLessEqual(self.page.ask("(({scrollHeight, clientHeight}) => scrollHeight - clientHeight)"
+                                               "(document.getElementById('electrodes'))"), 0, size)
             self.wait(f"{painted} > 2000")
             # The plots keep their places above and below the lanes.
             self.assertTrue(self.page.ask("document.querySelector('#trace .uplot').offsetHeight <= "
@@ -63,6 +66,13 @@ class Actions(BrowserPage):
             self.screenshot("live_page_electrodes.png" if size[0] > 800 else "live_page_electrodes_phone.png")
             program.kill()
             program.communicate()
+        self.assert_no_errors()
+
+    def test_an_array_shows_its_highest_pressure_and_no_depth(self):
+        program = self.open("tools/examples/taxel_array.toml", probe="sim:pad?count=100")
+        self.wait("parseFloat(document.getElementById('depth-of').textContent.split('up to ')[1]) > 20")
+        self.assertEqual(self.page.text("depth"), "–")
+        program.terminate()
         self.assert_no_errors()
 
     def test_the_depth_of_a_gauge_stands_beside_that_of_the_model(self):
