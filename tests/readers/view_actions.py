@@ -28,6 +28,7 @@ class Actions(BrowserPage):
             scene.write(ELECTRODES)
         program = self.open(self.path("electrodes.toml"), probe="sim:ramp?wait_s=0&hold_s=600&live=1")
         self.wait("document.querySelectorAll('.electrode.on').length === 2")
+        self.assertEqual(self.page.ask("document.querySelector('#latency-to').textContent"), "Touch to spikes and commands, ms")
         train, pulses = self.page.ask("[...document.querySelectorAll('.electrode')].map((e) => e.textContent)")
         self.assertRegex(train, r"^train[0-9.]+ µA, [0-9]+ Hz$")
         self.assertRegex(pulses, r"^pulses60\.0 µA, [1-9][0-9]* pulses/s$")

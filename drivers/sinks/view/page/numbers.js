@@ -13,6 +13,7 @@ export class Numbers {
     this.scene = scene;
     this.selected = null;
     byId('probes').hidden = scene.probes.length < 2;
+    setText(byId('latency-to'), `Touch to spikes${scene.electrodes.length > 0 ? ' and commands' : ''}, ms`);
     this.rows = scene.probes.length < 2 ? [] : scene.probes.map((probe, i) => {
       const row = document.createElement('button');
       row.addEventListener('click', () => { this.selected = this.selected === i ? null : i; this.changed(); });
