@@ -130,6 +130,9 @@ TEST(SceneKeys, AbsurdSizesAreRefusedWithASentence) {
             "s.toml:2: loop.tick_us must be at most 1000000 microseconds");
   EXPECT_EQ(fault("[probe]\ndelay_ms = -1\n"),
             "s.toml:2: probe.delay_ms must be zero or a positive number of milliseconds");
+  EXPECT_EQ(fault("[probe]\ndelay_ms = 5\nmax_delay_ms = 3\n"),
+            "s.toml:3: probe.max_delay_ms is smaller than delay_ms, which is never changed: remove "
+            "one of the two");
   EXPECT_EQ(fault("[probe]\nx_mm = nan\n"),
             "s.toml:2: probe.x_mm must be a finite number, but is nan");
 }

@@ -290,6 +290,10 @@ Expected<void, ParameterError> check(const Scene& scene) {
     if (tip.prescribed()) all.also(tip.taxels.check());
     all.require(!tip.prescribed() || !scene.probes[i].input.invert_force, "probe.invert_force",
                 "has no effect on a tactile array: let its device report compression as positive");
+    const auto& delay = scene.probes[i].delay;
+    const auto& ceiling = scene.probes[i].input.max_delay;
+    all.require(!delay || !ceiling || *delay <= *ceiling, "probe.max_delay_ms",
+                "is smaller than delay_ms, which is never changed: remove one of the two");
   }
   return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();
 }
