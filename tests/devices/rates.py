@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs every protocol at every rate, with default settings, on a simulated device.
 
-usage: tests/devices/rates.py PROGRAM [--seconds 10] [--only PROTOCOL] [--from-hz 0] [--write]
+usage: tests/devices/rates.py PROGRAM [--seconds 10] [--only PROTOCOL] [--from-hz 0] [--to-hz 1e9] [--write]
 
 Devices above 1 kHz run with a tick of 250 us, all others with the scene's default of 1 ms. Rows named "hold" do not
 wait for the next sample.
@@ -10,7 +10,7 @@ The devices play one trace of slow presses. Its own replay gives the spikes that
 of the run are compared with them, neuron by neuron, within one sample period. The device begins to play at a
 time of its own: the shift between the two is the one at which the recorded samples fit the trace best.
 
-Prints a table in Markdown; --write puts it into drivers/README.md between its marks. Exit 1 where less than
+Prints a table in Markdown; --write puts its rows into the table of drivers/README.md, in the place of earlier ones. Exit 1 where less than
 99 % of the samples were used, more than 1 % of the ticks held the last sample, more than 1 % of the spikes have
 no partner in the trace's replay, or the replay of what was read gives other spikes.
 """
@@ -30,6 +30,8 @@ FAST_RATES = [4000, 8000]
 FAST_TICK_US = 250
 README = pathlib.Path(__file__).resolve().parents[2] / "drivers" / "README.md"
 BEGIN, END = "<!-- rates begin -->", "<!-- rates end -->"
+HEAD = ["protocol", "rate (Hz)", "samples", "used (%)", "ticks held (%)", "delay (ms)", "sample to spike, p50 (ms)", "p99 (ms)",
+        "spikes", "match the trace (%)", "match a perfect device (%)", "replay equal"]
 # Rates of devices with fixed rates; other devices take all.
 OFFERED = {"mark10": [10, 25, 250], "esm": [10, 25], "grbl": [10, 25, 100], "optoforce": [10, 100, 1000],
            "zaber": [10, 25, 100], "hbf1 hold": [1000, 4000], "ati_rdt hold": [1000, 4000]}
@@ -130,6 +132,11 @@ def as_measured(trace, read, shift, resolution):
     return times, values
 
 
+def started_at(time):
+    """The comments of a trace whose run began at this time, s."""
+    return f"# time_offset_ns=0\n# start_device_ns={round(1e9 * time)}\n"
+
+
 def same_spikes(live, others, period, seconds):
     """Per cent of the spikes of both that have a partner in the other."""
     window = (EDGE_S, seconds - EDGE_S)
@@ -169,16 +176,18 @@ def measure(program, protocol, rate, seconds, folder):
     probe = report["probes"][0]
     merkel("run", scene, "--fast", "--probe", f"replay:{record}", "--sink", f"csv:{again}", "--duration-s", seconds)
     press, *read = samples_of(record)
-    merkel("run", scene, "--fast", "--probe", f"replay:{trace}?use={press.split('_')[0]}", "--sink", f"csv:{ideal}")
     _, *played = samples_of(trace, press)
     shift = shift_between(read, played)
+    # On the ticks of the run.
+    trace.write_text(started_at(-(shift % (1e-6 * tick_us))) + trace.read_text())
+    merkel("run", scene, "--fast", "--probe", f"replay:{trace}?use={press.split('_')[0]}", "--sink", f"csv:{ideal}")
     spikes = spikes_of(live)
     moved = {neuron: [time + shift for time in times] for neuron, times in spikes_of(ideal).items()}
     as_trace = same_spikes(spikes, moved, 1.0 / rate, seconds)
     rows = [f"time_s,{press}"]
     rows += [f"{time:.9f},{value:.9f}"
              for time, value in zip(*as_measured(played, read, shift, RESOLUTION.get(protocol)))]
-    perfect.write_text("\n".join(rows) + "\n")
+    perfect.write_text(started_at(0) + "\n".join(rows) + "\n")
     merkel("run", scene, "--fast", "--probe", f"replay:{perfect}", "--sink", f"csv:{ideal}", "--overwrite")
     as_perfect = same_spikes(spikes, spikes_of(ideal), 1.0 / rate, seconds)
     came = probe["samples_in"] - probe["unused"]
@@ -191,6 +200,19 @@ def measure(program, protocol, rate, seconds, folder):
              f"{as_perfect:.1f}", "yes" if same else "no"]
     exact = same or probe["late"] > 0 or probe["held_ticks"] > 0
     return cells, used >= 99 and held <= 1 and as_perfect >= 99 and exact
+
+
+def table_of(rows):
+    return "\n".join("| " + " | ".join(row) + " |" for row in [HEAD, ["---"] * len(HEAD), *rows])
+
+
+def write_row(cells):
+    """Puts a row into the table of drivers/README.md, in the place of an earlier one."""
+    lines = README.read_text().split(BEGIN)[1].split(END)[0].strip().splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+    rows = [row for row in rows if row[:2] != cells[:2]] + [cells]
+    rows.sort(key=lambda row: (PROTOCOLS.index(row[0]), int(row[1])))
+    write_between(BEGIN, END, table_of(rows))
 
 
 def write_between(begin, end, table):
@@ -206,6 +228,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--only")
     parser.add_argument("--from-hz", type=float, default=0)
+    parser.add_argument("--to-hz", type=float, default=1e9)
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     program = os.path.abspath(options.program)
@@ -214,20 +237,16 @@ def main():
         if options.only and options.only != protocol:
             continue
         for rate in OFFERED.get(protocol, RATES):
-            if rate < options.from_hz:
+            if not options.from_hz <= rate <= options.to_hz:
                 continue
             with tempfile.TemporaryDirectory() as folder:
                 cells, good = measure(program, protocol, rate, options.seconds, folder)
             all_good = all_good and good
             rows.append(cells)
             print(*cells, "" if good else "<- missed", sep="  ", file=sys.stderr)
-    head = ["protocol", "rate (Hz)", "samples", "used (%)", "ticks held (%)", "delay (ms)",
-            "sample to spike, p50 (ms)", "p99 (ms)", "spikes", "match the trace (%)", "match a perfect device (%)",
-            "replay equal"]
-    table = "\n".join("| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows])
-    print(table)
-    if options.write:
-        write_between(BEGIN, END, table)
+            if options.write:
+                write_row(cells)
+    print(table_of(rows))
     sys.exit(0 if all_good else 1)
 
 
