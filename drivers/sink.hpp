@@ -3,6 +3,9 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <vector>
+
+#include <sys/types.h>
 
 #include "core/expected.hpp"
 #include "core/records/record_batch.hpp"
@@ -53,6 +56,10 @@ class Sink {
   /// commands pass a StimulationGate; all other sinks record what the encoder commanded.
   /// Thread: any.
   [[nodiscard]] virtual bool stimulates() const noexcept { return false; }
+
+  /// Further threads that carry its output to the receivers, by their numbers in the kernel. They
+  /// live as long as the sink. Thread: consumer.
+  [[nodiscard]] virtual std::vector<pid_t> transport_threads() const { return {}; }
 
   /// Receives the interface to its run, which outlives the sink's use. Called once, before the run.
   virtual void attach(RunControl& /*control*/) {}

@@ -20,6 +20,7 @@
 #include "realtime/run_probes.hpp"
 #include "realtime/run_sinks.hpp"
 #include "realtime/threads/processor_share.hpp"
+#include "realtime/threads/raised_threads.hpp"
 #include "realtime/threads/thread_rights.hpp"
 
 namespace merkel {
@@ -88,6 +89,8 @@ struct Pipeline::Parts {
   bool ceiling_reported = false;
   RecentLatency recent;
   RunWatch watch{fanout.beat(), delay_ns};
+  std::optional<StallWatch> stalls;  ///< if a delay is measured
+  nanoseconds starting_since{0};     ///< the end of that measurement
   std::atomic<bool> started{false};  ///< the first tick is about to be simulated
   std::atomic<bool> done{false};     ///< the last tick was simulated
   std::binary_semaphore ended{0};    ///< released after `done`: ends a pause between two looks
@@ -138,7 +141,8 @@ Expected<RunReport, SetupError> Pipeline::run() {
   RunReport report;
   report.probes.resize(parts.probes.size());
   parts.guard_commands();
-  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.watch);
+  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.watch,
+                    parts.parameters.realtime);
   if (parts.parameters.fast) {
     VirtualClock clock(parts.stop);
     parts.run_loop(clock, report);
@@ -163,7 +167,7 @@ Expected<void, SetupError> Pipeline::Parts::start_probes() {
   }
   sinks.listen();
   probes.start([this](std::size_t capacity) { return sinks.add_sample_feeds(capacity); },
-               parameters.fast);
+               parameters.fast ? std::nullopt : std::optional(parameters.realtime));
   return probes.wait_for_first_samples(stop);
 }
 
@@ -179,10 +183,12 @@ void Pipeline::Parts::guard_commands() {
 /// Measures the timing of the devices, and sets the delay of the first tick.
 Expected<void, SetupError> Pipeline::Parts::set_delay() {
   if (!parameters.delay) {
+    if (!probes.all_replayed()) stalls.emplace(parameters.realtime);
     probes.wait_for_timing(stop);
     if (auto checked = probes.check_ceilings(); !checked) return checked;
     probes.measure_delays();
   }
+  starting_since = PeriodicClock::now();
   delay_ns.store(parameters.delay.value_or(probes.measured_delay()).count());
   if (parameters.fast || parameters.encoder == nullptr) return {};
   return probes.check_watchdog(parameters.encoder->parameters().stimulation.watchdog);
@@ -208,6 +214,9 @@ void Pipeline::Parts::run_loop(C& clock, RunReport& report) {
           LatencySummary::of(statistics.sample_to_spike.snapshot().since(recent.before().spike));
       host.recent_sample_to_command = LatencySummary::of(
           statistics.sample_to_command.snapshot().since(recent.before().command));
+      host.way = LatencySummary::of(statistics.way.snapshot());
+      host.tick_end = LatencySummary::of(statistics.tick_end.snapshot());
+      host.delay = LatencySummary::of(statistics.delay.snapshot());
       host.queue = LatencySummary::of(statistics.queue.snapshot());
     }
     host.tick = LatencySummary::of(statistics.tick.snapshot());
@@ -232,20 +241,20 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   const auto [earliest, latest] = probes.first_times();
   // Recordings play from their first sample, whatever its time. With devices, the run starts when
   // the last device has sent a sample.
-  report.start = all_replayed ? earliest : std::max(latest, now - delay - kMostBehind);
+  report.start = all_replayed ? earliest
+                              : probes.aligned(std::max(latest, now - delay - kMostBehind),
+                                               model.parameters().tick);
+  probes.set_ticks(report.start, model.parameters().tick);
   set_origin(report.start);
   watch.set_wall_offset(all_replayed ? now - report.start : nanoseconds{0});
   DelayControl delay_control(delay_ns, wanted_delay_ns);
-  std::optional<StallWatch> stalls;
-  if (std::is_same_v<C, PeriodicClock> && !all_replayed && !parameters.delay) {
-    stalls.emplace(parameters.realtime);
-  }
   FixedStepLoop<C> loop({.start = report.start,
                          .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                          .delay = delay,
                          .delay_control = parameters.delay ? nullptr : &delay_control,
                          .stalls = stalls ? &*stalls : nullptr,
                          .starts_behind = !all_replayed,
+                         .starting_since = starting_since,
                          .duration = parameters.duration,
                          .max_catch_up_ticks = parameters.max_catch_up_ticks.value_or(
                              all_replayed ? INT64_MAX : kLiveCatchUp),
@@ -257,6 +266,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   const ThreadUsage before = ThreadUsage::of_this_thread();
   const nanoseconds loop_start = PeriodicClock::now();
   loop.run(stop);
+  stalls.reset();
   report.wall = PeriodicClock::now() - loop_start;
   host.usage = ThreadUsage::of_this_thread().since(before);
   const auto copy = [](std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
@@ -275,14 +285,15 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
 
 /// Recordings keep their own time origin; with devices, the origin is the start of the run.
 void Pipeline::Parts::set_origin(nanoseconds start) {
-  if (const auto recorded = probes.recorded_run()) {
+  const auto recorded = probes.recorded_run();
+  if (recorded && recorded->utc.count() != 0) {
     origin.set({.start = recorded->zero, .utc = recorded->utc});
     return;
   }
   const ClockPair clocks = read_clock_pair();
   const bool all_replayed = probes.all_replayed();
-  const nanoseconds zero = all_replayed ? nanoseconds{0} : start;
-  const nanoseconds zero_on_host = all_replayed ? clocks.monotonic - start : start;
+  const nanoseconds zero = recorded ? recorded->zero : all_replayed ? nanoseconds{0} : start;
+  const nanoseconds zero_on_host = all_replayed ? clocks.monotonic - (start - zero) : start;
   origin.set({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)});
 }
 

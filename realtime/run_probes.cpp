@@ -23,6 +23,7 @@ constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs
 constexpr milliseconds kSilence{2000};    ///< a device that sends nothing for this long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
 constexpr milliseconds kMeasuring{3000};  ///< at most; one second is enough for most devices
+constexpr int kPlaceInTick = 4;           ///< a tick ends this part of a period after a sample
 
 std::size_t queue_capacity(const ProbeInfo& info) {
   const auto period = std::max(info.period.value_or(kUnknownPeriod), nanoseconds{1});
@@ -90,7 +91,8 @@ bool RunProbes::all_replayed() const {
                      [](const auto& device) { return device->probe->info().replayed; });
 }
 
-void RunProbes::start(const MakeFeeds& make_feeds, bool wait_for_sinks) {
+void RunProbes::start(const MakeFeeds& make_feeds,
+                      const std::optional<RealtimeSettings>& realtime) {
   const bool mixed = !all_replayed();
   std::vector<std::vector<Feed<DeliveredSample>*>> feeds;
   for (std::size_t i = 0; i < routes_.size(); ++i) {
@@ -112,7 +114,9 @@ void RunProbes::start(const MakeFeeds& make_feeds, bool wait_for_sinks) {
     }
     device->reader = std::make_unique<ProbeReader>(
         *device->probe, std::move(receivers),
-        ProbeReader::Parameters{.shift = shift, .wait_for_sinks = wait_for_sinks});
+        ProbeReader::Parameters{.shift = shift,
+                                .realtime = replayed ? std::nullopt : realtime,
+                                .wait_for_sinks = !realtime});
   }
 }
 
@@ -238,6 +242,21 @@ Expected<void, SetupError> RunProbes::check_watchdog(nanoseconds watchdog) const
     return bad_input(text.data());
   }
   return {};
+}
+
+nanoseconds RunProbes::aligned(nanoseconds start, nanoseconds tick) const {
+  const auto& first = *devices_.front();
+  const auto timing = first.probe->timing();
+  if (!timing) return start;
+  const nanoseconds newest{first.routes.front()->channel.newest_ns.load(std::memory_order_relaxed)};
+  const nanoseconds place = std::min(timing->period, tick) / kPlaceInTick;
+  return start - (tick - (newest + place - start) % tick) % tick;
+}
+
+void RunProbes::set_ticks(nanoseconds start, nanoseconds tick) noexcept {
+  for (ProbeInput& input : inputs_) {
+    if (input.estimate() != nullptr) input.estimate()->set_ticks(start, tick);
+  }
 }
 
 void RunProbes::measure_delays() {

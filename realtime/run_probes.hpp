@@ -55,8 +55,8 @@ class RunProbes {
   [[nodiscard]] bool all_replayed() const;
 
   /// Starts the threads.
-  /// \param wait_for_sinks  see ProbeReader::Parameters
-  void start(const MakeFeeds& make_feeds, bool wait_for_sinks);
+  /// \param realtime  see ProbeReader::Parameters; none: on a virtual clock, so sinks are awaited
+  void start(const MakeFeeds& make_feeds, const std::optional<RealtimeSettings>& realtime);
   /// Waits until every probe has sent a sample, or `stop` is set. Fails if one stays silent or its
   /// stream ends without one.
   [[nodiscard]] Expected<void, SetupError> wait_for_first_samples(const std::atomic<bool>& stop);
@@ -78,8 +78,14 @@ class RunProbes {
   /// Fails if a device is so slow that the watchdog of the electrodes would take every pause
   /// between its samples for a fault.
   [[nodiscard]] Expected<void, SetupError> check_watchdog(std::chrono::nanoseconds watchdog) const;
+  /// The start of a run, at most a tick earlier, so that each tick ends shortly after a sample of
+  /// the first device: that sample waits for no tick, and jitter does not move it to the next one.
+  [[nodiscard]] std::chrono::nanoseconds aligned(std::chrono::nanoseconds start,
+                                                 std::chrono::nanoseconds tick) const;
   /// From now on, the loop measures the delay of each device.
   void measure_delays();
+  /// The ticks for which their samples are awaited; after measure_delays().
+  void set_ticks(std::chrono::nanoseconds start, std::chrono::nanoseconds tick) noexcept;
   /// Adds the devices to the watch of the run. \param patches  one per probe
   void add_devices_to(RunWatch& watch, std::span<const std::size_t> patches) const;
   /// The current press of each probe. Thread: any.

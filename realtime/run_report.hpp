@@ -23,6 +23,9 @@ struct HostTimeReport {
   std::chrono::nanoseconds margin{0};  ///< of the hybrid wait, at the end of the run
   RealtimeRights rights;
   ThreadUsage usage;                 ///< of the simulation thread, while it ran
+  LatencySummary way;                ///< for devices: from a sample's time to its arrival
+  LatencySummary tick_end;           ///< for devices: from a sample's time to the end of its tick
+  LatencySummary delay;              ///< of the loop
   LatencySummary sample_to_spike;    ///< for devices: from a sample's arrival to its spikes
   LatencySummary sample_to_command;  ///< the same to the commands for the electrodes
   /// The same for the last five to ten seconds.

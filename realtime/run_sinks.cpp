@@ -121,12 +121,14 @@ void RunSinks::listen() {
 }
 
 void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
-                     const RunWatch& watch) {
+                     const RunWatch& watch, const RealtimeSettings& realtime) {
   for (const auto& entry : entries_) {
-    entry->writer = std::make_unique<SinkWriter>(
-        *entry->sink,
-        SinkWriter::Sources{
-            .channel = entry->channel, .status = status, .origin = &origin, .watch = &watch});
+    entry->writer =
+        std::make_unique<SinkWriter>(*entry->sink, SinkWriter::Sources{.channel = entry->channel,
+                                                                       .status = status,
+                                                                       .origin = &origin,
+                                                                       .watch = &watch,
+                                                                       .realtime = realtime});
   }
   started_.store(true, std::memory_order_release);
 }

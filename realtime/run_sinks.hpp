@@ -43,7 +43,7 @@ class RunSinks {
   /// \param status  the run's counters; any thread
   /// \param watch   for the gates of stimulation commands
   void start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
-             const RunWatch& watch);
+             const RunWatch& watch, const RealtimeSettings& realtime);
   /// Reports each sink that has failed, once, with its URI and the reason.
   void report_failures(
       const std::function<void(const std::string&, const std::string&)>& on_failure);

@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "core/parameters/nearest_name.hpp"
@@ -21,8 +26,13 @@ const std::array<std::string, 5> kColumnNames = {"time_s", "depth_mm", "force_N"
 constexpr std::array<std::uint32_t, 5> kColumnChannels = {
     0, ProbeSample::kDepth, ProbeSample::kForce, ProbeSample::kX, ProbeSample::kY};
 constexpr std::string_view kValidity = "# valid_for_s=";
+constexpr std::string_view kTraceStart = "# start_device_ns=";
+constexpr std::string_view kTraceOffset = "# time_offset_ns=";
 constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
 constexpr int kNanoPerUnit = 9;
+// Between the start of a run and its first sample.
+constexpr double kTraceBeginning_ns = 1e8;
+constexpr std::int64_t kLatestTraceTime_ns = 4'000'000'000'000'000'000;
 
 /// A time in a unit of 10^power ns.
 std::optional<std::chrono::nanoseconds> time_of(std::string_view field, int power) {
@@ -194,9 +204,28 @@ double TraceReader::extra_value(std::string_view field, std::size_t column) {
 }
 
 void TraceReader::read_comment(std::string_view line) {
+  const auto read_ns = [line](std::string_view name, std::optional<std::int64_t>& value) {
+    if (!line.starts_with(name)) return;
+    const std::string_view text = line.substr(name.size());
+    std::int64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool whole = error == std::errc{} && end == text.data() + text.size();
+    if (whole && number > -kLatestTraceTime_ns && number < kLatestTraceTime_ns) value = number;
+  };
+  read_ns(kTraceStart, start_device_ns_);
+  read_ns(kTraceOffset, time_offset_ns_);
   if (!line.starts_with(kValidity)) return;
   const auto time = parse_seconds(line.substr(kValidity.size()));
   if (time && time->count() >= 0) valid_for_ = *time;
+}
+
+std::optional<std::chrono::nanoseconds> TraceReader::start() const noexcept {
+  if (!start_device_ns_ || !time_offset_ns_ || !first_time_) return std::nullopt;
+  const std::chrono::nanoseconds start{*start_device_ns_ - *time_offset_ns_};
+  const double since_ns =
+      static_cast<double>(first_time_->count()) - static_cast<double>(start.count());
+  if (std::fabs(since_ns) > kTraceBeginning_ns) return std::nullopt;
+  return start;
 }
 
 Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
@@ -269,6 +298,7 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
         break;
     }
   }
+  if (rows_ == 0) first_time_ = sample.time;
   sample.sequence = rows_++;
   return {};
 }

@@ -22,7 +22,8 @@ namespace merkel {
 /// ProbeSample::extra; readings of several probes are named like thumb_N, and need neither depth
 /// nor force. Lines that begin with '#' are comments. Times are strictly increasing, to the
 /// nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the validity of the
-/// samples after it (ProbeSample::valid_for). Streams: memory is bounded.
+/// samples after it (ProbeSample::valid_for); the comments of TimeBase::facts() before the header
+/// hold the start of the run that recorded it. Streams: memory is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
@@ -32,6 +33,10 @@ class TraceReader {
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
   /// True if a valid_for_s comment has been read.
   [[nodiscard]] bool has_validity() const noexcept { return valid_for_.has_value(); }
+
+  /// When the first tick of the run that recorded the trace began, in its time; if known. Valid
+  /// after read(), because a trace without its beginning has another start.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> start() const noexcept;
 
   /// Names of ProbeSample::extra, in order.
   [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
@@ -72,6 +77,9 @@ class TraceReader {
   std::uint32_t rows_ = 0;
   std::chrono::nanoseconds last_time_{0};
   std::optional<std::chrono::nanoseconds> valid_for_;
+  std::optional<std::chrono::nanoseconds> first_time_;
+  std::optional<std::int64_t> start_device_ns_;
+  std::optional<std::int64_t> time_offset_ns_;
 };
 
 /// Writes a trace. TraceReader reads back bit-identical samples.

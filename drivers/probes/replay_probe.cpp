@@ -53,6 +53,11 @@ class TraceSource final : public SampleSource {
  public:
   explicit TraceSource(TraceReader reader) : reader_(std::move(reader)) {}
 
+  [[nodiscard]] std::optional<RecordedRun> run() const override {
+    const auto start = reader_.start();
+    return start ? std::optional(RecordedRun{.start = *start}) : std::nullopt;
+  }
+
   [[nodiscard]] std::uint32_t channels() const noexcept override { return reader_.channels(); }
   [[nodiscard]] bool has_validity() const noexcept override { return reader_.has_validity(); }
   [[nodiscard]] std::vector<std::string> extra_columns() const override {

@@ -31,6 +31,9 @@ class StimZmqSink final : public Sink {
     return kKinds<StimulationCommand>;
   }
   [[nodiscard]] bool stimulates() const noexcept override { return true; }
+  [[nodiscard]] std::vector<pid_t> transport_threads() const override {
+    return publisher_.threads();
+  }
 
   /// The electrodes and their limits, for subscribers of the start message.
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,8 +15,10 @@ namespace {
 /// spikes.
 class TraceSink final : public Sink {
  public:
-  TraceSink(std::string uri, TraceWriter trace, TimeBase time)
-      : uri_(std::move(uri)), trace_(std::move(trace)), time_(time) {}
+  /// \param run  in which the samples were recorded, if known
+  TraceSink(std::string uri, TraceWriter trace, TimeBase time,
+            const std::optional<RecordedRun>& run)
+      : uri_(std::move(uri)), trace_(std::move(trace)), time_(time), run_(run) {}
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
@@ -28,6 +31,9 @@ class TraceSink final : public Sink {
     std::vector<std::string> comment;
     if (!time_.plain()) {
       for (const auto& [name, value] : time_.facts()) comment.push_back(name + "=" + value);
+    } else if (run_) {
+      comment.push_back("time_offset_ns=0");
+      comment.push_back("start_device_ns=" + std::to_string(run_->start.count()));
     }
     return result_of(trace_.write_header(comment));
   }
@@ -61,6 +67,7 @@ class TraceSink final : public Sink {
   std::string uri_;
   TraceWriter trace_;
   TimeBase time_;
+  std::optional<RecordedRun> run_;
   bool header_written_ = false;
   std::vector<ProbeSample> shifted_;
   std::uint64_t delivered_ = 0;
@@ -89,7 +96,9 @@ OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
   auto trace =
       TraceWriter::create(uri.path, channels, comment, setup.overwrite, setup.notice, extra);
   if (!trace) return Unexpected<SetupError>(trace.error());
-  return std::make_unique<TraceSink>(uri.text, std::move(*trace), time);
+  return std::make_unique<TraceSink>(
+      uri.text, std::move(*trace), time,
+      setup.run.probes.empty() ? std::nullopt : setup.run.probes.front().run);
 }
 
 }  // namespace merkel

@@ -2,6 +2,9 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
 #include <thread>
 
 #include <sys/socket.h>
@@ -24,6 +27,8 @@ constexpr int kQueuedSubscriptions = 64;
 constexpr const char* kMonitor = "inproc://merkel-monitor";
 constexpr int kRebinds = 50;
 constexpr std::chrono::milliseconds kRebindPause{10};
+constexpr std::size_t kThreads = 2;  ///< of ZeroMQ: one for connections, one to close them
+constexpr std::chrono::milliseconds kNaming{500};
 constexpr std::string_view kIpc = "ipc://";
 constexpr std::string_view kTcp = "tcp://";
 
@@ -77,6 +82,17 @@ Expected<std::string, SetupError> checked_endpoint(const Uri& uri, const SinkSet
   return endpoint;
 }
 
+int next_publisher_number() {
+  static std::atomic<int> last{0};
+  return ++last;
+}
+
+zmq::context_t context_with_threads_named(int number) {
+  zmq::context_t context;
+  context.set(zmq::ctxopt::thread_name_prefix, number);
+  return context;
+}
+
 bool subscribes(const zmq::message_t& message) {
   return message.size() > 0 && *message.data<char>() == 1;
 }
@@ -95,6 +111,8 @@ ZmqPublisher::Options ZmqPublisher::Options::read(UriOptions& options) {
 ZmqPublisher::ZmqPublisher(Uri uri, const Options& options, std::uint16_t announced_type)
     : uri_(std::move(uri)),
       options_(options),
+      number_(next_publisher_number()),
+      context_(context_with_threads_named(number_)),
       socket_(context_, zmq::socket_type::xpub),
       monitor_(context_, zmq::socket_type::pair),
       waits_(options.wait_when_full),
@@ -243,6 +261,26 @@ bool ZmqPublisher::send(std::string_view head, std::string_view text) {
 bool ZmqPublisher::send_parts(std::string_view head, std::string_view text, zmq::send_flags flags) {
   if (!socket_.send(zmq::buffer(head), zmq::send_flags::sndmore | flags)) return false;
   return socket_.send(zmq::buffer(text), flags).has_value();
+}
+
+std::vector<pid_t> ZmqPublisher::threads() const {
+  const std::string prefix = std::to_string(number_) + "/ZMQbg/";
+  std::vector<pid_t> threads;
+  // A thread names itself, soon after it was started.
+  const auto deadline = std::chrono::steady_clock::now() + kNaming;
+  do {
+    threads.clear();
+    std::error_code error;
+    for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", error)) {
+      std::string name;
+      std::getline(std::ifstream(task.path() / "comm"), name);
+      if (!name.starts_with(prefix)) continue;
+      threads.push_back(static_cast<pid_t>(std::stol(task.path().filename().string())));
+    }
+    if (threads.size() >= kThreads) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  } while (std::chrono::steady_clock::now() < deadline);
+  return threads;
 }
 
 void ZmqPublisher::close() {

@@ -6,7 +6,9 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include <sys/types.h>
 #include <zmq.hpp>
 
 #include "core/expected.hpp"
@@ -62,6 +64,8 @@ class ZmqPublisher {
   }
   /// Waits until everything is sent, 2 s at most.
   void close();
+  /// ZeroMQ's threads of this publisher, by their numbers in the kernel.
+  [[nodiscard]] std::vector<pid_t> threads() const;
   /// Ends all waiting. Thread: any.
   void give_up() noexcept { given_up_.store(true, std::memory_order_relaxed); }
 
@@ -90,6 +94,7 @@ class ZmqPublisher {
   Uri uri_;
   Options options_;
   std::string endpoint_;
+  int number_;  ///< among all publishers; the names of ZeroMQ's threads begin with it
   zmq::context_t context_;
   zmq::socket_t socket_;
   zmq::socket_t monitor_;  ///< reports connections

@@ -16,11 +16,13 @@ namespace merkel {
 
 /// How long the loop must wait for the samples of one device, measured over the last seconds.
 ///
-/// A tick between two samples needs the second one, so a sample needs the time from its predecessor
-/// to its arrival; without interpolation, from itself to its arrival. The estimate is the quantile
-/// of these needs over a sliding window of eight slots. A host that stalled delays every arrival:
-/// the time of such a stall is not charged to the device. Silences of more than four periods are
-/// outages and do not count. Real-time: yes, after construction. Thread: simulation.
+/// A tick between two samples needs the second one, so it needs the time from its end to that
+/// sample's arrival; without interpolation, to the arrival of the sample before it. The estimate is
+/// the quantile of these needs over a sliding window of eight slots. It knows the grid of the
+/// ticks: where a device keeps its place between two ticks, no tick waits longer than that place
+/// requires. A host that stalled delays every arrival: the time of such a stall is not charged to
+/// the device. Silences of more than four periods are outages and do not count. Real-time: yes,
+/// after construction. Thread: simulation.
 class DelayEstimate {
  public:
   using Time = std::chrono::nanoseconds;
@@ -35,6 +37,13 @@ class DelayEstimate {
 
   explicit DelayEstimate(const Parameters& parameters)
       : parameters_(parameters), slots_(kSlots * kBuckets), sum_(kBuckets) {}
+
+  /// The ticks whose samples are awaited: one ends every `tick` from `start` on. Without them, a
+  /// tick may end at any time. Call it before the first sample.
+  void set_ticks(Time start, Time tick) noexcept {
+    start_ = start;
+    tick_ = tick;
+  }
 
   /// The host, or one of its cores, did not run between two instants of its clock.
   void add_stall(Time begin, Time end) noexcept MERKEL_REALTIME {
@@ -53,11 +62,17 @@ class DelayEstimate {
       const Time interval = sample.time - *last_;
       const bool outage = period_.count() > 0 && interval > kOutage * period_;
       const bool opening = sample.arrival < first_arrival_ + kOpening;
-      if (!outage && !opening && interval.count() > 0) count(sample, interval);
+      if (!outage && !opening && interval.count() > 0) {
+        if (waiting_ == recent_.size()) count_oldest();
+        recent_[(oldest_ + waiting_++) % recent_.size()] = {sample.time, sample.arrival, interval};
+      }
     } else {
       first_arrival_ = sample.arrival;
     }
     last_ = sample.time;
+    while (waiting_ > 0 && sample.arrival - recent_[oldest_].arrival >= kSettle) {
+      count_oldest();
+    }
   }
 
   /// The smallest delay that holds at most the share of the ticks; none before enough samples.
@@ -100,8 +115,21 @@ class DelayEstimate {
     Time end{0};
   };
 
+  /// The times of a sample, and the interval to the one before.
+  struct Arrival {
+    Time time{0};
+    Time arrival{0};
+    Time interval{0};
+  };
+
+  void count_oldest() noexcept {
+    count(recent_[oldest_]);
+    oldest_ = (oldest_ + 1) % recent_.size();
+    --waiting_;
+  }
+
   /// The part of a sample's way to the host during which the host stalled.
-  [[nodiscard]] Time stalled(const ProbeSample& sample) const noexcept {
+  [[nodiscard]] Time stalled(const Arrival& sample) const noexcept {
     Time sum{0};
     for (const Stall& stall : stalls_) {
       // After a stall the readers need some time for their backlog.
@@ -114,11 +142,24 @@ class DelayEstimate {
     return sum;
   }
 
-  void count(const ProbeSample& sample, Time interval) noexcept {
+  /// The first end of a tick from a time on, or shortly before: a device that drifts will soon be
+  /// there.
+  [[nodiscard]] Time tick_from(Time time) const noexcept {
+    if (tick_.count() == 0) return time;
+    const Time since = time - tick_ / kGuard - start_;
+    return time - tick_ / kGuard + (tick_ - since % tick_) % tick_;
+  }
+
+  void count(const Arrival& sample) noexcept {
+    const Time interval = sample.interval;
     period_ += (interval - period_) / (period_.count() == 0 ? 1 : kPeriodMemory);
     while (sample.arrival >= slot_end_) turn(sample.arrival);
-    const Time least = parameters_.interpolate ? interval : Time{0};
-    const Time need = sample.arrival - sample.time - stalled(sample) + least;
+    const Time tick_end = tick_from(parameters_.interpolate ? sample.time - interval : sample.time);
+    // Of several samples in a tick, only one is awaited.
+    const Time ahead = sample.time - tick_end;
+    if (parameters_.interpolate ? ahead < Time{0} : -ahead > period_) return;
+    const Time least = parameters_.interpolate ? ahead : Time{0};
+    const Time need = sample.arrival - stalled(sample) - tick_end;
     const auto bucket =
         LatencyHistogram::bucket_of(static_cast<std::uint64_t>(std::max(need, least).count()));
     ++slots_[slot_ * kBuckets + bucket];
@@ -139,7 +180,11 @@ class DelayEstimate {
     }
   }
 
+  /// A stall is reported after its end, when samples that waited for it may have arrived before.
+  static constexpr Time kSettle{20'000'000};
+  static constexpr std::size_t kMostWaiting = 256;
   static constexpr int kPeriodMemory = 16;  ///< samples
+  static constexpr int kGuard = 20;         ///< of these in a tick
 
   Parameters parameters_;
   std::vector<std::uint32_t> slots_;  ///< the needs of each slot, by bucket
@@ -148,8 +193,13 @@ class DelayEstimate {
   std::uint64_t samples_ = 0;
   Time slot_end_{0};
   Time period_{0};
+  Time start_{0};
+  Time tick_{0};  ///< 0: at any time
   std::optional<Time> last_;
   Time first_arrival_{0};
+  std::array<Arrival, kMostWaiting> recent_{};  ///< a ring of samples that are not counted yet
+  std::size_t oldest_ = 0;
+  std::size_t waiting_ = 0;
   std::array<Stall, 16> stalls_{};
   std::size_t next_stall_ = 0;
 };

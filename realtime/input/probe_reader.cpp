@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "realtime/threads/thread_setup.hpp"
-
+#include "realtime/threads/host_time.hpp"
+#include "realtime/threads/serving_priority.hpp"
 namespace merkel {
 
 ProbeReader::ProbeReader(Probe& probe, std::vector<Receivers> receivers, Parameters parameters)
@@ -50,8 +50,10 @@ void ProbeReader::push_to_feed(Feed<DeliveredSample>& feed, const DeliveredSampl
 
 void ProbeReader::read_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-probe");
+  ServingPriority priority(parameters_.realtime);
   std::vector<ProbeSample> samples(1024);
   while (!stop.stop_requested()) {
+    priority.check(host_now());
     const auto count = probe_.read(samples, std::chrono::milliseconds{50});
     if (!count) {
       if (count.error() != ProbeError::kEndOfStream) error_message_ = probe_.error_message();

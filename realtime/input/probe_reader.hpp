@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "drivers/probe.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/queues/feed.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
 
@@ -27,6 +29,8 @@ class ProbeReader {
   };
   struct Parameters {
     std::chrono::nanoseconds shift{0};  ///< added to every sample's times
+    /// Of the simulation thread: a device's thread runs just below it. None: normal priority.
+    std::optional<RealtimeSettings> realtime = {};
     /// Waits while a feed is full instead of dropping samples. Only on a virtual clock, because a
     /// sink must not delay real time.
     bool wait_for_sinks = false;

@@ -28,11 +28,15 @@ class DelayControl {
       : current_(current), wanted_(wanted) {}
 
   /// The delay of the next tick.
-  [[nodiscard]] Time step(std::span<ProbeInput> inputs, Time tick) noexcept MERKEL_REALTIME {
+  /// \param catches_up  at the start, when no tick is on time: the delay is at once what is needed
+  [[nodiscard]] Time step(std::span<ProbeInput> inputs, Time tick,
+                          bool catches_up = false) noexcept MERKEL_REALTIME {
     const Time now{current_.load(std::memory_order_relaxed)};
     if (ticks_++ % kLookEvery == 0) look(inputs, now);
     if (target_ == now) return now;
-    const Time next = std::clamp(target_, now - tick / kShrinkTicks, now + tick / kGrowTicks);
+    const Time next = catches_up
+                          ? target_
+                          : std::clamp(target_, now - tick / kShrinkTicks, now + tick / kGrowTicks);
     current_.store(next.count(), std::memory_order_relaxed);
     return next;
   }

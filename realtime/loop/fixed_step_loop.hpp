@@ -51,6 +51,9 @@ class FixedStepLoop {
     /// Set if the first samples waited while their rate was measured. All ticks are then caught up,
     /// and none counts as an overrun, until the first tick that is on time.
     bool starts_behind = false;
+    /// Since when the start of the run has occupied this machine, on the host's clock: samples that
+    /// waited for it are not charged to their devices.
+    std::chrono::nanoseconds starting_since{0};
     std::optional<std::chrono::nanoseconds>
         duration;  ///< how much to simulate; default: everything
     std::int64_t max_catch_up_ticks = 20;
@@ -84,11 +87,13 @@ class FixedStepLoop {
     bool behind_at_start = parameters_.starts_behind;
     for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
       if (exhausted()) break;
-      const auto due = parameters_.start + k * tick + parameters_.wall_offset + delay(tick);
+      const auto due =
+          parameters_.start + k * tick + parameters_.wall_offset + delay(tick, behind_at_start);
       const auto started = wait_for(due, tick, stop);
       if (started < due) break;  // stopped
       const std::int64_t behind = std::max<std::int64_t>(0, (started - due) / tick);
       behind_at_start = behind_at_start && behind > 0 && k < kMostTicksBehind;
+      if (behind_at_start) DelayControl::add_stall(inputs_, parameters_.starting_since, now_);
       if (behind > parameters_.max_catch_up_ticks && !behind_at_start) {
         const std::int64_t ticks = std::min(behind, last_tick - k + 1);
         skip_ticks(k, ticks, tick);
@@ -110,9 +115,10 @@ class FixedStepLoop {
   static constexpr std::int64_t kMostTicksBehind = 20'000;
 
   /// The delay of the next tick.
-  [[nodiscard]] std::chrono::nanoseconds delay(std::chrono::nanoseconds tick) noexcept {
+  [[nodiscard]] std::chrono::nanoseconds delay(std::chrono::nanoseconds tick,
+                                               bool catches_up) noexcept {
     if (parameters_.delay_control != nullptr) {
-      parameters_.delay = parameters_.delay_control->step(inputs_, tick);
+      parameters_.delay = parameters_.delay_control->step(inputs_, tick, catches_up);
     }
     return parameters_.delay;
   }
@@ -206,6 +212,8 @@ class FixedStepLoop {
       const auto arrival = inputs_[i].last_arrival();
       if (arrival && on_time_ && reading.state == ProbeInput::State::kFollowing) {
         statistics_.queue.record(timing.started - *arrival);
+        statistics_.way.record(*arrival - *inputs_[i].last_time());
+        statistics_.tick_end.record(timing.end - *inputs_[i].last_time());
       }
       follow_release(i, reading.state, timing.end, last_sample);
       if (!inputs_[i].taxels().empty()) model_.set_taxels(i, inputs_[i].taxels());

@@ -27,8 +27,11 @@ struct LoopStatistics : RunCountersOf<Counter> {
   LatencyHistogram sample_to_spike;
   /// The same to the publication of its commands; only ticks with commands.
   LatencyHistogram sample_to_command;
-  LatencyHistogram delay;  ///< of the loop at every tick that was on time
-  /// The stages between a sample and its spikes, for every tick.
+  /// The stages between a sample and its spikes: its latency is the wait for the tick's end, the
+  /// delay, the wake-up, the tick and the publication, less its way to the host.
+  LatencyHistogram way;       ///< from the time of a sample to its arrival
+  LatencyHistogram tick_end;  ///< from the time of a sample to the end of its tick
+  LatencyHistogram delay;     ///< of the loop at every tick that was on time
   LatencyHistogram
       wake_up;  ///< from the time a tick was due to its beginning; only ticks that waited
   LatencyHistogram queue;  ///< from the sample's arrival to the tick's beginning: the jitter buffer

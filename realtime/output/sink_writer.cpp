@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "realtime/threads/host_time.hpp"
 #include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
@@ -113,6 +114,7 @@ void SinkWriter::write_until_ended() {
         continue;
       }
     }
+    if (priority_) priority_->check(host_now());
     const std::size_t taken = write_waiting();
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_flush && healthy()) {
@@ -136,6 +138,7 @@ void SinkWriter::write_all() {
     gate_.emplace(watch->make_gate());
     newest_.resize(watch->patches());
   }
+  if (gate_) priority_.emplace(sources_.realtime, sink_.transport_threads());
   write_until_ended();
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
   if (started_) write_waiting();  // marks set after the last item

@@ -15,6 +15,8 @@
 #include "drivers/sink.hpp"
 #include "realtime/output/fanout.hpp"
 #include "realtime/output/run_watch.hpp"
+#include "realtime/threads/serving_priority.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
 
@@ -52,6 +54,7 @@ class SinkWriter {
     std::function<RunStatus()> status;     ///< the run's counters; any thread
     const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: origin 0
     const RunWatch* watch = nullptr;       ///< for the gate of its commands; null: no gate
+    std::optional<RealtimeSettings> realtime = {};  ///< of the simulation, for a gate's thread
   };
 
   SinkWriter(Sink& sink, Sources sources);
@@ -91,6 +94,7 @@ class SinkWriter {
   Sources sources_;
   RecordLists<RecordVector> waiting_;  ///< taken from the queues
   std::optional<StimulationGate> gate_;
+  std::optional<ServingPriority> priority_;
   std::vector<std::chrono::nanoseconds> newest_;  ///< of each patch, for the gate
   Outcome outcome_;
   bool started_ = false;

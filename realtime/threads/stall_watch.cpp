@@ -21,11 +21,12 @@ struct StallWatch::Core {
       : thread([this, cpu, settings](const std::stop_token& stop) {
           if (!set_up_watch_thread(settings, cpu)) return;
           while (!stop.stop_requested()) {
-            const Time due = host_now() + kPeriod;
-            host_sleep_until(due);
+            const Time asleep = host_now();
+            host_sleep_until(asleep + kPeriod);
             const Time woken = host_now();
-            // A full queue means that nobody needs the stalls.
-            if (woken - due > kLeast) static_cast<void>(stalls.try_push({due, woken}));
+            if (woken - asleep - kPeriod <= kLeast) continue;
+            // The stall may have begun during the sleep. A full queue means that nobody needs it.
+            static_cast<void>(stalls.try_push({asleep, woken}));
           }
         }) {}
 

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <ctime>
 
@@ -18,44 +16,12 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "realtime/threads/raised_threads.hpp"
+
 namespace merkel {
 namespace {
 
 constexpr int kDevicePriority = 80;  ///< above the simulation's
-constexpr rlim_t kDemoteAfter_us = 500'000;
-constexpr rlim_t kEndAfter_us = 2'000'000;
-
-// Global, because a signal handler has no other way to reach the threads.
-std::array<std::atomic<pid_t>, 256> g_raised{};
-std::atomic<bool> g_demoted{false};
-
-/// Registers the calling thread as a real-time thread until it ends.
-class RaisedThread {
- public:
-  RaisedThread() {
-    const auto self = static_cast<pid_t>(::syscall(SYS_gettid));
-    for (std::atomic<pid_t>& slot : g_raised) {
-      pid_t free = 0;
-      if (!slot.compare_exchange_strong(free, self)) continue;
-      slot_ = &slot;
-      return;
-    }
-  }
-  RaisedThread(const RaisedThread&) = delete;
-  RaisedThread& operator=(const RaisedThread&) = delete;
-  ~RaisedThread() {
-    if (slot_ != nullptr) slot_->store(0);
-  }
-
- private:
-  std::atomic<pid_t>* slot_ = nullptr;
-};
-
-void demote(int /*signal*/) {
-  const int saved = errno;
-  demote_raised_threads();
-  errno = saved;
-}
 
 std::uint64_t limit_of(int resource) {
   rlimit limit{};
@@ -71,25 +37,10 @@ void touch_stack() {
   for (std::size_t i = 0; i < stack.size(); i += 1024) stack[i] = 0;
 }
 
-void limit_time_without_sleep() {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_RTTIME, &limit) != 0) return;
-  limit.rlim_cur = std::min(limit.rlim_max, kDemoteAfter_us);
-  limit.rlim_max = std::min(limit.rlim_max, kEndAfter_us);
-  struct sigaction action {};
-  action.sa_handler = demote;
-  action.sa_flags = SA_RESTART;
-  if (::sigaction(SIGXCPU, &action, nullptr) == 0) ::setrlimit(RLIMIT_RTTIME, &limit);
-}
-
 /// Requests SCHED_FIFO; if refused, stays in SCHED_OTHER with a timer slack of 1 ns.
 bool raise_thread(const RealtimeSettings& settings) {
-  sched_param parameters{};
-  parameters.sched_priority = settings.priority;
-  if (settings.fifo &&
-      ::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) == 0) {
-    limit_time_without_sleep();
-    thread_local const RaisedThread raised;
+  if (settings.fifo && request_fifo(this_thread(), settings.priority)) {
+    thread_local const RaisedThread raised(this_thread());
     return true;
   }
   ::prctl(PR_SET_TIMERSLACK, 1UL);
@@ -225,7 +176,7 @@ void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& 
           " is not available to merkel; change loop.cpu or the cpuset of the process");
     }
   }
-  g_demoted = false;
+  forget_demotions();
   rights.fifo = raise_thread(settings);
   if (rights.fifo) {
     rights.priority = settings.priority;
@@ -269,16 +220,6 @@ void set_up_helper_thread(const char* name) {
   ::pthread_setname_np(::pthread_self(), name);
   ::prctl(PR_SET_TIMERSLACK, 1UL);
 }
-
-void demote_raised_threads() noexcept {
-  const sched_param normal{};
-  for (const std::atomic<pid_t>& slot : g_raised) {
-    const pid_t thread = slot.load();
-    if (thread != 0 && ::sched_setscheduler(thread, SCHED_OTHER, &normal) == 0) g_demoted = true;
-  }
-}
-
-bool simulation_was_demoted() noexcept { return g_demoted; }
 
 std::chrono::nanoseconds processor_time(pthread_t thread) noexcept {
   clockid_t clock{};

@@ -49,11 +49,8 @@ class ProcessSetup {
   int cpu_latency_file_ = -1;
 };
 
-/// Names and pins the calling thread, raises its priority, and touches its stack. If SCHED_FIFO is
-/// refused, the thread stays in SCHED_OTHER with a timer slack of 1 ns. When a real-time thread
-/// computes for 0.5 s without a sleep, all real-time threads are demoted to SCHED_OTHER so that
-/// they cannot freeze the machine. If even that fails, the kernel kills the process after 2 s
-/// (RLIMIT_RTTIME).
+/// Names and pins the calling thread, raises its priority (raised_threads.hpp), and touches its
+/// stack. If SCHED_FIFO is refused, the thread stays in SCHED_OTHER with a timer slack of 1 ns.
 void set_up_simulation_thread(const RealtimeSettings& settings, RealtimeRights& rights);
 /// The same for a thread that shares the simulation's work (`loop.threads`), on any core but the
 /// simulation's.
@@ -68,13 +65,8 @@ void set_up_device_thread();
 /// raise its priority.
 void set_up_helper_thread(const char* name);
 
-/// Demotes every real-time thread to SCHED_OTHER. Safe to call from a signal handler.
-void demote_raised_threads() noexcept;
 /// Processor time that a running thread has used; 0 if unknown. Thread: any.
 [[nodiscard]] std::chrono::nanoseconds processor_time(pthread_t thread) noexcept;
-
-/// Whether a real-time thread was demoted because it did not sleep.
-[[nodiscard]] bool simulation_was_demoted() noexcept;
 
 /// Page faults and context switches of a thread since it started.
 struct ThreadUsage {

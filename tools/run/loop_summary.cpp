@@ -59,8 +59,13 @@ std::string loop_text(const RunReport& report) {
   text += fmt::format("; {} page faults, {} involuntary context switches\n",
                       host.usage.minor_faults + host.usage.major_faults,
                       host.usage.involuntary_switches);
+  if (host.queue.count > 0) {
+    text += "  a sample's way to the host: " + latency_text(host.way) + "\n";
+    text += "  a sample's time to the end of its tick: " + latency_text(host.tick_end) + "\n";
+    text += "  delay: " + latency_text(host.delay) + "\n";
+    text += "  queue (jitter buffer): " + latency_text(host.queue) + "\n";
+  }
   text += "  wake-up: " + latency_text(host.wake_up) + "\n";
-  if (host.queue.count > 0) text += "  queue (jitter buffer): " + latency_text(host.queue) + "\n";
   text += "  tick: " + latency_text(host.tick) + "\n";
   text += "  publish: " + latency_text(host.publish) + "\n";
   return text;
@@ -87,6 +92,9 @@ Json loop_json(const RunReport& report) {
       {"major_faults", host.usage.major_faults},
       {"involuntary_switches", host.usage.involuntary_switches},
       {"voluntary_switches", host.usage.voluntary_switches},
+      {"way", latency_json(host.way)},
+      {"tick_end", latency_json(host.tick_end)},
+      {"delay", latency_json(host.delay)},
       {"wake_up", latency_json(host.wake_up)},
       {"queue", latency_json(host.queue)},
       {"tick", latency_json(host.tick)},

@@ -153,6 +153,26 @@ TEST(TraceReader, SurvivesRandomBytes) {
   }
 }
 
+TEST(TraceReader, KnowsTheStartOfTheRunThatRecordedIt) {
+  const TemporaryFolder folder;
+  const auto start_of = [&](const std::string& comments, const std::string& first_s) {
+    auto trace = TraceReader::open(
+        folder.file("t.csv", comments + "time_s,depth_mm\n" + first_s + ",1\n9,1\n"));
+    std::array<ProbeSample, 4> samples;
+    EXPECT_TRUE(trace && trace->read(samples));
+    return trace->start();
+  };
+  const std::string run = "# time_offset_ns=5000000\n# start_device_ns=5000000\n";
+  EXPECT_EQ(start_of(run, "0.0007"), std::chrono::nanoseconds{0});
+  EXPECT_EQ(start_of("# time_offset_ns=-1000\n# start_device_ns=500\n", "0.01"),
+            std::chrono::nanoseconds{1500});
+  // Without its beginning, or without an offset, a trace starts with its first sample.
+  EXPECT_EQ(start_of(run, "2.5"), std::nullopt);
+  EXPECT_EQ(start_of("# start_device_ns=5\n", "0"), std::nullopt);
+  EXPECT_EQ(start_of("# time_offset_ns=1e9\n# start_device_ns=99999999999999999999\n", "0"),
+            std::nullopt);
+}
+
 TEST(TraceWriter, WritesWhatReadsBackToTheSameBits) {
   const TemporaryFolder folder;
   Random random(9);

@@ -64,6 +64,19 @@ TEST(StimCsvSink, WritesOneRowACommand) {
             "0.010000000,E2,update,0,0,1,gap\n");
 }
 
+TEST(StimSinks, ThoseWithThreadsOfATransportNameThem) {
+  SinkSetup setup = stim_setup();
+  const auto one = open_sink("stim-zmq:tcp://127.0.0.1:25574", setup);
+  const auto other = open_sink("stim-zmq:tcp://127.0.0.1:25575", setup);
+  ASSERT_TRUE(one && other);
+  const auto threads = (*one)->transport_threads();
+  ASSERT_FALSE(threads.empty());
+  for (const pid_t thread : threads) {
+    EXPECT_TRUE(std::filesystem::exists("/proc/self/task/" + std::to_string(thread)));
+    for (const pid_t of_other : (*other)->transport_threads()) EXPECT_NE(thread, of_other);
+  }
+}
+
 TEST(StimSinks, NeedElectrodes) {
   SinkSetup none = stim_setup();
   none.run.encoding.electrodes.clear();

@@ -100,6 +100,18 @@ TEST(DelayEstimate, AStallOfTheHostIsNotChargedToTheDevice) {
   }
 }
 
+TEST(DelayEstimate, AStallMayBeReportedAfterTheSamplesThatWaitedForIt) {
+  DelayEstimate estimate({});
+  SteadyDevice device(estimate);
+  device.run(1.0, 1000.0, kPunctual);
+  const nanoseconds begin = device.now();
+  const nanoseconds end = begin + milliseconds{12};
+  device.run(1.0, 14.0, [&] { return std::max(end - device.now(), nanoseconds{0}); });
+  estimate.add_stall(begin, end);
+  device.run(1.0, 500.0, kPunctual);
+  EXPECT_LT(needed_ms(estimate), 1.3);
+}
+
 TEST(DelayEstimate, AStallThatSeveralCoresReportIsDeductedOnce) {
   DelayEstimate estimate({});
   SteadyDevice device(estimate);
@@ -119,6 +131,61 @@ TEST(DelayEstimate, WithoutInterpolationOnlyTheLatenessCounts) {
   SteadyDevice device(estimate);
   device.run(12.0, 4000.0, [] { return microseconds{300}; });
   EXPECT_NEAR(needed_ms(estimate), 0.32, 0.03);
+}
+
+/// The need of a device that samples a while after the end of each tick. The ticks take 1 ms.
+double needed_at_ms(double place_ms, bool interpolate, double period_ms = 1.0) {
+  DelayEstimate estimate({.interpolate = interpolate});
+  estimate.set_ticks(-units::nanoseconds_from_ms(place_ms), milliseconds{1});
+  SteadyDevice device(estimate);
+  device.run(period_ms, 1000.0, kPunctual);
+  return needed_ms(estimate);
+}
+
+TEST(DelayEstimate, NoTickWaitsLongerThanThePlaceOfTheSamplesRequires) {
+  // A sample 0.7 ms after the end of a tick is awaited from there on. Margin and resolution: 0.06.
+  EXPECT_NEAR(needed_at_ms(0.7, true), 0.8, 0.06);
+  EXPECT_NEAR(needed_at_ms(0.2, true), 0.3, 0.04);
+  // Without interpolation, the sample before the end of the tick has arrived 0.6 ms earlier.
+  EXPECT_NEAR(needed_at_ms(0.3, false), 0.02, 0.001);
+  EXPECT_NEAR(needed_at_ms(0.95, false), 0.07, 0.01);
+  // A device at the border of two ticks needs what either may need.
+  EXPECT_NEAR(needed_at_ms(0.99, true), 1.1, 0.06);
+  EXPECT_NEAR(needed_at_ms(0.02, true), 1.14, 0.06);
+  EXPECT_NEAR(needed_at_ms(0.02, false), 0.14, 0.02);
+  // Of eight samples a tick, one is awaited.
+  EXPECT_NEAR(needed_at_ms(0.0625, true, 0.125), 0.18, 0.02);
+  EXPECT_NEAR(needed_at_ms(0.0625, false, 0.125), 0.06, 0.02);
+  // One of 10 ms ends its wait in the first tick.
+  EXPECT_NEAR(needed_at_ms(0.4, true, 10.0), 9.5, 0.3);
+}
+
+TEST(DelayEstimate, ADriftingDeviceIsNeverLate) {
+  for (const bool interpolate : {true, false}) {
+    for (const double drift_ppm : {-100.0, 100.0}) {
+      const double period_ms = 1.0 + 1e-6 * drift_ppm;
+      DelayEstimate estimate({.interpolate = interpolate});
+      estimate.set_ticks(nanoseconds{0}, milliseconds{1});
+      std::vector<ProbeSample> samples;
+      nanoseconds delay{2'000'000};
+      std::size_t newest = 0;
+      int late = 0;
+      for (int k = 1; k < 40'000; ++k) {
+        const nanoseconds time = units::nanoseconds_from_ms(0.3 + k * period_ms);
+        samples.push_back({.time = time, .arrival = time + microseconds{100}});
+      }
+      for (int tick = 10; tick < 39'000; ++tick) {
+        const nanoseconds end = tick * milliseconds{1};
+        for (; samples[newest + 1].time <= end; ++newest) estimate.add(samples[newest]);
+        const ProbeSample& awaited = samples[newest + (interpolate ? 1 : 0)];
+        if (awaited.arrival > end + delay) ++late;
+        if (tick % 16 != 0) continue;
+        delay = std::clamp(estimate.needed().value_or(delay), delay - microseconds{320},
+                           delay + milliseconds{8});
+      }
+      EXPECT_EQ(late, 0) << interpolate << drift_ppm;
+    }
+  }
 }
 
 TEST(DelayEstimate, AnOutageIsNoLateness) {
@@ -273,6 +340,23 @@ TEST(DelayControl, NoWalkOfTheDelayChangesAnInputOrASpike) {
   EXPECT_GT(spikes, 1'000U);
   EXPECT_LT(least, microseconds{1700});
   EXPECT_GT(most, milliseconds{20});
+}
+
+TEST(DelayControl, IsAtOnceWhatIsNeededWhileTheStartIsCaughtUp) {
+  for (const bool catches_up : {false, true}) {
+    ProbeChannel channel{16};
+    std::vector<ProbeInput> inputs{ProbeInput(channel, {})};
+    inputs[0].measure_delay();
+    for (int k = 0; k < 1000; ++k) {
+      const nanoseconds time = k * milliseconds{1};
+      inputs[0].estimate()->add({.time = time, .arrival = time + microseconds{100}});
+    }
+    std::atomic<std::int64_t> delay_ns{10'000'000};
+    std::atomic<std::int64_t> wanted_ns{0};
+    DelayControl control(delay_ns, wanted_ns);
+    const nanoseconds delay = control.step(inputs, milliseconds{1}, catches_up);
+    EXPECT_NEAR(units::ms_from(delay), catches_up ? 1.12 : 9.98, 0.05);
+  }
 }
 
 TEST(DelayControl, NeverStopsTheTicksAndNeverRunsThemBackToBack) {

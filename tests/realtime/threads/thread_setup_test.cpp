@@ -1,6 +1,9 @@
 #include "realtime/threads/thread_setup.hpp"
 
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <stop_token>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -8,6 +11,10 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+
+#include "realtime/threads/host_time.hpp"
+#include "realtime/threads/raised_threads.hpp"
+#include "realtime/threads/serving_priority.hpp"
 
 namespace merkel {
 namespace {
@@ -63,6 +70,39 @@ TEST(ThreadSetup, RaisesOnlyItsOwnThreadOrReportsWhyNot) {
     }
   }).join();
   EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER);
+}
+
+TEST(ServingPriority, IsJustBelowTheSimulationUntilAThreadComputesTooMuch) {
+  std::jthread([] {
+    RealtimeRights rights;
+    std::jthread([&] { set_up_simulation_thread({.priority = 5}, rights); }).join();
+    EXPECT_EQ(ServingPriority({}).raised(), 0U);
+    EXPECT_EQ(ServingPriority(RealtimeSettings{.fifo = false}).raised(), 0U);
+    std::atomic<pid_t> transport{0};
+    std::jthread sleeping([&](const std::stop_token& stop) {
+      transport = this_thread();
+      transport.notify_all();
+      while (!stop.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    });
+    transport.wait(0);
+    const std::array<pid_t, 1> others = {transport};
+    ServingPriority priority(RealtimeSettings{.priority = 5}, others);
+    if (!rights.fifo) GTEST_SKIP() << rights.missing.front();
+    EXPECT_EQ(priority.raised(), 2U);
+    for (const pid_t thread : {this_thread(), transport.load()}) {
+      sched_param parameters{};
+      ::sched_getparam(thread, &parameters);
+      EXPECT_EQ(parameters.sched_priority, 4);
+    }
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{10};
+    while (priority.raised() == 2 && std::chrono::steady_clock::now() < end) {
+      priority.check(host_now());
+    }
+    EXPECT_EQ(priority.raised(), 1U);
+    EXPECT_EQ(::sched_getscheduler(0), SCHED_OTHER);
+    EXPECT_EQ(::sched_getscheduler(transport), SCHED_FIFO | SCHED_RESET_ON_FORK);
+    EXPECT_FALSE(simulation_was_demoted());
+  }).join();
 }
 
 #ifndef MERKEL_SANITIZED  // sanitizers hold signals back
