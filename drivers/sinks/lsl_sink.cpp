@@ -17,7 +17,7 @@ namespace {
 
 /// The buffer of an inlet. liblsl assumes 100 samples per second for an irregular rate.
 constexpr int kOutletBuffer_s = 10'000;
-constexpr std::chrono::milliseconds kFarewell{500};
+constexpr std::chrono::milliseconds kLslFarewell{500};
 constexpr double kLongestWait_s = 3600.0;
 
 /// What a probe may measure, as merkel's own inlet (lsl:) reads it.
@@ -88,7 +88,7 @@ class LslSink final : public Sink {
   /// discard unsent samples.
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (spikes_.have_consumers() || marks_.have_consumers()) {
-      std::this_thread::sleep_for(kFarewell);
+      std::this_thread::sleep_for(kLslFarewell);
     }
     return {};
   }

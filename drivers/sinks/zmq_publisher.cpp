@@ -20,7 +20,7 @@ namespace {
 constexpr int kLinger_ms = 2000;
 constexpr int kStuck_ms = 5000;  ///< a subscriber that reads nothing for this long is abandoned
 // A subscriber sends subscriptions and nothing else: short, and few of them.
-constexpr std::int64_t kLongestMessage = 1024;
+constexpr std::int64_t kLongestZmqMessage = 1024;
 constexpr int kMostSubscriptions = 4096;
 constexpr int kMostConnections = 64;
 constexpr int kQueuedSubscriptions = 64;
@@ -153,7 +153,7 @@ void ZmqPublisher::open_socket() {
   socket_.set(zmq::sockopt::sndtimeo, kStuck_ms);
   socket_.set(zmq::sockopt::sndhwm, options_.high_water_mark);
   socket_.set(zmq::sockopt::rcvhwm, kQueuedSubscriptions);
-  socket_.set(zmq::sockopt::maxmsgsize, kLongestMessage);
+  socket_.set(zmq::sockopt::maxmsgsize, kLongestZmqMessage);
   socket_.set(zmq::sockopt::linger, kLinger_ms);
   socket_.set(zmq::sockopt::xpub_nodrop, true);
   socket_.set(zmq::sockopt::xpub_verboser,

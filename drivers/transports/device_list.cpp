@@ -47,9 +47,9 @@ std::vector<std::filesystem::path> entries_of(const char* folder) {
 }
 
 std::string latency_of(const std::string& device) {
-  const std::string milliseconds = line_of("/sys/bus/usb-serial/devices/" +
-                                           device.substr(device.rfind('/') + 1) + "/latency_timer");
-  return milliseconds.empty() ? "" : milliseconds + " ms";
+  const std::string latency_ms = line_of("/sys/bus/usb-serial/devices/" +
+                                         device.substr(device.rfind('/') + 1) + "/latency_timer");
+  return latency_ms.empty() ? "" : latency_ms + " ms";
 }
 
 /// "HID_ID=0003:000016C0:00000486" → "16c0:0486"

@@ -48,8 +48,8 @@ std::string lower_latency(int descriptor, const std::string& device) {
   std::string note = set ? "low-latency flag set" : "low-latency flag refused";
   const auto slash = device.rfind('/');
   std::ifstream timer("/sys/bus/usb-serial/devices/" + device.substr(slash + 1) + "/latency_timer");
-  if (int milliseconds = 0; timer >> milliseconds) {
-    note += ", latency timer " + std::to_string(milliseconds) + " ms";
+  if (int latency_ms = 0; timer >> latency_ms) {
+    note += ", latency timer " + std::to_string(latency_ms) + " ms";
   }
   return note;
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks who may include whom: core <- drivers <- realtime <- tools <- tests.
+# Checks who may include whom: core <- drivers <- realtime <- tools <- tests; and that sources of drivers can be joined.
 # usage: include_rules.sh SOURCE_FOLDER; prints every violation and fails if there is one.
 set -euo pipefail
 cd "$1"
@@ -33,5 +33,14 @@ violations=$(
 if [ -n "$violations" ]; then
   echo "forbidden includes (core <- drivers <- realtime <- tools <- tests):"
   echo "$violations"
+  exit 1
+fi
+
+# Optional libraries change which sources of drivers are joined: no two may have a constant of the same name.
+twice=$(grep -rhE '^constexpr ' drivers --include='*.cpp' |
+  sed -nE 's/^constexpr [^={(]*[ &*](k[A-Za-z0-9_]+)(\[[^]]*\])* *[={(].*/\1/p' | sort | uniq -d)
+if [ -n "$twice" ]; then
+  echo "constants that two sources of drivers have, which cannot be joined:"
+  grep -rnwE "^constexpr .*($(echo "$twice" | paste -sd '|'))" drivers --include='*.cpp'
   exit 1
 fi
