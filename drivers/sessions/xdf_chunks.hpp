@@ -42,12 +42,14 @@ class XdfChunks {
                                            0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4};
     return write(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary), sizeof kBoundary});
   }
-  /// All streams share one clock, so every offset is 0. Some readers complain if these chunks are
-  /// missing.
+  /// All streams share one clock, so every offset is 0. Readers complain if these chunks are missing,
+  /// and pyxdf if two of a stream have the same time.
   [[nodiscard]] bool write_clock_offsets() {
+    if (offset_time_ == newest()) return true;
+    offset_time_ = newest();
     for (const auto& [stream, tally] : tallies_) {
       std::string content;
-      append_raw(content, units::s_from(newest()));
+      append_raw(content, units::s_from(*offset_time_));
       append_raw(content, 0.0);
       if (!write_of(XdfTag::kClockOffset, stream, content)) return false;
     }
@@ -115,6 +117,7 @@ class XdfChunks {
   std::map<std::uint32_t, StreamTally> tallies_;  ///< of all streams, by number
   std::optional<Time> start_;                     ///< of the first item
   Time newest_{0};                                ///< of all items
+  std::optional<Time> offset_time_;               ///< of the last offsets of the clocks
 };
 
 }  // namespace merkel

@@ -72,6 +72,9 @@ class Session(merkel_program.TestCase):
                 self.assertEqual(stream.type in ("Events", "Markers"), stream.name == "merkel.marks")
                 self.assertGreaterEqual(len(stream.clock_offsets), 1)
                 self.assertTrue(all(offset == 0 for _, offset in stream.clock_offsets))
+                # pyxdf draws a line through them.
+                times = [time for time, _ in stream.clock_offsets]
+                self.assertEqual(len(set(times)), len(times))
             self.check_positions(xdf)
             afferents = xdf.header.find("merkel").findtext("afferents").splitlines()
             self.assertEqual(afferents[0], "neuron,patch,x_mm,y_mm,field_radius_mm,receptors")
