@@ -14,6 +14,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/transports/line_buffer.hpp"
 
 namespace merkel {
 namespace {
@@ -25,12 +26,10 @@ constexpr double kSilent_s = 1.0;   ///< without samples: is the stream still an
 constexpr double kForgets_s = 2.0;  ///< a stream that does not answer for that long is gone
 constexpr double kWatched_s = 3.0;  ///< of the network, before that is decided
 
-std::string line_of(double time_s, std::span<const double> values) {
-  std::array<char, 32> time{};
-  std::snprintf(time.data(), time.size(), "%.9f", time_s);
-  std::string line = time.data();
-  for (const double value : values) line += "," + shortest_decimal(value);
-  return line + "\n";
+std::string lsl_time(double time_s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.9f", time_s);
+  return text.data();
 }
 
 std::vector<LslStream::Channel> channels_of(lsl::stream_info& info) {  // desc() is not const
@@ -73,7 +72,7 @@ class LslPort final : public Transport {
         if (time_s == 0.0) break;
         heard_s_ = lsl::local_clock();
         watch_.reset();
-        waiting_ += line_of(time_s, values_);
+        waiting_.add(lsl_time(time_s), values_);
         wait_s = 0.0;
       }
       if (waiting_.empty() && is_gone()) throw lsl::lost_error("no longer announced");
@@ -82,10 +81,7 @@ class LslPort final : public Transport {
       watch_.reset();
       return Unexpected<Disconnected>(Disconnected{});
     }
-    const std::size_t count = std::min(bytes.size(), waiting_.size());
-    std::copy_n(waiting_.begin(), count, bytes.begin());
-    waiting_.erase(0, count);
-    return count;
+    return waiting_.take(bytes);
   }
 
   /// An inlet only receives.
@@ -193,7 +189,7 @@ class LslPort final : public Transport {
   double heard_s_ = 0.0;                             ///< LSL's time of the last sample
   std::unique_ptr<lsl::continuous_resolver> watch_;  ///< while the stream is silent
   double watched_since_s_ = 0.0;
-  std::string waiting_;  ///< lines that have not been read
+  LineBuffer waiting_;
   std::vector<double> values_;
 };
 

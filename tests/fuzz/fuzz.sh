@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Fuzzes everything that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
-# of the protocol table, sessions, traces, files of spikes and commands, calibrations, scenes, recordings, URIs
-# and addresses.
+# of the protocol table, entries of Redis, sessions, traces, files of spikes and commands, calibrations, scenes,
+# recordings, URIs and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
 # At least BYTES random bytes go through each target (default: ten million), or through the named ones, unless
 # MERKEL_FUZZ_SECONDS end it earlier (scene_run: 60 s by default). CORPUS_FOLDER/NAME keeps interesting inputs for
@@ -60,6 +60,7 @@ for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/proto
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
 done
 fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${protocols[@]}"
+fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/transports/redis_lines.cpp
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
   drivers/spike_files/spike_file.cpp drivers/sessions/session_{reader,items,format,samples}.cpp

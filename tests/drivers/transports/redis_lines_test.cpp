@@ -1,0 +1,62 @@
+#include "drivers/transports/redis_lines.hpp"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace merkel {
+namespace {
+
+std::string bytes_of(std::int64_t value) {
+  std::string bytes(sizeof value, '\0');
+  std::memcpy(bytes.data(), &value, sizeof value);
+  return bytes;
+}
+
+std::string text_of(RedisLines& lines) {
+  std::string text;
+  std::array<std::uint8_t, 7> part{};
+  while (const std::size_t count = lines.lines().take(part))
+    text.append(part.begin(), part.begin() + count);
+  return text;
+}
+
+TEST(RedisLines, AnEntryIsALineAtItsTime) {
+  RedisLines lines({});
+  const RedisEntry entry = {{"time_ns", "1500000001"}, {"force_N", "0.25"}, {"note", "hello"}};
+  lines.choose_fields(entry);
+  lines.add(entry);
+  lines.add({{"ts", bytes_of(2'000'000'000)}});
+  lines.add({{"ts", bytes_of(2'000'000'000)}, {"force_N", "0.5"}});
+  EXPECT_EQ(text_of(lines), "1.500000001,0.25\n2.000000000,0.5\n");
+}
+
+TEST(RedisLines, NumbersOfAnEntryAreSpreadSinceTheEntryBefore) {
+  RedisLines lines(*parse_redis_fields("samples:force_N:int16"));
+  const std::string two("\x01\x00\x02\x00", 4);
+  lines.add({{"ts", bytes_of(1'000'000'000)}, {"samples", two}});
+  lines.add({{"ts", bytes_of(2'000'000'000)}, {"samples", two}});
+  EXPECT_EQ(text_of(lines), "1.000000000,1\n1.000000000,2\n1.500000000,1\n2.000000000,2\n");
+}
+
+TEST(RedisLines, TimesThatCannotBeAreNotKnown) {
+  RedisLines lines(*parse_redis_fields("force_N"));
+  for (const std::int64_t time : {INT64_MIN, INT64_MAX}) {
+    lines.add({{"ts", bytes_of(time)}, {"force_N", "1"}});
+  }
+  lines.add({{"ts", "-1e19"}, {"force_N", "1"}});
+  EXPECT_EQ(text_of(lines), "nan,1\nnan,1\nnan,1\n");
+}
+
+TEST(RedisLines, AFieldOfTheWrongLengthHasNoNumbers) {
+  RedisLines lines(*parse_redis_fields("force_N:force_N:float64,depth_mm"));
+  lines.add({{"ts", "1000"}, {"force_N", "1234567"}, {"depth_mm", "0.5"}});
+  lines.add({{"ts", "2000"}, {"force_N", ""}});
+  EXPECT_EQ(text_of(lines), "0.000001000,nan,0.5\n");
+}
+
+}  // namespace
+}  // namespace merkel
