@@ -47,6 +47,7 @@ class Recording {
     run.facts = {{"command", command}, {"version", MERKEL_VERSION}, {"git_hash", kGitHash}};
     add_probe_facts(probe.info(), run);
     for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
+    for (auto& fact : utc_facts()) run.facts.push_back(std::move(fact));
     const bool session = options.file.ends_with(".xdf");
     if (options.frames && !session) {
       return bad_input("--frames needs a session: give " + options.file + " the ending .xdf");

@@ -1,13 +1,12 @@
 #include "tools/scene/machine_facts.hpp"
 
-#include <cstdint>
 #include <fstream>
 #include <thread>
 
-#include <sys/timex.h>
 #include <sys/utsname.h>
 
 #include "core/simd/simd_target.hpp"
+#include "drivers/clock/utc_error.hpp"
 
 namespace merkel {
 
@@ -26,13 +25,14 @@ std::vector<std::pair<std::string, std::string>> machine_facts() {
       {"simd_target", simd_target()}};
   std::string boot;
   if (std::ifstream("/proc/sys/kernel/random/boot_id") >> boot) facts.emplace_back("boot_id", boot);
-  // The largest error of UTC, as the program that sets the clock (chrony, ntpd, PTP) told the
-  // kernel.
-  timex clock{};
-  if (::adjtimex(&clock) != -1 && (clock.status & STA_UNSYNC) == 0) {
-    facts.emplace_back("utc_error_ns", std::to_string(std::int64_t{clock.maxerror} * 1000));
-  }
   return facts;
+}
+
+std::vector<std::pair<std::string, std::string>> utc_facts() {
+  const auto error = utc_error();
+  if (!error) return {};
+  return {{"utc_error_ns", std::to_string(error->largest.count())},
+          {"utc_error_source", error->source}};
 }
 
 }  // namespace merkel

@@ -11,6 +11,7 @@
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/probe_channels.hpp"
 #include "realtime/run_probes.hpp"
+#include "tools/scene/machine_facts.hpp"
 #include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -238,6 +239,9 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
                     .encoder = run.encoder.get(),
                     .team = run.team.get()};
   run.description = describe_run(scene, *run.model);
+  if (!preparation.fast) {
+    for (auto& fact : utc_facts()) run.description.facts.push_back(std::move(fact));
+  }
   for (const ProbeInfo& info : infos) add_probe_facts(info, run.description);
   run.scene = std::move(scene);
   return run;
