@@ -68,13 +68,6 @@ std::string report_of(const FitResult& result) {
          ": fit fewer parameters, or add data\n";
 }
 
-/// Sets the fitted parameters, in the six digits that the report shows.
-void set_fitted(TactileModel::Parameters& model, const FitResult& result) {
-  for (const FittedParameter& fitted : result.parameters) {
-    *fitted.parameter.in(model) = std::stod(fmt::format("{:.6g}", fitted.after));
-  }
-}
-
 /// The complete scene, with what was fitted at its top.
 std::string scene_of(const FitCommand& command, const Scene& scene, const FitResult& result) {
   std::string text =

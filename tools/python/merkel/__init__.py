@@ -16,9 +16,10 @@ from . import _arguments
 from ._merkel import Bridge, Error, Output, Run, Scene, Session, Stream, Table, __version__, load, presets
 from ._merkel import connect as _connect
 from ._batch import Batch, Result, batch
+from ._fit import Fit, fit
 from ._streams import RecordedStream, load_streams
 
-__all__ = ["Batch", "Bridge", "Device", "Error", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "load", "load_streams", "presets"]
+__all__ = ["Batch", "Bridge", "Device", "Error", "Fit", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "fit", "load", "load_streams", "presets"]
 
 
 for _class in (Bridge, Run, Scene, Session, Stream):

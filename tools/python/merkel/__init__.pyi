@@ -193,6 +193,32 @@ def batch(
     cores: int | None = ...,
     progress: bool | None = ...,
 ) -> Batch: ...
+
+class Fit:
+    """The result of merkel.fit()."""
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def parameters(self) -> list[dict[str, Any]]: ...
+    @property
+    def cost_before(self) -> float: ...
+    @property
+    def cost_after(self) -> float: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def determined(self) -> bool: ...
+
+def fit(
+    scene: Scene | str | PathLike[str] = ...,
+    data: str | PathLike[str] | None = ...,
+    parameters: str | Iterable[str] = ...,
+    executor: Executor | None = ...,
+    *,
+    trials: int = ...,
+    evaluations: int = ...,
+    cores: int | None = ...,
+) -> Fit: ...
 class Device:
     @property
     def uri(self) -> str: ...

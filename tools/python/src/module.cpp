@@ -9,6 +9,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "tools/python/src/bridge_object.hpp"
+#include "tools/python/src/fit_object.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
@@ -164,6 +165,7 @@ PYBIND11_MODULE(_merkel, module) {
   add_stream(module);
   add_bridge(module);
   add_session(module);
+  add_fit(module);
   module.def(
       "presets", [] { return preset_names(); }, "Names of the presets.");
 }

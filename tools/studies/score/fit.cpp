@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <Eigen/Dense>
+#include <fmt/core.h>
 #include <nlopt.h>
 
 #include "core/parameters/nearest_name.hpp"
@@ -121,7 +122,71 @@ void estimate_errors(FitResult& result, const Eigen::MatrixXd& slopes,
   }
 }
 
+std::vector<DataSet> fitted_sets(std::vector<DataSet> sets) {
+  std::erase_if(sets, [](const DataSet& set) { return !set.fit; });
+  return sets;
+}
+
+TactileModel::Parameters with_values(TactileModel::Parameters scene,
+                                     const std::vector<FitParameter>& parameters,
+                                     const std::vector<double>& values) {
+  for (std::size_t k = 0; k < values.size(); ++k) *parameters[k].in(scene) = values[k];
+  return scene;
+}
+
+class OwnFitPart final : public FitPart {
+ public:
+  OwnFitPart(TactileModel::Parameters scene, std::vector<FitParameter> parameters,
+             std::vector<DataSet> sets)
+      : scene_(std::move(scene)), parameters_(std::move(parameters)), sets_(std::move(sets)) {}
+
+  [[nodiscard]] Expected<void, SetupError> begin(std::size_t trials) {
+    auto traces = fit_traces(scene_, sets_, 1);
+    if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
+    answers_.emplace(scene_, sets_, std::move(*traces), trials, 1);
+    return {};
+  }
+  [[nodiscard]] std::vector<double> responses(const std::vector<double>& values) override {
+    const Eigen::VectorXd all = answers_->of(with_values(scene_, parameters_, values));
+    return {all.begin(), all.end()};
+  }
+
+ private:
+  TactileModel::Parameters scene_;
+  std::vector<FitParameter> parameters_;
+  std::vector<DataSet> sets_;
+  std::optional<FitAnswers> answers_;
+};
+
 }  // namespace
+
+std::size_t fit_points(const std::vector<DataSet>& sets) {
+  std::size_t points = 0;
+  for (const DataSet& set : fitted_sets(sets)) points += set.points.size();
+  return points;
+}
+
+Expected<std::unique_ptr<FitPart>, SetupError> FitPart::create(
+    const TactileModel::Parameters& scene, const std::vector<DataSet>& sets,
+    const std::vector<std::string>& names, std::size_t trials, std::size_t part,
+    std::size_t parts) {
+  auto parameters = chosen(scene, names);
+  if (!parameters) return Unexpected<SetupError>(parameters.error());
+  std::vector<DataSet> own = fitted_sets(sets);
+  std::size_t number = 0;
+  for (DataSet& set : own) {
+    std::erase_if(set.points, [&](const DataSet::Point&) { return number++ % parts != part; });
+  }
+  auto made = std::make_unique<OwnFitPart>(scene, std::move(*parameters), std::move(own));
+  if (auto begun = made->begin(trials); !begun) return Unexpected<SetupError>(begun.error());
+  return made;
+}
+
+void set_fitted(TactileModel::Parameters& model, const FitResult& result) {
+  for (const FittedParameter& fitted : result.parameters) {
+    *fitted.parameter.in(model) = std::stod(fmt::format("{:.6g}", fitted.after));
+  }
+}
 
 bool FitResult::determined() const {
   return measurements > parameters.size() && condition < kLargestCondition &&
@@ -157,14 +222,13 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     const std::vector<std::string>& names, std::size_t trials,
                                     int most_evaluations,
                                     const std::function<void(double)>& progress,
-                                    std::size_t threads) {
+                                    std::size_t threads, const FitResponses& elsewhere) {
   if (!scene.energy_driven()) {
     return bad_input(
         "only neurons driven by energy density can be fitted: start from goodwin, finger or "
         "goodwin-cs");
   }
-  std::vector<DataSet> sets = given;
-  std::erase_if(sets, [](const DataSet& set) { return !set.fit; });
+  const std::vector<DataSet> sets = fitted_sets(given);
   if (sets.empty()) return bad_input("the data file contains no rates or declines to fit");
   const auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());
@@ -174,12 +238,23 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   FitAnswers answers(scene, sets, std::move(*traces), trials, threads);
   const Eigen::VectorXd measured = answers.measured();
   const Eigen::VectorXd weights = answers.weights();
+  const auto values_of = [](std::vector<double> logarithms) {
+    for (double& value : logarithms) value = std::exp(value);
+    return logarithms;
+  };
   const auto with = [&](const std::vector<double>& logarithms) {
-    TactileModel::Parameters changed = scene;
-    for (std::size_t k = 0; k < logarithms.size(); ++k) {
-      *(*parameters)[k].in(changed) = std::exp(logarithms[k]);
-    }
-    return changed;
+    return with_values(scene, *parameters, values_of(logarithms));
+  };
+  int evaluations = 0;
+  bool ended = false;  // by `elsewhere`
+  const auto answers_of = [&](const std::vector<double>& logarithms) -> Eigen::VectorXd {
+    ++evaluations;
+    if (!elsewhere) return answers.of(with(logarithms));
+    const std::vector<double> responses =
+        ended ? std::vector<double>() : elsewhere(values_of(logarithms));
+    ended = static_cast<Eigen::Index>(responses.size()) != measured.size();
+    if (ended) return Eigen::VectorXd::Zero(measured.size());
+    return Eigen::VectorXd::Map(responses.data(), measured.size());
   };
   const auto valid = [](const TactileModel::Parameters& p) {
     const PatchParameters& patch = p.patches.front();
@@ -189,9 +264,9 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
   const auto cost = [&](const std::vector<double>& logarithms) {
     const TactileModel::Parameters changed = with(logarithms);
     if (!valid(changed)) return 1e6;
-    const Eigen::VectorXd difference = answers.of(changed) - measured;
+    const Eigen::VectorXd difference = answers_of(logarithms) - measured;
     if (progress) {
-      progress(std::min(1.0, static_cast<double>(answers.evaluations()) / most_evaluations));
+      progress(std::min(1.0, static_cast<double>(evaluations) / most_evaluations));
     }
     return (weights.array() * difference.array().square()).sum();
   };
@@ -223,10 +298,11 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     above[k] += kStep;
     below[k] -= kStep;
     slopes.col(static_cast<Eigen::Index>(k)) =
-        (answers.of(with(above)) - answers.of(with(below))) / (2.0 * kStep);
+        (answers_of(above) - answers_of(below)) / (2.0 * kStep);
   }
+  if (ended) return unavailable("the fit was ended");
   estimate_errors(result, slopes, weights);
-  result.evaluations = answers.evaluations();
+  result.evaluations = evaluations;
   result.measurements = static_cast<std::size_t>(measured.size());
   scene = with(at);
   return result;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -50,19 +51,40 @@ struct FitResult {
   [[nodiscard]] bool determined() const;
 };
 
+/// Sets the fitted parameters, in the six digits that reports show.
+void set_fitted(TactileModel::Parameters& model, const FitResult& result);
+
+/// The model's responses to all points of a fit, computed elsewhere from the values of the fitted
+/// parameters; empty: the fit ends.
+using FitResponses = std::function<std::vector<double>(const std::vector<double>& values)>;
+
+/// Every `parts`-th point of a fit, from `part` on: their responses, for a worker of FitResponses.
+class FitPart {
+ public:
+  [[nodiscard]] static Expected<std::unique_ptr<FitPart>, SetupError> create(
+      const TactileModel::Parameters& scene, const std::vector<DataSet>& sets,
+      const std::vector<std::string>& names, std::size_t trials, std::size_t part,
+      std::size_t parts);
+  virtual ~FitPart() = default;
+  [[nodiscard]] virtual std::vector<double> responses(const std::vector<double>& values) = 0;
+};
+/// Number of points of a fit.
+[[nodiscard]] std::size_t fit_points(const std::vector<DataSet>& sets);
+
 /// Fits parameters of a scene with neurons driven by energy density, by Rowan's subplex method
 /// (NLopt, LN_SBPLX) in the logarithms of the parameters, each within a factor of 20 of its start.
 ///
 /// The cost is the mean over all data sets of the mean square error, in Hz²; a decline that is
 /// wrong by 1 % counts as 1 Hz. All evaluations have the same noise. The stimuli's energy densities
 /// are computed once, and again for each radius of the receptive field. Sets with fit = false are
-/// ignored. The result is the same for any number of threads. Fails where a name is unknown or the
-/// scene's neurons are driven otherwise.
+/// ignored. The result is the same for any number of threads, and with `elsewhere`. Fails where a
+/// name is unknown or the scene's neurons are driven otherwise.
 [[nodiscard]] Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                                   const std::vector<DataSet>& sets,
                                                   const std::vector<std::string>& names,
                                                   std::size_t trials, int most_evaluations,
                                                   const std::function<void(double)>& progress,
-                                                  std::size_t threads = 1);
+                                                  std::size_t threads = 1,
+                                                  const FitResponses& elsewhere = {});
 
 }  // namespace merkel

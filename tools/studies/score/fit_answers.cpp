@@ -68,7 +68,6 @@ Eigen::VectorXd FitAnswers::of(const TactileModel::Parameters& parameters) {
   for_each_item(traces_.size(), threads_, [&](std::size_t /*worker*/, std::size_t i) {
     answers[static_cast<Eigen::Index>(i)] = answer(parameters, traces_[i]);
   });
-  ++evaluations_;
   return answers;
 }
 

@@ -47,8 +47,6 @@ class FitAnswers {
   [[nodiscard]] Eigen::VectorXd of(const TactileModel::Parameters& parameters);
   [[nodiscard]] Eigen::VectorXd measured() const;
   [[nodiscard]] Eigen::VectorXd weights() const;
-  /// Number of calls of of().
-  [[nodiscard]] int evaluations() const noexcept { return evaluations_; }
 
  private:
   [[nodiscard]] double answer(const TactileModel::Parameters& parameters,
@@ -60,7 +58,6 @@ class FitAnswers {
   std::size_t trials_;
   std::size_t threads_;
   std::map<std::chrono::nanoseconds, AfferentTables> tables_;  ///< by step
-  int evaluations_ = 0;
 };
 
 }  // namespace merkel

@@ -1,0 +1,92 @@
+#include "tools/python/src/fit_object.hpp"
+
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pybind11/stl.h>
+
+#include "tools/python/src/records.hpp"
+#include "tools/python/src/scene_object.hpp"
+#include "tools/scene/scene_keys.hpp"
+#include "tools/studies/score/fit.hpp"
+#include "tools/studies/score/recordings.hpp"
+
+namespace merkel::python {
+namespace {
+
+namespace py = pybind11;
+
+Recordings recordings_of(const std::string& data) {
+  auto recordings = recordings_named(data);
+  if (!recordings) throw Error(recordings.error().sentence);
+  return std::move(*recordings);
+}
+
+py::dict fit_scene(const SceneObject& given, const std::string& data,
+                   const std::vector<std::string>& names, std::size_t trials, int evaluations,
+                   std::size_t threads, const py::object& elsewhere) {
+  Scene scene = given.scene();
+  const Recordings recordings = recordings_of(data);
+  std::exception_ptr raised;  // no exception passes through the optimiser
+  FitResponses responses;
+  if (!elsewhere.is_none()) {
+    responses = [&](const std::vector<double>& values) {
+      const py::gil_scoped_acquire gil;
+      try {
+        return elsewhere(values).cast<std::vector<double>>();
+      } catch (...) {
+        raised = std::current_exception();
+        return std::vector<double>();
+      }
+    };
+  }
+  auto result = [&] {
+    const py::gil_scoped_release release;
+    return fit(scene.model, recordings.sets, names, trials, evaluations, {}, threads, responses);
+  }();
+  if (raised) std::rethrow_exception(raised);
+  if (!result) throw Error(result.error().sentence);
+  set_fitted(scene.model, *result);
+  py::list parameters;
+  for (const FittedParameter& fitted : result->parameters) {
+    py::dict row;
+    row["name"] = fitted.parameter.name;
+    row["before"] = fitted.before;
+    row["after"] = fitted.after;
+    row["relative_error"] = fitted.relative_error;
+    parameters.append(row);
+  }
+  py::dict out;
+  out["scene"] = py::cast(SceneObject::of_text(scene_text(scene)));
+  out["parameters"] = parameters;
+  out["cost_before"] = result->cost_before;
+  out["cost_after"] = result->cost_after;
+  out["evaluations"] = result->evaluations;
+  out["condition"] = result->condition;
+  out["determined"] = result->determined();
+  return out;
+}
+
+}  // namespace
+
+void add_fit(py::module_& module) {
+  module.def("_fit", &fit_scene);
+  module.def("_fit_points",
+             [](const std::string& data) { return fit_points(recordings_of(data).sets); });
+  py::class_<FitPart>(module, "_FitPart")
+      .def(py::init([](const SceneObject& scene, const std::string& data,
+                       const std::vector<std::string>& names, std::size_t trials, std::size_t part,
+                       std::size_t parts) {
+        const Recordings recordings = recordings_of(data);
+        const py::gil_scoped_release release;
+        auto made =
+            FitPart::create(scene.scene().model, recordings.sets, names, trials, part, parts);
+        if (!made) throw Error(made.error().sentence);
+        return std::move(*made);
+      }))
+      .def("responses", &FitPart::responses, py::call_guard<py::gil_scoped_release>());
+}
+
+}  // namespace merkel::python
