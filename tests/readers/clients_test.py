@@ -1,0 +1,110 @@
+"""Files of merkel, opened by programs that Debian does not have: each test runs where its client can be imported.
+
+Neo, which Debian has, reads NWB only with pynwb. `PYTHONPATH=FOLDER… tests/readers/clients_test.py` runs it with
+unpacked sources."""
+import importlib
+import importlib.metadata
+import logging
+import sys
+
+import numpy as np
+
+import merkel_program
+from merkel_program import spikes_of_csv
+from xdf_reader import Xdf
+
+FACTS = ("experimenter=Doe, Jane&institution=A University&lab=Touch&subject_id=model-1&species=Homo sapiens&sex=U"
+         "&age=P30Y")
+
+
+class Clients(merkel_program.TestCase):
+    def client(self, name):
+        try:
+            module = importlib.import_module(name)
+            print(f"{name.split('.')[0]} {importlib.metadata.version(name.split('.')[0])}", flush=True)
+            return module
+        except ImportError as error:
+            self.skipTest(str(error))
+
+    def record(self, scheme, facts=FACTS):
+        """A file of a run with several probes, patches and electrodes; its spikes."""
+        file = self.path("s." + scheme)
+        self.merkel("run", "tools/examples/hand_electrodes.toml", "--fast", "--duration-s", "1.5", "--sink",
+                    f"{scheme}:{file}{facts and '?' + facts}", "--sink", "csv:" + self.path("s.csv"), "--overwrite")
+        spikes = spikes_of_csv(self.path("s.csv"))
+        self.assertGreater(len(spikes), 500)
+        return file, spikes
+
+    def test_pynwb_validates_and_reads_nwb(self):
+        pynwb = self.client("pynwb")
+        file, spikes = self.record("nwb", FACTS + "&keywords=touch;SA1")
+        with pynwb.NWBHDF5IO(file, "r") as io:
+            self.assertEqual(pynwb.validate(io=io), [])
+            content = io.read()
+            rows = [(round(time * 1e9), unit + 1) for unit, times in enumerate(content.units["spike_times"][:])
+                    for time in times]
+            self.assertEqual(sorted(rows), sorted(spikes))
+            self.assertEqual(list(content.keywords), ["touch", "SA1"])
+            self.assertIn("electrode_thumb-1_amplitude", content.stimulus)
+
+    def test_nwbinspector_finds_nothing_that_dandi_refuses(self):
+        inspector = self.client("nwbinspector")
+        file, _ = self.record("nwb", FACTS + "&keywords=touch;SA1")
+        found = list(inspector.inspect_nwbfile(nwbfile_path=file, config=inspector.load_config("dandi")))
+        for each in found:
+            print(" ", each.importance.name, each.check_function_name, each.location)
+        self.assertLessEqual({each.importance.name for each in found}, {"BEST_PRACTICE_SUGGESTION"})
+
+    def test_neo_reads_nwb(self):
+        self.client("pynwb")
+        neo = self.client("neo")
+        # Neo 0.14.5 refuses every file with keywords, also of pynwb itself: it takes no lists of a file as annotations.
+        file, spikes = self.record("nwb")
+        block, = neo.io.NWBIO(file, "r").read_all_blocks()
+        times = [round(float(time) * 1e9) for segment in block.segments for train in segment.spiketrains
+                 for time in train.rescale("s").magnitude]
+        self.assertEqual(sorted(times), sorted(time for time, _ in spikes))
+
+    def test_spikeinterface_reads_nwb_and_phy(self):
+        extractors = self.client("spikeinterface.extractors")
+        for scheme in ("nwb", "phy"):
+            with self.subTest(scheme):
+                file, spikes = self.record(scheme, FACTS if scheme == "nwb" else "")
+                sorting = (extractors.NwbSortingExtractor(file_path=file, sampling_frequency=1e6, t_start=0.0)
+                           if scheme == "nwb" else extractors.PhySortingExtractor(file))
+                self.assertEqual(sorting.sampling_frequency, 1e6)
+                frames = [(frame, unit + 1 if scheme == "nwb" else int(unit)) for unit in sorting.unit_ids
+                          for frame in sorting.get_unit_spike_train(unit, segment_index=0)]
+                self.assertEqual(len(frames), len(spikes))
+                expected = sorted(spikes, key=lambda spike: (spike[1], spike[0]))
+                for (frame, unit), (time, neuron) in zip(sorted(frames, key=lambda f: (f[1], f[0])), expected):
+                    self.assertEqual(unit, neuron)
+                    self.assertLessEqual(abs(int(frame) * 1000 - time), 501)
+
+    def test_phylib_loads_phy(self):
+        model = self.client("phylib.io.model")
+        folder, spikes = self.record("phy", "")
+        loaded = model.load_model(folder + "/params.py")
+        self.assertEqual(loaded.n_spikes, len(spikes))
+        np.testing.assert_allclose(loaded.spike_times, [time * 1e-9 for time, _ in spikes], rtol=0, atol=501e-9)
+        np.testing.assert_array_equal(loaded.spike_clusters, [neuron for _, neuron in spikes])
+
+    def test_pyxdf_reads_every_stream_without_a_warning(self):
+        pyxdf = self.client("pyxdf")
+        file, spikes = self.record("xdf", "")
+        for options in ({}, {"dejitter_timestamps": False}):
+            with self.assertNoLogs("pyxdf", logging.WARNING):
+                streams, _ = pyxdf.load_xdf(file, **options)
+            own = Xdf(file).streams
+            self.assertEqual(sorted(each["info"]["name"][0] for each in streams), sorted(own))
+            for each in streams:
+                stream = own[each["info"]["name"][0]]
+                np.testing.assert_allclose(each["time_stamps"], stream.stamps, rtol=0, atol=1e-6)
+                self.assertTrue(np.array_equal(np.asarray(each["time_series"]).tolist(), [list(row) for row in stream.samples]))
+            read = next(each for each in streams if each["info"]["name"][0] == "merkel.spikes")
+            self.assertEqual([(round(stamp * 1e9), int(row[1])) for stamp, row in
+                              zip(read["time_stamps"], read["time_series"])], spikes)
+
+
+if __name__ == "__main__":
+    merkel_program.main()
