@@ -55,22 +55,17 @@ class LabRecorder(unittest.TestCase):
             rigs.append(subprocess.Popen([*command, sys.executable, "-c", RIG, cls.names[rig], scene, press,
                                           str(cls.folder / f"{rig}.xdf")], env=environment, stderr=subprocess.PIPE, text=True))
             cls.addClassCleanup(lambda rig=rigs[-1]: (rig.kill(), rig.communicate()))
-        query = " or ".join(f"starts-with(name,'{name}')" for name in cls.names.values())
+        queries = [f"name='{name}{part}'" for name in cls.names.values() for part in ("", ".samples", ".marks")]
         recorder, deadline = None, time.monotonic() + 60
-        while recorder is None:  # it looks once, for a second
+        while recorder is None:  # it looks for a second, and ends if one is missing
             if time.monotonic() > deadline or any(rig.poll() is not None for rig in rigs):
                 raise AssertionError("LabRecorder did not find the six streams")
-            trial = subprocess.Popen([RECORDER, cls.file, query], env=environment, stdin=subprocess.PIPE,
+            trial = subprocess.Popen([RECORDER, cls.file, *queries], env=environment, stdin=subprocess.PIPE,
                                      stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-            found = 0
-            for line in trial.stdout:
-                found += line.startswith("Found ")
-                if line.startswith("Starting"):
-                    break
-            if found == 6:
+            if any(line.startswith("Starting") for line in trial.stdout):
                 recorder = trial
             else:
-                trial.communicate("\n", timeout=60)
+                trial.communicate(timeout=60)
         cls.addClassCleanup(lambda: (recorder.kill(), recorder.communicate()))
         errors = [rig.communicate(timeout=120)[1] for rig in rigs]
         if any(rig.returncode for rig in rigs):
