@@ -42,8 +42,8 @@ class XdfChunks {
                                            0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4};
     return write(XdfTag::kBoundary, {reinterpret_cast<const char*>(kBoundary), sizeof kBoundary});
   }
-  /// All streams share one clock, so every offset is 0. Readers complain if these chunks are missing,
-  /// and pyxdf if two of a stream have the same time.
+  /// All streams share one clock, so every offset is 0. Readers complain if these chunks are
+  /// missing, and pyxdf if two of a stream have the same time.
   [[nodiscard]] bool write_clock_offsets() {
     if (offset_time_ == newest()) return true;
     offset_time_ = newest();
