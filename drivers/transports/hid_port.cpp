@@ -99,8 +99,8 @@ class HidPort final : public Transport {
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
     const auto wait =
         std::chrono::ceil<std::chrono::milliseconds>(std::max(patience, decltype(patience){0}));
-    const int count = hidapi_.read_timeout(device_, bytes.data(), bytes.size(),
-                                           static_cast<int>(wait.count()));
+    const int count =
+        hidapi_.read_timeout(device_, bytes.data(), bytes.size(), static_cast<int>(wait.count()));
     if (count < 0) return Unexpected<Disconnected>(Disconnected{});
     return static_cast<std::size_t>(count);
   }
