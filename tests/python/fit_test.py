@@ -56,6 +56,10 @@ class Fit(unittest.TestCase):
             merkel.fit(data="none.json")
         with self.assertRaisesRegex(merkel.Error, "trials must be a whole number"):
             merkel.fit(trials=0)
+        with self.assertRaisesRegex(merkel.Error, "parameters must be a list of names, not 3"):
+            merkel.fit(parameters=3)
+        with self.assertRaisesRegex(merkel.Error, "data must be a file of recordings, not 5"):
+            merkel.fit(data=5)
 
     def test_a_failing_executor_ends_the_fit_with_its_error(self):
         with Broken(2) as executor, self.assertRaisesRegex(RuntimeError, "the cluster is gone"):

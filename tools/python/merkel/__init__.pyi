@@ -212,7 +212,7 @@ class Fit:
 def fit(
     scene: Scene | str | PathLike[str] = ...,
     data: str | PathLike[str] | None = ...,
-    parameters: str | Iterable[str] = ...,
+    parameters: str | Sequence[str] = ...,
     executor: Executor | None = ...,
     *,
     trials: int = ...,

@@ -69,8 +69,13 @@ def fit(scene="goodwin", data=None, parameters=("gain_Hz_per_kPa", "fast_weight"
     for name, value, least in (("trials", trials, 1), ("evaluations", evaluations, 1), ("cores", cores, 1)):
         if value is not None and (not isinstance(value, int) or value < least):
             raise Error(f"{name} must be a whole number of at least {least}, not {value!r}")
-    names = [parameters] if isinstance(parameters, str) else list(parameters)
-    file = "" if data is None else str(pathlib.Path(data).absolute())
+    if isinstance(parameters, str):
+        parameters = [parameters]
+    if not isinstance(parameters, (list, tuple)) or not all(isinstance(name, str) for name in parameters):
+        raise Error(f"parameters must be a list of names, not {parameters!r}")
+    if data is not None and not isinstance(data, (str, os.PathLike)):
+        raise Error(f"data must be a file of recordings, not {data!r}")
+    names, file = list(parameters), "" if data is None else str(pathlib.Path(data).absolute())
     elsewhere = None
     if executor is not None:
         parts = min(_fit_points(file), 2 * _workers(executor))
