@@ -54,7 +54,7 @@ fuzz() {
 }
 
 words=(core/parameters/{field,nearest_name,parameter_error,range}.cpp drivers/files/csv_text.cpp)
-protocols=("${words[@]}" drivers/uri.cpp)
+protocols=("${words[@]}" drivers/{printable_text,uri}.cpp)
 for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols/${file##*/}"); done
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
