@@ -81,6 +81,17 @@ TEST(SessionFrames, TheBytesOfARunParseAgainToItsSamples) {
   }
 }
 
+// tests/golden/formats_test.py describes the file.
+TEST(SessionFrames, TheBytesThatADeviceSentToAnEarlierVersionParseToItsSamples) {
+  const Recorded recorded = read_session("tests/golden/0.1.0/frames.xdf");
+  ASSERT_EQ(recorded.frames.size(), 1U);
+  const auto again = parse_again("serial:device?protocol=hbf1", recorded.frames[0]);
+  EXPECT_GT(recorded.samples.size(), 90U);
+  expect_same_samples(recorded.samples, again.samples);
+  EXPECT_EQ(again.counts.damaged, 0U);
+  EXPECT_EQ(again.counts.lost, 0U);
+}
+
 TEST(SessionFrames, RecordKeepsThemWithoutASimulation) {
   const TemporaryFolder folder;
   RunningDevice force("mark10", {});

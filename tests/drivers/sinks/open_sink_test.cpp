@@ -47,7 +47,7 @@ TEST(OpenSink, OtherMachinesNeedToBeAllowed) {
 TEST(OpenSink, TheLabStreamingLayerIsOpenedOrSaysWhatIsMissing) {
   // A missing library is reported before a missing permission.
   const std::string sentence = refusal("lsl:spikes");
-  EXPECT_TRUE(has(sentence, "github.com/sccn/liblsl/releases") || has(sentence, "--allow-remote"))
+  EXPECT_TRUE(has(sentence, "run tools/install_liblsl") || has(sentence, "--allow-remote"))
       << sentence;
 }
 
