@@ -101,9 +101,10 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
   if (closed_form(skin)) return all.result();
   if (tip == Tip::kTaxels) {
     return all.also(taxels.check())
-        .require(!skin.stiffens(), "skin.stiffening_mm",
-                 "must be inf for the tip \"taxels\": an array measures no depth, with which the "
-                 "skin could stiffen")
+        .require(!skin.stiffens(),
+                 std::isfinite(skin.stiffening_kPa) ? "skin.stiffening_kPa" : "skin.stiffening_mm",
+                 "must be inf for the tip \"taxels\": an array measures neither depth nor "
+                 "contact, with which the skin could stiffen")
         .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
                  "must be at least 0.05 under this tip: the stress jumps at the edges of a taxel")
         .result();

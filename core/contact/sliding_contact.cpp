@@ -68,7 +68,8 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
 
 void SlidingContact::reset() noexcept {
   solver_.reset();
-  for (Table* const table : {&older_, &newer_, &next_}) table->depth_mm = table->force_mN = 0.0;
+  for (Table* const table : {&older_, &newer_, &next_})
+    table->depth_mm = table->force_mN = table->area_mm2 = 0.0;
   std::fill(inputs_.begin(), inputs_.end(), ContactInput{});
   stage_ = Stage::kIdle;
   ticks_ = 0;
@@ -91,7 +92,7 @@ void SlidingContact::take(const ContactInput& input) noexcept {
 
 void SlidingContact::begin(const ContactInput& input) noexcept {
   input_ = input;
-  next_.depth_mm = next_.force_mN = 0.0;
+  next_.depth_mm = next_.force_mN = next_.area_mm2 = 0.0;
   const bool pressed = by_force_ ? input.force_mN > 0.0 : input.depth_mm > 0.0;
   stage_ = pressed ? Stage::kGap : Stage::kIdle;
   if (!pressed) solver_.reset();
@@ -116,7 +117,8 @@ void SlidingContact::publish(int phase) noexcept {
   load_x_mm_ = of_loads(older_.load_x_mm, newer_.load_x_mm);
   load_y_mm_ = of_loads(older_.load_y_mm, newer_.load_y_mm);
   const double depth_mm = std::max(1e-9, between(older_.depth_mm, newer_.depth_mm));
-  const double stiffening = skin_.stiffening_at(depth_mm);
+  const double area_mm2 = between(older_.area_mm2, newer_.area_mm2);
+  const double stiffening = skin_.stiffening_at(depth_mm, force_mN / area_mm2);
   press_ = {.contact = {.depth_mm = depth_mm,
                         .force_mN = stiffening * force_mN,
                         .contact_radius_mm = 0.0,
@@ -140,7 +142,8 @@ void SlidingContact::work_part() noexcept {
       return;
     case Stage::kIterate: {
       if (by_force_ && solver_.solution().iterations > 0) {
-        solver_.aim(input_.force_mN / skin_.stiffening_at(solver_.solution().depth_mm));
+        const RigidContact::Solution found = solver_.solution();
+        solver_.aim(rest_force_mN(found.depth_mm, found.area_mm2));
       }
       const bool found = solver_.iterate(kSlidingAccuracy);
       if (found || solver_.solution().iterations >= SlidingPlan::kIterations) finish_iterations();
@@ -152,6 +155,11 @@ void SlidingContact::work_part() noexcept {
       if (field_ >= kPixelFields) stage_ = Stage::kIdle;
       return;
   }
+}
+
+double SlidingContact::rest_force_mN(double depth_mm, double area_mm2) const noexcept {
+  const double pressure_kPa = area_mm2 > 0.0 ? input_.force_mN / area_mm2 : 0.0;
+  return input_.force_mN / skin_.stiffening_under(depth_mm, pressure_kPa);
 }
 
 void SlidingContact::find_gap() noexcept {
@@ -176,7 +184,7 @@ void SlidingContact::find_gap() noexcept {
   if (by_force_) {
     const double guess_mm = std::cbrt(input_.force_mN / plate_mN_ * (input_.force_mN / plate_mN_));
     const double lowest = *std::min_element(gap_.height_mm.begin(), gap_.height_mm.end());
-    solver_.begin_with_force(input_.force_mN / skin_.stiffening_at(newer_.depth_mm),
+    solver_.begin_with_force(rest_force_mN(newer_.depth_mm, newer_.area_mm2),
                              lowest + std::max(guess_mm, 1e-3));
   } else {
     solver_.begin(input_.depth_mm);
@@ -194,6 +202,7 @@ void SlidingContact::finish_iterations() noexcept {
   field_ = 0;
   next_.depth_mm = solution.depth_mm;
   next_.force_mN = solution.force_mN;
+  next_.area_mm2 = solution.area_mm2;
   ++report_.solutions;
   if (std::isfinite(solution.error)) report_.sum_of_errors += solution.error;
   if (!(solution.error <= Report::kPoorError)) ++report_.poor;

@@ -64,6 +64,7 @@ class SlidingContact {
   struct Table {
     double depth_mm = 0.0;
     double force_mN = 0.0;      ///< on skin at rest
+    double area_mm2 = 0.0;      ///< in contact
     std::ptrdiff_t column = 0;  ///< of the surface, at the first node
     std::ptrdiff_t row = 0;
     double load_x_mm = 0.0;  ///< of the force, on the surface
@@ -77,6 +78,8 @@ class SlidingContact {
   void work_part() noexcept;
   void find_gap() noexcept;
   void finish_iterations() noexcept;
+  /// The force that would press skin at rest to this depth. \param area_mm2  in contact
+  [[nodiscard]] double rest_force_mN(double depth_mm, double area_mm2) const noexcept;
   void compute_fields(std::size_t first) noexcept;
   void publish(int phase) noexcept;
   /// The nodes around a place on the surface. \return whether all tables have them

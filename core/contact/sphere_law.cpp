@@ -24,7 +24,8 @@ double SphereLaw::layer_factor(double chi) const noexcept {
 ContactState SphereLaw::at_depth(double depth_mm) const noexcept {
   ContactState contact = elastic_at_depth(depth_mm);
   if (!skin_.stiffens() || !contact.touching()) return contact;
-  contact.stiffening = skin_.stiffening_at(contact.depth_mm);
+  const double area_mm2 = std::numbers::pi * contact.contact_radius_mm * contact.contact_radius_mm;
+  contact.stiffening = skin_.stiffening_at(contact.depth_mm, contact.force_mN / area_mm2);
   contact.force_mN *= contact.stiffening;
   contact.peak_pressure_kPa *= contact.stiffening;
   return contact;

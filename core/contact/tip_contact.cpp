@@ -82,7 +82,7 @@ Press TipContact::press(const ContactInput& input) const noexcept {
 Press TipContact::press_at_depth(const ContactInput& input, double depth_mm) const noexcept {
   if (sphere_) return placed(input, sphere_->at_depth(depth_mm));
   const double depth = std::max(0.0, depth_mm);
-  const double stiffening = skin_.stiffening_at(depth);
+  const double stiffening = skin_.stiffening_at(depth, field_->mean_pressure_kPa(depth));
   return placed(input, {.depth_mm = depth,
                         .force_mN = stiffening * field_->force_mN(depth),
                         .contact_radius_mm = 0.0,
@@ -95,7 +95,7 @@ double TipContact::solved_depth_mm(double force_mN) const noexcept {
   if (!skin_.stiffens()) return elastic_mm;
   // The skin can only be stiffer than at rest.
   return bisected(0.0, elastic_mm, [&](double depth) {
-    return skin_.stiffening_at(depth) * field_->force_mN(depth) < force_mN;
+    return press_at_depth({}, depth).contact.force_mN < force_mN;
   });
 }
 

@@ -90,6 +90,17 @@ double TipField::force_mN(double depth_mm) const noexcept {
          at.weight[1] * press_.tables[at.lower + 1].force_mN_per_mm;
 }
 
+double TipField::mean_pressure_kPa(double depth_mm) const noexcept {
+  if (!(depth_mm > 0.0)) return 0.0;
+  // The area of a smooth contact grows with the depth, that of a whole flat tip stays the same.
+  const Blend at = blend(depth_mm);
+  const PressTables::Table& lower = press_.tables[at.lower];
+  const PressTables::Table& upper = press_.tables[at.lower + 1];
+  const double part =
+      proportional_ ? 1.0 : (depth_mm - lower.depth_mm) / (upper.depth_mm - lower.depth_mm);
+  return force_mN(depth_mm) / (lower.area_mm2 + part * (upper.area_mm2 - lower.area_mm2));
+}
+
 double TipField::depth_mm(double force_mN_wanted) const noexcept {
   if (!(force_mN_wanted > 0.0)) return 0.0;
   double low = 0.0;

@@ -32,6 +32,8 @@ class TipField {
                              double depth_mm) const noexcept MERKEL_REALTIME;
 
   [[nodiscard]] double force_mN(double depth_mm) const noexcept MERKEL_REALTIME;
+  /// The force over the area in contact. Real-time: yes.
+  [[nodiscard]] double mean_pressure_kPa(double depth_mm) const noexcept MERKEL_REALTIME;
   /// The depth at which the tip presses with a force. A force ≤ 0 means no contact.
   [[nodiscard]] double depth_mm(double force_mN) const noexcept MERKEL_REALTIME;
 

@@ -36,6 +36,9 @@ FieldTable SkinParameters::fields() {
        at<&P::radius_along_mm>},
       {"stiffening_mm", "mm", positive_or_infinite(1e6),
        "d1: all moduli grow by e^(depth/d1); inf: no stiffening", at<&P::stiffening_mm>},
+      {"stiffening_kPa", "kPa", positive_or_infinite(1e6),
+       "p1: all moduli grow by 1 + p/p1, p the mean pressure of the contact; inf: no stiffening",
+       at<&P::stiffening_kPa>},
       {"apex_mm", "mm", from_to(-1e4, 1e4),
        "[x, y] of the highest point of a curved finger; a sphere offset from it touches closer to "
        "it",
@@ -72,6 +75,8 @@ Expected<void, ParameterError> SkinParameters::check() const {
       .require(layers.empty() || !layered(), "skin.thickness_mm",
                "cannot be combined with [[skin.layer]]: remove it and set bone = true; the layers "
                "end on the bone")
+      .require(std::isinf(stiffening_mm) || std::isinf(stiffening_kPa), "skin.stiffening_kPa",
+               "cannot be combined with skin.stiffening_mm: remove one of them")
       .require(!apex || std::isfinite(radius_mm), "skin.apex_mm",
                "requires a curved finger: set skin.radius_mm")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
@@ -83,8 +88,16 @@ Expected<void, ParameterError> SkinParameters::check() const {
       .result();
 }
 
-double SkinParameters::stiffening_at(double depth_mm) const noexcept {
-  return stiffens() ? portable_exp(std::max(0.0, depth_mm) / stiffening_mm) : 1.0;
+double SkinParameters::stiffening_at(double depth_mm, double pressure_kPa) const noexcept {
+  if (std::isinf(stiffening_kPa)) return stiffening_under(depth_mm, 0.0);
+  return 1.0 / std::max(1.0 / kMostStiffening, 1.0 - pressure_kPa / stiffening_kPa);
+}
+
+double SkinParameters::stiffening_under(double depth_mm, double pressure_kPa) const noexcept {
+  if (std::isfinite(stiffening_kPa)) {
+    return std::min(kMostStiffening, 1.0 + pressure_kPa / stiffening_kPa);
+  }
+  return std::isfinite(stiffening_mm) ? portable_exp(std::max(0.0, depth_mm) / stiffening_mm) : 1.0;
 }
 
 SkinMaterial::SkinMaterial(const SkinParameters& parameters) noexcept

@@ -57,6 +57,9 @@ struct SkinLayers {
 
 /// Material and geometry of the skin.
 struct SkinParameters {
+  /// Deep presses of small tips would stiffen the skin without limit.
+  static constexpr double kMostStiffening = 20.0;
+
   double epidermis_kPa = 136.0;                                ///< Young's modulus of the epidermis
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
@@ -73,6 +76,9 @@ struct SkinParameters {
       std::numeric_limits<double>::infinity();  ///< h, depth of the bone; inf: none
   /// d1 of skin that stiffens with the depth of a press: all moduli grow by e^(d/d1). inf: none.
   double stiffening_mm = std::numeric_limits<double>::infinity();
+  /// p1 of skin that stiffens with the mean pressure p of a contact: all moduli grow by 1 + p/p1.
+  /// inf: none.
+  double stiffening_kPa = std::numeric_limits<double>::infinity();
   ContactLaw contact_law = ContactLaw::kHertz;
   LayerLaw layer_law = LayerLaw::kDimitriadis;
   EnergyDensity energy_density = EnergyDensity::kDistortional;
@@ -81,10 +87,18 @@ struct SkinParameters {
   bool bone = true;  ///< the last layer lies on bone; otherwise it has no end
 
   [[nodiscard]] bool layered() const noexcept { return std::isfinite(thickness_mm); }
-  [[nodiscard]] bool stiffens() const noexcept { return std::isfinite(stiffening_mm); }
-  /// The moduli under a press of this depth over those of skin at rest: e^(depth/d1), at least 1.
+  [[nodiscard]] bool stiffens() const noexcept {
+    return std::isfinite(stiffening_mm) || std::isfinite(stiffening_kPa);
+  }
+  /// The moduli under a press over those of skin at rest, from 1 to kMostStiffening by pressure:
+  /// e^(depth/d1), or 1/(1 − p0/p1), which is 1 + p/p1 with the actual mean pressure p.
+  /// \param pressure_kPa  p0, the mean pressure that the same depth takes in skin at rest
   /// Real-time: yes.
-  [[nodiscard]] double stiffening_at(double depth_mm) const noexcept MERKEL_REALTIME;
+  [[nodiscard]] double stiffening_at(double depth_mm,
+                                     double pressure_kPa) const noexcept MERKEL_REALTIME;
+  /// The same from the actual mean pressure. Real-time: yes.
+  [[nodiscard]] double stiffening_under(double depth_mm,
+                                        double pressure_kPa) const noexcept MERKEL_REALTIME;
   /// Curvature radius along the finger; radius_mm is the one across it. Real-time: yes.
   [[nodiscard]] double finger_along_mm() const noexcept MERKEL_REALTIME {
     return radius_along_mm > 0.0 ? radius_along_mm : radius_mm;

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -67,9 +68,15 @@ std::string report_of(const SkinFit& fit) {
 /// Sets the fitted skin, in six digits, and the tip that pressed, of the first probe.
 void set_fitted(TactileModel::Parameters& model, const Indenter& tip, const SkinFit& fit) {
   const auto rounded = [](double value) { return std::stod(fmt::format("{:.6g}", value)); };
-  const double nu = model.skin.poisson_ratio;
-  model.skin.epidermis_kPa = model.skin.dermis_kPa = rounded(fit.modulus_kPa * (1.0 - nu * nu));
-  model.skin.stiffening_mm = rounded(fit.stiffening_mm);
+  SkinParameters& skin = model.skin;
+  const double ratio = fit.modulus_kPa / SkinMaterial(skin).reduced_modulus_kPa();
+  for (SkinLayer& layer : skin.layers.all()) {
+    layer.youngs_modulus_kPa = rounded(ratio * layer.youngs_modulus_kPa);
+  }
+  const double nu = skin.poisson_ratio;
+  skin.epidermis_kPa = skin.dermis_kPa = rounded(fit.modulus_kPa * (1.0 - nu * nu));
+  skin.stiffening_mm = rounded(fit.stiffening_mm);
+  skin.stiffening_kPa = std::numeric_limits<double>::infinity();
   Indenter& first = model.indenters.front();
   first.tip = tip.tip;
   if (tip.tip == Indenter::Tip::kPin) {

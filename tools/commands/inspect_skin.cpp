@@ -53,10 +53,13 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   if (options.depth_mm && !indenter.closed_form(skin)) {
     // The solver needs no tables for one depth.
     const double depth_mm = *options.depth_mm;
-    return InspectedPress{
-        skin,
-        indenter,
-        {.contact = {.depth_mm = depth_mm, .stiffening = skin.stiffening_at(depth_mm)}}};
+    const double pressure_kPa = std::isfinite(skin.stiffening_kPa)
+                                    ? TipField(indenter, skin, depth_mm).mean_pressure_kPa(depth_mm)
+                                    : 0.0;
+    return InspectedPress{skin,
+                          indenter,
+                          {.contact = {.depth_mm = depth_mm,
+                                       .stiffening = skin.stiffening_at(depth_mm, pressure_kPa)}}};
   }
   indenter.control = options.depth_mm ? Indenter::Control::kDepth : Indenter::Control::kForce;
   const Press press = TipContact(indenter, skin)
@@ -192,12 +195,13 @@ int print_solved(const InspectedPress& inspected, const std::string& folder) {
   std::printf("depth_mm,force_N,contact_mm2,peak_pressure_kPa,largest_sed_kPa,pixel_mm\n");
   for (const PressTables::Table& table : field.tables().tables) {
     if (!(table.depth_mm > 0.0)) continue;
-    const double stiffening = inspected.skin.stiffening_at(table.depth_mm);
-    std::printf("%.12g,%.6g,%.6g,%.6g,%.6g,%.6g\n", table.depth_mm,
-                units::N_from_mN(stiffening * table.force_mN_per_mm * table.depth_mm),
-                table.area_mm2, stiffening * table.peak_pressure_kPa,
-                stiffening * field.largest_energy_kPa(table.depth_mm),
-                field.tables().contact.pixel_mm);
+    const double rest_mN = table.force_mN_per_mm * table.depth_mm;
+    const double stiffening =
+        inspected.skin.stiffening_at(table.depth_mm, rest_mN / table.area_mm2);
+    std::printf(
+        "%.12g,%.6g,%.6g,%.6g,%.6g,%.6g\n", table.depth_mm, units::N_from_mN(stiffening * rest_mN),
+        table.area_mm2, stiffening * table.peak_pressure_kPa,
+        stiffening * field.largest_energy_kPa(table.depth_mm), field.tables().contact.pixel_mm);
   }
   std::fprintf(stderr, "%s\n",
                contact_sentence(contact, inspected.indenter, inspected.skin).c_str());

@@ -12,6 +12,12 @@ namespace merkel {
 
 namespace {
 
+const char* stiffening_note(const SkinParameters& skin) {
+  if (!skin.stiffens()) return "";
+  return std::isfinite(skin.stiffening_kPa) ? "; the skin stiffens with the pressure"
+                                            : "; the skin stiffens with depth";
+}
+
 double ms_of(int ticks, const TactileModel& model) {
   return ticks * units::ms_from(model.parameters().tick);
 }
@@ -26,7 +32,7 @@ std::string surface_sentence(const SlidingContact& sliding, const TactileModel& 
       "between; it lags the probe by %.4g ms; linear elasticity without friction%s",
       1e3 / ms_of(plan.ticks, model), plan.contact.columns, plan.contact.rows,
       plan.contact.pixel_mm, ms_of(plan.latency(), model),
-      model.parameters().skin.stiffens() ? "; the skin stiffens with depth" : "");
+      stiffening_note(model.parameters().skin));
   std::string sentence = text.data();
   if (report.solutions == 0) return sentence;
   const auto solutions = static_cast<double>(report.solutions);
@@ -61,8 +67,7 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
                   "smallest part%s",
                   std::string(Indenter::name_of(indenter.tip)).c_str(),
                   static_cast<std::size_t>(grid.columns), static_cast<std::size_t>(grid.rows),
-                  grid.pixel_mm, depths.data(),
-                  skin.stiffens() ? "; the skin stiffens with depth" : "");
+                  grid.pixel_mm, depths.data(), stiffening_note(skin));
     return text.data();
   }
   return validity_of(contact, skin, indenter.radius_mm).sentence();

@@ -141,15 +141,18 @@ TEST(SlidingContact, UnderAForceItFindsTheDepth) {
 }
 
 TEST(SlidingContact, UnderAForceTheSkinStiffens) {
-  SkinParameters skin = finger(7.0);
-  skin.stiffening_mm = 1.5;
-  Indenter surface = plate();
-  surface.control = Indenter::Control::kForce;
-  SlidingContact contact = sliding(surface, skin);
-  settle(contact, {.force_mN = 400.0});
-  EXPECT_NEAR(contact.press().contact.force_mN, 400.0, 0.5);
-  EXPECT_NEAR(contact.press().contact.depth_mm,
-              SphereLaw(skin, kUnbounded).at_force(400.0).depth_mm, 0.005);
+  for (const bool with_depth : {true, false}) {
+    SkinParameters skin = finger(7.0);
+    (with_depth ? skin.stiffening_mm : skin.stiffening_kPa) = with_depth ? 1.5 : 30.0;
+    Indenter surface = plate();
+    surface.control = Indenter::Control::kForce;
+    SlidingContact contact = sliding(surface, skin);
+    settle(contact, {.force_mN = 400.0});
+    const ContactState plate = SphereLaw(skin, kUnbounded).at_force(400.0);
+    EXPECT_NEAR(contact.press().contact.force_mN, 400.0, with_depth ? 0.5 : 4.0);
+    EXPECT_NEAR(contact.press().contact.depth_mm, plate.depth_mm, 0.005) << with_depth;
+    EXPECT_NEAR(contact.press().contact.stiffening / plate.stiffening, 1.0, 0.02) << with_depth;
+  }
 }
 
 /// The largest difference of the energy density, relative to the largest one.

@@ -30,9 +30,23 @@ TEST(SkinMaterial, ARigidIndenterIsTheLimitOfAStiffOne) {
 
 TEST(SkinParameters, StiffenWithTheDepthOfAPress) {
   const SkinParameters skin{.stiffening_mm = 1.65};
-  EXPECT_NEAR(skin.stiffening_at(1.65), std::exp(1.0), 1e-13);
-  EXPECT_EQ(skin.stiffening_at(-1.0), 1.0) << "no contact";
-  EXPECT_EQ(SkinParameters{}.stiffening_at(3.0), 1.0);
+  EXPECT_NEAR(skin.stiffening_at(1.65, 0.0), std::exp(1.0), 1e-13);
+  EXPECT_EQ(skin.stiffening_at(-1.0, 0.0), 1.0) << "no contact";
+  EXPECT_EQ(SkinParameters{}.stiffening_at(3.0, 50.0), 1.0);
+}
+
+// E = E0(1 + p/p1), with the actual mean pressure p = p0·E/E0.
+TEST(SkinParameters, StiffenWithTheMeanPressureOfAPress) {
+  const SkinParameters skin{.stiffening_kPa = 10.5};
+  for (const double rest_kPa : {0.0, 1.0, 5.0, 9.0}) {
+    const double stiffening = skin.stiffening_at(1.0, rest_kPa);
+    EXPECT_NEAR(stiffening, 1.0 + stiffening * rest_kPa / 10.5, 1e-12);
+    EXPECT_NEAR(skin.stiffening_under(1.0, stiffening * rest_kPa), stiffening, 1e-12);
+  }
+  EXPECT_EQ(skin.stiffening_at(1.0, 100.0), SkinParameters::kMostStiffening);
+  const auto both = SkinParameters{.stiffening_mm = 1.0, .stiffening_kPa = 1.0}.check();
+  ASSERT_FALSE(both);
+  EXPECT_EQ(both.error().key, "skin.stiffening_kPa");
 }
 
 TEST(SkinParameters, AFingerWithoutARadiusAlongItIsRound) {

@@ -105,7 +105,8 @@ double PinArrayTrials::input(const TipField& increment, double part, double x_mm
   const SkinMaterial material(skin);
   const double last_mm = increment.deepest_mm();
   // A few pins more do not stiffen all of the skin.
-  const double stiffening = skin.stiffening_at(array_.background_mm);
+  const double stiffening =
+      skin.stiffening_at(array_.background_mm, background_.mean_pressure_kPa(array_.background_mm));
   double sum = 0.0;
   for (const Receptor& receptor : receptors_) {
     const double x = x_mm + receptor.x_mm;

@@ -137,7 +137,7 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
 
   // F/E* of the tip by the scene's contact law.
   SkinParameters elastic = skin;
-  elastic.stiffening_mm = std::numeric_limits<double>::infinity();
+  elastic.stiffening_mm = elastic.stiffening_kPa = std::numeric_limits<double>::infinity();
   Indenter by_depth = tip;
   by_depth.control = Indenter::Control::kDepth;
   const TipContact contact(by_depth, elastic);
