@@ -10,6 +10,7 @@
 #include "drivers/probes/open_device.hpp"
 #include "drivers/probes/pad_probe.hpp"
 #include "drivers/probes/recorded_outputs.hpp"
+#include "drivers/probes/repeated_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sessions/rig_recording.hpp"
@@ -18,18 +19,28 @@
 namespace merkel {
 namespace {
 
-/// The recording itself or, with live=1, a probe that plays it like a device.
+/// The recording itself, as often as the option repeat says, or, with live=1, a probe that plays it
+/// like a device.
 Expected<std::unique_ptr<Probe>, SetupError> played(
     const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
   Uri recording = uri;
   Uri pace = uri;
   pace.options.clear();
-  if (auto option = recording.options.extract("live")) pace.options.insert(std::move(option));
+  for (const char* key : {"live", "repeat"}) {
+    if (auto option = recording.options.extract(key)) pace.options.insert(std::move(option));
+  }
   UriOptions options(pace);
   const bool live = options.whole("live", 0, 0, 1) == 1;
+  const std::int64_t rounds = options.whole("repeat", 1, 0, 1'000'000'000);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   auto probe = open(recording);
-  if (!probe || !live) return probe;
+  if (!probe) return probe;
+  if (rounds != 1) {
+    probe = std::make_unique<RepeatedProbe>(
+        std::move(*probe), [recording, open] { return open(recording); },
+        static_cast<std::uint64_t>(rounds));
+  }
+  if (!live) return probe;
   return std::make_unique<LiveProbe>(std::move(*probe));
 }
 

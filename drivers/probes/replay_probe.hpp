@@ -16,7 +16,8 @@ namespace merkel {
 
 /// The options of replay: URIs, for --help.
 inline constexpr const char* kReplayProbeHelp =
-    "Recordings, replay:FILE?option=value&...: use (all; depth or force), probe (0), live (0)";
+    "Recordings, replay:FILE?option=value&...: use (all; depth or force), probe (0), live (0), "
+    "repeat (1; 0: without end)";
 
 /// Plays a recording: `replay:FILE?chunk=N&use=all|depth|force&probe=N`, a trace or a session.
 /// `use` selects depth or force if the recording has both; `probe` is the number of a probe in a

@@ -35,12 +35,13 @@ inline constexpr const char* kSimProbeHelp =
     "(1),\n"
     "         contact_mm (4: radius), roll_mm (3), count (6), tap_s (0.9), interval_s (1.2), "
     "wait_s,\n"
-    "         tail_s, rate_hz, live as below; noise_kPa (0), seed (1); for tip = \"taxels\"\n"
+    "         tail_s, rate_hz, live, repeat as below; noise_kPa (0), seed (1); for\n"
+    "         tip = \"taxels\"\n"
     "  all    depth_mm (1.5), or force_N, or both (force as depth^1.5); x_mm (15; of slide 3), "
     "y_mm (10),\n"
     "         wait_s (0.2) before, tail_s (0.5) after, rate_hz (1000); live (0; 1: in real time,\n"
-    "         like a device); faults: jitter_us (0), noise_um (0) or, with force_N alone,\n"
-    "         noise_mN (0), dropouts_per_s (0), dropout_ms (100), seed (1)";
+    "         like a device); repeat (1; 0: without end); faults: jitter_us (0), noise_um (0)\n"
+    "         or, with force_N alone, noise_mN (0), dropouts_per_s (0), dropout_ms (100), seed (1)";
 
 /// A simulated press: `sim:SHAPE?option=value&…`, as kSimProbeHelp describes. Sample k is taken at
 /// k/rate_hz; the same URI always gives the same samples. Jitter is uniform, noise has the given

@@ -25,6 +25,22 @@ std::string spikes_of(const std::string& probe, const std::vector<std::string>& 
   return read_file(folder.path("s.csv"));
 }
 
+TEST(Run, RepeatPlaysThePressesUntilTheDurationEnds) {
+  const TemporaryFolder folder;
+  const auto run = run_program({"run", "hand", "--fast", "--repeat", "--duration-s", "9", "--json",
+                                "--sink", "xdf:" + folder.path("s.xdf")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto once = run_program({"run", "hand", "--fast", "--json"});
+  const auto spikes = nlohmann::json::parse(run.out)["spikes"].get<double>();
+  EXPECT_GT(spikes, 3.0 * nlohmann::json::parse(once.out)["spikes"].get<double>());
+  EXPECT_EQ(run_program({"replay", folder.path("s.xdf")}).exit_code, 0);
+  const auto endless = run_program({"run", "hand", "--fast", "--repeat"});
+  EXPECT_EQ(endless.exit_code, 2);
+  EXPECT_NE(endless.err.find("add --duration-s"), std::string::npos) << endless.err;
+  const auto device = run_program({"run", "--repeat", "--probe", "serial:/dev/null?protocol=csv"});
+  EXPECT_NE(device.err.find("no probe of the scene is a recording"), std::string::npos);
+}
+
 TEST(Run, ChunksOfSamplesDoNotChangeAByte) {
   for (const char* trace : {"ramp_and_hold.csv", "taps.csv", "slide.csv", "faulty.csv"}) {
     const std::string one = spikes_of("replay:" + kTraces + trace + "?chunk=1");

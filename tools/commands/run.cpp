@@ -8,10 +8,12 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/recording_switch.hpp"
+#include "drivers/uri.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
@@ -28,6 +30,8 @@
 namespace merkel {
 namespace {
 
+constexpr double kShortDemonstration_s = 20.0;
+
 struct RunOptions {
   std::string scene;
   std::vector<std::string> probes;
@@ -38,10 +42,33 @@ struct RunOptions {
   bool overwrite = false;
   bool allow_remote = false;
   bool strict = false;
+  bool repeat = false;
   std::string record;
   std::optional<double> duration_s;
   std::optional<std::uint64_t> seed;
 };
+
+bool is_recorded(const std::string& uri) {
+  return uri.starts_with("sim:") || uri.starts_with("replay:");
+}
+
+/// Plays the scene's recordings and simulated presses without end.
+Expected<void, SetupError> repeat(Scene& scene, bool bounded) {
+  if (!bounded) return bad_input("--repeat with --fast never ends: add --duration-s");
+  bool any = false;
+  const auto set = [&any](std::string& uri) {
+    if (!is_recorded(uri)) return;
+    any = true;
+    const std::string whole = DeviceUri::split(uri).uri;
+    const auto parsed = Uri::parse(whole);
+    if (!parsed || parsed->options.contains("repeat")) return;
+    uri = whole + (parsed->options.empty() ? "?" : "&") + "repeat=0" + uri.substr(whole.size());
+  };
+  for (Scene::OfProbe& probe : scene.probes) set(probe.uri);
+  for (Scene::OfDevice& device : scene.devices) set(device.uri);
+  if (any) return {};
+  return bad_input("--repeat: no probe of the scene is a recording or a simulated press");
+}
 
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   auto scene = given_scene(options.scene);
@@ -56,6 +83,11 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
     scene->sinks.push_back((options.record.ends_with(".xdf") ? "xdf:" : "trace:") + options.record);
   }
   if (options.seed) scene->set_seed(*options.seed);
+  if (options.repeat) {
+    if (auto set = repeat(*scene, !options.fast || options.duration_s); !set) {
+      return Unexpected<SetupError>(set.error());
+    }
+  }
   return scene;
 }
 
@@ -107,6 +139,15 @@ int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan*
            uri == "stim-csv:/dev/stdout";
   });
   std::fputs(summary.c_str(), data_on_stdout ? stderr : stdout);
+  const bool page = std::any_of(sinks.begin(), sinks.end(),
+                                [](const std::string& uri) { return uri.starts_with("view:"); });
+  const double run_s = static_cast<double>(report.ticks) * units::s_from(model.parameters().tick);
+  if (page && !report.interrupted && !options.duration_s && run_s < kShortDemonstration_s) {
+    std::fprintf(stderr,
+                 "merkel: note: the live page ended with the run, after %.1f s: with --repeat, "
+                 "recordings and simulated presses play again until Ctrl-C\n",
+                 run_s);
+  }
   if (!report.error_message.empty()) {
     return report.bad_input ? refuse(report.error_message) : fail(report.error_message);
   }
@@ -190,6 +231,8 @@ void add_run_command(CommandLine& program) {
           "same spikes. Same as --sink trace:FILE or xdf:FILE")
       .flag("--fast", options->fast,
             "Run as fast as possible, with the same spikes (recordings and simulated presses only)")
+      .flag("--repeat", options->repeat,
+            "Play recordings and simulated presses again and again, until Ctrl-C or --duration-s")
       .option("--duration-s", options->duration_s, "Stop after this probe time, s", {1e-6, 1e9})
       .option("--seed", options->seed,
               "Seed of the receptors, the network's weights and the neurons' noise")

@@ -37,6 +37,18 @@ TEST(SimProbe, RampHoldsItsDepth) {
   EXPECT_EQ(samples[150].depth_mm, 0.0);
 }
 
+TEST(SimProbe, ARepeatedPressGoesOnWhereItEnded) {
+  const std::string press = "sim:ramp?hold_s=0.1&rate_hz=200";
+  const auto once = samples_of(press);
+  const auto thrice = samples_of(press + "&repeat=3");
+  ASSERT_EQ(thrice.size(), 3 * once.size());
+  for (std::size_t i = 0; i < thrice.size(); ++i) {
+    EXPECT_EQ(thrice[i].time, i * std::chrono::milliseconds{5});
+    EXPECT_EQ(thrice[i].sequence, i);
+    EXPECT_EQ(thrice[i].depth_mm, once[i % once.size()].depth_mm);
+  }
+}
+
 TEST(SimProbe, TapsHaveTheRequestedCount) {
   const auto samples = samples_of("sim:taps?count=3&tap_s=0.1&interval_s=0.2&depth_mm=1");
   int onsets = 0;
