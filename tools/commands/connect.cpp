@@ -18,6 +18,7 @@
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/connect/array_scene.hpp"
 #include "tools/connect/hand_scene.hpp"
 #include "tools/connect/reading_choice.hpp"
 #include "tools/connect/recognition.hpp"
@@ -27,6 +28,8 @@
 
 namespace merkel {
 namespace {
+
+constexpr std::size_t kShownCharacters = 100;  ///< of a line
 
 struct ConnectOptions {
   std::string target;
@@ -89,7 +92,11 @@ Expected<std::string, SetupError> recognised(const std::string& address,
   std::fprintf(stderr, "listening at %s …\n", address.c_str());
   const auto found = recognise(address);
   if (!found) return Unexpected<SetupError>(found.error());
-  std::printf("received: %s\n", found->received.c_str());
+  const std::string& line = found->received;
+  const bool cut = line.size() > kShownCharacters;
+  std::printf("received: %s%s\n",
+              line.substr(0, cut ? line.rfind(',', kShownCharacters) : line.npos).c_str(),
+              cut ? " …" : "");
   const auto reading = choose_reading(*found, options.yes);
   if (!reading) return Unexpected<SetupError>(reading.error());
   std::printf("read as: %s\n", reading->meaning.c_str());
@@ -106,6 +113,7 @@ struct Measurement {
 
   /// Several channels, which are not force and depth of one probe.
   [[nodiscard]] bool is_hand() const { return channels.size() > 1 && !info.extra_columns.empty(); }
+  [[nodiscard]] bool is_array() const { return info.taxels > 0; }
 };
 
 /// The standard deviation.
@@ -139,7 +147,8 @@ std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sa
 }
 
 Expected<Measurement, SetupError> measure(const std::string& uri) {
-  auto probe = open_probe(uri);
+  const std::size_t taxels = taxels_of(uri);
+  auto probe = open_probe(taxels > 0 ? uri + "#taxels=" + std::to_string(taxels) : uri);
   if (!probe) return Unexpected<SetupError>(probe.error());
   if ((*probe)->info().replayed) {
     return bad_input("\"" + uri +
@@ -185,6 +194,11 @@ void print(const Measurement& measured) {
   }
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
+  if (measured.is_array()) {
+    const ArrayLayout layout = ArrayLayout::of(measured.info.taxels);
+    std::printf(" in all\narray: %zu taxels in each reading, taken as %zu x %zu",
+                measured.info.taxels, layout.columns, layout.rows);
+  }
   if (measured.is_hand()) std::printf("\nchannels: %zu in each reading", measured.channels.size());
   std::printf("\nrate: %.4g samples/s with %s ms of jitter; loop delay in a run: %s ms\n",
               1e3 / units::ms_from(measured.timing->period),
@@ -196,7 +210,13 @@ void print(const Measurement& measured) {
 /// Lists what would improve a run with this device.
 std::vector<std::string> missing(const Measurement& measured, const std::string& uri) {
   std::vector<std::string> list;
-  if (measured.info.calibration_file.empty() && !measured.is_hand()) {
+  if (measured.is_array()) {
+    list.emplace_back(
+        "the layout: the columns, rows, pitch and size of the taxels are a guess, and so is their "
+        "unit if the device does not state it (columns=taxel_Pa*" +
+        std::to_string(measured.info.taxels) + ")");
+  }
+  if (measured.info.calibration_file.empty() && !measured.is_hand() && !measured.is_array()) {
     const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;
     list.push_back("a calibration: merkel calibrate '" + uri + "' gauge.toml --points 0,0.5,1" +
                    (force ? "" : " --channel depth"));
@@ -266,7 +286,12 @@ int connect(const ConnectOptions& options) {
   for (const std::string& line : lacking) std::printf("missing: %s\n", line.c_str());
 
   std::string text;
-  if (measured->is_hand()) {
+  if (measured->is_array()) {
+    std::printf(
+        "model: the preset goodwin: its afferents are driven by the energy density, which "
+        "the pressures of an array give\n");
+    text = array_scene_text(*uri, measured->info.taxels, lacking);
+  } else if (measured->is_hand()) {
     const std::vector<PlacedChannel> placed = place_on_hand(measured->channels);
     for (const PlacedChannel& each : placed) {
       std::printf("probe: %s on the patch %s%s\n", each.channel.name.c_str(), each.patch.c_str(),

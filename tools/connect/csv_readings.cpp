@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/records/probe_sample.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
+#include "tools/connect/array_scene.hpp"
 
 namespace merkel {
 namespace {
@@ -109,6 +111,18 @@ std::vector<std::size_t> unnamed_measurements(const std::vector<Column>& columns
   return places;
 }
 
+/// Unnamed columns beside each other: the taxels of an array, if there are many. Empty: they are
+/// not beside each other.
+std::vector<std::size_t> unnamed_taxels(const std::vector<Column>& columns) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (!columns[i].name.empty() || !columns[i].quantity.empty()) continue;
+    if (!places.empty() && places.back() + 1 != i) return {};
+    places.push_back(i);
+  }
+  return places;
+}
+
 bool is_measured(std::string_view name) {
   if (name.starts_with("force") || name.starts_with("depth")) return true;
   const auto column = csv_column_named(name);
@@ -137,6 +151,30 @@ std::vector<std::string> names_with(const std::vector<Column>& columns, const st
   return names;
 }
 
+std::string options_of(const CsvStyle& style) {
+  return "&separator=" + std::string(name_of_separator(style.separator)) +
+         "&decimal=" + (style.decimal_comma ? "comma" : "point");
+}
+
+/// The reading of an array whose taxels are these columns.
+Reading array_reading(const std::vector<Column>& columns, const std::vector<std::size_t>& taxels,
+                      const std::string& unit, const CsvStyle& style) {
+  std::string list;
+  std::string others;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const bool taxel = i >= taxels.front() && i <= taxels.back();
+    if (taxel && i != taxels.front()) continue;
+    const std::string& name = columns[i].name;
+    list += (list.empty() ? "" : ",") +
+            (taxel ? "taxel_" + unit + "*" + std::to_string(taxels.size()) : name);
+    if (!taxel && name != "-") others += ", beside " + name;
+  }
+  return {.columns = list,
+          .style = options_of(style),
+          .meaning = "a tactile array of " + std::to_string(taxels.size()) + " taxels in " + unit +
+                     others};
+}
+
 Reading reading_of(const std::vector<Column>& columns, const std::vector<std::string>& names,
                    const CsvStyle& style) {
   std::string list;
@@ -147,10 +185,7 @@ Reading reading_of(const std::vector<Column>& columns, const std::vector<std::st
     meaning +=
         (meaning.empty() ? "" : ", ") + names[i] + " = " + shortest_decimal(columns[i].value);
   }
-  return {.columns = list,
-          .style = "&separator=" + std::string(name_of_separator(style.separator)) +
-                   "&decimal=" + (style.decimal_comma ? "comma" : "point"),
-          .meaning = meaning};
+  return {.columns = list, .style = options_of(style), .meaning = meaning};
 }
 
 }  // namespace
@@ -178,8 +213,14 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
     const bool heavy = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
       return column.name.empty() && std::fabs(column.value) > kHardPress_N;
     });
+    const auto taxels = unnamed_taxels(columns);
+    if (taxels.size() >= kFewestTaxels) {
+      for (const char* unit : {"kPa", "N"}) {
+        readings.push_back(array_reading(columns, taxels, unit, style));
+      }
+    }
     const auto several = unnamed_measurements(columns);
-    if (several.size() >= kSeveral) {
+    if (several.size() >= kSeveral && several.size() <= ProbeSample::kMostExtra) {
       const std::string unit = heavy ? "_g" : "_N";
       std::vector<std::string> names = names_with(columns, "", "N");
       for (std::size_t k = 0; k < several.size(); ++k) {
@@ -187,9 +228,11 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
       }
       readings.push_back(reading_of(columns, names, style));
     }
-    add("force", heavy ? "g" : "N");
-    add("depth", heavy ? "g" : "N");
-    add("force", heavy ? "N" : "g");
+    if (taxels.size() < kFewestTaxels) {
+      add("force", heavy ? "g" : "N");
+      add("depth", heavy ? "g" : "N");
+      add("force", heavy ? "N" : "g");
+    }
     // Only commas that could be decimal points allow another interpretation.
     const bool ambiguous = style == CsvStyle{',', false} && columns.size() == 2 &&
                            fields[0].front().label.empty() && fields[1].front().unit.empty() &&

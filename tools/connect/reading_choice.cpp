@@ -25,7 +25,8 @@ std::optional<std::string> typed_line() {
 /// Lets the user choose an interpretation, or type the columns. Empty at the end of input.
 std::optional<Reading> asked(const Recognition& found) {
   const Reading& likeliest = found.readings.front();
-  const auto columns = std::count(likeliest.columns.begin(), likeliest.columns.end(), ',') + 1;
+  const auto of_likeliest = csv_columns_named(likeliest.columns, ',');
+  const std::size_t columns = of_likeliest ? of_likeliest->size() : 0;
   std::printf("columns are %s\n", csv_column_names().c_str());
   while (true) {
     std::printf("which one (1 to %zu), or type the columns, for example %s: ",
@@ -43,8 +44,8 @@ std::optional<Reading> asked(const Recognition& found) {
     const auto named = csv_columns_named(*answer, ',');
     if (!named) {
       std::printf("%s\n", named.error().c_str());
-    } else if (static_cast<std::ptrdiff_t>(named->size()) != columns) {
-      std::printf("the lines have %td columns, but you named %zu\n", columns, named->size());
+    } else if (named->size() != columns) {
+      std::printf("the lines have %zu columns, but you named %zu\n", columns, named->size());
     } else {
       Reading reading = likeliest;
       reading.columns = *answer;

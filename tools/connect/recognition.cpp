@@ -13,6 +13,7 @@
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/ati_rdt.hpp"
+#include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/line_splitter.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/sinks/host_name.hpp"
@@ -191,8 +192,13 @@ std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
     return {reading_by(**entry, stream)};
   }
   if (!is_text(heard.bytes)) return {};
-  // A board that has just booted is heard from its first line on, which may be a header.
-  return readings_of_lines(lines_of(heard.bytes, heard.silence > kAtOnce), heard.seconds);
+  std::vector<std::string> lines = lines_of(heard.bytes, true);
+  // Unless a board has just booted, the first line may lack its beginning. A header does not: a
+  // board prints it when its port is opened.
+  const bool cut = heard.silence <= kAtOnce && !lines.empty() &&
+                   parse_csv_field(lines.front(), false).number.has_value();
+  if (cut) lines.erase(lines.begin());
+  return readings_of_lines(lines, heard.seconds);
 }
 
 SetupError nothing_made(const std::string& address, const std::string& received) {

@@ -1,0 +1,68 @@
+#include "tools/connect/array_scene.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/core.h>
+
+#include "drivers/protocols/csv_columns.hpp"
+#include "drivers/uri.hpp"
+#include "tools/connect/hand_scene.hpp"
+
+namespace merkel {
+namespace {
+
+/// "taxel_kPa" of "taxel17_kPa".
+std::string without_number(const std::string& name) {
+  const std::size_t unit = std::min(name.rfind('_'), name.size());
+  std::size_t end = unit;
+  while (end > 0 && name[end - 1] >= '0' && name[end - 1] <= '9') --end;
+  return name.substr(0, end) + name.substr(unit);
+}
+
+}  // namespace
+
+std::size_t taxels_of(const std::string& uri) {
+  const auto parsed = Uri::parse(uri);
+  if (!parsed) return 0;
+  const auto option = parsed->options.find("columns");
+  if (option == parsed->options.end()) return 0;
+  const auto columns = csv_columns_named(option->second, ',');
+  if (!columns) return 0;
+  std::size_t count = 0;
+  std::string name;
+  for (const CsvColumn& column : *columns) {
+    const bool own = column.kind == CsvColumn::Kind::kValue && is_named(column.channel);
+    if (!own || !(column.force || column.pressure)) continue;
+    if (count++ == 0) name = without_number(column.name);
+    if (without_number(column.name) != name) return 0;
+  }
+  return count < kFewestTaxels || name.starts_with("force_") ? 0 : count;
+}
+
+ArrayLayout ArrayLayout::of(std::size_t taxels) {
+  std::size_t columns = 1;
+  for (std::size_t i = 1; i * i <= taxels; ++i) {
+    if (taxels % i == 0) columns = i;
+  }
+  return {.columns = columns, .rows = taxels / columns};
+}
+
+std::string array_scene_text(const std::string& uri, std::size_t taxels,
+                             const std::vector<std::string>& lacking) {
+  const ArrayLayout layout = ArrayLayout::of(taxels);
+  std::string text = fmt::format(
+      "# Written by merkel connect.\n"
+      "preset = \"goodwin\"  # afferents that the energy density drives\n\n"
+      "[probe]\nuri = {}\ntip = \"taxels\"\n"
+      "taxel_columns = {}  # along x, whose channels come first: set the layout of your array\n"
+      "taxel_rows = {}     # along y\n"
+      "taxel_pitch_mm = 1  # distance between centres: set that of your array\n"
+      "taxel_width_mm = 1  # along x: set the size of a taxel\n"
+      "taxel_length_mm = 1\n",
+      toml_string(uri), layout.columns, layout.rows);
+  for (const std::string& line : lacking) text += "# missing: " + line + "\n";
+  return text;
+}
+
+}  // namespace merkel
