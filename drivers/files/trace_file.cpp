@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/contact/taxel_array.hpp"
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
@@ -30,6 +31,7 @@ constexpr std::string_view kTraceStart = "# start_device_ns=";
 constexpr std::string_view kTraceOffset = "# time_offset_ns=";
 constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
 constexpr int kNanoPerUnit = 9;
+constexpr std::size_t kKeptPressures = 8192;  ///< rows
 // Between the start of a run and its first sample.
 constexpr double kTraceBeginning_ns = 1e8;
 constexpr std::int64_t kLatestTraceTime_ns = 4'000'000'000'000'000'000;
@@ -127,6 +129,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   while (!rest.empty()) {
     if (auto added = add_column(std::string(take_field(rest))); !added) return added;
   }
+  if (auto chosen = choose_taxels(); !chosen) return chosen;
   const std::string extra = listed_extra_columns();
   const std::string unused = extra.empty() ? "" : "the model does not use " + extra;
   const std::string hint = extra.empty() ? "" : "; " + unused;
@@ -141,7 +144,8 @@ Expected<void, SetupError> TraceReader::read_header() {
   };
   // A single one is rather a misspelt depth or force.
   const bool readings = std::count_if(extra_columns_.begin(), extra_columns_.end(), is_reading) > 1;
-  if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U && !readings) {
+  if ((channels_ & (ProbeSample::kDepth | ProbeSample::kForce)) == 0U && !readings &&
+      taxels_.empty()) {
     return bad_input(lines_.where() +
                      "a column depth_mm or force_N is missing: add the recorded one; other units "
                      "are named like force_g and depth_um" +
@@ -193,6 +197,43 @@ void TraceReader::add_extra_column(const std::string& name) {
       .push_back(printable_text(name.empty() ? "column_" + std::to_string(columns_.size()) : name));
 }
 
+/// Takes pressures as the taxels of an array if there are more of them than further columns.
+Expected<void, SetupError> TraceReader::choose_taxels() {
+  const auto pressure = [](const Column& column) {
+    const bool further = column.kind == Kind::kExtra || column.kind == Kind::kIgnored;
+    const auto named = csv_column_named(column.name);
+    return further && named && named->pressure;
+  };
+  const auto count = std::count_if(columns_.begin(), columns_.end(), pressure);
+  if (static_cast<std::size_t>(count) <= ProbeSample::kMostExtra) return {};
+  if (static_cast<std::size_t>(count) > TaxelArray::kMost) {
+    return bad_input(lines_.where() + std::to_string(count) +
+                     " columns are pressures, but a tactile array has at most " +
+                     std::to_string(TaxelArray::kMost) + " taxels: remove some");
+  }
+  extra_columns_.clear();
+  ignored_columns_.clear();
+  for (Column& column : std::exchange(columns_, {})) {
+    if (pressure(column)) {
+      taxels_.push_back(column.name);
+      column.factor = csv_column_named(column.name)->factor;
+      column.kind = Kind::kTaxel;
+    } else if (column.kind == Kind::kExtra || column.kind == Kind::kIgnored) {
+      add_extra_column(column.name);
+      continue;
+    }
+    columns_.push_back(std::move(column));
+  }
+  pressures_.resize(kKeptPressures * taxels_.size());
+  return {};
+}
+
+std::span<const float> TraceReader::taxels_of(const ProbeSample& sample) const noexcept {
+  if (sample.row >= rows_ || sample.row + kKeptPressures < rows_) return {};
+  return std::span(pressures_)
+      .subspan(sample.row % kKeptPressures * taxels_.size(), taxels_.size());
+}
+
 /// NaN if the field is not a number.
 double TraceReader::extra_value(std::string_view field, std::size_t column) {
   const auto value = parse_number(field);
@@ -240,9 +281,17 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
                      std::to_string(columns_.size()) + ": complete or remove it");
   }
   std::size_t extra = 0;
+  sample.row = rows_;
+  float* pressure = pressures_.data() + rows_ % kKeptPressures * taxels_.size();
   for (const Column& column : columns_) {
     const std::string_view field = take_field(rest);
     if (column.kind == Kind::kIgnored) continue;
+    if (column.kind == Kind::kTaxel) {
+      const double kPa = parse_number(field).value_or(0.0) * column.factor;
+      *pressure++ =
+          kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa ? static_cast<float>(kPa) : 0.0F;
+      continue;
+    }
     if (column.kind == Kind::kExtra) {
       sample.extra[extra] = extra_value(field, extra);
       ++extra;
@@ -294,6 +343,7 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
         break;
       case Kind::kTime:
       case Kind::kExtra:
+      case Kind::kTaxel:
       case Kind::kIgnored:
         break;
     }
@@ -322,6 +372,13 @@ Expected<std::size_t, SetupError> TraceReader::read(std::span<ProbeSample> sampl
   return count;
 }
 
+std::string pressure_text(float kPa) {
+  std::array<char, 64> digits{};
+  const auto [end, error] =
+      std::to_chars(digits.data(), digits.data() + digits.size(), kPa, std::chars_format::fixed);
+  return {digits.data(), error == std::errc{} ? end : digits.data()};
+}
+
 TraceWriter::TraceWriter(OutputFile file, std::uint32_t channels, std::string head)
     : file_(std::move(file)), channels_(channels), head_(std::move(head)) {}
 
@@ -332,7 +389,8 @@ Expected<void, SetupError> TraceWriter::result_of(bool succeeded) const {
 
 Expected<TraceWriter, SetupError> TraceWriter::create(
     const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
-    bool overwrite, const OutputFile::Notice& notice, std::span<const std::string> extra_columns) {
+    bool overwrite, const OutputFile::Notice& notice, std::span<const std::string> extra_columns,
+    std::size_t taxels) {
   auto file = OutputFile::create(path, overwrite, notice);
   if (!file) return Unexpected<SetupError>(file.error());
   std::string head;
@@ -341,6 +399,7 @@ Expected<TraceWriter, SetupError> TraceWriter::create(
   for (const std::string& name : extra_columns) {  // a session may hold any text
     writer.extra_columns_.push_back(printable_column(name));
   }
+  writer.taxels_ = taxels;
   return writer;
 }
 
@@ -352,13 +411,15 @@ Expected<void, SetupError> TraceWriter::write_header(std::span<const std::string
     if ((channels_ & kColumnChannels[i]) != 0U) head += "," + kColumnNames[i];
   }
   for (const std::string& name : extra_columns_) head += "," + name;
+  for (std::size_t i = 1; i <= taxels_; ++i) head += ",taxel" + std::to_string(i) + "_kPa";
   header_written_ = true;
   const bool written = file_.write(head + "\n");
   file_.end_header();
   return result_of(written);
 }
 
-Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> samples) {
+Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> samples,
+                                              std::span<const float> pressures_kPa) {
   if (!header_written_) {
     if (auto head = write_header({}); !head) return head;
   }
@@ -382,6 +443,11 @@ Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> sampl
       rows += ',';
       if (!std::isnan(sample.extra[i])) rows += shifted_decimal(sample.extra[i], 0);
     }
+    for (std::size_t i = 0; i < taxels_; ++i) {
+      rows += ',';
+      if (i < pressures_kPa.size()) rows += pressure_text(pressures_kPa[i]);
+    }
+    pressures_kPa = pressures_kPa.subspan(std::min(taxels_, pressures_kPa.size()));
     rows += '\n';
   }
   return result_of(file_.write(rows));

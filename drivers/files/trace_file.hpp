@@ -20,7 +20,8 @@ namespace merkel {
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
 /// `depth_um`. Up to ProbeSample::kMostExtra further columns are kept in
 /// ProbeSample::extra; readings of several probes are named like thumb_N, and need neither depth
-/// nor force. Lines that begin with '#' are comments. Times are strictly increasing, to the
+/// nor force. More pressures than that are the taxels of a tactile array. Lines that begin with '#'
+/// are comments. Times are strictly increasing, to the
 /// nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the validity of the
 /// samples after it (ProbeSample::valid_for); the comments of TimeBase::facts() before the header
 /// hold the start of the run that recorded it. Streams: memory is bounded.
@@ -42,6 +43,10 @@ class TraceReader {
   [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
     return extra_columns_;
   }
+  /// Names of the taxels of a tactile array, in order.
+  [[nodiscard]] const std::vector<std::string>& taxels() const noexcept { return taxels_; }
+  /// Their pressures in a sample, kPa; valid for the last 8192 samples.
+  [[nodiscard]] std::span<const float> taxels_of(const ProbeSample& sample) const noexcept;
   /// Sentences for the user since the last call: columns that are not used or not kept.
   [[nodiscard]] std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
 
@@ -49,7 +54,7 @@ class TraceReader {
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:
-  enum class Kind { kTime, kDepth, kForce, kX, kY, kExtra, kIgnored };
+  enum class Kind { kTime, kDepth, kForce, kX, kY, kExtra, kTaxel, kIgnored };
   struct Column {
     Kind kind = Kind::kExtra;
     std::string name;     ///< as in the header
@@ -64,6 +69,7 @@ class TraceReader {
   Expected<void, SetupError> add_column(const std::string& name);
   [[nodiscard]] bool has(Kind kind) const noexcept;
   void add_extra_column(const std::string& name);
+  Expected<void, SetupError> choose_taxels();
   [[nodiscard]] double extra_value(std::string_view field, std::size_t column);
   [[nodiscard]] static Column column_named(const std::string& name);
 
@@ -71,6 +77,8 @@ class TraceReader {
   std::vector<Column> columns_;
   std::vector<std::string> extra_columns_;
   std::vector<std::string> ignored_columns_;
+  std::vector<std::string> taxels_;
+  std::vector<float> pressures_;  ///< a ring of rows
   std::vector<std::string> notices_;
   bool told_of_text_ = false;
   std::uint32_t channels_ = 0;
@@ -82,20 +90,26 @@ class TraceReader {
   std::optional<std::int64_t> time_offset_ns_;
 };
 
+/// The shortest decimal that reads back as the same pressure of a taxel.
+[[nodiscard]] std::string pressure_text(float kPa);
+
 /// Writes a trace. TraceReader reads back bit-identical samples.
 class TraceWriter {
  public:
   /// Errors as for OutputFile::create().
   /// \param comment  lines of the file's header, without their '#'
+  /// \param taxels  of a tactile array
   [[nodiscard]] static Expected<TraceWriter, SetupError> create(
       const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
       bool overwrite, const OutputFile::Notice& notice = {},
-      std::span<const std::string> extra_columns = {});
+      std::span<const std::string> extra_columns = {}, std::size_t taxels = 0);
 
   /// Completes the header: further comment lines, then the column names. If it was not called,
   /// write() does so.
   [[nodiscard]] Expected<void, SetupError> write_header(std::span<const std::string> comment);
-  [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples);
+  /// \param pressures_kPa  of the taxels, a row for each sample
+  [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples,
+                                                 std::span<const float> pressures_kPa = {});
   /// Writes out buffered rows. If this or write() is called ten times a second, rows are written
   /// out within 200 ms.
   [[nodiscard]] Expected<void, SetupError> flush();
@@ -112,6 +126,7 @@ class TraceWriter {
   std::chrono::nanoseconds valid_for_{0};
   std::string head_;  ///< not yet written
   std::vector<std::string> extra_columns_;
+  std::size_t taxels_ = 0;
   bool header_written_ = false;
 };
 

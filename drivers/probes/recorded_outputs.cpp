@@ -124,7 +124,13 @@ ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReadin
                                           const ProbeSample& from) {
   const Array& array = arrays_[output];
   ProbeSample sample{.force_mN = from.force_mN, .channels = ProbeSample::kForce, .row = from.row};
-  if (array.columns.empty()) return sample;
+  if (array.columns.empty()) {
+    if (from.has(ProbeSample::kForce)) return sample;
+    for (const float kPa : ForwardingProbe::taxels(from)) {
+      sample.force_mN += static_cast<double>(kPa) * array.area_mm2;
+    }
+    return sample;
+  }
   sample.row = static_cast<std::uint32_t>(rows_.size());
   std::vector<float>& row = rows_.emplace_back();
   sample.force_mN = 0.0;

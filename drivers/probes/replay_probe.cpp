@@ -63,6 +63,10 @@ class TraceSource final : public SampleSource {
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return reader_.extra_columns();
   }
+  [[nodiscard]] std::size_t taxels() const noexcept override { return reader_.taxels().size(); }
+  [[nodiscard]] std::span<const float> taxels_of(const ProbeSample& sample) const override {
+    return reader_.taxels_of(sample);
+  }
   [[nodiscard]] std::vector<std::string> take_notices() override { return reader_.take_notices(); }
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples) override {
     return reader_.read(samples);

@@ -110,6 +110,14 @@ std::string csv_column_names() {
          "; taxel_kPa*256 is short for taxel1_kPa to taxel256_kPa";
 }
 
+std::vector<std::string> csv_names_of(std::string_view names) {
+  std::vector<std::string> all;
+  for (std::string_view rest = names; !rest.empty();) {
+    if (!add_names(take_csv_part(rest, ','), all)) return {};
+  }
+  return all;
+}
+
 void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
   std::size_t next = 0;
   for (CsvColumn& column : columns) {

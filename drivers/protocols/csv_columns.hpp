@@ -27,6 +27,9 @@ struct CsvColumn {
 /// force or length ("thumb_N") is a named channel, here the first.
 [[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name);
 
+/// The names of columns, separated by commas; "taxel_kPa*256" are 256 of them. Empty: wrong.
+[[nodiscard]] std::vector<std::string> csv_names_of(std::string_view names);
+
 /// Numbers the channels with names of their own in the order of their columns.
 void number_named_channels(std::vector<CsvColumn>& columns) noexcept;
 

@@ -1,9 +1,11 @@
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/files/trace_file.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_lines.hpp"
@@ -19,6 +21,7 @@ class CsvDevice final : public SimulatedDevice {
     sequence_ = 0;
     append(header(), out);
     for (const std::string& name : further_) append("," + name, out);
+    for (const std::string& name : taxels_) append("," + name, out);
     append("\r\n", out);
   }
 
@@ -27,11 +30,21 @@ class CsvDevice final : public SimulatedDevice {
     for (const std::string& name : further_) {
       columns += "," + (csv_column_named(name) ? name : "-");
     }
+    const std::string numbered = "taxel_kPa*" + std::to_string(taxels_.size());
+    if (!taxels_.empty() && csv_names_of(numbered) == taxels_) return columns + "," + numbered;
+    for (const std::string& name : taxels_) columns += "," + name;
     return columns;
   }
 
   [[nodiscard]] bool set_columns(const std::vector<std::string>& names) override {
     for (const std::string& name : names) further_.push_back(printable_column(name));
+    return true;
+  }
+
+  [[nodiscard]] bool set_taxels(const std::vector<std::string>& names,
+                                std::span<const float> pressures_kPa) override {
+    taxels_ = names;
+    pressures_kPa_ = pressures_kPa;
     return true;
   }
 
@@ -48,10 +61,17 @@ class CsvDevice final : public SimulatedDevice {
     if (has(ProbeSample::kX)) add(shortest_decimal(sample.x_mm));
     if (has(ProbeSample::kY)) add(shortest_decimal(sample.y_mm));
     for (std::size_t i = 0; i < further_.size(); ++i) add(shortest_decimal(sample.extra[i]));
+    for (const float kPa : row_of(sample)) add(pressure_text(kPa));
     append("\r\n", out);
   }
 
  private:
+  /// The trace's pressures are in kPa, whatever the unit of its columns was.
+  [[nodiscard]] std::span<const float> row_of(const ProbeSample& sample) const {
+    const std::size_t first = sample.row * taxels_.size();
+    if (first + taxels_.size() > pressures_kPa_.size()) return {};
+    return pressures_kPa_.subspan(first, taxels_.size());
+  }
   [[nodiscard]] std::string header() const {
     return std::string("time_us,seq") + (has(ProbeSample::kForce) ? ",force_N" : "") +
            (has(ProbeSample::kDepth) ? ",depth_mm" : "") + (has(ProbeSample::kX) ? ",x_mm" : "") +
@@ -64,6 +84,8 @@ class CsvDevice final : public SimulatedDevice {
 
   std::uint32_t channels_;
   std::vector<std::string> further_;
+  std::vector<std::string> taxels_;
+  std::span<const float> pressures_kPa_;
   std::uint32_t sequence_ = 0;
 };
 

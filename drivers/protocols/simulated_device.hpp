@@ -39,6 +39,12 @@ class SimulatedDevice {
   [[nodiscard]] virtual bool set_columns(const std::vector<std::string>& names) {
     return names.empty();
   }
+  /// Names the taxels of a tactile array, and gives their pressures: a row for each
+  /// ProbeSample::row. False if the protocol cannot send them.
+  [[nodiscard]] virtual bool set_taxels(const std::vector<std::string>& names,
+                                        std::span<const float> /*pressures_kPa*/) {
+    return names.empty();
+  }
   /// Sets the rate of the played trace, for a device that reports a rate.
   virtual void set_rate(double /*rate_Hz*/) {}
   /// URI options that the protocol needs to read it.

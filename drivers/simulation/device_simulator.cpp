@@ -44,7 +44,13 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
   simulator->device_ = simulator->settings_.protocol->simulate(channels);
   const auto& further = simulator->settings_.extra_columns;
   const bool sends_further = simulator->device_->set_columns(further) && !further.empty();
-  if ((channels & plays) == 0U && !sends_further) {
+  const bool sends_taxels = simulator->device_->set_taxels(simulator->settings_.taxels,
+                                                           simulator->settings_.pressures_kPa);
+  if (!sends_taxels) {
+    return bad_input("the trace is that of a tactile array, which devices of the protocol " + name +
+                     " are not: use csv");
+  }
+  if ((channels & plays) == 0U && !sends_further && simulator->settings_.taxels.empty()) {
     return bad_input("the trace has no " +
                      std::string((plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
                      ", which devices of the protocol " + name + " measure" +

@@ -41,6 +41,8 @@ class DeviceSimulator {
     const ProtocolEntry* protocol = nullptr;
     std::vector<ProbeSample> trace;               ///< in order of time; at least one
     std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra
+    std::vector<std::string> taxels = {};         ///< names of a tactile array's channels
+    std::vector<float> pressures_kPa = {};        ///< a row for each sample: ProbeSample::row
     int baud = 115200;                            ///< a host with another rate reads garbage
     std::string link;                             ///< symbolic link to the terminal; empty: none
     /// Network address instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".

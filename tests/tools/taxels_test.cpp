@@ -1,6 +1,8 @@
 // Tactile arrays, from the channels of a device to spikes, sessions and replays.
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
@@ -203,6 +205,71 @@ TEST(Taxels, WrongArraysGiveOneSentence) {
       error_of(pad + "tip = \"taxels\"\ntaxel_centres_mm = [[0,0],[1,0],[2,0],[3,0],[0,1],[1,1],"
                      "[2,1],[3,1],[0,2],[1,2],[2,2],[3,2],[0,3],[1,3],[2,3],[3,3]]\n"),
       "");
+}
+
+// Only blocks that change are recorded: a constant press has its blocks in its first tick.
+TEST(Taxels, APlaybackFromWithinAPressHasItsPressures) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,a_kPa,b_kPa\n";
+  for (int k = 0; k < 600; ++k) rows += std::to_string(0.001 * k) + ",30,20\n";
+  const std::string scene = folder.file(
+      "s.toml", "preset = \"goodwin\"\n[probe]\nuri = \"replay:" + folder.file("t.csv", rows) +
+                    "\"\ntip = \"taxels\"\ntaxel_columns = 2\ntaxel_rows = 1\n");
+  const std::string whole = folder.path("whole.xdf");
+  const std::string part = folder.path("part.xdf");
+  ASSERT_EQ(run_program({"run", scene, "--fast", "--sink", "xdf:" + whole}).exit_code, 0);
+  const auto played =
+      run_program({"replay", whole, "--realtime", "--from-s", "0.4", "--sink", "xdf:" + part});
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  const auto taxels = run_program({"inspect", "session", part, "--stream", "taxels"});
+  EXPECT_TRUE(has(taxels.out, ",0,2,30,20")) << taxels.out << taxels.err;
+}
+
+// From a recording through a simulated device to connect and its scene.
+TEST(Taxels, AWideTraceIsRecordedPlayedAndConnected) {
+  const TemporaryFolder folder;
+  const std::string trace = folder.path("pad.csv");
+  const std::string pad = "sim:pad?columns=8&rows=8&contact_mm=2&force_N=0.3";
+  const auto refused = run_program({"record", pad, folder.path("pad.xdf")});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(has(refused.err, "the ending .csv")) << refused.err;
+  ASSERT_EQ(run_program({"record", pad, trace, "--duration-s", "1.5"}).exit_code, 0);
+  EXPECT_TRUE(has(read_file(trace), "time_s,force_N,taxel1_kPa,taxel2_kPa"));
+  const auto scene = [&](const std::string& uri) {
+    return folder.file("s.toml", "preset = \"goodwin\"\n[probe]\nuri = \"" + uri +
+                                     "\"\ntip = \"taxels\"\ntaxel_columns = 8\ntaxel_rows = 8\n");
+  };
+  const auto spikes = [&](const std::string& uri) {
+    const std::string file = folder.path("spikes.csv");
+    const auto run = run_program({"run", scene(uri), "--fast", "--duration-s", "1.2", "--sink",
+                                  "csv:" + file, "--overwrite"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_file(file);
+  };
+  EXPECT_GT(spikes(pad).size(), 1000U);
+  EXPECT_EQ(spikes("replay:" + trace), spikes(pad));
+  const auto as_trace =
+      run_program({"run", scene(pad), "--fast", "--record", folder.path("x.csv")});
+  EXPECT_EQ(as_trace.exit_code, 2);
+  EXPECT_TRUE(has(as_trace.err, "record a session (xdf:FILE) instead")) << as_trace.err;
+
+  const std::string link = folder.path("tty");
+  StartedProgram device({"simulate-probe", "csv", "--trace", trace, "--link", link, "--repeat",
+                         "--duration-s", "20"});
+  for (int i = 0; i < 500 && !std::filesystem::exists(link); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
+  }
+  const std::string connected = folder.path("connected.toml");
+  const auto connect = run_program(
+      {"connect", "serial:" + link + "?protocol=csv&columns=time_us,seq,force_N,taxel_kPa*64",
+       "--out", connected});
+  ASSERT_EQ(connect.exit_code, 0) << connect.err << connect.out;
+  EXPECT_TRUE(has(connect.out, "array: 64 taxels")) << connect.out;
+  const auto run = run_program({"run", connected, "--duration-s", "2", "--json"});
+  ASSERT_LE(run.exit_code, 1) << run.err;
+  EXPECT_GT(nlohmann::json::parse(run.out)["spikes"], 10);
+  device.send(SIGTERM);
+  static_cast<void>(device.finish());
 }
 
 TEST(Taxels, ATraceWithAColumnPerTaxelFeedsAnArray) {

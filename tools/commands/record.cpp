@@ -11,6 +11,7 @@
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
+#include "realtime/loop/taxel_blocks.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/device_summary.hpp"
@@ -52,6 +53,11 @@ class Recording {
     if (options.frames && !session) {
       return bad_input("--frames needs a session: give " + options.file + " the ending .xdf");
     }
+    if (session && probe.info().taxels > 0) {
+      return bad_input(
+          "a session holds the pressures of a tactile array as a run used them: give " +
+          options.file + " the ending .csv, or record a run (merkel run SCENE --sink xdf:FILE)");
+    }
     auto sink = open_sink(
         (session ? "xdf:" : "trace:") + options.file + (options.frames ? "?frames=1" : ""),
         {.neurons = 0,
@@ -62,6 +68,8 @@ class Recording {
     if (!sink) return Unexpected<SetupError>(sink.error());
     recording.sink_ = std::move(*sink);
     recording.replayed_ = probe.info().replayed;
+    recording.probe_ = &probe;
+    if (probe.info().taxels > 0) recording.taxels_.emplace(probe.info().taxels);
     if (!recording.sink_->takes<PortFrame>()) return recording;
     for (std::uint32_t port = 0; port < probe.ports(); ++port) {
       auto& feed =
@@ -112,7 +120,16 @@ class Recording {
   void write_all(std::span<const ProbeSample> samples, std::span<const RunStatus> status) {
     clear_all(records_);
     for (const auto& feed : feeds_) feed->take(records_.frames);
-    for (const ProbeSample& sample : samples) records_.samples.push_back({.sample = sample});
+    for (const ProbeSample& sample : samples) {
+      records_.samples.push_back({.sample = sample});
+      if (!taxels_) continue;
+      const auto row = probe_->taxels(sample);
+      if (row.empty()) continue;
+      // Without ticks, a block belongs to the sample of its number.
+      const auto blocks = taxels_->changed(row, sample.time, taken_ + records_.samples.size(), 0);
+      records_.taxels.insert(records_.taxels.end(), blocks.begin(), blocks.end());
+    }
+    taken_ += samples.size();
     RecordBatch batch = batch_of(records_);
     batch.status = status;
     keep(sink_->write(batch));
@@ -122,6 +139,9 @@ class Recording {
   Feeds<PortFrame> feeds_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
   RecordLists<RecordVector> records_;
+  const Probe* probe_ = nullptr;
+  std::optional<TaxelBlocks> taxels_;
+  std::uint64_t taken_ = 0;  ///< samples
   bool replayed_ = false;
   bool started_ = false;
   std::chrono::steady_clock::time_point next_flush_{};

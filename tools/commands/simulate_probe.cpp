@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -43,22 +44,35 @@ struct SimulateOptions {
   std::optional<std::uint64_t> seed;
 };
 
-/// The samples of a trace, and the names of its further columns.
-Expected<std::pair<std::vector<ProbeSample>, std::vector<std::string>>, SetupError> read_trace(
-    const std::string& path) {
+struct PlayedTrace {
+  std::vector<ProbeSample> samples;
+  std::vector<std::string> extra_columns;
+  std::vector<std::string> taxels;   ///< in kPa
+  std::vector<float> pressures_kPa;  ///< a row for each sample
+};
+
+/// The names of taxels with the unit of the pressures that are sent.
+std::string in_kPa(const std::string& name) { return name.substr(0, name.rfind('_')) + "_kPa"; }
+
+Expected<PlayedTrace, SetupError> read_trace(const std::string& path) {
   auto reader = TraceReader::open(path);
   if (!reader) return Unexpected<SetupError>(reader.error());
-  std::vector<ProbeSample> samples;
+  PlayedTrace trace;
   std::vector<ProbeSample> chunk(4096);
   while (true) {
     const auto count = reader->read(chunk);
     if (!count) return Unexpected<SetupError>(count.error());
     if (*count == 0) break;
-    samples.insert(samples.end(), chunk.begin(),
-                   chunk.begin() + static_cast<std::ptrdiff_t>(*count));
+    for (const ProbeSample& sample : std::span(chunk).first(*count)) {
+      const std::span<const float> row = reader->taxels_of(sample);
+      trace.pressures_kPa.insert(trace.pressures_kPa.end(), row.begin(), row.end());
+      trace.samples.push_back(sample);
+    }
   }
-  if (samples.empty()) return bad_input(path + " holds no samples to play");
-  return std::pair(std::move(samples), reader->extra_columns());
+  if (trace.samples.empty()) return bad_input(path + " holds no samples to play");
+  trace.extra_columns = reader->extra_columns();
+  for (const std::string& name : reader->taxels()) trace.taxels.push_back(in_kPa(name));
+  return trace;
 }
 
 int simulate(const SimulateOptions& options) {
@@ -71,8 +85,10 @@ int simulate(const SimulateOptions& options) {
   };
   DeviceSimulator::Settings settings{
       .protocol = *protocol,
-      .trace = std::move(trace->first),
-      .extra_columns = std::move(trace->second),
+      .trace = std::move(trace->samples),
+      .extra_columns = std::move(trace->extra_columns),
+      .taxels = std::move(trace->taxels),
+      .pressures_kPa = std::move(trace->pressures_kPa),
       .baud = options.baud ? static_cast<int>(*options.baud) : (*protocol)->baud,
       .link = options.link,
       .network = options.network,

@@ -76,6 +76,7 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   session_.emplace(std::move(*session));
   ended_ = false;
   clear_all(waiting_);
+  passed_taxels_.clear();
   switch_off(StimulationCommand::Stop::kGap);
   for (auto& gate : gates_) {
     if (gate) gate->jump();
@@ -89,11 +90,26 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
     if (auto read = read_until(before); !read) return read;
   }
   keep_from(place);
+  restore_taxels();
   return {};
+}
+
+/// The pressures of tactile arrays at the new position, where their blocks did not change.
+void SessionPlayback::restore_taxels() {
+  auto& blocks = waiting_.of<TaxelBlock>();
+  for (auto& [place, block] : std::exchange(passed_taxels_, {})) {
+    if (waiting_.ticks.empty()) continue;
+    block.time = waiting_.ticks.front().time;
+    block.tick = waiting_.ticks.front().number;
+    blocks.push_front(block);
+  }
 }
 
 /// Discards everything before a time.
 void SessionPlayback::keep_from(nanoseconds time) {
+  for (const TaxelBlock& block : waiting_.of<TaxelBlock>()) {
+    if (block.time < time) passed_taxels_[{block.probe, block.first}] = block;
+  }
   for_each_kind(waiting_, [time]<class Record>(std::deque<Record>& list) {
     if constexpr (kPlayed<Record>) {
       std::erase_if(list, [time](const Record& record) { return time_of(record) < time; });

@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/encoding/stimulation_gate.hpp"
@@ -54,6 +56,7 @@ class SessionPlayback {
   Expected<void, SetupError> go_to(std::chrono::nanoseconds place);
   Expected<void, SetupError> read_until(std::chrono::nanoseconds time);
   void keep_from(std::chrono::nanoseconds time);
+  void restore_taxels();
   void send_until(std::chrono::nanoseconds time);
   void send_commands(std::span<const StimulationCommand> commands, std::chrono::nanoseconds place);
   void switch_off(StimulationCommand::Stop stop);
@@ -72,6 +75,9 @@ class SessionPlayback {
   bool ended_ = false;  ///< the whole file is read
   SessionChunk chunk_;
   RecordLists<Waiting> waiting_;
+  /// The blocks before a position that is being gone to, by probe and first taxel: only those that
+  /// change are recorded.
+  std::map<std::pair<std::uint32_t, std::uint16_t>, TaxelBlock> passed_taxels_;
   std::vector<StimulationCommand> last_commands_;  ///< by electrode, since the last switch-off
   std::chrono::nanoseconds next_flush_{0};         ///< host time
   std::string failure_;

@@ -75,6 +75,34 @@ TEST(TraceReader, ReadsTheUnitsThatDevicesUse) {
   EXPECT_EQ((*micro)[1].force_mN, 250.1);
 }
 
+TEST(TraceReader, ManyPressuresAreTheTaxelsOfAnArray) {
+  const TemporaryFolder folder;
+  const auto header = [](int taxels) {
+    std::string text = "time_s";
+    for (int i = 1; i <= taxels; ++i) text += ",p" + std::to_string(i) + "_hPa";
+    return text + ",humidity\n";
+  };
+  std::string rows;
+  for (int k = 0; k < 3; ++k) {
+    rows += std::to_string(k);
+    for (int i = 0; i < 40; ++i) rows += "," + std::to_string(10 * i + k);
+    rows += ",55\n";
+  }
+  auto reader = TraceReader::open(folder.file("t.csv", header(40) + rows));
+  ASSERT_TRUE(reader) << reader.error().sentence;
+  EXPECT_EQ(reader->taxels().size(), 40U);
+  EXPECT_EQ(reader->extra_columns(), std::vector<std::string>{"humidity"});
+  std::vector<ProbeSample> samples(3);
+  ASSERT_EQ(reader->read(samples).value_or(0), 3U);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const auto row = reader->taxels_of(samples[k]);
+    ASSERT_EQ(row.size(), 40U);
+    EXPECT_FLOAT_EQ(row[7], 0.1F * static_cast<float>(70 + k));
+    EXPECT_EQ(samples[k].extra[0], 55.0);
+  }
+  EXPECT_NE(sentence_about(header(1025)).find("at most 1024 taxels"), std::string::npos);
+}
+
 TEST(TraceReader, AcceptsCrLfAByteOrderMarkAndNoFinalLineEnd) {
   const TemporaryFolder folder;
   const auto samples =
