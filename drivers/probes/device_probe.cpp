@@ -1,13 +1,17 @@
 #include "drivers/probes/device_probe.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/probes/device_opening.hpp"
 #include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/taxel_readings.hpp"
 
 namespace merkel {
 namespace {
@@ -17,7 +21,7 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kBoot{3000};
 constexpr milliseconds kFirstBackoff{50};
-constexpr milliseconds kLongestBackoff{2000};
+constexpr milliseconds kLongestBackoff{400};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
@@ -178,8 +182,18 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
       const bool kept = wanted->empty() && is_named(each.channel);
       if (!kept || further.size() == ProbeSample::kMostExtra) continue;
       further.push_back(each.channel);
-      info.extra_columns.push_back(
-          printable_text(each.name.substr(0, each.name.rfind('_')) + (each.force ? "_N" : "_mm")));
+      info.extra_columns.push_back(printable_text(in_unit_of_readings(each)));
+    }
+    const auto named = std::count_if(
+        names.begin(), names.end(), [](const ChannelName& each) { return is_named(each.channel); });
+    if (wanted->empty() && static_cast<std::size_t>(named) > further.size()) {
+      const std::size_t taxels = taxel_channels(names, "").size();
+      notice(name_ + " has " + std::to_string(named) + " channels, of which only the first " +
+             std::to_string(further.size()) + " are kept" +
+             (taxels == 0 ? ""
+                          : ": a tactile array is read with tip = \"taxels\" in a scene, or with "
+                            "#taxels=" +
+                                std::to_string(taxels) + " at the end of its URI"));
     }
     outputs_.emplace_back(std::move(info), std::move(*calibration), std::move(further));
   }
@@ -282,8 +296,10 @@ bool DeviceProbe::connect_again(Time until) {
     protocol_->begin(time, stream_);
     log_.opened(time);
     last_sense_ = time;
-    notice(name_ + " is back after " + std::to_string((time - lost_since_) / milliseconds{1}) +
-           " ms");
+    std::array<char, 32> outage{};
+    std::snprintf(outage.data(), outage.size(), "%.3g s",
+                  std::chrono::duration<double>(time - lost_since_).count());
+    notice(name_ + " is back after " + outage.data());
     return true;
   }
   backoff_ = std::min<Time>(2 * backoff_, kLongestBackoff);

@@ -15,14 +15,26 @@ std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
   const bool depth = sample.has(ProbeSample::kDepth) && sample.depth_mm > limits.depth_mm;
   if (!force && !depth) return {};
   std::array<char, 256> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      " reports a press of %.4g %s at %.3f s, beyond the limit of %.4g, so the reading is refused: "
-      "check the unit, or increase [probe] %s",
-      force ? force_N : sample.depth_mm, force ? "N" : "mm", units::s_from(sample.time),
-      force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
+  std::snprintf(text.data(), text.size(),
+                " reports a press of %.4g %s, beyond the limit of %.4g, so the reading is refused: "
+                "check the unit, or increase [probe] %s",
+                force ? force_N : sample.depth_mm, force ? "N" : "mm",
+                force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
   return name + text.data();
 }
+
+namespace {
+
+/// The name of a probe, with the time of a recording's sample. That of a device's is on the host's
+/// clock, which means nothing to the user.
+std::string name_at(const ProbeInfo& probe, std::chrono::nanoseconds time) {
+  if (!probe.replayed) return probe.name;
+  std::array<char, 32> at{};
+  std::snprintf(at.data(), at.size(), " at %.3f s", units::s_from(time));
+  return probe.name + at.data();
+}
+
+}  // namespace
 
 Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samples,
                                                      std::chrono::milliseconds patience) {
@@ -32,7 +44,8 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samp
   std::size_t kept = 0;
   for (std::size_t i = 0; i < *count; ++i) {
     const std::size_t output = samples[i].output;
-    std::string why = press_excess(samples[i], limits_[output], info_of(output).name);
+    std::string why =
+        press_excess(samples[i], limits_[output], name_at(info_of(output), samples[i].time));
     if (why.empty()) {
       samples[kept++] = samples[i];
       continue;

@@ -37,9 +37,7 @@ Expected<ChannelName, std::string> find(std::string_view name,
   const bool number = error == std::errc{} && end == name.data() + name.size();
   std::vector<ChannelName> found;
   for (const ChannelName& each : channels) {
-    const std::string in_own_unit = std::string(without_unit(each.name)) +
-                                    (each.force ? "_N" : (each.pressure ? "_kPa" : "_mm"));
-    if (each.name == name || in_own_unit == name) return each;
+    if (each.name == name || in_unit_of_readings(each) == name) return each;
     if (number ? each.column == column : without_unit(each.name) == name) found.push_back(each);
   }
   if (found.size() == 1) return found.front();
@@ -78,6 +76,11 @@ std::optional<ProbeChannels::Taxels> parse_taxels(std::string_view text) {
 }
 
 }  // namespace
+
+std::string in_unit_of_readings(const ChannelName& channel) {
+  return std::string(without_unit(channel.name)) +
+         (channel.force ? "_N" : (channel.pressure ? "_kPa" : "_mm"));
+}
 
 bool ProbeChannels::empty() const noexcept {
   return by_unit.empty() && !taxels &&

@@ -46,6 +46,9 @@ struct ProbeChannels {
       std::span<const ChannelName> channels) const;
 };
 
+/// The name of a channel with the unit of its readings: "thumb_N" of "thumb_g".
+[[nodiscard]] std::string in_unit_of_readings(const ChannelName& channel);
+
 /// The names of a probe's channels: "thumb_N, thumb_mm".
 [[nodiscard]] std::string names_of_channels(const ProbeCalibration& calibration);
 

@@ -124,6 +124,19 @@ TEST(Verdict, ANegativeCompressionIsNamed) {
   EXPECT_EQ(pressed(-3.0, 1.5).sentence, "");  // noise
 }
 
+TEST(Verdict, TheReadingsOfARecordingAreCheckedToo) {
+  const auto pressed = [](const std::string& uri) {
+    return outcome([=](RunReport& report) {
+      report.probes[0].device.reset();
+      report.probes[0].timing.reset();
+      report.probes[0].uri = uri;
+      report.probes[0].press_range.least_force_mN = -590.0;
+    });
+  };
+  EXPECT_NE(pressed("replay:x.csv").sentence.find("was never positive"), std::string::npos);
+  EXPECT_EQ(pressed("sim:ramp").sentence, "");
+}
+
 TEST(Verdict, AContactThatNeverEndsIsNamed) {
   const Outcome run = of_device([](RunReport::OfProbe& probe) {
     probe.press_range.longest_touch = std::chrono::seconds{60};

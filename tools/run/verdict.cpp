@@ -59,9 +59,9 @@ class RunChecks {
   }
 
   void check_probe(const RunReport::OfProbe& probe) {
+    if (!probe.uri.starts_with("sim:")) check_readings(probe);
     if (!probe.device && !probe.timing) return;  // recordings lose nothing
     check_touch(probe);
-    check_readings(probe);
     check_samples(probe);
     if (probe.device && !probe.shares_device) check_device(probe, *probe.device);
   }
@@ -231,10 +231,12 @@ class RunChecks {
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
-          fmt::format("{}: {} {} lost, {} damaged and {} impossible", probe.uri,
+          fmt::format("{}: {} {} lost, {} damaged and {} refused", probe.uri,
                       counted(device.lost, "reading"), was(device.lost), device.damaged,
                       device.refused),
-          "check the baud rate, the cable and the units");
+          device.lost + device.damaged == 0
+              ? "check the units and the zero, or increase [probe] max_force_N or max_depth_mm"
+              : "check the baud rate, the cable and the units");
     }
     if (device.distrusted > 0) {
       add(Severity::kLoss, share(device.withheld, device.readings + device.withheld),

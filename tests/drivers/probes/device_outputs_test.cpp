@@ -61,6 +61,24 @@ TEST(DeviceOutputs, OneReadingFeedsEveryProbeAtTheSameTime) {
   EXPECT_EQ((*probe)->ports(), 1U);
 }
 
+TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
+  const LinePrinter printer(
+      "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24,25,26,27,28,29,30,31,32,33,"
+      "34,35,36");
+  auto probe = open_device({.uri = uri_of(printer, "taxel_Pa*36"), .parts = {}});
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_EQ((*probe)->info().extra_columns.size(), ProbeSample::kMostExtra);
+  EXPECT_EQ((*probe)->info().extra_columns.front(), "taxel1_kPa");
+  const auto notices = (*probe)->take_notices();
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_TRUE(has(notices[0], "36 channels, of which only the first 32 are kept")) << notices[0];
+  // Follows the advice.
+  EXPECT_TRUE(has(notices[0], "#taxels=36")) << notices[0];
+  const auto array = open_device({.uri = uri_of(printer, "taxel_Pa*36"), .parts = {"taxels=36"}});
+  ASSERT_TRUE(array) << array.error().sentence;
+  EXPECT_EQ((*array)->info().taxels, 36U);
+}
+
 TEST(DeviceOutputs, AHeaderNamesTheChannels) {
   const LinePrinter printer("12,0.5,0.25", 115200, {.header = "time_ms,thumb (N),index (N)"});
   const auto probe = open_probe("serial:" + printer.name() + "?protocol=csv#index");
