@@ -16,4 +16,16 @@ struct ContactState {
   friend bool operator==(const ContactState&, const ContactState&) = default;
 };
 
+/// The contact of any tip with the skin at one instant.
+struct Press {
+  ContactState contact;
+  double x_mm = 0.0;  ///< of the contact's centre
+  double y_mm = 0.0;
+
+  /// A tactile array presses without a depth.
+  [[nodiscard]] bool touching() const noexcept {
+    return contact.depth_mm > 0.0 || contact.peak_pressure_kPa > 0.0;
+  }
+};
+
 }  // namespace merkel

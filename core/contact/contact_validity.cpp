@@ -4,26 +4,41 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 
-#include "core/contact/bonded_layer.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/sneddon_contact.hpp"
+#include "core/contact/solver/rigid_contact.hpp"
+#include "core/contact/solver/tip_heights.hpp"
 
 namespace merkel {
+namespace {
+
+/// The force on a layer bonded to bone divided by that on a half-space, at the same depth: solved
+/// in units of the thickness, with R = 1.
+double layer_force_factor(double chi, double poisson_ratio) {
+  constexpr std::size_t kAcross = 63;
+  constexpr double kThinnest = 50.0;  // thinner layers are at least as stiff
+  const double radius = std::min(chi, kThinnest);
+  if (!(radius > 0.0)) return 1.0;
+  const SkinLayer layer{
+      .thickness_mm = 1.0, .youngs_modulus_kPa = 1.0, .poisson_ratio = poisson_ratio};
+  // An incompressible thin layer touches within twice the radius of a half-space.
+  const PixelGrid grid{
+      .pixel_mm = 4.0 * radius / (kAcross - 1), .columns = kAcross, .rows = kAcross};
+  RigidContact solver(LayeredMedium({layer}), height_map(sphere_height(1.0), grid));
+  return solver.press(radius * radius, {.tolerance = 1e-4}).force_mN /
+         (4.0 / 3.0 * layer.reduced_modulus_kPa() * radius * radius * radius);
+}
+
+}  // namespace
 
 ContactValidity validity_of(const ContactState& contact, const SkinParameters& skin,
                             double radius_mm) {
   ContactValidity validity;
   validity.thickness_given = skin.layered();
-  std::optional<BondedLayer> layer;
   if (skin.layered()) {
     validity.thickness_mm = skin.thickness_mm;
     validity.largest_layer_ratio = ContactValidity::kLargestDimitriadisRatio;
-    if (skin.layer_law == LayerLaw::kExact) {
-      layer.emplace(skin.poisson_ratio);
-      validity.largest_layer_ratio = layer->largest_chi();
-    }
   }
   if (!contact.touching()) return validity;
 
@@ -39,8 +54,7 @@ ContactValidity validity_of(const ContactState& contact, const SkinParameters& s
         hertz_force / SneddonContact(R, modulus).at_depth(depth).force_mN - 1.0;
   }
   validity.layer_ratio = std::sqrt(R * depth) / validity.thickness_mm;
-  if (!layer) layer.emplace(skin.poisson_ratio, validity.layer_ratio);
-  const double exact_factor = layer->force_factor(validity.layer_ratio);
+  const double exact_factor = layer_force_factor(validity.layer_ratio, skin.poisson_ratio);
   const double used_factor =
       skin.layered() ? contact.force_mN / (contact.stiffening * hertz_force) : 1.0;
   validity.layer_force_error = used_factor / exact_factor - 1.0;

@@ -23,7 +23,7 @@ struct ContactValidity {
   bool exact_sphere = false;        ///< the law is that of an exact sphere
   double sphere_force_error = 0.0;  ///< F of a paraboloid divided by F of the exact sphere, minus 1
   double layer_ratio = 0.0;         ///< √(R*d)/h
-  double layer_force_error = 0.0;   ///< the law's F divided by the exact bonded layer's, minus 1
+  double layer_force_error = 0.0;   ///< the law's F divided by the solved layer's, minus 1
   double largest_layer_ratio = kLargestHalfSpaceRatio;  ///< limit for the law used
   bool thickness_given = false;  ///< whether the scene gives h; if not, h is kUsualThickness_mm
   double thickness_mm = kUsualThickness_mm;
@@ -35,7 +35,7 @@ struct ContactValidity {
   [[nodiscard]] std::string sentence() const;
 };
 
-/// \param contact  computed by the law that `skin` selects
+/// \param contact  computed by the closed form that `skin` selects
 /// \param radius_mm  of the sphere
 /// Real-time: no.
 [[nodiscard]] ContactValidity validity_of(const ContactState& contact, const SkinParameters& skin,

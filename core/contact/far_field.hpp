@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "core/contact/solver/layered_medium.hpp"
 #include "core/realtime_tag.hpp"
@@ -33,6 +34,20 @@ class FarField {
   double receptor_depth_mm_;
   double surface_modulus_kPa_;
   std::optional<PointResponse> layers_;
+};
+
+/// The largest energy density that 1 mN causes at a distance or farther, tabulated. Real-time: yes,
+/// after construction.
+class FarEnergy {
+ public:
+  FarEnergy(const FarField& far, const SkinParameters& skin);
+
+  [[nodiscard]] double at(double r_mm) const noexcept MERKEL_REALTIME;
+  /// Beyond this distance, the energy density is lower; infinite: nowhere in the table.
+  [[nodiscard]] double reach_mm(double energy_kPa) const noexcept MERKEL_REALTIME;
+
+ private:
+  std::vector<double> values_kPa_;
 };
 
 }  // namespace merkel

@@ -57,7 +57,7 @@ Expected<void, ParameterError> check_surface(const Indenter& t, const SkinParame
                "must be finite under a surface: set the finger's radius, as in 7")
       .require(skin.apex.has_value(), "skin.apex_mm",
                "is missing: set the place of the finger that the surface touches, as in [15, 10]")
-      .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+      .require(skin.receptor_depth_mm >= t.kLeastDepth_mm, "skin.receptor_depth_mm",
                "must be at least 0.05 under a surface");
   if (t.tip != Tip::kSphere) check_tip(t, skin, all);
   if (const auto checked = all.result(); !checked) return checked;
@@ -105,12 +105,12 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
                  std::isfinite(skin.stiffening_kPa) ? "skin.stiffening_kPa" : "skin.stiffening_mm",
                  "must be inf for the tip \"taxels\": an array measures neither depth nor "
                  "contact, with which the skin could stiffen")
-        .require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+        .require(skin.receptor_depth_mm >= kLeastDepth_mm, "skin.receptor_depth_mm",
                  "must be at least 0.05 under this tip: the stress jumps at the edges of a taxel")
         .result();
   }
   check_tip(*this, skin, all);
-  all.require(skin.receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
+  all.require(skin.receptor_depth_mm >= kLeastDepth_mm, "skin.receptor_depth_mm",
               "must be at least 0.05 under this tip: the pressure at its rims is infinite");
   if (const auto checked = all.result(); !checked) return checked;
   return ParameterCheck()

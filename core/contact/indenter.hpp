@@ -17,6 +17,9 @@ inline constexpr std::string_view kMixedControl =
 
 /// The tip of a probe: rigid, or a tactile array whose pressures are prescribed.
 struct Indenter {
+  /// Of receptors under a solved contact.
+  static constexpr double kLeastDepth_mm = 0.05;
+
   enum class Tip { kSphere, kBars, kPin, kEdge, kWedge, kCone, kCylinder, kDots, kShape, kTaxels };
   /// Which reading of the probe drives the contact.
   enum class Control { kDepth, kForce };
@@ -34,9 +37,10 @@ struct Indenter {
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
-  /// Whether closed forms describe the contact: a sphere on skin of one material.
+  /// Whether closed forms describe the contact: a sphere on a half-space of one material, or on
+  /// bone by the polynomial.
   [[nodiscard]] bool closed_form(const SkinParameters& skin) const noexcept {
-    return tip == Tip::kSphere && skin.layers.empty() && !surface.slides;
+    return tip == Tip::kSphere && skin.layers.empty() && !skin.exactly_layered() && !surface.slides;
   }
   /// Whether its pressures are measured, not computed from a contact.
   [[nodiscard]] bool prescribed() const noexcept { return tip == Tip::kTaxels; }

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "core/contact/contact_state.hpp"
-#include "core/contact/layer_field.hpp"
 #include "core/contact/sliding_contact.hpp"
 #include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_field.hpp"
@@ -15,9 +14,7 @@ namespace merkel {
 /// A contact, the position of its axis on the patch, and its reach.
 struct PlacedContact {
   ContactState contact;
-  const TipField* field = nullptr;  ///< the tables of a solved contact; null: closed forms
-  const LayerField* layer =
-      nullptr;  ///< field of a sphere on skin bonded to bone; null: half-space
+  const TipField* field = nullptr;     ///< the tables of a solved contact; null: closed forms
   const TaxelField* taxels = nullptr;  ///< the energies under a tactile array, alone on its patch
   std::uint64_t version = 0;           ///< of these energies, or of the field of a surface
   const SlidingContact* sliding = nullptr;  ///< of a surface that slides

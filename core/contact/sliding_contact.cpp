@@ -11,13 +11,7 @@ namespace merkel {
 namespace {
 
 constexpr RigidContact::Accuracy kSlidingAccuracy{.tolerance = 5e-4, .most_iterations = 1 << 20};
-constexpr double kEnergyStep_mm = 0.1;
-constexpr std::size_t kEnergies = 600;
-
-PixelKernels kernels_of(const LayeredMedium& medium, const SkinParameters& skin,
-                        const SlidingPlan& plan) {
-  return {medium, skin.receptor_depth_mm, plan.contact, plan.window};
-}
+constexpr int kSettlingSolutions = 20;  ///< of a cold start, at most
 
 HeightMap empty_map(const PixelGrid& grid) {
   return {.grid = grid,
@@ -32,8 +26,6 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
     : plan_(*SlidingPlan::of(surface, skin, tick)),
       map_(surface, skin, plan_.contact.pixel_mm),
       apex_(*skin.apex),
-      curvature_along_per_mm_(1.0 / skin.finger_along_mm()),
-      curvature_across_per_mm_(1.0 / skin.radius_mm),
       limit_kPa_(limit_kPa),
       skin_(skin),
       material_(skin),
@@ -41,6 +33,7 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
       plate_mN_(4.0 / 3.0 * LayeredMedium(skin).reduced_modulus_kPa() *
                 std::sqrt(std::sqrt(skin.finger_along_mm() * skin.radius_mm))),
       far_(LayeredMedium(skin), skin),
+      far_energy_(far_, skin),
       solver_(LayeredMedium(skin), empty_map(plan_.contact)),
       transform_(padded_pixels(plan_.contact.columns + plan_.window.columns - 1),
                  padded_pixels(plan_.contact.rows + plan_.window.rows - 1)),
@@ -48,18 +41,9 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
       image_(plan_.window.pixels()),
       gap_(empty_map(plan_.contact)),
       inputs_(static_cast<std::size_t>(plan_.latency() + 1)) {
-  const LayeredMedium medium(skin);
-  PixelKernels kernels = kernels_of(medium, skin, plan_);
+  PixelKernels kernels(LayeredMedium(skin), skin.receptor_depth_mm, plan_.contact, plan_.window);
   for (std::size_t f = 0; f < kPixelFields; ++f) {
     kernels_.push_back(kernels.kernel(static_cast<PixelField>(f)));
-  }
-  for (std::size_t k = 0; k < kEnergies; ++k) {
-    const double r = std::max(1e-3, kEnergyStep_mm * static_cast<double>(k));
-    energies_.push_back(
-        energy_density_kPa(far_.at(1.0, r, 0.0).stress, material_, skin_.energy_density));
-  }
-  for (std::size_t k = energies_.size() - 1; k-- > 0;) {
-    energies_[k] = std::max(energies_[k], energies_[k + 1]);
   }
   for (Table* const table : {&older_, &newer_, &next_}) {
     table->nodes.resize(plan_.window.pixels());
@@ -88,6 +72,14 @@ void SlidingContact::take(const ContactInput& input) noexcept {
     begin(input);
   }
   publish(phase);
+}
+
+const Press& SlidingContact::settle(const ContactInput& input) noexcept {
+  for (int tick = 0; tick < kSettlingSolutions * plan_.ticks; ++tick) {
+    take(input);
+    work();
+  }
+  return press_;
 }
 
 void SlidingContact::begin(const ContactInput& input) noexcept {
@@ -172,12 +164,13 @@ void SlidingContact::find_gap() noexcept {
   column_ = column;
   row_ = row;
   map_.copy(column, row, gap_);
+  const double along = 1.0 / skin_.finger_along_mm();
   for (std::size_t j = 0; j < gap_.grid.rows; ++j) {
     const double y = map_.y_mm(row + static_cast<std::ptrdiff_t>(j)) - apex_y;
-    const double across = 0.5 * curvature_across_per_mm_ * y * y;
+    const double across = 0.5 * (1.0 / skin_.radius_mm) * y * y;
     for (std::size_t i = 0; i < gap_.grid.columns; ++i) {
       const double x = map_.x_mm(column + static_cast<std::ptrdiff_t>(i)) - apex_x;
-      gap_.height_mm[j * gap_.grid.columns + i] += 0.5 * curvature_along_per_mm_ * x * x + across;
+      gap_.height_mm[j * gap_.grid.columns + i] += 0.5 * along * x * x + across;
     }
   }
   solver_.set_gap(gap_);
@@ -296,10 +289,7 @@ double SlidingContact::energy_kPa(double x_mm, double y_mm) const noexcept {
     return energy_density_kPa(interpolate(patch).stress(), material_, skin_.energy_density);
   const double dx = x - load_x_mm_;
   const double dy = y - load_y_mm_;
-  const double place = std::sqrt(dx * dx + dy * dy) * (1.0 / kEnergyStep_mm);
-  const auto k = std::min(static_cast<std::size_t>(place), kEnergies - 2);
-  const double part = std::min(place - static_cast<double>(k), 1.0);
-  return load_mN_ * load_mN_ * (energies_[k] + part * (energies_[k + 1] - energies_[k]));
+  return load_mN_ * load_mN_ * far_energy_.at(std::sqrt(dx * dx + dy * dy));
 }
 
 double SlidingContact::reach_mm() const noexcept {
@@ -309,13 +299,9 @@ double SlidingContact::reach_mm() const noexcept {
     if (!(table->force_mN > 0.0)) continue;
     const double per_mN2 =
         limit_kPa_ / (table->force_mN * table->force_mN * press_.contact.stiffening);
-    const auto beyond = std::partition_point(energies_.begin(), energies_.end(),
-                                             [&](double energy) { return energy > per_mN2; });
-    if (beyond == energies_.end()) return std::numeric_limits<double>::infinity();
     const double off =
         std::hypot(table->load_x_mm - surface_x_mm_, table->load_y_mm - surface_y_mm_);
-    reach = std::max(reach, off + table->rim_mm +
-                                kEnergyStep_mm * static_cast<double>(beyond - energies_.begin()));
+    reach = std::max(reach, off + table->rim_mm + far_energy_.reach_mm(per_mN2));
   }
   return reach;
 }

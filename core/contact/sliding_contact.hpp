@@ -35,6 +35,9 @@ class SlidingContact {
   /// This tick's part of the solution in progress. Changes nothing that the other functions read.
   void work() noexcept MERKEL_REALTIME;
 
+  /// Repeats a reading until the contact has settled. Real-time: no.
+  const Press& settle(const ContactInput& input) noexcept;
+
   /// The contact, at the finger's apex, as the probe was latency() ticks ago.
   [[nodiscard]] const Press& press() const noexcept { return press_; }
   /// The field at a point, from the apex.
@@ -58,6 +61,13 @@ class SlidingContact {
   };
   [[nodiscard]] const Report& report() const noexcept { return report_; }
   [[nodiscard]] const SlidingPlan& plan() const noexcept { return plan_; }
+  /// The last solution, on skin at rest, and the gap before its press.
+  [[nodiscard]] const RigidContact& solver() const noexcept { return solver_; }
+  [[nodiscard]] const HeightMap& gap() const noexcept { return gap_; }
+  /// Centre of their first pixel, from the apex.
+  [[nodiscard]] Position first_pixel() const noexcept {
+    return {map_.x_mm(column_) - surface_x_mm_, map_.y_mm(row_) - surface_y_mm_};
+  }
 
  private:
   /// The fields of a solution.
@@ -88,21 +98,19 @@ class SlidingContact {
   SlidingPlan plan_;
   SurfaceMap map_;
   Position apex_;
-  double curvature_along_per_mm_;
-  double curvature_across_per_mm_;
   double limit_kPa_;
   SkinParameters skin_;
   SkinMaterial material_;
   bool by_force_;
   double plate_mN_;  ///< force of a plate at 1 mm, for a first guess of the depth
   FarField far_;
+  FarEnergy far_energy_;
   RigidContact solver_;
   GridTransform transform_;
   std::vector<GridSpectrum> kernels_;
   GridSpectrum pressure_;
   std::vector<double> image_;
   HeightMap gap_;
-  std::vector<double> energies_;  ///< far from 1 mN, at kEnergyStep_mm·k
   Table older_, newer_, next_;
   std::vector<ContactInput> inputs_;  ///< of the last ticks
   ContactInput input_;                ///< of the solution in progress

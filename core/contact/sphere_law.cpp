@@ -7,18 +7,23 @@
 
 namespace merkel {
 
+double dimitriadis_factor(double chi, double nu) noexcept {
+  using std::numbers::pi;
+  const double alpha = -(1.2876 - 1.4678 * nu + 1.3442 * nu * nu) / (1.0 - nu);
+  const double beta = (0.6387 - 1.0277 * nu + 1.5164 * nu * nu) / (1.0 - nu);
+  const double alpha3 = alpha * alpha * alpha;
+  const double c1 = -2.0 * alpha / pi;
+  const double c2 = 4.0 * alpha * alpha / (pi * pi);
+  const double c3 = -8.0 / std::pow(pi, 3) * (alpha3 + 4.0 * pi * pi / 15.0 * beta);
+  const double c4 = 16.0 * alpha / std::pow(pi, 4) * (alpha3 + 3.0 * pi * pi / 5.0 * beta);
+  return 1.0 + chi * (c1 + chi * (c2 + chi * (c3 + chi * c4)));
+}
+
 SphereLaw::SphereLaw(const SkinParameters& skin, double radius_mm)
     : hertz_(radius_mm, skin.radius_mm, SkinMaterial(skin).reduced_modulus_kPa()), skin_(skin) {
   if (skin.contact_law == ContactLaw::kSneddon) {
     sneddon_.emplace(hertz_.effective_radius_mm(), SkinMaterial(skin).reduced_modulus_kPa());
-  } else if (skin.layered() && skin.layer_law == LayerLaw::kExact) {
-    exact_layer_ = std::make_shared<BondedLayer>(skin.poisson_ratio);
   }
-}
-
-double SphereLaw::layer_factor(double chi) const noexcept {
-  return exact_layer_ ? exact_layer_->force_factor(chi)
-                      : dimitriadis_factor(chi, skin_.poisson_ratio);
 }
 
 ContactState SphereLaw::at_depth(double depth_mm) const noexcept {
@@ -36,8 +41,7 @@ ContactState SphereLaw::elastic_at_depth(double depth_mm) const noexcept {
   ContactState contact = hertz_.at_depth(depth_mm);
   if (!skin_.layered() || !contact.touching()) return contact;
   const double chi = contact.contact_radius_mm / skin_.thickness_mm;
-  contact.force_mN *= layer_factor(chi);
-  if (exact_layer_) contact.contact_radius_mm *= exact_layer_->radius_factor(chi);
+  contact.force_mN *= dimitriadis_factor(chi, skin_.poisson_ratio);
   contact.peak_pressure_kPa =
       1.5 * contact.force_mN /
       (std::numbers::pi * contact.contact_radius_mm * contact.contact_radius_mm);

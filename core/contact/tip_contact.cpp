@@ -11,9 +11,6 @@
 namespace merkel {
 namespace {
 
-/// Deeper presses use the shape of the field at this depth.
-constexpr double kDeepest_mm = 10.0;
-
 /// Ratio of the contact's offset from the apex to the tip's.
 double kept_of(double tip_radius_mm, double skin_radius_mm) {
   return std::isinf(skin_radius_mm) ? 1.0 : skin_radius_mm / (skin_radius_mm + tip_radius_mm);
@@ -21,20 +18,7 @@ double kept_of(double tip_radius_mm, double skin_radius_mm) {
 
 }  // namespace
 
-std::shared_ptr<const LayerField> TipContact::layer_field(std::span<const Indenter> indenters,
-                                                          const SkinParameters& skin) {
-  if (!skin.exactly_layered()) return nullptr;
-  double largest_mm = 0.0;
-  for (const Indenter& indenter : indenters) {
-    if (!indenter.closed_form(skin)) continue;
-    const SphereLaw law(skin, indenter.radius_mm);
-    largest_mm = std::max(largest_mm, law.at_depth(kDeepest_mm).contact_radius_mm);
-  }
-  return largest_mm > 0.0 ? std::make_shared<LayerField>(skin, largest_mm) : nullptr;
-}
-
 TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
-                       std::shared_ptr<const LayerField> layer,
                        std::shared_ptr<const TipField> field)
     : by_force_(indenter.control == Indenter::Control::kForce), skin_(skin) {
   if (indenter.tip == Indenter::Tip::kTaxels) return;  // its pressures are prescribed
@@ -53,7 +37,6 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
     }
   } else {
     sphere_.emplace(skin, indenter.radius_mm);
-    layer_ = layer ? std::move(layer) : layer_field({&indenter, 1}, skin);
   }
   if (indenter.tip == Indenter::Tip::kSphere && apex_) {
     kept_across_ = kept_of(indenter.radius_mm, skin.radius_mm);
@@ -103,9 +86,7 @@ double TipContact::displacement_mm(const Press& press, double x_mm, double y_mm)
   const double dx = x_mm - press.x_mm;
   const double dy = y_mm - press.y_mm;
   if (field_) return field_->at(dx, dy, press.contact.depth_mm).displacement;
-  const double r = std::hypot(dx, dy);
-  return layer_ ? layer_->displacement_mm(press.contact, r)
-                : HertzContact::surface_displacement_mm(press.contact, r);
+  return HertzContact::surface_displacement_mm(press.contact, std::hypot(dx, dy));
 }
 
 }  // namespace merkel

@@ -2,10 +2,8 @@
 
 #include <memory>
 #include <optional>
-#include <span>
 
 #include "core/contact/indenter.hpp"
-#include "core/contact/layer_field.hpp"
 #include "core/contact/sphere_law.hpp"
 #include "core/contact/tip_field.hpp"
 #include "core/realtime_tag.hpp"
@@ -13,32 +11,13 @@
 
 namespace merkel {
 
-/// The contact of any tip with the skin at one instant.
-struct Press {
-  ContactState contact;
-  double x_mm = 0.0;  ///< of the contact's centre
-  double y_mm = 0.0;
-
-  /// A tactile array presses without a depth.
-  [[nodiscard]] bool touching() const noexcept {
-    return contact.depth_mm > 0.0 || contact.peak_pressure_kPa > 0.0;
-  }
-};
-
 /// Turns a probe's reading into the contact of its tip; of a surface, to that of a plate (see
 /// SlidingContact). Real-time: yes, after construction.
 class TipContact {
  public:
-  /// \param layer  result of layer_field() for this skin; null: computed here if needed
   /// \param field  shared_field() of an equal tip; null: solved here if needed
   TipContact(const Indenter& indenter, const SkinParameters& skin,
-             std::shared_ptr<const LayerField> layer = nullptr,
              std::shared_ptr<const TipField> field = nullptr);
-
-  /// The stress field that all spheres of a scene share; null if no sphere presses on skin with an
-  /// exact layer. Real-time: no (it takes about half a second).
-  [[nodiscard]] static std::shared_ptr<const LayerField> layer_field(
-      std::span<const Indenter> indenters, const SkinParameters& skin);
 
   [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
   /// The same at the depth that the neighbouring contacts leave.
@@ -50,8 +29,6 @@ class TipContact {
   /// The tables of a solved contact; null for closed forms.
   [[nodiscard]] const TipField* field() const noexcept { return field_.get(); }
   [[nodiscard]] std::shared_ptr<const TipField> shared_field() const noexcept { return field_; }
-  /// The field of a sphere on a layer; null for a half-space.
-  [[nodiscard]] const LayerField* layer() const noexcept { return layer_.get(); }
   [[nodiscard]] bool by_force() const noexcept { return by_force_; }
   /// The contact law of a sphere; null for a solved contact.
   [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
@@ -63,7 +40,6 @@ class TipContact {
 
   bool by_force_;
   SkinParameters skin_;
-  std::shared_ptr<const LayerField> layer_;
   std::optional<SphereLaw> sphere_;
   std::optional<Position> apex_;
   /// Ratio of the contact's offset from the apex to the axis's, along and across the finger: k/(k +

@@ -47,14 +47,6 @@ ReceptorArrays<Real>::ReceptorArrays(std::span<const Receptor> receptors,
     y_[i] = static_cast<Real>(receptors[i].y_mm);
   }
   for (AlignedArray<Real>& sum : sums_) sum = AlignedArray<Real>(padded(receptors.size()));
-  const auto [least_x, most_x] = std::minmax_element(x_.begin(), x_.begin() + receptors.size());
-  const auto [least_y, most_y] = std::minmax_element(y_.begin(), y_.begin() + receptors.size());
-  left_ = receptors.empty() ? 0.0 : static_cast<double>(*least_x);
-  right_ = receptors.empty() ? 0.0 : static_cast<double>(*most_x);
-  bottom_ = receptors.empty() ? 0.0 : static_cast<double>(*least_y);
-  top_ = receptors.empty() ? 0.0 : static_cast<double>(*most_y);
-  for (auto& profile : stress_profile_) profile = AlignedArray<double>(LayerField::kMostPoints);
-  energy_profile_ = AlignedArray<Real>(LayerField::kMostPoints + 1);
   known_blocks_.assign(x_.size() / kReceptorBlock, 0);
 }
 
@@ -83,57 +75,12 @@ void ReceptorArrays<Real>::add_tabulated(const PlacedContact& placed, std::size_
     const double dy = static_cast<double>(y_[i]) - placed.y_mm;
     const CartesianStress stress =
         (placed.sliding != nullptr ? placed.sliding->at(dx, dy).stress
-         : placed.field != nullptr
-             ? placed.field->at(dx, dy, placed.contact.depth_mm).stress
-             : cartesian(placed.layer->stress(placed.contact, std::hypot(dx, dy)), dx, dy)) *
+                                   : placed.field->at(dx, dy, placed.contact.depth_mm).stress) *
         factor;
     const double parts[kSums] = {stress.sigma_x, stress.sigma_y, stress.sigma_z,
                                  stress.tau_xy,  stress.tau_yz,  stress.tau_zx};
     for (std::size_t k = 0; k < kSums; ++k) sums_[k][i] += static_cast<Real>(parts[k]);
   }
-}
-
-template <class Real>
-void ReceptorArrays<Real>::fill_stress_profile(const PlacedContact& placed,
-                                               double farthest_mm) noexcept {
-  profile_points_ = placed.layer->points_within(farthest_mm);
-  for (std::size_t field = 0; field < 4; ++field) {
-    placed.layer->profile(placed.contact, static_cast<LayerField::Field>(field),
-                          {stress_profile_[field].data(), profile_points_});
-  }
-}
-
-template <class Real>
-EnergyProfile<Real> ReceptorArrays<Real>::profile_of(const PlacedContact& placed) noexcept {
-  if (profile_points_ == 0 || !(placed == profiled_)) {
-    profiled_ = placed;
-    fill_stress_profile(placed, std::hypot(std::max(placed.x_mm - left_, right_ - placed.x_mm),
-                                           std::max(placed.y_mm - bottom_, top_ - placed.y_mm)));
-    const double energy_factor = placed.stored_energy(1.0);
-    const double* const r = stress_profile_[LayerTable::kSigmaR].data();
-    const double* const theta = stress_profile_[LayerTable::kSigmaTheta].data();
-    const double* const z = stress_profile_[LayerTable::kSigmaZ].data();
-    const double* const rz = stress_profile_[LayerTable::kTauRz].data();
-    const double distortional = energy_factor / (12.0 * skin_.shear_modulus_kPa());
-    const double volumetric =
-        kind_ == EnergyDensity::kFull ? energy_factor / (18.0 * skin_.bulk_modulus_kPa()) : 0.0;
-    Real* const energy = energy_profile_.data() + 1;
-    for (std::size_t k = 0; k < profile_points_; ++k) {
-      const double d_rt = r[k] - theta[k];
-      const double d_tz = theta[k] - z[k];
-      const double d_zr = z[k] - r[k];
-      const double trace = r[k] + theta[k] + z[k];
-      energy[k] = static_cast<Real>(
-          distortional * (d_rt * d_rt + d_tz * d_tz + d_zr * d_zr + 6.0 * (rz[k] * rz[k])) +
-          volumetric * (trace * trace));
-    }
-    energy_profile_[0] = energy[1];  // even in r
-  }
-  return {.x = static_cast<Real>(placed.x_mm),
-          .y = static_cast<Real>(placed.y_mm),
-          .points_per_mm = static_cast<Real>(1.0 / placed.layer->spacing_mm()),
-          .end = static_cast<Real>(profile_points_ - 3),
-          .energy = energy_profile_.data()};
 }
 
 template <class Real>
@@ -144,7 +91,6 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
     const PlacedContact& only = contacts.front();
     if (only.taxels != nullptr) return copy_energies(*only.taxels, first, last);
     if (only.field != nullptr) return press_alone(only, receptors.first, receptors.last);
-    if (only.layer != nullptr) return profile_energy(profile_of(only), receptors);
     if (only.sliding != nullptr) return slide_alone(only, receptors.first, receptors.last);
     return sphere_energy(field(only), receptors);
   }
@@ -159,7 +105,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
                                 .tau_yz = sums_[4].data(),
                                 .tau_zx = sums_[5].data()};
   for (const PlacedContact& placed : contacts) {
-    if (placed.field != nullptr || placed.layer != nullptr || placed.sliding != nullptr) {
+    if (placed.field != nullptr || placed.sliding != nullptr) {
       add_tabulated(placed, receptors.first, receptors.last);
     } else {
       add_sphere_stress(field(placed), receptors, sums);

@@ -54,7 +54,7 @@ class ReceptorArrays {
 
   [[nodiscard]] ReceptorArguments<Real> blocks(std::size_t first, std::size_t last) noexcept;
   [[nodiscard]] SphereField<Real> field(const PlacedContact& placed) const noexcept;
-  /// Adds the stress of a solved contact or of a sphere on a layer.
+  /// Adds the stress of a solved contact.
   void add_tabulated(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
   /// The energy densities under one solved contact. While the tip stays in place and between the
   /// same two depths of its tables, they are remembered at every receptor.
@@ -63,10 +63,6 @@ class ReceptorArrays {
   void copy_energies(const TaxelField& taxels, std::size_t first, std::size_t last) noexcept;
   /// The energy densities under one sliding surface.
   void slide_alone(const PlacedContact& placed, std::size_t first, std::size_t last) noexcept;
-  /// The profile of the energy density along the radius, under a sphere on a layer.
-  [[nodiscard]] EnergyProfile<Real> profile_of(const PlacedContact& placed) noexcept;
-  /// Fills stress_profile_ up to a distance.
-  void fill_stress_profile(const PlacedContact& placed, double farthest_mm) noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;
@@ -84,11 +80,6 @@ class ReceptorArrays {
   };
   Alone alone_;
   std::vector<std::uint8_t> known_blocks_;
-  double left_, right_, bottom_, top_;  ///< bounding box of the receptors
-  PlacedContact profiled_;              ///< contact of the profile
-  std::size_t profile_points_ = 0;
-  AlignedArray<double> stress_profile_[4];
-  AlignedArray<Real> energy_profile_;  ///< begins at index −1
 };
 
 extern template class ReceptorArrays<double>;

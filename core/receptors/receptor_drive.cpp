@@ -22,17 +22,6 @@ std::variant<ReceptorArrays<double>, ReceptorArrays<float>> make_arrays(
   return ReceptorArrays<double>(receptors, p.skin, p.transduction);
 }
 
-double sphere_displacement_mm(const PlacedContact& placed, double r_mm) noexcept {
-  return placed.layer != nullptr ? placed.layer->displacement_mm(placed.contact, r_mm)
-                                 : HertzContact::surface_displacement_mm(placed.contact, r_mm);
-}
-
-double radius_of_displacement_mm(const PlacedContact& placed, double displacement_mm) noexcept {
-  return placed.layer != nullptr
-             ? placed.layer->radius_of_displacement_mm(placed.contact, displacement_mm)
-             : HertzContact::radius_of_displacement_mm(placed.contact, displacement_mm);
-}
-
 std::vector<Receptor> by_neuron(std::span<const Receptor> receptors) {
   std::vector<Receptor> sorted(receptors.begin(), receptors.end());
   std::stable_sort(sorted.begin(), sorted.end(),
@@ -113,13 +102,16 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
       const double at_1_mm = placed.field->far_displacement_mm2(placed.contact.depth_mm);
       ranges.displaced2 = square(std::max(0.0, at_1_mm / threshold_mm - half_diagonal));
       ranges.may_displace2 = square(at_1_mm / share_mm + half_diagonal);
-    } else if (sphere_displacement_mm(placed, std::sqrt(farthest2)) >= threshold_mm) {
+    } else if (HertzContact::surface_displacement_mm(placed.contact, std::sqrt(farthest2)) >=
+               threshold_mm) {
       ranges.displaced2 = ranges.may_displace2 = std::numeric_limits<double>::infinity();
     } else {
-      ranges.displaced2 = square(radius_of_displacement_mm(placed, threshold_mm));
-      ranges.may_displace2 = contacts.size() == 1
-                                 ? ranges.displaced2
-                                 : square(radius_of_displacement_mm(placed, share_mm) + 1e-6);
+      ranges.displaced2 =
+          square(HertzContact::radius_of_displacement_mm(placed.contact, threshold_mm));
+      ranges.may_displace2 =
+          contacts.size() == 1
+              ? ranges.displaced2
+              : square(HertzContact::radius_of_displacement_mm(placed.contact, share_mm) + 1e-6);
     }
     all_displaced_ = all_displaced_ || farthest2 <= ranges.displaced2;
     ranges_.push_back(ranges);
@@ -162,7 +154,7 @@ bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
     if (contacts_.size() == 1 && contacts_[i].field == nullptr) return false;
     sum_mm += contacts_[i].field != nullptr
                   ? contacts_[i].field->at(dx, dy, contacts_[i].contact.depth_mm).displacement
-                  : sphere_displacement_mm(contacts_[i], std::sqrt(r2));
+                  : HertzContact::surface_displacement_mm(contacts_[i].contact, std::sqrt(r2));
   }
   return sum_mm >= units::mm_from_um(parameters_.transduction.threshold_um);
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "core/contact/contact_state.hpp"
 #include "core/records/contact_input.hpp"
 
 namespace merkel {
@@ -27,6 +28,7 @@ struct TickRecord {
   /// depend on it.
   std::chrono::nanoseconds delay{0};
   ContactInput contact;      ///< at the tick's end
+  Press press;               ///< that the model made of it; sessions do not store it
   std::uint64_t number = 0;  ///< counts simulated ticks from 1; a jump is a lost record
   std::uint32_t probe = 0;   ///< from 0
   std::uint16_t late = 0;    ///< samples found at this tick after their time was simulated

@@ -37,9 +37,7 @@ double radius_of_sphere(const PlacedContact& placed, const SkinParameters& skin,
   const SkinMaterial material(skin);
   return last_above(limit_kPa, placed.contact.contact_radius_mm, [&](double r) {
     const AxisymmetricStress stress =
-        placed.layer != nullptr
-            ? placed.layer->stress(placed.contact, r)
-            : huber_stress(placed.contact, skin.poisson_ratio, r, skin.receptor_depth_mm);
+        huber_stress(placed.contact, skin.poisson_ratio, r, skin.receptor_depth_mm);
     return placed.stored_energy(energy_density_kPa(stress, material, skin.energy_density));
   });
 }
@@ -108,8 +106,7 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
   for (int k = 0; k <= kDepths; ++k) {
     const double depth_mm = k * spacing_mm_;
     const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
-                               .field = tip.field(),
-                               .layer = tip.layer()};
+                               .field = tip.field()};
     const double radius_mm = tip.field() != nullptr
                                  ? radius_of_field(placed, largest_kPa, limit_kPa)
                                  : radius_of_sphere(placed, skin, limit_kPa);

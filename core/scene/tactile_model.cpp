@@ -137,14 +137,13 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       next_part_(std::make_unique<std::atomic<std::size_t>>(0)),
       spikes_(most_spikes(parameters, neurons())),
       resets_(neurons()) {
-  const auto layer = TipContact::layer_field(parameters.indenters, parameters.skin);
   for (const Indenter& indenter : parameters.indenters) {
     // Equal tips share their tables, and their reach if as many press on the patch.
     const auto own = parameters.indenters.begin() + static_cast<std::ptrdiff_t>(tips_.size());
     const auto same = std::find_if(parameters.indenters.begin(), own,
                                    [&](const Indenter& other) { return indenter.same_tip(other); });
     const auto index = static_cast<std::size_t>(same - parameters.indenters.begin());
-    tips_.emplace_back(indenter, parameters.skin, layer,
+    tips_.emplace_back(indenter, parameters.skin,
                        same == own ? nullptr : tips_[index].shared_field());
     taxels_.push_back(nullptr);
     sliding_.push_back(sliding_of(indenter, parameters));
@@ -330,7 +329,6 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
     touching_[parameters_.indenters[i].patch].push_back(
         {.contact = made.contact,
          .field = tips_[i].field(),
-         .layer = tips_[i].layer(),
          .version = sliding_[i] ? sliding_[i]->revision() : 0,
          .sliding = sliding_[i].get(),
          .x_mm = made.x_mm,

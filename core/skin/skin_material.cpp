@@ -51,7 +51,7 @@ FieldTable SkinParameters::fields() {
        "force and contact radius of a sphere: a paraboloid (the paper) or the exact sphere",
        at<&P::contact_law>},
       {"layer_law", "", one_of(kLayerLaws),
-       "how bone at thickness_mm stiffens the contact: published polynomial or exact equation",
+       "how bone at thickness_mm stiffens the contact: published polynomial, or solved",
        at<&P::layer_law>},
       {"energy_density", "", one_of(kEnergyDensities),
        "strain energy density at the receptors: distortional part (the paper) or full",
@@ -63,13 +63,9 @@ FieldTable SkinParameters::fields() {
 
 Expected<void, ParameterError> SkinParameters::check() const {
   ParameterCheck all;
-  double depth_mm = 0.0;
-  for (const SkinLayer& layer : layers.all()) {
-    all.fields(layer);
-    depth_mm += layer.thickness_mm;
-  }
+  for (const SkinLayer& layer : layers.all()) all.fields(layer);
   return all.fields(*this)
-      .require(layers.empty() || !bone || receptor_depth_mm < depth_mm, "skin.receptor_depth_mm",
+      .require(layers.empty() || receptor_depth_mm < bone_depth_mm(), "skin.receptor_depth_mm",
                "must be less than the thickness of all layers: the receptors lie in the skin, not "
                "the bone")
       .require(layers.empty() || !layered(), "skin.thickness_mm",
@@ -81,8 +77,6 @@ Expected<void, ParameterError> SkinParameters::check() const {
                "requires a curved finger: set skin.radius_mm")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
                "must be less than skin.thickness_mm: the receptors lie in the skin, not the bone")
-      .require(!exactly_layered() || receptor_depth_mm >= 0.05, "skin.receptor_depth_mm",
-               "must be at least 0.05 for skin.layer_law \"exact\", the resolution of its table")
       .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",
                "must be \"hertz\" if skin.thickness_mm is set: the layer laws correct that law")
       .result();
@@ -98,6 +92,14 @@ double SkinParameters::stiffening_under(double depth_mm, double pressure_kPa) co
     return std::min(kMostStiffening, 1.0 + pressure_kPa / stiffening_kPa);
   }
   return std::isfinite(stiffening_mm) ? portable_exp(std::max(0.0, depth_mm) / stiffening_mm) : 1.0;
+}
+
+double SkinParameters::bone_depth_mm() const noexcept {
+  if (layers.empty()) return thickness_mm;
+  if (!bone) return std::numeric_limits<double>::infinity();
+  double depth_mm = 0.0;
+  for (const SkinLayer& layer : layers.all()) depth_mm += layer.thickness_mm;
+  return depth_mm;
 }
 
 SkinMaterial::SkinMaterial(const SkinParameters& parameters) noexcept

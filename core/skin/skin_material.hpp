@@ -21,7 +21,7 @@ enum class ContactLaw {
 /// The model of stiffening by bone at `thickness_mm`.
 enum class LayerLaw {
   kDimitriadis,  ///< the published polynomial
-  kExact,        ///< the Fredholm equation of the bonded layer
+  kExact,        ///< the contact is solved
 };
 
 /// The strain energy density that drives the receptors.
@@ -99,6 +99,8 @@ struct SkinParameters {
   /// The same from the actual mean pressure. Real-time: yes.
   [[nodiscard]] double stiffening_under(double depth_mm,
                                         double pressure_kPa) const noexcept MERKEL_REALTIME;
+  /// Depth of the bone; infinite: none.
+  [[nodiscard]] double bone_depth_mm() const noexcept;
   /// Curvature radius along the finger; radius_mm is the one across it. Real-time: yes.
   [[nodiscard]] double finger_along_mm() const noexcept MERKEL_REALTIME {
     return radius_along_mm > 0.0 ? radius_along_mm : radius_mm;

@@ -229,6 +229,7 @@ class FixedStepLoop {
     timing.published = now_ = clock_.now();
     for (TickRecord& record : records_) {
       record.latency = on_time_ ? timing.published - timing.due : std::chrono::nanoseconds{0};
+      record.press = model_.presses()[record.probe];
     }
     fanout_.publish(std::span<const TickRecord>(records_), clock_);
     fanout_.published(timing.published, timing.published - timing.due);

@@ -187,7 +187,8 @@ TEST(Inspect, FieldOfAnExactLayerIsItsOwn) {
   const auto refused = run_program(
       {"inspect", "field", "--scene", scene, "--depth-mm", "1", "--r-mm", "0", "--z-mm", "5"});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("less than skin.thickness_mm, 4"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("less than the depth of the bone, 4 mm"), std::string::npos)
+      << refused.err;
 }
 
 TEST(Inspect, WrongUseIsExplained) {

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numbers>
+#include <sstream>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -113,6 +115,37 @@ TEST(SlidingSurface, ExamplesRunAndSayHowTheContactIsSolved) {
     EXPECT_NE(run.out.find("it lags the probe by 8 ms"), std::string::npos) << name;
     EXPECT_EQ(run.out.find("Remedy"), std::string::npos) << run.out;
   }
+}
+
+TEST(SlidingSurface, InspectPressesItAsTheLoopDoes) {
+  const TemporaryFolder folder;
+  const std::string finger =
+      "[skin]\nradius_mm = 7\napex_mm = [3, 4]\n[[probe]]\nradius_mm = inf\n";
+  const std::string plate = folder.file("plate.toml", finger);
+  const std::string surface = folder.file("surface.toml", finger + "surface = true\n");
+  const auto numbers = [](const std::string& part, const std::string& scene, const char* press,
+                          const char* value) {
+    std::vector<std::string> arguments{"inspect", part, "--scene", scene, press, value};
+    if (part == "field") arguments.insert(arguments.end(), {"--r-mm", "0.5", "--z-mm", "0.65"});
+    const auto run = run_program(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    std::vector<double> row;
+    std::istringstream fields(run.out.substr(run.out.find('\n') + 1));
+    for (double number = 0.0; fields >> number; fields.ignore()) row.push_back(number);
+    return row;
+  };
+  const auto closed = numbers("contact", plate, "--depth-mm", "0.6");
+  const auto solved = numbers("contact", surface, "--depth-mm", "0.6");
+  ASSERT_GE(std::min(closed.size(), solved.size()), 4U);
+  EXPECT_EQ(solved[0], 0.6);
+  EXPECT_NEAR(solved[1] / closed[1], 1.0, 0.005);
+  EXPECT_NEAR(solved[2] / (std::numbers::pi * closed[0] * closed[0]), 1.0, 0.05);
+  EXPECT_NEAR(solved[3] / closed[2], 1.0, 0.02);
+  EXPECT_NEAR(numbers("contact", surface, "--force-N", "0.3")[0],
+              numbers("contact", plate, "--force-N", "0.3")[3], 0.005);
+  EXPECT_NEAR(numbers("field", surface, "--depth-mm", "0.6").back() /
+                  numbers("field", plate, "--depth-mm", "0.6").back(),
+              1.0, 0.01);
 }
 
 TEST(SlidingSurface, SaysWhatItNeeds) {

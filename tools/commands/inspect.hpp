@@ -1,9 +1,12 @@
 #pragma once
 
+#include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/contact/sliding_contact.hpp"
 #include "core/expected.hpp"
 #include "tools/scene/scene_file.hpp"
 
@@ -31,6 +34,20 @@ struct InspectOptions {
 
 /// The requested scene; if a sphere was given, it replaces the tip of the first probe.
 [[nodiscard]] Expected<Scene, SetupError> scene_of(const InspectOptions& options);
+
+/// The tip and the press that a command line describes.
+struct InspectedPress {
+  SkinParameters skin;
+  Indenter indenter;
+  Press press;
+  ContactInput input = {};  ///< of a surface: its middle lies under the finger's apex
+  std::chrono::nanoseconds tick{};
+};
+
+[[nodiscard]] Expected<InspectedPress, SetupError> press_of(const InspectOptions& options);
+/// A surface at rest under the finger.
+[[nodiscard]] std::unique_ptr<SlidingContact> settled(const InspectedPress& inspected,
+                                                      const SkinParameters& skin);
 
 // Each function prints a part of the model and returns the program's exit code.
 int inspect_contact(const InspectOptions& options);

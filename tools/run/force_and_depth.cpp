@@ -1,5 +1,6 @@
 #include "tools/run/force_and_depth.hpp"
 
+#include "core/contact/sliding_contact.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/units.hpp"
 
@@ -11,10 +12,14 @@ std::optional<ForceAndDepth> force_and_depth(const RunReport::OfProbe& probe,
   if ((probe.channels & kBoth) != kBoth) return std::nullopt;
   Indenter by_depth = model.parameters().indenters[indenter];
   by_depth.control = Indenter::Control::kDepth;
+  const SkinParameters& skin = model.parameters().skin;
+  const ContactInput& input = probe.deepest_press.input;
   const Press press =
-      TipContact(by_depth, model.parameters().skin).press(probe.deepest_press.input);
-  const ForceAndDepth both{.depth_mm = probe.deepest_press.input.depth_mm,
-                           .force_N = units::N_from_mN(probe.deepest_press.input.force_mN),
+      by_depth.surface.slides
+          ? SlidingContact(by_depth, skin, model.parameters().tick, 0.0).settle(input)
+          : TipContact(by_depth, skin).press(input);
+  const ForceAndDepth both{.depth_mm = input.depth_mm,
+                           .force_N = units::N_from_mN(input.force_mN),
                            .model_force_N = units::N_from_mN(press.contact.force_mN)};
   if (both.force_N <= 0.0 || both.model_force_N <= 0.0) return std::nullopt;
   return both;

@@ -185,40 +185,6 @@ HWY_INLINE void sphere_energy_all(const SphereField<Real>& field,
 }
 
 template <class Real>
-HWY_INLINE void profile_energy_all(const EnergyProfile<Real>& profile,
-                                   const ReceptorArguments<Real>& a) {
-  using D = hn::ScalableTag<Real>;
-  using Math = SideBySide<D, 1>;
-  using X = VectorPack<D, 1>;
-  const EnergyProfile<Real> p = profile;
-  const auto set = [](double value) HWY_ATTR { return Math::constant(value); };
-  const auto zero = set(0.0);
-  const auto one = set(1.0);
-  const auto two = set(2.0);
-  for (std::size_t i = a.first; i < a.last; i += hn::Lanes(D())) {
-    const X dx = Math::sub(Math::load(a.x + i), hn::Set(D(), p.x));
-    const X dy = Math::sub(Math::load(a.y + i), hn::Set(D(), p.y));
-    const X r = Math::sqrt(Math::add(Math::mul(dx, dx), Math::mul(dy, dy)));
-    const X place = Math::mul(r, hn::Set(D(), p.points_per_mm));
-    const auto inside = Math::less(place, hn::Set(D(), p.end));
-    const X whole = Math::floor(Math::select(inside, place, zero));
-    const X t = Math::select(inside, Math::sub(place, whole), zero);
-    const auto index = hn::ConvertTo(hn::RebindToSigned<D>(), whole.v[0]);
-    const auto point = [&](int k)
-                           HWY_ATTR { return X{{hn::GatherIndex(D(), p.energy + k, index)}}; };
-    // The cubic through the points −1, 0, 1, 2 (cubic_weights).
-    const X before = Math::sub(t, one);
-    const X after = Math::add(t, one);
-    const X beyond = Math::sub(t, two);
-    const X outer = Math::sub(Math::mul(after, point(3)), Math::mul(beyond, point(0)));
-    const X inner = Math::sub(Math::mul(before, point(1)), Math::mul(t, point(2)));
-    const X value = Math::add(Math::mul(Math::mul(Math::mul(t, before), outer), set(1.0 / 6.0)),
-                              Math::mul(Math::mul(Math::mul(after, beyond), inner), set(0.5)));
-    Math::store(Math::select(inside, value, zero), a.energy + i);
-  }
-}
-
-template <class Real>
 HWY_INLINE void add_stress_all(const SphereField<Real>& field, const ReceptorArguments<Real>& a,
                                const StressArrays<Real>& sums) {
   const hn::ScalableTag<Real> d;

@@ -14,12 +14,6 @@ void sphere_energy_double(const SphereField<double>& f, const ReceptorArguments<
 void sphere_energy_float(const SphereField<float>& f, const ReceptorArguments<float>& a) {
   sphere_energy_all(f, a);
 }
-void profile_energy_double(const EnergyProfile<double>& p, const ReceptorArguments<double>& a) {
-  profile_energy_all(p, a);
-}
-void profile_energy_float(const EnergyProfile<float>& p, const ReceptorArguments<float>& a) {
-  profile_energy_all(p, a);
-}
 void add_stress_double(const SphereField<double>& f, const ReceptorArguments<double>& a,
                        const StressArrays<double>& sums) {
   add_stress_all(f, a, sums);
@@ -56,8 +50,6 @@ namespace merkel {
 
 HWY_EXPORT(sphere_energy_double);
 HWY_EXPORT(sphere_energy_float);
-HWY_EXPORT(profile_energy_double);
-HWY_EXPORT(profile_energy_float);
 HWY_EXPORT(add_stress_double);
 HWY_EXPORT(add_stress_float);
 HWY_EXPORT(stress_energy_double);
@@ -70,12 +62,6 @@ void sphere_energy(const SphereField<double>& f, const ReceptorArguments<double>
 }
 void sphere_energy(const SphereField<float>& f, const ReceptorArguments<float>& a) noexcept {
   HWY_DYNAMIC_DISPATCH(sphere_energy_float)(f, a);
-}
-void profile_energy(const EnergyProfile<double>& p, const ReceptorArguments<double>& a) noexcept {
-  HWY_DYNAMIC_DISPATCH(profile_energy_double)(p, a);
-}
-void profile_energy(const EnergyProfile<float>& p, const ReceptorArguments<float>& a) noexcept {
-  HWY_DYNAMIC_DISPATCH(profile_energy_float)(p, a);
 }
 void add_sphere_stress(const SphereField<double>& f, const ReceptorArguments<double>& a,
                        const StressArrays<double>& sums) noexcept {

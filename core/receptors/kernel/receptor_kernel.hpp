@@ -31,16 +31,6 @@ struct SphereField {
   Real volumetric = 0;    ///< p0²/(18K), or 0
 };
 
-/// Energy density along the radius in the form that the receptor kernels use: evenly spaced points
-/// from index −1, interpolated by cubics.
-template <class Real>
-struct EnergyProfile {
-  Real x = 0, y = 0;  ///< position of the axis
-  Real points_per_mm = 1;
-  Real end = 0;  ///< from this point on, the energy is 0
-  const Real* energy = nullptr;
-};
-
 /// Receptors as a structure of arrays; all arrays are padded to whole vectors.
 template <class Real>
 struct ReceptorArguments {
@@ -76,12 +66,6 @@ void sphere_energy(const SphereField<double>& field,
                    const ReceptorArguments<double>& receptors) noexcept;
 void sphere_energy(const SphereField<float>& field,
                    const ReceptorArguments<float>& receptors) noexcept;
-
-/// Energy density from its profile.
-void profile_energy(const EnergyProfile<double>& profile,
-                    const ReceptorArguments<double>& receptors) noexcept;
-void profile_energy(const EnergyProfile<float>& profile,
-                    const ReceptorArguments<float>& receptors) noexcept;
 
 /// Adds the stress of one sphere to the sums.
 void add_sphere_stress(const SphereField<double>& field, const ReceptorArguments<double>& receptors,

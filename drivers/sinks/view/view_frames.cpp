@@ -45,10 +45,15 @@ ViewFrames::ViewFrames(const SinkSetup& setup)
     : tick_(setup.run.model.tick), electrodes_(setup.run.encoding.electrodes.size()) {
   if (setup.session) start_ = setup.session->start;
   for (const Indenter& indenter : setup.run.model.indenters) {
-    probes_.push_back(
-        {.tip = TipContact(indenter, setup.run.model.skin),
-         .press = {},
-         .taxels = std::vector<float>(indenter.prescribed() ? indenter.taxels.size() : 0)});
+    Probe& probe = probes_.emplace_back();
+    probe.taxels.resize(indenter.prescribed() ? indenter.taxels.size() : 0);
+    if (!setup.session) continue;
+    const SkinParameters& skin = setup.run.model.skin;
+    if (indenter.surface.slides) {
+      probe.surface = std::make_unique<SlidingContact>(indenter, skin, tick_, 0.0);
+    } else {
+      probe.tip.emplace(indenter, skin);
+    }
   }
 }
 
@@ -80,7 +85,13 @@ void ViewFrames::add(const TickRecord& tick) {
   if (!origin_) origin_ = sent_ = next_point_ = start_.value_or(tick.time - tick_);
   if (std::exchange(jumped_, false)) sent_ = next_point_ = tick.time - tick_;
   Probe& probe = probes_[tick.probe];
-  probe.press = probe.tip.press(tick.contact);
+  probe.press = tick.press;
+  if (probe.tip) probe.press = probe.tip->press(tick.contact);
+  if (probe.surface) {
+    probe.surface->take(tick.contact);
+    probe.surface->work();
+    probe.press = probe.surface->press();
+  }
   probe.gauge_depth_mm = tick.contact.depth_mm;
   probe.state = tick.state;
   probe.worst = std::max(probe.worst, tick.state);

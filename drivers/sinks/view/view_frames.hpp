@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "core/contact/sliding_contact.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/records/record_batch.hpp"
 #include "drivers/sinks/sink_setup.hpp"
@@ -63,7 +65,9 @@ class ViewFrames {
 
  private:
   struct Probe {
-    TipContact tip;
+    /// Of a played session, which has no model: computes the presses; else empty.
+    std::optional<TipContact> tip;
+    std::unique_ptr<SlidingContact> surface;
     Press press;
     std::vector<float> taxels;  ///< pressures of a tactile array, kPa
     double gauge_depth_mm = 0.0;

@@ -49,14 +49,6 @@ SlidingContact sliding(const Indenter& surface, const SkinParameters& skin) {
   return {surface, skin, milliseconds(1), 0.0};
 }
 
-/// Holds a press until the contact no longer changes.
-void settle(SlidingContact& contact, const ContactInput& input, int ticks = 80) {
-  for (int k = 0; k < ticks; ++k) {
-    contact.take(input);
-    contact.work();
-  }
-}
-
 ContactInput at_apex(double depth_mm, double x_mm = 0.0, double y_mm = 0.0) {
   return {.depth_mm = depth_mm, .x_mm = kApex.x_mm + x_mm, .y_mm = kApex.y_mm + y_mm};
 }
@@ -109,7 +101,7 @@ TEST(SlidingContact, APlateOnARoundFingerIsHertz) {
   SlidingContact contact = sliding(plate(), skin);
   const SphereLaw hertz(skin, kUnbounded);
   for (const double depth : {0.3, 0.6, 1.2}) {
-    settle(contact, at_apex(depth, 3.3, -1.7));
+    contact.settle(at_apex(depth, 3.3, -1.7));
     const ContactState exact = hertz.at_depth(depth);
     EXPECT_NEAR(contact.press().contact.force_mN / exact.force_mN, 1.0, 0.005) << depth;
     EXPECT_EQ(contact.press().x_mm, kApex.x_mm);
@@ -134,7 +126,7 @@ TEST(SlidingContact, UnderAForceItFindsTheDepth) {
   Indenter surface = plate();
   surface.control = Indenter::Control::kForce;
   SlidingContact contact = sliding(surface, skin);
-  settle(contact, {.force_mN = 400.0});
+  contact.settle({.force_mN = 400.0});
   EXPECT_NEAR(contact.press().contact.force_mN, 400.0, 1e-6);
   EXPECT_NEAR(contact.press().contact.depth_mm,
               SphereLaw(skin, kUnbounded).at_force(400.0).depth_mm, 0.005);
@@ -147,7 +139,7 @@ TEST(SlidingContact, UnderAForceTheSkinStiffens) {
     Indenter surface = plate();
     surface.control = Indenter::Control::kForce;
     SlidingContact contact = sliding(surface, skin);
-    settle(contact, {.force_mN = 400.0});
+    contact.settle({.force_mN = 400.0});
     const ContactState plate = SphereLaw(skin, kUnbounded).at_force(400.0);
     EXPECT_NEAR(contact.press().contact.force_mN, 400.0, with_depth ? 0.5 : 4.0);
     EXPECT_NEAR(contact.press().contact.depth_mm, plate.depth_mm, 0.005) << with_depth;
@@ -182,7 +174,7 @@ TEST(SlidingContact, ADotIsTheFixedTipAtTheSameOffset) {
   for (const Position offset : {Position{0.0, 0.0}, Position{1.13, 0.0}, Position{-0.7, 1.9}}) {
     SlidingContact sharp = sliding(dot(0.0), skin);
     // The middle of the dot is at -offset from the apex.
-    settle(sharp, at_apex(depth, -offset.x_mm, -offset.y_mm));
+    sharp.settle(at_apex(depth, -offset.x_mm, -offset.y_mm));
     const Reference fixed(dot(0.0), skin, depth, offset);
     EXPECT_NEAR(sharp.press().contact.force_mN / fixed.force_mN(), 1.0, 0.01);
     EXPECT_LT(energy_error(sharp, fixed, offset, skin), 0.03);
@@ -195,10 +187,10 @@ TEST(SlidingContact, ADotIsTheFixedTipAtTheSameOffset) {
     SlidingContact pressed = sliding(by_force, skin);
     ContactInput input = at_apex(0.0, -offset.x_mm, -offset.y_mm);
     input.force_mN = rounded.force_mN();
-    settle(pressed, input);
+    pressed.settle(input);
     EXPECT_LT(energy_error(pressed, rounded, offset, skin), 0.09);
     SlidingContact deep = sliding(dot(0.2), skin);
-    settle(deep, at_apex(depth, -offset.x_mm, -offset.y_mm));
+    deep.settle(at_apex(depth, -offset.x_mm, -offset.y_mm));
     EXPECT_LT(energy_error(deep, rounded, offset, skin), 0.04);
     EXPECT_NEAR(deep.press().contact.force_mN / rounded.force_mN(), 1.0, 0.05);
   }
@@ -224,7 +216,7 @@ TEST(SlidingContact, WhileItSlidesItIsTheContactAtRestOneLatencyAgo) {
       moving.take(place(tick));
       moving.work();
     }
-    settle(still, place(tick - 1 - moving.plan().latency()));
+    still.settle(place(tick - 1 - moving.plan().latency()));
     force_error =
         std::max(force_error,
                  std::fabs(moving.press().contact.force_mN / still.press().contact.force_mN - 1.0));
@@ -246,8 +238,8 @@ TEST(SlidingContact, RepeatsAfterAPeriod) {
   const SkinParameters skin = finger();
   SlidingContact here = sliding(dots(), skin);
   SlidingContact there = sliding(dots(), skin);
-  settle(here, at_apex(0.7, 0.4, 0.9));
-  settle(there, at_apex(0.7, 0.4 + 2 * 3.2, 0.9 - 3.2));
+  here.settle(at_apex(0.7, 0.4, 0.9));
+  there.settle(at_apex(0.7, 0.4 + 2 * 3.2, 0.9 - 3.2));
   EXPECT_NEAR(there.press().contact.force_mN / here.press().contact.force_mN, 1.0, 1e-9);
   EXPECT_NEAR(there.at(1.0, 0.3).stress.sigma_z, here.at(1.0, 0.3).stress.sigma_z, 1e-4);
 }
@@ -271,10 +263,10 @@ TEST(SlidingContact, StartsAnewAfterAReset) {
 TEST(SlidingContact, ReportsWhatItCannotSolve) {
   const SkinParameters skin = finger();
   SlidingContact deep = sliding(plate(), skin);
-  settle(deep, at_apex(2.5));
+  deep.settle(at_apex(2.5));
   EXPECT_GT(deep.report().cut_off, 0U);
   SlidingContact beyond = sliding(dot(0.0), skin);
-  settle(beyond, at_apex(0.8, 1.0));
+  beyond.settle(at_apex(0.8, 1.0));
   EXPECT_GT(beyond.report().off_surface, 0U);
 }
 

@@ -7,12 +7,12 @@
 
 #include <fmt/core.h>
 
-#include "core/contact/bonded_layer.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/sneddon_contact.hpp"
 #include "core/contact/solver/press_tables.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
+#include "tools/studies/reference/bonded_layer.hpp"
 #include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
@@ -52,7 +52,7 @@ Case plate_on_finger(double modulus) {
 /// On skin that is bonded to bone: the Fredholm equation.
 Case sphere_on_layer(double hertz_mN) {
   const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
-  const BondedLayer exact(skin.poisson_ratio);
+  const reference::BondedLayer exact(skin.poisson_ratio);
   const double radius_mm = std::sqrt(kSphere_mm * kDepth_mm);
   return {"sphere on skin of 4 mm on bone (Fredholm)", sphere_height(kSphere_mm), 1.3 * radius_mm,
           hertz_mN * exact.force_factor(radius_mm / skin.thickness_mm), skin};

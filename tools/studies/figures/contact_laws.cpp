@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include "core/contact/sphere_law.hpp"
+#include "core/contact/tip_field.hpp"
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
@@ -24,20 +25,21 @@ Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options)
     const SphereLaw hertz({}, radius);
     const SphereLaw sneddon({.contact_law = ContactLaw::kSneddon}, radius);
     const SphereLaw polynomial({.thickness_mm = kThickness_mm}, radius);
-    const SphereLaw exact({.thickness_mm = kThickness_mm, .layer_law = LayerLaw::kExact}, radius);
+    const TipField solved({.radius_mm = radius},
+                          {.thickness_mm = kThickness_mm, .layer_law = LayerLaw::kExact});
     for (int i = 0; i <= 40; ++i) {
       const double depth = 0.05 * i;
       const double base = hertz.at_depth(depth).force_mN;
       table->row({radius, depth, units::N_from_mN(base),
                   units::N_from_mN(sneddon.at_depth(depth).force_mN),
                   units::N_from_mN(polynomial.at_depth(depth).force_mN),
-                  units::N_from_mN(exact.at_depth(depth).force_mN)});
+                  units::N_from_mN(solved.force_mN(depth))});
       if (i == 10 || i == 20 || i == 30) {
         const double a = hertz.at_depth(depth).contact_radius_mm;
         report += fmt::format(
             "| {:g} | {:g} | {:.2f} | {:.2f} | {:.3f} | {:.3f} | {:.3f} |\n", radius, depth,
             a / radius, a / kThickness_mm, sneddon.at_depth(depth).force_mN / base,
-            polynomial.at_depth(depth).force_mN / base, exact.at_depth(depth).force_mN / base);
+            polynomial.at_depth(depth).force_mN / base, solved.force_mN(depth) / base);
       }
     }
   }

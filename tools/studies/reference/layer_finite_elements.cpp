@@ -89,6 +89,11 @@ Eigen::Matrix4d elasticity(double E, double nu) {
   return d;
 }
 
+Eigen::Matrix4d elasticity_at(const LayerFiniteElements::Parameters& p, const Element& element) {
+  const bool upper = 0.5 * (element.z0 + element.z1) < p.upper_mm;
+  return elasticity(upper ? p.upper_kPa : p.youngs_modulus_kPa, p.poisson_ratio);
+}
+
 /// Sets the displacements that are not fixed to the equilibrium without load.
 void solve_free(const Eigen::SparseMatrix<double>& K, const std::vector<bool>& fixed,
                 Eigen::VectorXd& u) {
@@ -126,13 +131,12 @@ LayerFiniteElements::LayerFiniteElements(const Parameters& p) {
   r_ = graded(near, near + 8.0 * p.thickness_mm, p.element_mm);
   z_ = graded(std::min(1.5, 0.5 * p.thickness_mm), p.thickness_mm, p.element_mm);
   const std::size_t nodes = r_.size() * z_.size();
-  const Eigen::Matrix4d D = elasticity(p.youngs_modulus_kPa, p.poisson_ratio);
 
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t row = 0; row + 1 < z_.size(); ++row) {
     for (std::size_t column = 0; column + 1 < r_.size(); ++column) {
       const Element element{r_[column], r_[column + 1], z_[row], z_[row + 1]};
-      const Eigen::Matrix<double, 8, 8> K = element.stiffness(D);
+      const Eigen::Matrix<double, 8, 8> K = element.stiffness(elasticity_at(p, element));
       const std::size_t of[] = {node(column, row), node(column + 1, row), node(column + 1, row + 1),
                                 node(column, row + 1)};
       for (int i = 0; i < 8; ++i) {
@@ -190,7 +194,6 @@ LayerFiniteElements::LayerFiniteElements(const Parameters& p) {
 }
 
 void LayerFiniteElements::fill_centres(const std::vector<double>& u, const Parameters& p) {
-  const Eigen::Matrix4d D = elasticity(p.youngs_modulus_kPa, p.poisson_ratio);
   for (std::size_t row = 0; row + 1 < z_.size(); ++row) {
     for (std::size_t column = 0; column + 1 < r_.size(); ++column) {
       const Element element{r_[column], r_[column + 1], z_[row], z_[row + 1]};
@@ -199,7 +202,8 @@ void LayerFiniteElements::fill_centres(const std::vector<double>& u, const Param
       Eigen::Matrix<double, 8, 1> own;
       for (int i = 0; i < 8; ++i) own(i) = u[2 * of[i / 2] + static_cast<std::size_t>(i % 2)];
       const Eigen::Vector4d stress =
-          D * element.mean_dilatation(element.strain(0.0, 0.0), element.mean()) * own;
+          elasticity_at(p, element) *
+          element.mean_dilatation(element.strain(0.0, 0.0), element.mean()) * own;
       centres_.push_back({.sigma_r = stress(0),
                           .sigma_theta = stress(1),
                           .sigma_z = stress(2),

@@ -16,6 +16,8 @@ class LayerFiniteElements {
     double youngs_modulus_kPa = 100.0;
     double poisson_ratio = 0.48;
     double thickness_mm = 4.0;
+    double upper_mm = 0.0;   ///< thickness of a layer of its own, outermost; 0: one layer
+    double upper_kPa = 0.0;  ///< Young's modulus of that layer
     double radius_mm = 2.0;  ///< of the paraboloid
     double depth_mm = 1.0;
     double element_mm = 0.05;  ///< near the contact; elements grow away from it

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/contact/bonded_layer.hpp"
 #include "core/skin/point_load.hpp"
+#include "tools/studies/reference/bonded_layer.hpp"
 
 namespace merkel {
 namespace {
@@ -38,7 +38,8 @@ TEST(LayeredMedium, OneBondedLayerHasThePublishedCompliance) {
   for (const double nu : {0.2, 0.48, 0.5}) {
     const LayeredMedium skin = medium({layer(4.0, 100.0, nu)});
     for (const double x : {0.01, 0.1, 0.5, 1.0, 5.0}) {
-      EXPECT_NEAR(skin.excess_compliance(x / 4.0), -LayerEquation::stiffening(x, nu), 1e-9);
+      EXPECT_NEAR(skin.excess_compliance(x / 4.0), -reference::BondedLayer::stiffening(x, nu),
+                  1e-9);
     }
   }
 }

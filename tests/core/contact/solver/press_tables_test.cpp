@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "core/contact/layer_field.hpp"
-#include "core/contact/sphere_law.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
@@ -94,22 +92,6 @@ TEST(PressTables, APinOnAFingerOfTwoRadiiAgreesWithBoundaryElements) {
             << diameter << " " << table << " " << x << " " << y;
       }
     }
-  }
-}
-
-TEST(PressTables, TheFieldOfASphereOnALayerIsTheHankelTransforms) {
-  const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
-  const PressTables press = press_tables(
-      {.gap = sphere_height(5.0), .half_width_mm = 2.6, .half_length_mm = 2.6, .feature_mm = 5.0},
-      LayeredMedium(skin), 0.65, 1);
-  const ContactState contact = SphereLaw(skin, 5.0).at_depth(1.0);
-  const LayerField field(skin, 3.0);
-  const double peak = energy_density_kPa(field.stress(contact, 0.0), SkinMaterial(skin),
-                                         EnergyDensity::kDistortional);
-  for (double x = 0.0; x < 3.0; x += 8 * press.grid.pixel_mm) {
-    const double exact = energy_density_kPa(field.stress(contact, x), SkinMaterial(skin),
-                                            EnergyDensity::kDistortional);
-    EXPECT_NEAR(energy_at(press, 1, x, 0.0, skin), exact, 0.01 * peak) << x;
   }
 }
 

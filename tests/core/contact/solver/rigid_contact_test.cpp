@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "core/contact/bonded_layer.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/solver/tip_heights.hpp"
+#include "tools/studies/reference/bonded_layer.hpp"
 
 namespace merkel {
 namespace {
@@ -146,7 +146,7 @@ TEST(RigidContact, TheMiddleOfALongCylinderOrWedgeIsPlane) {
 
 TEST(RigidContact, OnABondedLayerItIsTheFredholmSolution) {
   const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
-  const BondedLayer exact(skin.poisson_ratio);
+  const reference::BondedLayer exact(skin.poisson_ratio);
   for (const double depth : {0.3, 1.5}) {
     RigidContact solver = contact(sphere_height(5.0), 0.1, 75, 75, LayeredMedium(skin));
     const double hertz = 4.0 / 3.0 * kSkinModulus * std::sqrt(5.0) * std::pow(depth, 1.5);
