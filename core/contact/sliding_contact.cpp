@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/contact/solver/rim_pixels.hpp"
 #include "core/math/cubic_interpolation.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
@@ -16,7 +17,8 @@ constexpr int kSettlingSolutions = 20;  ///< of a cold start, at most
 HeightMap empty_map(const PixelGrid& grid) {
   return {.grid = grid,
           .height_mm = std::vector<double>(grid.pixels()),
-          .coverage = std::vector<double>(grid.pixels(), 1.0)};
+          .coverage = std::vector<double>(grid.pixels(), 1.0),
+          .rims = std::vector<HeightMap::Rim>(grid.pixels())};
 }
 
 }  // namespace
@@ -39,6 +41,7 @@ SlidingContact::SlidingContact(const Indenter& surface, const SkinParameters& sk
                  padded_pixels(plan_.contact.rows + plan_.window.rows - 1)),
       pressure_(transform_.make_spectrum()),
       image_(plan_.window.pixels()),
+      loads_(plan_.contact.pixels()),
       gap_(empty_map(plan_.contact)),
       inputs_(static_cast<std::size_t>(plan_.latency() + 1)) {
   PixelKernels kernels(LayeredMedium(skin), skin.receptor_depth_mm, plan_.contact, plan_.window);
@@ -113,8 +116,6 @@ void SlidingContact::publish(int phase) noexcept {
   const double stiffening = skin_.stiffening_at(depth_mm, force_mN / area_mm2);
   press_ = {.contact = {.depth_mm = depth_mm,
                         .force_mN = stiffening * force_mN,
-                        .contact_radius_mm = 0.0,
-                        .peak_pressure_kPa = 0.0,
                         .stiffening = stiffening},
             .x_mm = apex_.x_mm,
             .y_mm = apex_.y_mm};
@@ -164,13 +165,13 @@ void SlidingContact::find_gap() noexcept {
   column_ = column;
   row_ = row;
   map_.copy(column, row, gap_);
-  const double along = 1.0 / skin_.finger_along_mm();
   for (std::size_t j = 0; j < gap_.grid.rows; ++j) {
     const double y = map_.y_mm(row + static_cast<std::ptrdiff_t>(j)) - apex_y;
     const double across = 0.5 * (1.0 / skin_.radius_mm) * y * y;
     for (std::size_t i = 0; i < gap_.grid.columns; ++i) {
       const double x = map_.x_mm(column + static_cast<std::ptrdiff_t>(i)) - apex_x;
-      gap_.height_mm[j * gap_.grid.columns + i] += 0.5 * along * x * x + across;
+      gap_.height_mm[j * gap_.grid.columns + i] +=
+          0.5 * (1.0 / skin_.finger_along_mm()) * x * x + across;
     }
   }
   solver_.set_gap(gap_);
@@ -201,9 +202,7 @@ void SlidingContact::finish_iterations() noexcept {
   if (!(solution.error <= Report::kPoorError)) ++report_.poor;
   const std::span<const double> pressure = solver_.pressure_kPa();
   const PixelGrid& grid = gap_.grid;
-  double sum = 0.0;
-  double sum_x = 0.0;
-  double sum_y = 0.0;
+  double sum = 0.0, sum_x = 0.0, sum_y = 0.0;
   bool border = false;
   for (std::size_t j = 0; j < grid.rows; ++j) {
     for (std::size_t i = 0; i < grid.columns; ++i) {
@@ -216,21 +215,21 @@ void SlidingContact::finish_iterations() noexcept {
     }
   }
   if (border) ++report_.cut_off;
-  const double load_x = sum_x / sum;
-  const double load_y = sum_y / sum;
+  const Position load{sum_x / sum, sum_y / sum};
   double rim2 = 0.0;
   for (std::size_t j = 0; j < grid.rows; ++j) {
     for (std::size_t i = 0; i < grid.columns; ++i) {
       if (!(pressure[j * grid.columns + i] > 0.0)) continue;
-      const double x = grid.x_mm(i) - load_x;
-      const double y = grid.y_mm(j) - load_y;
+      const double x = grid.x_mm(i) - load.x_mm;
+      const double y = grid.y_mm(j) - load.y_mm;
       rim2 = std::max(rim2, x * x + y * y);
     }
   }
-  next_.load_x_mm = map_.x_mm(column_) - grid.x_mm(0) + load_x;
-  next_.load_y_mm = map_.y_mm(row_) - grid.y_mm(0) + load_y;
+  next_.load_x_mm = map_.x_mm(column_) - grid.x_mm(0) + load.x_mm;
+  next_.load_y_mm = map_.y_mm(row_) - grid.y_mm(0) + load.y_mm;
   next_.rim_mm = std::sqrt(rim2) + grid.pixel_mm;
-  transform_.forward(pressure, grid.columns, grid.rows, pressure_);
+  place_loads(gap_, pressure, loads_);
+  transform_.forward(loads_, grid.columns, grid.rows, pressure_);
 }
 
 void SlidingContact::compute_fields(std::size_t first) noexcept {

@@ -110,6 +110,7 @@ class SlidingContact {
   std::vector<GridSpectrum> kernels_;
   GridSpectrum pressure_;
   std::vector<double> image_;
+  std::vector<double> loads_;
   HeightMap gap_;
   Table older_, newer_, next_;
   std::vector<ContactInput> inputs_;  ///< of the last ticks

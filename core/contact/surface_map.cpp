@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/contact/pressed_tip.hpp"
+#include "core/contact/solver/rim_pixels.hpp"
 
 namespace merkel {
 namespace {
@@ -19,6 +20,8 @@ constexpr double kFinestOfDepth = 0.25;
 constexpr double kCoarsestOfDepth = 0.4;
 constexpr double kFinestOfFeature = 1.0 / 6.0;
 constexpr double kCoarsestOfFeature = 0.25;
+/// Rims are sharpened for this depth, in depths of the room that a contact has.
+constexpr double kRimDepth = 0.7;
 /// Transforms of this size are the unit of cost: three parts of a solution take at most 0.6 ms.
 constexpr double kUnitPixels = 128.0 * 128.0;
 constexpr double kPartsPer_ms = 3.0;
@@ -113,9 +116,12 @@ std::optional<SlidingPlan> SlidingPlan::of(const Indenter& surface, const SkinPa
   if (cost > kMostCostPer_ms * tick_ms || plan.contact.pixel_mm > 1.001 * coarsest) {
     return std::nullopt;
   }
-  plan.parts_per_tick =
-      std::clamp(static_cast<int>(kPartsPer_ms * tick_ms / cost), 1, SlidingPlan::kParts);
-  plan.ticks = (kParts + plan.parts_per_tick - 1) / plan.parts_per_tick;
+  // In whole milliseconds, so that finer ticks have the same lag.
+  const double parts_per_ms =
+      std::clamp(std::floor(kPartsPer_ms / cost), 1.0, static_cast<double>(kParts));
+  const double interval_ms = std::ceil(kParts / parts_per_ms);
+  plan.ticks = std::max(1, static_cast<int>(std::ceil(interval_ms / tick_ms - 1e-9)));
+  plan.parts_per_tick = (kParts + plan.ticks - 1) / plan.ticks;
   return plan;
 }
 
@@ -134,10 +140,33 @@ SurfaceMap::SurfaceMap(const Indenter& surface, const SkinParameters& skin, doub
   const PixelGrid grid{.pixel_mm = pixel_mm,
                        .columns = pixels_of(surface.surface.period_x_mm, half.x_mm, pixel_mm),
                        .rows = pixels_of(surface.surface.period_y_mm, half.y_mm, pixel_mm)};
-  map_ = height_map(repeated(height_of(surface, skin), surface.surface), grid);
+  const TipHeight tip = repeated(height_of(surface, skin), surface.surface);
+  map_ = height_map(tip, grid);
   // The map's lowest height is 0; the tip's own need not be.
   if (std::isfinite(base_mm_)) {
     base_mm_ = *std::max_element(map_.height_mm.begin(), map_.height_mm.end());
+  }
+  // The neighbours of a period press as well.
+  PixelGrid around = grid;
+  if (repeats_x_) around.columns *= 3;
+  if (repeats_y_) around.rows *= 3;
+  HeightMap sharpened = height_map(tip, around);
+  sharpen_rims(tip, LayeredMedium(skin), kRimDepth * surface.surface.deepest_mm, sharpened);
+  if (!sharpened.rims.empty()) {
+    const std::size_t column = (around.columns - grid.columns) / 2;
+    const std::size_t row = (around.rows - grid.rows) / 2;
+    HeightMap middle{.grid = grid, .height_mm = {}, .coverage = {}};
+    for (std::size_t j = 0; j < grid.rows; ++j) {
+      const auto first = static_cast<std::ptrdiff_t>((row + j) * around.columns + column);
+      const auto last = first + static_cast<std::ptrdiff_t>(grid.columns);
+      const auto append = [&](const auto& from, auto& to) {
+        to.insert(to.end(), from.begin() + first, from.begin() + last);
+      };
+      append(sharpened.height_mm, middle.height_mm);
+      append(sharpened.coverage, middle.coverage);
+      append(sharpened.rims, middle.rims);
+    }
+    map_ = std::move(middle);
   }
 }
 
@@ -172,9 +201,11 @@ void SurfaceMap::copy(std::ptrdiff_t first_column, std::ptrdiff_t first_row,
       if (i && j) {
         to.height_mm[at] = map_.height_mm[*j * map_.grid.columns + *i];
         to.coverage[at] = map_.coverage[*j * map_.grid.columns + *i];
+        if (!map_.rims.empty()) to.rims[at] = map_.rims[*j * map_.grid.columns + *i];
       } else {
         to.height_mm[at] = base_mm_;
         to.coverage[at] = base ? 1.0 : 0.0;
+        to.rims[at] = {};
       }
     }
   }

@@ -62,6 +62,10 @@ void RigidContact::set_gap(const HeightMap& gap) noexcept {
       gap_[i] = bare(gap, i) ? std::numeric_limits<double>::infinity() : gap.height_mm[i];
       const bool whole = gap.coverage[i] > 1.0 - kLeastCoverage;
       compliance_[i] = 0.0;
+      if (!gap.rims.empty() && gap.rims[i].known) {
+        compliance_[i] = gap.rims[i].compliance * grid_.pixel_mm / modulus_kPa_;
+        continue;
+      }
       if (bare(gap, i) || (whole && !beside_bare(gap, column, row))) continue;
       const double share = gap.coverage[i] + kRimShift;
       compliance_[i] = kRimCompliance * (1.0 / share - 1.0) * grid_.pixel_mm / modulus_kPa_;

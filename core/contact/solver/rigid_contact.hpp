@@ -15,6 +15,15 @@ struct HeightMap {
   std::vector<double> height_mm;  ///< infinite where there is no tip
   /// Part of the pixel that the tip covers, 0 to 1: below 1 at its rims.
   std::vector<double> coverage;
+  /// Within a pixel at a rim, the pressure is not even. Known of all pixels or, if empty, of none:
+  /// then the coverage decides.
+  struct Rim {
+    bool known = false;
+    double compliance = 0.0;  ///< extra, in pixels over E*
+    double x = 0.0;           ///< where the pressure acts, from the middle, in pixels
+    double y = 0.0;
+  };
+  std::vector<Rim> rims = {};
 };
 
 /// Frictionless contact of a rigid tip with elastic skin: the pressure p ≥ 0 for which the surface

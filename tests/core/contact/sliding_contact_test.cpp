@@ -121,6 +121,15 @@ TEST(SlidingContact, APlateOnARoundFingerIsHertz) {
   }
 }
 
+TEST(SlidingPlan, FinerTicksHaveTheSameLag) {
+  for (const int tick_us : {1000, 500, 250}) {
+    const auto plan = SlidingPlan::of(dots(), finger(), std::chrono::microseconds(tick_us));
+    ASSERT_TRUE(plan);
+    EXPECT_EQ(plan->latency() * tick_us, 8000) << tick_us;
+    EXPECT_GE(plan->ticks * plan->parts_per_tick, SlidingPlan::kParts) << tick_us;
+  }
+}
+
 TEST(SlidingContact, UnderAForceItFindsTheDepth) {
   const SkinParameters skin = finger(7.0);
   Indenter surface = plate();
@@ -165,9 +174,7 @@ double energy_error(const SlidingContact& contact, const Reference& fixed, const
   return error / largest;
 }
 
-// Six pixels across. They are too coarse for the place at which the contact with a rounded dot
-// ends, which is up to 5 % too stiff; under the same force, its energy density is therefore too
-// low.
+// Six pixels across.
 TEST(SlidingContact, ADotIsTheFixedTipAtTheSameOffset) {
   const SkinParameters skin = finger();
   const double depth = 0.8;
