@@ -198,6 +198,7 @@ PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin) {
   const Reach reach = reach_of(tip.gap, half_x, half_y, kBulge * tip.deepest_mm);
   tip.half_width_mm = std::min(half_x, kBulge * reach.half_width_mm);
   tip.half_length_mm = std::min(half_y, kBulge * reach.half_length_mm);
+  if (indenter.tip == Tip::kPin) tip.largest_area_mm2 = std::numbers::pi * half_x * half_x;
   return tip;
 }
 

@@ -78,7 +78,7 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
     press.iterations += solution.iterations;
     press.error = std::max(press.error, solution.error);
     table.force_mN_per_mm = solution.force_mN / table.depth_mm;
-    table.area_mm2 = solution.area_mm2;
+    table.area_mm2 = std::min(solution.area_mm2, tip.largest_area_mm2);
     table.peak_pressure_kPa = solution.peak_pressure_kPa;
     table.nodes.resize(press.grid.pixels());
     kernels.transform().forward(solver.pressure_kPa(), contact.columns, contact.rows, pressure);

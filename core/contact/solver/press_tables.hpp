@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "core/contact/kernel/grid_interpolation.hpp"
@@ -18,6 +19,8 @@ struct PressedTip {
   double feature_mm = 0.0;      ///< the smallest part of the tip that must be resolved
   double deepest_mm = 1.0;      ///< of the tables
   bool proportional = false;    ///< to the depth: a flat end on flat skin
+  /// Of a flat end; pixels at its rim count as a whole, so that their sum is larger.
+  double largest_area_mm2 = std::numeric_limits<double>::infinity();
 };
 
 /// The fields of a press at depths (k/last)²·deepest, per mm of depth; the first is empty.

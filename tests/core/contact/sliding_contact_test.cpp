@@ -151,7 +151,9 @@ TEST(SlidingContact, UnderAForceTheSkinStiffens) {
     contact.settle({.force_mN = 400.0});
     const ContactState plate = SphereLaw(skin, kUnbounded).at_force(400.0);
     EXPECT_NEAR(contact.press().contact.force_mN, 400.0, with_depth ? 0.5 : 4.0);
-    EXPECT_NEAR(contact.press().contact.depth_mm, plate.depth_mm, 0.005) << with_depth;
+    // The mean pressure is that of whole pixels in contact.
+    EXPECT_NEAR(contact.press().contact.depth_mm, plate.depth_mm,
+                with_depth ? 0.005 : 0.015 * plate.depth_mm);
     EXPECT_NEAR(contact.press().contact.stiffening / plate.stiffening, 1.0, 0.02) << with_depth;
   }
 }

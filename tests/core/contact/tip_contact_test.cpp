@@ -36,7 +36,7 @@ TEST(TipContact, AFlatTipOnSkinThatStiffensWithThePressure) {
   const TipContact soft(indenter, {});
   const TipContact tip(indenter, {.stiffening_kPa = 60.0});
   const double area_mm2 = tip.field()->force_mN(0.5) / tip.field()->mean_pressure_kPa(0.5);
-  EXPECT_NEAR(area_mm2, 0.25 * std::numbers::pi, 0.06);
+  EXPECT_NEAR(area_mm2, 0.25 * std::numbers::pi, 1e-9);
   for (const double force_mN : {1.0, 50.0, 200.0}) {
     const Press press = tip.press({.force_mN = force_mN});
     const double stiffening = 1.0 + force_mN / area_mm2 / 60.0;
@@ -52,15 +52,16 @@ TEST(TipContact, SolvedAndClosedFormsStiffenAlikeWithThePressure) {
   SkinParameters skin{.radius_mm = 7.0, .stiffening_kPa = 30.0};
   const Indenter sphere{.radius_mm = 5.0, .control = Indenter::Control::kForce};
   const Press closed = TipContact(sphere, skin).press({.force_mN = 300.0});
+  const double modulus_kPa = SkinMaterial(skin).youngs_modulus_kPa();
   skin.layers.count = 1;
-  skin.layers.layer[0] = {.thickness_mm = 4.0,
-                          .youngs_modulus_kPa = SkinMaterial(skin).youngs_modulus_kPa(),
-                          .poisson_ratio = skin.poisson_ratio};
+  skin.layers.layer[0] = {
+      .thickness_mm = 4.0, .youngs_modulus_kPa = modulus_kPa, .poisson_ratio = skin.poisson_ratio};
   skin.bone = false;
   const Press solved = TipContact(sphere, skin).press({.force_mN = 300.0});
   EXPECT_GT(closed.contact.stiffening, 1.5);
-  EXPECT_NEAR(solved.contact.stiffening / closed.contact.stiffening, 1.0, 0.02);
-  EXPECT_NEAR(solved.contact.depth_mm / closed.contact.depth_mm, 1.0, 0.02);
+  // The solved area is that of whole pixels.
+  EXPECT_NEAR(solved.contact.stiffening / closed.contact.stiffening, 1.0, 0.04);
+  EXPECT_NEAR(solved.contact.depth_mm / closed.contact.depth_mm, 1.0, 0.03);
 }
 
 }  // namespace
