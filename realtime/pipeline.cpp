@@ -266,9 +266,9 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   const ThreadUsage before = ThreadUsage::of_this_thread();
   const nanoseconds loop_start = PeriodicClock::now();
   loop.run(stop);
-  stalls.reset();
   report.wall = PeriodicClock::now() - loop_start;
   host.usage = ThreadUsage::of_this_thread().since(before);
+  stalls.reset();
   const auto copy = [](std::span<const std::uint64_t> from, std::vector<std::uint64_t>& to) {
     to.assign(from.begin(), from.end());
   };
