@@ -158,7 +158,7 @@ TEST(TraceReader, RefusesWhatIsNoTable) {
             "t.csv:1: this line contains the control character 0x02: this is not a CSV table");
   std::string endless = "time_s,depth_mm\n";
   endless.append(100'000, '7');
-  EXPECT_NE(sentence_about(endless).find("t.csv:2: this line has more than 4096 characters"),
+  EXPECT_NE(sentence_about(endless).find("t.csv:2: this line has more than 32768 characters"),
             std::string::npos);
   EXPECT_NE(read_all("no/such/file").error().sentence.find("cannot read no/such/file"),
             std::string::npos);

@@ -74,6 +74,7 @@ TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
   EXPECT_TRUE(has(notices[0], "36 channels, of which only the first 32 are kept")) << notices[0];
   // Follows the advice.
   EXPECT_TRUE(has(notices[0], "#taxels=36")) << notices[0];
+  probe->reset();
   const auto array = open_device({.uri = uri_of(printer, "taxel_Pa*36"), .parts = {"taxels=36"}});
   ASSERT_TRUE(array) << array.error().sentence;
   EXPECT_EQ((*array)->info().taxels, 36U);
