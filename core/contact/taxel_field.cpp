@@ -11,7 +11,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kNodesPerDepth = 3.0;
+constexpr double kTaxelNodesPerDepth = 3.0;
 constexpr double kMargin_mm = 12.0;
 constexpr double kError = 5e-5;  ///< of the stress, beside the largest one under a taxel
 constexpr double kTouched = 0.05;
@@ -79,7 +79,7 @@ TaxelField::Grid TaxelField::grid_of(const TaxelArray& array, double orientation
     box_bottom = std::min(box_bottom, at.y_mm);
     box_top = std::max(box_top, at.y_mm);
   }
-  Grid grid{.spacing_mm = skin.receptor_depth_mm / kNodesPerDepth};
+  Grid grid{.spacing_mm = skin.receptor_depth_mm / kTaxelNodesPerDepth};
   const double edge = 1.5 * grid.spacing_mm;  // cubics need a node more on each side
   grid.left_mm = std::max(left, box_left) - edge;
   grid.bottom_mm = std::max(bottom, box_bottom) - edge;
