@@ -176,7 +176,8 @@ int print_solved(const InspectedPress& inspected, const std::string& folder) {
       const double rest_mN = table.force_mN_per_mm * table.depth_mm;
       const double stiffening =
           inspected.skin.stiffening_at(table.depth_mm, rest_mN / table.area_mm2);
-      print_press(table.depth_mm, stiffening * rest_mN, table.area_mm2, stiffening * table.peak_pressure_kPa,
+      print_press(table.depth_mm, stiffening * rest_mN, table.area_mm2,
+                  stiffening * table.peak_pressure_kPa,
                   stiffening * field.largest_energy_kPa(table.depth_mm),
                   field.tables().contact.pixel_mm);
     }
