@@ -57,6 +57,8 @@ ArrivalCheck::Arrival ArrivalCheck::check(Time estimate, Time arrival, Time tole
     late_.reset();
     return Arrival::kGood;
   }
+  // Later by so much than the first late frame: a stall, whose backlog begins with this frame.
+  if (late_ && lateness > late_->lateness + kLate) late_.reset();
   if (!goes_on(late_, lateness, arrival)) return Arrival::kGood;
   const Time caught_up = late_->lateness - lateness;
   if (caught_up * kCatchUp < arrival - late_->since) return Arrival::kReanchor;

@@ -62,6 +62,7 @@ class DelayEstimate {
       const Time interval = sample.time - *last_;
       const bool outage = period_.count() > 0 && interval > kOutage * period_;
       const bool opening = sample.arrival < first_arrival_ + kOpening;
+      if (interval.count() > 0) follow_period(outage ? kOutage * period_ : interval);
       if (!outage && !opening && interval.count() > 0) {
         if (waiting_ == recent_.size()) count_oldest();
         recent_[(oldest_ + waiting_++) % recent_.size()] = {sample.time, sample.arrival, interval};
@@ -150,9 +151,16 @@ class DelayEstimate {
     return time - tick_ / kGuard + (tick_ - since % tick_) % tick_;
   }
 
+  /// An outage counts in part, so that samples that were very close for a while do not make all
+  /// later intervals outages.
+  void follow_period(Time interval) noexcept {
+    const Time change = interval - period_;
+    period_ += period_.count() == 0 ? interval : change / kPeriodMemory;
+    period_ = std::max(period_, kLeastPeriod);
+  }
+
   void count(const Arrival& sample) noexcept {
     const Time interval = sample.interval;
-    period_ += (interval - period_) / (period_.count() == 0 ? 1 : kPeriodMemory);
     while (sample.arrival >= slot_end_) turn(sample.arrival);
     const Time tick_end = tick_from(parameters_.interpolate ? sample.time - interval : sample.time);
     // Of several samples in a tick, only one is awaited.
@@ -184,7 +192,8 @@ class DelayEstimate {
   static constexpr Time kSettle{20'000'000};
   static constexpr std::size_t kMostWaiting = 256;
   static constexpr int kPeriodMemory = 16;  ///< samples
-  static constexpr int kGuard = 20;         ///< of these in a tick
+  static constexpr Time kLeastPeriod{1'000};
+  static constexpr int kGuard = 20;  ///< of these in a tick
 
   Parameters parameters_;
   std::vector<std::uint32_t> slots_;  ///< the needs of each slot, by bucket

@@ -93,6 +93,18 @@ TEST_F(ArrivalCheckTest, ABacklogThatShrinksIsGood) {
   }
 }
 
+// The host holds back one frame, then the link all others: the backlog comes at once.
+TEST_F(ArrivalCheckTest, AStallBehindALateFrameMovesNoAnchor) {
+  good_frames(300);
+  arrival_ += milliseconds{100};
+  EXPECT_EQ(frame(milliseconds{100}), Arrival::kGood);
+  arrival_ += milliseconds{500};
+  for (int k = 1; k <= 600; ++k) {
+    const nanoseconds measured = arrival_ + milliseconds{k - 600};
+    ASSERT_EQ(check_.check(measured, arrival_, milliseconds{1}, true), Arrival::kGood) << k;
+  }
+}
+
 TEST_F(ArrivalCheckTest, ARestartForgetsTheClock) {
   good_frames(300);
   check_.restart();

@@ -197,6 +197,17 @@ TEST(DelayEstimate, AnOutageIsNoLateness) {
   EXPECT_NEAR(needed_ms(estimate), 1.1, 0.08);
 }
 
+// As after a clock that was mapped anew: its times must not go back.
+TEST(DelayEstimate, SamplesThatWereCloseForAWhileDoNotMakeTheOthersOutages) {
+  DelayEstimate estimate({});
+  SteadyDevice device(estimate);
+  device.run(1.0, 1000.0, kPunctual);
+  device.run(0.001, 1.0, [] { return milliseconds{40}; });
+  EXPECT_GT(needed_ms(estimate), 30.0);
+  device.run(1.0, 6000.0, kPunctual);
+  EXPECT_LT(needed_ms(estimate), 2.0);
+}
+
 TEST(DelayEstimate, TheCeilingDependsOnTheRate) {
   DelayEstimate fast({});
   SteadyDevice(fast).run(1.0, 1000.0, kPunctual);
