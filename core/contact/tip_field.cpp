@@ -185,4 +185,22 @@ TipField::Energies TipField::energies(std::size_t lower, double x_mm, double y_m
   return {static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])};
 }
 
+std::array<double, 2> TipField::displacements(std::size_t lower, double x_mm,
+                                              double y_mm) const noexcept {
+  std::array<double, 2> found{};
+  GridPatch patch;
+  const auto corner = place(x_mm, y_mm, patch);
+  for (std::size_t t = 0; t < 2; ++t) {
+    const PressTables::Table& table = press_.tables[lower + t];
+    if (corner) {
+      patch.corner[0] = table.nodes.data() + *corner;
+      patch.weight[0] = 1.0;
+      found[t] = static_cast<double>(interpolate(patch).values[6]);
+    } else {
+      found[t] = far_.at(table.force_mN_per_mm, x_mm, y_mm).displacement;
+    }
+  }
+  return found;
+}
+
 }  // namespace merkel

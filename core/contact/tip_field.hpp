@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -52,6 +53,9 @@ class TipField {
   /// Energies of two neighbouring tables in skin at rest, kPa per mm².
   [[nodiscard]] Energies energies(std::size_t lower, double x_mm,
                                   double y_mm) const noexcept MERKEL_REALTIME;
+  /// Displacements of the surface by two neighbouring tables, mm per mm; a blend weighs them.
+  [[nodiscard]] std::array<double, 2> displacements(std::size_t lower, double x_mm,
+                                                    double y_mm) const noexcept MERKEL_REALTIME;
 
   /// At a large distance r on a half-space, the surface is displaced by this value divided by r.
   [[nodiscard]] double far_displacement_mm2(double depth_mm) const noexcept MERKEL_REALTIME;

@@ -48,6 +48,8 @@ ReceptorDrive::ReceptorDrive(std::span<const Receptor> receptors, std::size_t ne
       arrays_(make_arrays(receptors_, parameters)),
       resting_current_(parameters.transduction.current_uA_per_cm2(0.0)),
       output_(neurons) {
+  alone_.known.resize(receptors_.size());
+  alone_.per_mm.resize(receptors_.size());
   contacts_.reserve(parameters.most_contacts);
   ranges_.reserve(parameters.most_contacts);
   pressed_.reserve(neurons);
@@ -137,8 +139,29 @@ ReceptorDrive::Displaced ReceptorDrive::displaced(const Box& box) const noexcept
   return found;
 }
 
+void ReceptorDrive::Remembered::begin(const PlacedContact& placed) noexcept {
+  blend = placed.field->blend(placed.contact.depth_mm);
+  if (placed.field == field && placed.x_mm == x_mm && placed.y_mm == y_mm && blend.lower == lower) {
+    return;
+  }
+  field = placed.field;
+  x_mm = placed.x_mm;
+  y_mm = placed.y_mm;
+  lower = blend.lower;
+  std::fill(known.begin(), known.end(), std::uint8_t{0});
+}
+
+double ReceptorDrive::Remembered::displacement_mm(std::size_t receptor, double dx_mm,
+                                                  double dy_mm) noexcept {
+  if (known[receptor] == 0) {
+    known[receptor] = 1;
+    per_mm[receptor] = field->displacements(lower, dx_mm, dy_mm);
+  }
+  return blend.weight[0] * per_mm[receptor][0] + blend.weight[1] * per_mm[receptor][1];
+}
+
 /// Whether all contacts together displace the surface above a receptor by the threshold.
-bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
+bool ReceptorDrive::displaced(std::size_t receptor) noexcept {
   const double x = receptors_[receptor].x_mm;
   const double y = receptors_[receptor].y_mm;
   double sum_mm = 0.0;
@@ -152,9 +175,13 @@ bool ReceptorDrive::displaced(std::size_t receptor) const noexcept {
       continue;
     }
     if (contacts_.size() == 1 && contacts_[i].field == nullptr) return false;
-    sum_mm += contacts_[i].field != nullptr
-                  ? contacts_[i].field->at(dx, dy, contacts_[i].contact.depth_mm).displacement
-                  : HertzContact::surface_displacement_mm(contacts_[i].contact, std::sqrt(r2));
+    if (contacts_[i].field == nullptr) {
+      sum_mm += HertzContact::surface_displacement_mm(contacts_[i].contact, std::sqrt(r2));
+    } else if (contacts_.size() == 1) {
+      sum_mm += alone_.displacement_mm(receptor, dx, dy);
+    } else {
+      sum_mm += contacts_[i].field->at(dx, dy, contacts_[i].contact.depth_mm).displacement;
+    }
   }
   return sum_mm >= units::mm_from_um(parameters_.transduction.threshold_um);
 }
@@ -234,6 +261,7 @@ bool ReceptorDrive::compute(std::span<const PlacedContact> contacts) noexcept {
   }
   const bool average = parameters_.output == Output::kMeanEnergy;
   find_ranges(contacts_);
+  if (contacts_.size() == 1 && contacts_.front().field != nullptr) alone_.begin(contacts_.front());
   std::size_t started = 0;
   for (std::size_t n = 0; n <= output_.size(); ++n) {
     if (n < output_.size() && reaches(box_of_neuron_[n])) continue;

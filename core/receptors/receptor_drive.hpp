@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -72,11 +73,24 @@ class ReceptorDrive {
     double may_displace2;  ///< beyond: even all contacts together stay below the threshold
   };
   enum class Displaced : std::uint8_t { kNone, kSome, kAll };
+  /// Displacements under one solved contact, which stay known while its tip stays in place and
+  /// between the same two depths of its tables.
+  struct Remembered {
+    const TipField* field = nullptr;
+    double x_mm = 0.0, y_mm = 0.0;
+    std::size_t lower = 0;
+    TipField::Blend blend;
+    std::vector<std::uint8_t> known;
+    std::vector<std::array<double, 2>> per_mm;
+
+    void begin(const PlacedContact& placed) noexcept;
+    [[nodiscard]] double displacement_mm(std::size_t receptor, double dx_mm, double dy_mm) noexcept;
+  };
 
   void find_ranges(std::span<const PlacedContact> contacts) noexcept;
   [[nodiscard]] bool reaches(const Box& box) const noexcept;
   [[nodiscard]] Displaced displaced(const Box& box) const noexcept;
-  [[nodiscard]] bool displaced(std::size_t receptor) const noexcept;
+  [[nodiscard]] bool displaced(std::size_t receptor) noexcept;
   template <class Arrays>
   void drive_reached(Arrays& arrays, std::size_t first_neuron, std::size_t last_neuron) noexcept;
   template <class Arrays>
@@ -98,6 +112,7 @@ class ReceptorDrive {
     std::size_t first, last;
   };
   std::vector<Pressed> pressed_;
+  Remembered alone_;
   std::size_t reached_ = 0;
   bool all_displaced_ = false;
 };

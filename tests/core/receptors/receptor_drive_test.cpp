@@ -219,6 +219,31 @@ TEST(ReceptorDrive, FlatTipsGiveTheSameBitsOnEveryInstructionSet) {
   }
 }
 
+// In place, moved, between other tables and beyond them: where skin on bone bulges, receptors rest.
+TEST(ReceptorDrive, UnderOneTipOnBoneDisplacementsAreThoseOfTheField) {
+  Reference reference;
+  reference.skin = {.thickness_mm = 2.0, .layer_law = LayerLaw::kExact};
+  const TipField field({.tip = Indenter::Tip::kPin, .pin = {.diameter_mm = 2.0}}, reference.skin);
+  ReceptorDrive drive = drive_of(reference);
+  const double threshold_mm = units::mm_from_um(reference.transduction.threshold_um);
+  for (const auto& [depth_mm, x_mm] :
+       {std::pair{0.5, 14.3}, {0.51, 14.3}, {0.51, 15.0}, {0.02, 15.0}, {1.7, 14.3}}) {
+    const PlacedContact placed{
+        .contact = {.depth_mm = depth_mm}, .field = &field, .x_mm = x_mm, .y_mm = 10.2};
+    drive.compute({&placed, 1});
+    std::vector<double> expected(kAfferents);
+    for (std::size_t i = 0; i < drive.receptors().size(); ++i) {
+      const Receptor& receptor = drive.receptors()[i];
+      const double displaced_mm =
+          field.at(receptor.x_mm - placed.x_mm, receptor.y_mm - placed.y_mm, depth_mm).displacement;
+      if (displaced_mm < threshold_mm) continue;
+      expected[receptor.neuron - 1] +=
+          reference.transduction.current_uA_per_cm2(drive.energy_density_kPa(i));
+    }
+    expect_currents(drive, expected, 1e-6);
+  }
+}
+
 TEST(ReceptorDrive, RecomputesOnlyWhenAContactChanges) {
   ReceptorDrive drive = drive_of({});
   const std::vector<PlacedContact> contacts = {sphere(1.0, 15.0, 10.0)};
