@@ -17,10 +17,13 @@ struct ChartCommand {
 };
 
 int chart(const ChartCommand& command) {
-  std::vector<ReportPart> parts = {
-      {"integrators", make_integrators_chart},       {"contact stage", make_contact_chart},
-      {"contact solver", make_solved_contact_chart}, {"end to end", make_end_to_end_chart},
-      {"stability", make_stability_chart},           {"touched area", make_touch_chart}};
+  std::vector<ReportPart> parts = {{"integrators", make_integrators_chart},
+                                   {"contact stage", make_contact_chart},
+                                   {"contact solver", make_solved_contact_chart},
+                                   {"contact stability", make_contact_stability_chart},
+                                   {"end to end", make_end_to_end_chart},
+                                   {"stability", make_stability_chart},
+                                   {"touched area", make_touch_chart}};
   if (!command.only.empty()) {
     std::string names;
     for (const ReportPart& part : parts) names.append(names.empty() ? "" : ", ").append(part.name);

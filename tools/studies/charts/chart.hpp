@@ -12,6 +12,8 @@ namespace merkel {
 [[nodiscard]] Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder);
 [[nodiscard]] Expected<std::string, SetupError> make_solved_contact_chart(
     const ReportFolder& folder);
+[[nodiscard]] Expected<std::string, SetupError> make_contact_stability_chart(
+    const ReportFolder& folder);
 [[nodiscard]] Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& folder);
 [[nodiscard]] Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folder);
 [[nodiscard]] Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder);

@@ -1,5 +1,7 @@
 // The contact solver: error against closed forms and cost, by the number of pixels.
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -8,11 +10,14 @@
 #include <fmt/core.h>
 
 #include "core/contact/hertz_contact.hpp"
+#include "core/contact/huber_stress.hpp"
 #include "core/contact/sneddon_contact.hpp"
 #include "core/contact/solver/press_tables.hpp"
+#include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
+#include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
@@ -24,13 +29,48 @@ constexpr double kSphere_mm = 5.0;
 constexpr double kConeAngle_deg = 140.0;
 constexpr RigidContact::Accuracy kAccuracy{.tolerance = 5e-4, .most_iterations = 400};
 
+using Stress = std::function<AxisymmetricStress(double r_mm)>;
+
 struct Case {
   const char* name;
   TipHeight tip;
   double half_mm;   ///< of the contact
   double force_mN;  ///< closed form
   SkinParameters skin = {};
+  Stress stress = {};  ///< at receptor depth, where there is a closed form
 };
+
+/// The largest error of the energy density at receptor depth, from the axis to twice the contact,
+/// relative to its largest value; NaN without a closed form. The pixels' loads are summed directly.
+double energy_error(const Case& each, const RigidContact& solver) {
+  if (!each.stress) return std::numeric_limits<double>::quiet_NaN();
+  const PixelGrid& grid = solver.grid();
+  const SkinMaterial material(each.skin);
+  const double area_mm2 = grid.pixel_mm * grid.pixel_mm;
+  const PointResponse unit(LayeredMedium(each.skin), each.skin.receptor_depth_mm,
+                           std::sqrt(area_mm2 / std::numbers::pi), 6.0 * each.half_mm);
+  double largest = 0.0;
+  double error = 0.0;
+  constexpr int kPoints = 40;
+  for (int k = 0; k <= kPoints; ++k) {
+    const double x = 2.0 * each.half_mm * k / kPoints;
+    CartesianStress sum;
+    for (std::size_t j = 0; j < grid.rows; ++j) {
+      for (std::size_t i = 0; i < grid.columns; ++i) {
+        const double load_mN = solver.pressure_kPa()[j * grid.columns + i] * area_mm2;
+        if (load_mN == 0.0) continue;
+        const double dx = x - grid.x_mm(i);
+        const double dy = -grid.y_mm(j);
+        sum += cartesian(unit.stress(std::hypot(dx, dy)), dx, dy) * load_mN;
+      }
+    }
+    const double exact = energy_density_kPa(each.stress(x), material, each.skin.energy_density);
+    largest = std::max(largest, exact);
+    error = std::max(
+        error, std::fabs(energy_density_kPa(sum, material, each.skin.energy_density) - exact));
+  }
+  return error / largest;
+}
 
 /// A plate on a finger of two radii (Johnson, Contact Mechanics, section 4.2): the radii for which
 /// the contact has half axes a and a·√(1−e²).
@@ -71,9 +111,17 @@ std::vector<Case> cases(const SkinParameters& skin) {
   const double slope = 1.0 / std::tan(0.5 * kConeAngle_deg * std::numbers::pi / 180.0);
   return {
       {"flat pin", pin_height(kDiameter_mm, 0.0), 0.5 * kDiameter_mm,
-       kDiameter_mm * modulus * kDepth_mm},
+       kDiameter_mm * modulus * kDepth_mm, skin,
+       [=](double r_mm) {
+         return reference::flat_punch_stress(kDiameter_mm * modulus * kDepth_mm, 0.5 * kDiameter_mm,
+                                             skin.poisson_ratio, r_mm, skin.receptor_depth_mm);
+       }},
       {"sphere", sphere_height(kSphere_mm), std::sqrt(2.0 * kSphere_mm * kDepth_mm),
-       hertz.at_depth(kDepth_mm).force_mN},
+       hertz.at_depth(kDepth_mm).force_mN, skin,
+       [=](double r_mm) {
+         return huber_stress(hertz.at_depth(kDepth_mm), skin.poisson_ratio, r_mm,
+                             skin.receptor_depth_mm);
+       }},
       {"cone", cone_height(kConeAngle_deg, 0.0), kDepth_mm / slope,
        2.0 * modulus * kDepth_mm * kDepth_mm / (std::numbers::pi * slope)},
       plate_on_finger(modulus),
@@ -91,18 +139,20 @@ PixelGrid pixels(double half_mm, std::size_t across) {
 }  // namespace
 
 Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("solved_contact.csv"),
-                                "tip,pixels_across,force_error,cold_iterations,cold_ms,"
-                                "warm_iterations,warm_ms",
-                                folder.overwrite);
+  auto table =
+      CsvTable::create(folder.path("solved_contact.csv"),
+                       "tip,pixels_across,force_error,energy_error,cold_iterations,cold_ms,"
+                       "warm_iterations,warm_ms",
+                       folder.overwrite);
   if (!table) return Unexpected<SetupError>(table.error());
   const SkinParameters skin;
   std::string text = fmt::format(
       "## Contact solver\n\nForce against the closed form at {} mm depth on a half-space (pin of {} mm, sphere "
       "of {} mm radius, cone of {}°), and the cost of one solution on one core to a gap of 5e-4 of "
-      "the depth: cold, and warm after a step of 5 µm (`solved_contact.csv`).\n\n"
-      "| tip | pixels | force error | cold: iterations | ms | warm: iterations | ms "
-      "|\n|---|---|---|---|---|---|---|\n",
+      "the depth: cold, and warm after a step of 5 µm (`solved_contact.csv`). Energy density: the largest error at receptor depth, up to twice the "
+      "contact's radius, relative to its largest value.\n\n"
+      "| tip | pixels | force error | energy density | cold: iterations | ms | warm: iterations | ms "
+      "|\n|---|---|---|---|---|---|---|---|\n",
       kDepth_mm, kDiameter_mm, kSphere_mm, kConeAngle_deg);
   for (const Case& each : cases(skin)) {
     for (const std::size_t across : {17U, 33U, 63U, 127U}) {
@@ -113,6 +163,7 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                               solver.reset();
                               cold = solver.press(kDepth_mm, kAccuracy);
                             }).median_s;
+      const double energy = energy_error(each, solver);
       RigidContact::Solution warm;
       double depth_mm = kDepth_mm;
       const double warm_s = measure([&] {
@@ -121,11 +172,12 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                             }).median_s;
       const double error = cold.force_mN / each.force_mN - 1.0;
       table->row(each.name,
-                 {static_cast<double>(across), error, static_cast<double>(cold.iterations),
+                 {static_cast<double>(across), error, energy, static_cast<double>(cold.iterations),
                   1e3 * cold_s, static_cast<double>(warm.iterations), 1e3 * warm_s});
-      text +=
-          fmt::format("| {} | {}² | {:+.2f} % | {} | {:.2f} | {} | {:.2f} |\n", each.name, across,
-                      100.0 * error, cold.iterations, 1e3 * cold_s, warm.iterations, 1e3 * warm_s);
+      text += fmt::format("| {} | {}² | {:+.2f} % | {} | {} | {:.2f} | {} | {:.2f} |\n", each.name,
+                          across, 100.0 * error,
+                          std::isnan(energy) ? "–" : fmt::format("{:.2f} %", 100.0 * energy),
+                          cold.iterations, 1e3 * cold_s, warm.iterations, 1e3 * warm_s);
     }
   }
   if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
