@@ -122,7 +122,7 @@ TEST(SessionReplay, LateSamplesGapsAndOutagesGiveTheSameSpikes) {
   EXPECT_EQ(verdict.ticks, statistics.ticks.value());
   EXPECT_EQ(verdict.spikes, statistics.spikes.value());
   EXPECT_GT(verdict.spikes, 100U);
-  EXPECT_EQ(verdict.late_samples, counts.late);
+  EXPECT_EQ(verdict.samples_late, counts.late);
   EXPECT_EQ(verdict.held_ticks, counts.held_ticks);
   EXPECT_EQ(verdict.gaps, 1U);
   EXPECT_GE(verdict.releases, 1U);

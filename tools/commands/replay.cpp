@@ -56,7 +56,7 @@ std::string reservations(const SessionReader& session, const SessionReplay::Outc
 std::string text_of(const SessionReader& session, const SessionReplay::Outcome& verdict) {
   std::string text = std::to_string(verdict.ticks) + " ticks (" +
                      std::to_string(verdict.held_ticks) + " held, " +
-                     std::to_string(verdict.late_samples) + " late samples, " +
+                     std::to_string(verdict.samples_late) + " late samples, " +
                      std::to_string(verdict.gaps) + " gaps, " + std::to_string(verdict.releases) +
                      " outages), " + std::to_string(verdict.spikes) + " spikes";
   if (verdict.commands > 0) {
@@ -76,7 +76,7 @@ std::string json_of(const SessionReader& session, const SessionReplay::Outcome& 
                      {"spikes", verdict.spikes},
                      {"commands", verdict.commands},
                      {"held_ticks", verdict.held_ticks},
-                     {"late_samples", verdict.late_samples},
+                     {"samples_late", verdict.samples_late},
                      {"gaps", verdict.gaps},
                      {"releases", verdict.releases},
                      {"spikes_uncompared", verdict.uncompared},

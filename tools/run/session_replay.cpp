@@ -79,7 +79,7 @@ bool SessionReplay::take_tick(const TickRecord& record) {
   last_ = record;
   records_[probe_] = record;
   held_ = held_ || record.state == TickRecord::State::kHeld;
-  verdict_.late_samples += record.late;
+  verdict_.samples_late += record.late;
   probe_ = (probe_ + 1) % records_.size();
   return probe_ == 0;
 }

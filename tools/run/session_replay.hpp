@@ -25,7 +25,7 @@ class SessionReplay {
     std::uint64_t spikes = 0;      ///< of the replay
     std::uint64_t commands = 0;    ///< stimulation commands of the replay
     std::uint64_t held_ticks = 0;  ///< ticks with a probe held
-    std::uint64_t late_samples = 0;
+    std::uint64_t samples_late = 0;
     std::uint64_t gaps = 0;
     std::uint64_t releases = 0;
     std::uint64_t uncompared = 0;  ///< recorded after the last whole tick
