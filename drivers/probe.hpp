@@ -45,8 +45,10 @@ struct ProbeInfo {
   std::string calibration_file = {};  ///< as the user gave it; empty for none
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only
   std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra, in order
-  std::optional<RecordedRun> run = {};          ///< of a recording, if known
-  std::size_t taxels = 0;                       ///< of a tactile array; 0: another probe
+  /// All channels of a device with names of their own, more than extra_columns can be.
+  std::vector<std::string> device_channels = {};
+  std::optional<RecordedRun> run = {};  ///< of a recording, if known
+  std::size_t taxels = 0;               ///< of a tactile array; 0: another probe
 };
 
 /// What a device's driver counts and measures.

@@ -179,14 +179,14 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
     info.calibration = calibration_text(*calibration, "of " + info.name);
     std::vector<DeviceChannel> further;
     for (const ChannelName& each : names) {
-      const bool kept = wanted->empty() && is_named(each.channel);
-      if (!kept || further.size() == ProbeSample::kMostExtra) continue;
+      if (!wanted->empty() || !is_named(each.channel)) continue;
+      info.device_channels.push_back(printable_text(in_unit_of_readings(each)));
+      if (further.size() == ProbeSample::kMostExtra) continue;
       further.push_back(each.channel);
-      info.extra_columns.push_back(printable_text(in_unit_of_readings(each)));
+      info.extra_columns.push_back(info.device_channels.back());
     }
-    const auto named = std::count_if(
-        names.begin(), names.end(), [](const ChannelName& each) { return is_named(each.channel); });
-    if (wanted->empty() && static_cast<std::size_t>(named) > further.size()) {
+    const std::size_t named = info.device_channels.size();
+    if (named > further.size()) {
       const std::size_t taxels = taxel_channels(names, "").size();
       notice(name_ + " has " + std::to_string(named) + " channels, of which only the first " +
              std::to_string(further.size()) + " are kept" +

@@ -26,9 +26,18 @@ bool is_endless_number(std::string_view text) noexcept {
   return large && result.ptr == text.data() + text.size();
 }
 
+constexpr int kMostRepeated = 1024;
+constexpr std::size_t kWorthShortening = 8;  ///< names in a row
+
+/// "taxel17_kPa" for "taxel_kPa" and 17.
+std::string numbered_column(std::string_view name, std::size_t number) {
+  const auto unit = std::min(name.rfind('_'), name.size());
+  return std::string(name.substr(0, unit)) + std::to_string(number) +
+         std::string(name.substr(unit));
+}
+
 /// Adds a name or, for "taxel_kPa*256", as many numbered ones. False if the number is wrong.
 bool add_names(std::string_view text, std::vector<std::string>& names) {
-  constexpr int kMostRepeated = 1024;
   const auto star = text.rfind('*');
   if (star == std::string_view::npos) {
     names.emplace_back(text);
@@ -42,11 +51,8 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
       count > kMostRepeated) {
     return false;
   }
-  const auto unit = std::min(name.rfind('_'), name.size());
-  for (int i = 1; i <= count; ++i) {
-    names.push_back(std::string(name.substr(0, unit)) + std::to_string(i) +
-                    std::string(name.substr(unit)));
-  }
+  for (int i = 1; i <= count; ++i)
+    names.push_back(numbered_column(name, static_cast<std::size_t>(i)));
   return true;
 }
 
@@ -116,6 +122,24 @@ std::vector<std::string> csv_names_of(std::string_view names) {
     if (!add_names(take_csv_part(rest, ','), all)) return {};
   }
   return all;
+}
+
+std::string csv_list_of(const std::vector<std::string>& names) {
+  std::string list;
+  for (std::size_t i = 0; i < names.size();) {
+    const auto mark = std::min(names[i].rfind('_'), names[i].size());
+    std::string stem = names[i];
+    std::size_t count = 0;
+    if (mark > 0 && names[i][mark - 1] == '1') {
+      stem.erase(mark - 1, 1);
+      const std::size_t most = std::min<std::size_t>(names.size() - i, kMostRepeated);
+      while (count < most && names[i + count] == numbered_column(stem, count + 1)) ++count;
+    }
+    const bool shorten = count >= kWorthShortening;
+    list += (i == 0 ? "" : ",") + (shorten ? stem + "*" + std::to_string(count) : names[i]);
+    i += shorten ? count : 1;
+  }
+  return list;
 }
 
 void number_named_channels(std::vector<CsvColumn>& columns) noexcept {

@@ -30,6 +30,10 @@ struct CsvColumn {
 /// The names of columns, separated by commas; "taxel_kPa*256" are 256 of them. Empty: wrong.
 [[nodiscard]] std::vector<std::string> csv_names_of(std::string_view names);
 
+/// The reverse: names separated by commas, in which "taxel_kPa*256" is short for taxel1_kPa to
+/// taxel256_kPa.
+[[nodiscard]] std::string csv_list_of(const std::vector<std::string>& names);
+
 /// Numbers the channels with names of their own in the order of their columns.
 void number_named_channels(std::vector<CsvColumn>& columns) noexcept;
 

@@ -30,9 +30,7 @@ class CsvDevice final : public SimulatedDevice {
     for (const std::string& name : further_) {
       columns += "," + (csv_column_named(name) ? name : "-");
     }
-    const std::string numbered = "taxel_kPa*" + std::to_string(taxels_.size());
-    if (!taxels_.empty() && csv_names_of(numbered) == taxels_) return columns + "," + numbered;
-    for (const std::string& name : taxels_) columns += "," + name;
+    if (!taxels_.empty()) columns += "," + csv_list_of(taxels_);
     return columns;
   }
 

@@ -107,6 +107,8 @@ CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept {
   const auto result = std::from_chars(digits.data(), digits.data() + length, value);
   if (result.ec == std::errc{} && result.ptr == digits.data() + length) field.number = value;
   field.unit = trimmed(text.substr(at));
+  field.decimals =
+      std::find(digits.begin(), digits.begin() + length, '.') != digits.begin() + length;
   return field;
 }
 
@@ -208,6 +210,9 @@ std::string csv_column_of(const CsvField& field) {
   if (millimetres_per(unit)) {
     return (is_one_of(quantity, {"x", "y", "z"}) ? quantity : "depth") + "_" + unit;
   }
+  if (kilopascals_per(unit)) {
+    return field.label.empty() ? "taxel_" + unit : csv_own_name_of(field);
+  }
   const std::string label = lower(field.label);
   const std::string low_unit = lower(field.unit);
   const bool time = quantity == "time";
@@ -220,7 +225,8 @@ std::string csv_column_of(const CsvField& field) {
 
 std::string csv_own_name_of(const CsvField& field) {
   const std::string unit(field.unit);
-  if (field.label.empty() || (!newtons_per(unit) && !millimetres_per(unit))) return "-";
+  const bool known = newtons_per(unit) || millimetres_per(unit) || kilopascals_per(unit);
+  if (field.label.empty() || !known) return "-";
   return std::string(field.label) + "_" + unit;
 }
 

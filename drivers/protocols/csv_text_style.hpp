@@ -20,6 +20,7 @@ struct CsvField {
   std::string_view label;  ///< without ':' or '='; empty: none
   std::optional<double> number;
   std::string_view unit;  ///< empty: none
+  bool decimals = false;  ///< the number is written with decimals, as 0.00 is
 };
 
 /// Removes the text up to the next separator from `rest` and returns it without surrounding blanks.
@@ -41,12 +42,12 @@ struct CsvField {
 /// other label, empty without a label.
 [[nodiscard]] std::string csv_quantity_of(std::string_view label);
 
-/// The column that a field's label and unit name, as in the option `columns` ("force_N"); "-" if
-/// they name something else, empty if there are none.
+/// The column that a field's label and unit name, as in the option `columns` ("force_N", of a
+/// pressure "t1_kPa"); "-" if they name something else, empty if there are none.
 [[nodiscard]] std::string csv_column_of(const CsvField& field);
 
 /// The column that a field's label and unit name as a channel of its own ("thumb_N"); "-" unless
-/// the unit is one of force or length.
+/// the unit is one of force, length or pressure.
 [[nodiscard]] std::string csv_own_name_of(const CsvField& field);
 
 /// Gives columns of the same name the names of their labels, or numbers: two fields "thumb" and

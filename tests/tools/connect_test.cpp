@@ -12,6 +12,7 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
 #include "tests/tools/terminal.hpp"
+#include "tools/connect/hand_scene.hpp"
 #include "tools/connect/recognition.hpp"
 
 namespace merkel {
@@ -126,6 +127,27 @@ TEST(Connect, RecognisesATactileArray) {
   EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 10);
 }
 
+TEST(Connect, BelievesAHeaderThatNamesTheTaxelsOfAnArray) {
+  const TemporaryFolder folder;
+  std::string line = "0.02";
+  std::string header = "t1 (kPa)";
+  for (int i = 2; i <= 64; ++i) {
+    line += i == 20 ? ",3.5" : ",0.02";
+    header += ",t" + std::to_string(i) + " (kPa)";
+  }
+  const LinePrinter array(line, 115200, {.header = header});
+  const std::string scene = folder.path("s.toml");
+  const auto connected = run_program({"connect", array.name(), "--out", scene});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  EXPECT_NE(connected.out.find("read as: a tactile array of 64 taxels in kPa\n"), std::string::npos)
+      << connected.out;
+  const std::string text = read_file(scene);
+  EXPECT_NE(text.find("columns=t_kPa*64&"), std::string::npos) << text;
+  const auto run = run_program({"run", scene, "--duration-s", "0.2", "--json"});
+  EXPECT_NE(run.exit_code, 2) << run.err << text;
+  EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 10);
+}
+
 TEST(Connect, WaitsForAPortThatIsNotThereYet) {
   const TemporaryFolder folder;
   const std::string link = folder.path("ttyACM0");
@@ -184,6 +206,31 @@ TEST(Connect, SetsTheThresholdOfContactAboveTheNoiseAtRest) {
       << scene;
   EXPECT_GT(std::stod(found[1]), 1e-4);
   EXPECT_LT(std::stod(found[1]), 0.06);
+}
+
+// The last reading may be of a press; the noise is that of the time without one.
+TEST(Connect, MeasuresTheNoiseBetweenPresses) {
+  std::vector<double> values;
+  for (int i = 0; i < 1000; ++i) {
+    const double noise = 0.002 * ((i * 7) % 11 - 5) / 5.0;
+    values.push_back((i > 450 ? 1.5 : 0.0) + noise);
+  }
+  const auto noise = noise_at_rest(values);
+  ASSERT_TRUE(noise);
+  EXPECT_NEAR(*noise, 0.00126, 5e-5);
+  EXPECT_TRUE(contact_line({.name = "force_N", .last = 1.5, .noise = noise})
+                  .starts_with("contact_N = 0.0076"));
+  EXPECT_FALSE(noise_at_rest(std::vector<double>(1000, 1.5)));
+  EXPECT_FALSE(noise_at_rest({0.0, 0.001}));
+}
+
+TEST(Connect, SaysThatItWasPressedAllTheTime) {
+  const TemporaryFolder folder;
+  const LinePrinter gauge("0.588 N");
+  const auto connected = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  EXPECT_NE(connected.out.find("force_N was never within 0.1 N of 0"), std::string::npos)
+      << connected.out;
 }
 
 TEST(Connect, ShowsBothReadingsWhereItCannotDecide) {
@@ -254,6 +301,16 @@ TEST(Connect, GivesEachSensorOfAHandItsProbe) {
     EXPECT_GT(probes.size(), 1U);
     for (const auto& probe : probes) EXPECT_GT(probe["used"], 10);
   }
+}
+
+TEST(Recognition, ASensorThatReadsZeroIsOneOfSeveral) {
+  std::vector<std::string> lines;
+  for (int k = 0; k < 50; ++k) {
+    lines.push_back(std::to_string(10'000 * k) + ",0.000,0.437,0." + std::to_string(100 + k));
+  }
+  const auto readings = readings_of_lines(lines, 0.5);
+  ASSERT_FALSE(readings.empty());
+  EXPECT_EQ(readings[0].columns, "time_us,force1_N,force2_N,force3_N");
 }
 
 TEST(Recognition, NamesClocksAndCountersByTheirGrowth) {

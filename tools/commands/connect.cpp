@@ -1,9 +1,9 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <thread>
@@ -112,19 +112,15 @@ struct Measurement {
   std::vector<FoundChannel> channels;
 
   /// Several channels, which are not force and depth of one probe.
-  [[nodiscard]] bool is_hand() const { return channels.size() > 1 && !info.extra_columns.empty(); }
+  [[nodiscard]] bool is_hand() const {
+    const auto presses = [](const FoundChannel& channel) {
+      return !channel.name.ends_with("_kPa");
+    };
+    return std::count_if(channels.begin(), channels.end(), presses) > 1 &&
+           !info.extra_columns.empty();
+  }
   [[nodiscard]] bool is_array() const { return info.taxels > 0; }
 };
-
-/// The standard deviation.
-double deviation_of(const std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto count = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
-  double sum = 0.0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return std::sqrt(sum / count);
-}
 
 struct ChannelValue {
   std::string name;
@@ -146,9 +142,24 @@ std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sa
   return values;
 }
 
+/// Opens a device; a tactile array, by the names of its channels, as an array.
+Expected<std::unique_ptr<Probe>, SetupError> open_found(const std::string& uri) {
+  const auto open_array = [&uri](std::size_t taxels) {
+    return open_probe(uri + "#taxels=" + std::to_string(taxels));
+  };
+  if (const std::size_t taxels = taxels_among(channels_of(uri)); taxels > 0) {
+    return open_array(taxels);
+  }
+  auto probe = open_probe(uri);
+  if (!probe) return probe;
+  const std::size_t taxels = taxels_among((*probe)->info().device_channels);
+  if (taxels == 0) return probe;
+  probe->reset();  // frees the port
+  return open_array(taxels);
+}
+
 Expected<Measurement, SetupError> measure(const std::string& uri) {
-  const std::size_t taxels = taxels_of(uri);
-  auto probe = open_probe(taxels > 0 ? uri + "#taxels=" + std::to_string(taxels) : uri);
+  auto probe = open_found(uri);
   if (!probe) return Unexpected<SetupError>(probe.error());
   if ((*probe)->info().replayed) {
     return bad_input("\"" + uri +
@@ -178,7 +189,7 @@ Expected<Measurement, SetupError> measure(const std::string& uri) {
   measured.counts = (*probe)->device_counts();
   for (std::size_t k = 0; k < values.size(); ++k) {
     measured.channels[k].last = values[k].empty() ? 0.0 : values[k].back();
-    measured.channels[k].noise = deviation_of(values[k]);
+    measured.channels[k].noise = noise_at_rest(values[k]);
   }
   if (!measured.timing) return unavailable(uri + " sent too few samples to measure its rate");
   return measured;
@@ -225,6 +236,12 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
     const std::string guess(entry.options);
     if (guess.empty() || uri.find(guess) == std::string::npos) continue;
     list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
+  }
+  for (const FoundChannel& channel : measured.channels) {
+    if (measured.is_array() || !channel.is_force() || channel.noise) continue;
+    list.push_back("the key contact_N, above the noise: " + channel.name +
+                   " was never within 0.1 N of 0; connect again while nothing touches it, and if "
+                   "that does not help, calibrate its zero");
   }
   if (!measured.is_hand() && (measured.info.channels & (ProbeSample::kX | ProbeSample::kY)) == 0U) {
     list.emplace_back(

@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/uri.hpp"
 #include "tools/connect/hand_scene.hpp"
@@ -22,22 +23,42 @@ std::string without_number(const std::string& name) {
 
 }  // namespace
 
-std::size_t taxels_of(const std::string& uri) {
-  const auto parsed = Uri::parse(uri);
-  if (!parsed) return 0;
-  const auto option = parsed->options.find("columns");
-  if (option == parsed->options.end()) return 0;
-  const auto columns = csv_columns_named(option->second, ',');
-  if (!columns) return 0;
-  std::size_t count = 0;
+std::size_t taxels_among(const std::vector<std::string>& channels) {
+  constexpr std::size_t kFewestPressures = 2;
+  std::size_t forces = 0;
+  std::size_t pressures = 0;
   std::string name;
-  for (const CsvColumn& column : *columns) {
-    const bool own = column.kind == CsvColumn::Kind::kValue && is_named(column.channel);
-    if (!own || !(column.force || column.pressure)) continue;
-    if (count++ == 0) name = without_number(column.name);
-    if (without_number(column.name) != name) return 0;
+  bool alike = true;
+  for (const std::string& channel : channels) {
+    if (channel.ends_with("_mm")) continue;
+    ++(channel.ends_with("_kPa") ? pressures : forces);
+    if (forces + pressures == 1) name = without_number(channel);
+    alike = alike && without_number(channel) == name;
   }
-  return count < kFewestTaxels || name.starts_with("force_") ? 0 : count;
+  if (forces == 0) return pressures < kFewestPressures ? 0 : pressures;
+  const bool array = pressures == 0 && forces >= kFewestTaxels && alike;
+  return array && !name.starts_with("force_") ? forces : 0;
+}
+
+std::vector<std::string> channels_of(const std::string& uri) {
+  const auto parsed = Uri::parse(uri);
+  if (!parsed) return {};
+  const auto option = parsed->options.find("columns");
+  return option == parsed->options.end() ? std::vector<std::string>{} : channels_in(option->second);
+}
+
+std::vector<std::string> channels_in(const std::string& columns) {
+  std::vector<std::string> channels;
+  const auto named = csv_columns_named(columns, ',');
+  if (!named) return channels;
+  for (const CsvColumn& column : *named) {
+    if (column.kind != CsvColumn::Kind::kValue || !is_named(column.channel)) continue;
+    channels.push_back(in_unit_of_readings({.name = column.name,
+                                            .channel = column.channel,
+                                            .force = column.force,
+                                            .pressure = column.pressure}));
+  }
+  return channels;
 }
 
 ArrayLayout ArrayLayout::of(std::size_t taxels) {

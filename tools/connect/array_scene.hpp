@@ -9,10 +9,16 @@ namespace merkel {
 /// So many like channels are a tactile array.
 inline constexpr std::size_t kFewestTaxels = 16;
 
-/// The number of taxels among the columns of a device: forces or pressures that have one name and
-/// differ by their number (taxel1_kPa, taxel2_kPa, …). 0: fewer than kFewestTaxels, so it is no
-/// array. \param uri  of a probe, with the option columns
-[[nodiscard]] std::size_t taxels_of(const std::string& uri);
+/// The number of taxels among the channels of a device: pressures, if there is no force beside
+/// them, or at least kFewestTaxels forces that differ by their number (cell1_N, cell2_N, …). 0: it
+/// is no array. \param channels  with names of their own, in N, mm and kPa
+[[nodiscard]] std::size_t taxels_among(const std::vector<std::string>& channels);
+
+/// The channels with names of their own that the option columns of a probe URI names, in N, mm and
+/// kPa.
+[[nodiscard]] std::vector<std::string> channels_of(const std::string& uri);
+/// The same, of that option.
+[[nodiscard]] std::vector<std::string> channels_in(const std::string& columns);
 
 /// A layout of so many taxels: the columns along x, then the rows; as square as possible.
 struct ArrayLayout {

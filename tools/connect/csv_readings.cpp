@@ -68,7 +68,7 @@ struct Column {
   std::string name;       ///< as in the option columns; empty: the unit is not stated
   std::string quantity;   ///< if the unit is not stated; empty: not stated either
   double value = 0.0;     ///< the last one
-  bool decimals = false;  ///< one of its numbers is not whole
+  bool decimals = false;  ///< one of its numbers has some
 };
 
 std::vector<Column> described(const std::vector<std::vector<CsvField>>& fields,
@@ -82,8 +82,8 @@ std::vector<Column> described(const std::vector<std::vector<CsvField>>& fields,
     Column column{.name = "-", .quantity = {}};
     if (!values.empty()) {
       column.value = values.back();
-      column.decimals = std::any_of(values.begin(), values.end(),
-                                    [](double value) { return value != std::floor(value); });
+      column.decimals = std::any_of(fields[i].begin(), fields[i].end(),
+                                    [](const CsvField& field) { return field.decimals; });
       column.name = headings.empty() ? csv_column_of(fields[i].front()) : headings[i];
       if (column.name.empty()) column.quantity = csv_quantity_of(fields[i].front().label);
       if (column.name.empty()) column.name = column_by_growth(values, seconds);
@@ -156,36 +156,25 @@ std::string options_of(const CsvStyle& style) {
          "&decimal=" + (style.decimal_comma ? "comma" : "point");
 }
 
-/// The reading of an array whose taxels are these columns.
-Reading array_reading(const std::vector<Column>& columns, const std::vector<std::size_t>& taxels,
-                      const std::string& unit, const CsvStyle& style) {
-  std::string list;
-  std::string others;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const bool taxel = i >= taxels.front() && i <= taxels.back();
-    if (taxel && i != taxels.front()) continue;
-    const std::string& name = columns[i].name;
-    list += (list.empty() ? "" : ",") +
-            (taxel ? "taxel_" + unit + "*" + std::to_string(taxels.size()) : name);
-    if (!taxel && name != "-") others += ", beside " + name;
-  }
-  return {.columns = list,
-          .style = options_of(style),
-          .meaning = "a tactile array of " + std::to_string(taxels.size()) + " taxels in " + unit +
-                     others};
-}
-
 Reading reading_of(const std::vector<Column>& columns, const std::vector<std::string>& names,
                    const CsvStyle& style) {
-  std::string list;
-  std::string meaning;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    list += (i == 0 ? "" : ",") + names[i];
-    if (names[i] == "-") continue;
-    meaning +=
-        (meaning.empty() ? "" : ", ") + names[i] + " = " + shortest_decimal(columns[i].value);
+  Reading reading{.columns = csv_list_of(names), .style = options_of(style), .meaning = {}};
+  const std::vector<std::string> channels = channels_in(reading.columns);
+  const std::size_t taxels = taxels_among(channels);
+  if (taxels > 0) {
+    const std::string& name = channels.front();
+    reading.meaning = "a tactile array of " + std::to_string(taxels) + " taxels in " +
+                      name.substr(name.rfind('_') + 1);
   }
-  return {.columns = list, .style = options_of(style), .meaning = meaning};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto column = csv_column_named(names[i]);
+    const bool taxel = taxels > 0 && column && column->kind == CsvColumn::Kind::kValue &&
+                       is_named(column->channel);
+    if (names[i] == "-" || taxel) continue;
+    reading.meaning += (reading.meaning.empty() ? "" : ", ") + names[i] + " = " +
+                       shortest_decimal(columns[i].value);
+  }
+  return reading;
 }
 
 }  // namespace
@@ -215,8 +204,12 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
     });
     const auto taxels = unnamed_taxels(columns);
     if (taxels.size() >= kFewestTaxels) {
-      for (const char* unit : {"kPa", "N"}) {
-        readings.push_back(array_reading(columns, taxels, unit, style));
+      for (const std::string unit : {"_kPa", "_N"}) {
+        std::vector<std::string> names = names_with(columns, "", "N");
+        for (std::size_t k = 0; k < taxels.size(); ++k) {
+          names[taxels[k]] = "taxel" + std::to_string(k + 1) + unit;
+        }
+        readings.push_back(reading_of(columns, names, style));
       }
     }
     const auto several = unnamed_measurements(columns);

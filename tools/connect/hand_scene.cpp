@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <string_view>
 
 #include <fmt/core.h>
@@ -67,13 +69,30 @@ std::vector<PlacedChannel> place_on_hand(const std::vector<FoundChannel>& channe
   return placed.empty() ? in_order : placed;
 }
 
-std::string contact_line(const FoundChannel& channel) {
-  if (!channel.is_force() || channel.noise <= kRounding_N || channel.noise > 0.1 * kAtRest_N ||
-      std::fabs(channel.last) > kAtRest_N) {
-    return {};
+std::optional<double> noise_at_rest(const std::vector<double>& values) {
+  constexpr std::size_t kParts = 10;
+  constexpr std::size_t kFewest = 10;  ///< values in a part
+  const std::size_t size = std::max(kFewest, values.size() / kParts);
+  std::vector<double> noises;
+  for (auto part = std::span(values); part.size() >= size; part = part.subspan(size)) {
+    const auto head = part.first(size);
+    const auto count = static_cast<double>(size);
+    const double mean = std::accumulate(head.begin(), head.end(), 0.0) / count;
+    double sum = 0.0;
+    for (const double value : head) sum += (value - mean) * (value - mean);
+    const double noise = std::sqrt(sum / count);
+    if (std::fabs(mean) <= kAtRest_N && noise <= 0.1 * kAtRest_N) noises.push_back(noise);
   }
+  if (noises.empty()) return std::nullopt;
+  const auto middle = noises.begin() + static_cast<std::ptrdiff_t>(noises.size() / 2);
+  std::nth_element(noises.begin(), middle, noises.end());
+  return *middle;
+}
+
+std::string contact_line(const FoundChannel& channel) {
+  if (!channel.is_force() || !channel.noise || *channel.noise <= kRounding_N) return {};
   return fmt::format("contact_N = {:.2g}  # six times the noise of {:.2g} N that was measured\n",
-                     6.0 * channel.noise, channel.noise);
+                     6.0 * *channel.noise, *channel.noise);
 }
 
 std::string hand_scene_text(const std::string& uri, const std::vector<PlacedChannel>& placed,

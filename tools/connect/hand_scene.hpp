@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,9 +9,10 @@ namespace merkel {
 
 /// A channel of a device with several, as merkel connect found it.
 struct FoundChannel {
-  std::string name;    ///< with its unit: "thumb_N"
-  double last = 0.0;   ///< its last value, N or mm
-  double noise = 0.0;  ///< rms about the mean
+  std::string name;   ///< with its unit: "thumb_N"
+  double last = 0.0;  ///< its last value, N or mm
+  /// Standard deviation while the skin was not touched; not set: it was pressed all the time.
+  std::optional<double> noise = {};
   [[nodiscard]] bool is_force() const { return name.ends_with("_N"); }
 };
 
@@ -35,7 +37,11 @@ struct PlacedChannel {
 /// A text as TOML writes it.
 [[nodiscard]] std::string toml_string(const std::string& text);
 
-/// The key contact_N for a channel at rest; empty if it has no noise, or is being pressed.
+/// The standard deviation of forces while they were near 0, in the parts of a measurement of which
+/// that can be said. \param values  in order of time, N
+[[nodiscard]] std::optional<double> noise_at_rest(const std::vector<double>& values);
+
+/// The key contact_N for a channel; empty if it has no noise, or was pressed all the time.
 [[nodiscard]] std::string contact_line(const FoundChannel& channel);
 
 }  // namespace merkel

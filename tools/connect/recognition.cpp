@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -12,6 +13,7 @@
 #include "core/units.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/protocols/ati_rdt.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/line_splitter.hpp"
@@ -122,23 +124,29 @@ std::string shown(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-std::string meaning_of(const DeviceReading& reading) {
+/// The channels of a device, with their values in a reading if there is one.
+std::string meaning_of(const Protocol& protocol, const DeviceStream& stream) {
+  constexpr std::size_t kMostShown = 8;
+  const std::vector<ChannelName> channels = protocol.channel_names();
   std::string text;
-  for (std::size_t i = 0; i < kDeviceChannels; ++i) {
-    const auto channel = static_cast<DeviceChannel>(i);
-    if (!reading.has(channel)) continue;
-    const bool force = channel <= DeviceChannel::kForceZ;
-    text += (text.empty() ? "" : ", ") + std::string(kDeviceChannelNames[i]) + " " +
-            shortest_decimal(reading[channel]) + (force ? " N" : " mm");
+  for (std::size_t i = 0; i < std::min(channels.size(), kMostShown); ++i) {
+    const std::string name = in_unit_of_readings(channels[i]);
+    const auto unit = name.rfind('_');
+    const double value =
+        stream.readings.empty() ? std::nan("") : stream.readings.back()[channels[i].channel];
+    text += (i == 0 ? "" : ", ") + name.substr(0, unit) + " " +
+            (std::isfinite(value) ? shortest_decimal(value) : "in") + " " + name.substr(unit + 1);
   }
-  return text;
+  const std::size_t more = channels.size() - std::min(channels.size(), kMostShown);
+  return text + (more == 0 ? "" : " and " + std::to_string(more) + " more");
 }
 
-Reading reading_by(const ProtocolEntry& entry, const DeviceStream& stream) {
+Reading reading_by(const ProtocolEntry& entry, const Protocol& protocol,
+                   const DeviceStream& stream) {
   return {.protocol = std::string(entry.name),
           .columns = {},
           .style = entry.options.empty() ? "" : "&" + std::string(entry.options),
-          .meaning = stream.readings.empty() ? "" : meaning_of(stream.readings.back())};
+          .meaning = meaning_of(protocol, stream)};
 }
 
 /// Sends a protocol's requests to a port. \param boots  the device may be silent for a while first
@@ -168,14 +176,14 @@ std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& ent
   };
   (*protocol)->begin(begin, stream);
   exchange(end, [&] { return (*protocol)->ready(); });
-  if ((*protocol)->channels() != 0U) (*protocol)->start(now(), stream);
+  if (!(*protocol)->channel_names().empty()) (*protocol)->start(now(), stream);
   exchange(std::max(end, now() + kAsking / 2), [&] { return stream.readings.size() > 3; });
   stream.outgoing.clear();
   (*protocol)->end(stream);
   static_cast<void>(port.write(stream.outgoing));
   if (stream.readings.empty() || stream.counts.frames <= stream.counts.damaged) return std::nullopt;
   received = shown(heard);
-  return reading_by(entry, stream);
+  return reading_by(entry, **protocol, stream);
 }
 
 /// The possible interpretations of bytes that arrived without a request.
@@ -189,7 +197,7 @@ std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
     DeviceStream stream;
     (*protocol)->begin(now(), stream);
     (*protocol)->take(heard.bytes, now(), stream);
-    return {reading_by(**entry, stream)};
+    return {reading_by(**entry, **protocol, stream)};
   }
   if (!is_text(heard.bytes)) return {};
   std::vector<std::string> lines = lines_of(heard.bytes, true);

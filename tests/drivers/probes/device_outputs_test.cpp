@@ -165,6 +165,8 @@ TEST(DeviceOutputs, AHeaderIsOneOnlyWithSeveralNamesOrAKnownQuantity) {
             (std::vector<std::string>{"time_us", "seq", "thumb_N", "index_N", "palm_N"}));
   EXPECT_EQ(csv_columns_of_header("Force (N),Force (N)", ','),
             (std::vector<std::string>{"force_N", "force2_N"}));
+  EXPECT_EQ(csv_columns_of_header("t1 (kPa),t2 [psi],note", ','),
+            (std::vector<std::string>{"t1_kPa", "t2_psi", "-"}));
   EXPECT_TRUE(csv_columns_of_header("calibrated (g)", ',').empty());
   EXPECT_TRUE(csv_columns_of_header("HX711 ready, gain 128 (g)", ',').empty());
 }
