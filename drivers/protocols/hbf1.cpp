@@ -8,6 +8,7 @@
 #include "drivers/protocols/clock_order.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
 #include "drivers/protocols/hbf1_hello.hpp"
+#include "drivers/protocols/hbf1_sync.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {
@@ -21,10 +22,7 @@ constexpr nanoseconds kClockWrap = microseconds{std::int64_t{1} << 32U};
 constexpr milliseconds kRequestAgain{250};
 constexpr milliseconds kHbf1Quiet{
     500};  ///< a started device that is silent this long is started again
-constexpr milliseconds kSyncEvery{1000};
-constexpr milliseconds kSyncSpacing{3};
 constexpr milliseconds kSyncPatience{150};
-constexpr int kSyncsARound = 8;
 constexpr int kRestart = 3;  ///< frames that confirm a restart
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
 constexpr nanoseconds kLongestDelay = std::chrono::seconds{60};  ///< longest delay of a frame
@@ -40,11 +38,12 @@ class Hbf1Protocol final : public Protocol {
   void begin(nanoseconds now, DeviceStream& stream) override {
     decoder_.reset(true);
     said_hello_ = false;
+    hello_ = {};
     reopened_ = true;
     sequence_.reopened();
     clock_.forget();
-    syncs_sent_ = 0;
-    ask_at_ = sync_at_ = now;
+    sync_.begin(now);
+    ask_at_ = now;
     stream.outgoing.push_back(0);  // ends a partial frame on the device's side
     static_cast<void>(poll(now, stream));
   }
@@ -77,25 +76,21 @@ class Hbf1Protocol final : public Protocol {
       }
       return ask_at_;
     }
-    if (now >= sync_at_) {
-      Bytes token;
-      append_u32(next_token_, token);
-      sent_[next_token_ % sent_.size()] = {next_token_, now};
-      ++next_token_;
-      send(Hbf1Type::kSyncRequest, token, stream);
-      sync_at_ = now + (++syncs_sent_ % kSyncsARound == 0 ? nanoseconds{kSyncEvery} : kSyncSpacing);
-    }
+    if (now >= sync_.due()) send(Hbf1Type::kSyncRequest, sync_.request(now), stream);
     if (wanted_ && now - heard_ > kHbf1Quiet && now - started_ > kHbf1Quiet)
       send_start(now, stream);
-    return sync_at_;
+    return sync_.due();
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return layout_ ? layout_->channels() : 0U;
   }
+  [[nodiscard]] std::vector<ChannelName> channel_names() const override {
+    return layout_ ? layout_->names() : std::vector<ChannelName>{};
+  }
   [[nodiscard]] bool ready() const noexcept override {
     // SYNC sets the time before the first sample; old firmware may not answer.
-    return layout_ && said_hello_ && (answers_ >= kSyncsARound || heard_ - hello_ > kSyncPatience);
+    return layout_ && said_hello_ && (sync_.answered() || heard_ - hello_arrival_ > kSyncPatience);
   }
   [[nodiscard]] bool describes_itself() const noexcept override { return true; }
   [[nodiscard]] const std::string& error_message() const noexcept override {
@@ -219,13 +214,14 @@ class Hbf1Protocol final : public Protocol {
   }
 
   bool read_hello(std::span<const std::uint8_t> body, nanoseconds arrival, DeviceStream& stream) {
-    auto hello = Hbf1Hello::parse(body);
-    if (!hello) {
-      if (!hello.error().sentence.empty()) error_message_ = hello.error().sentence;
+    const auto whole = hello_.take(body);
+    if (!whole) {
+      if (!whole.error().sentence.empty()) error_message_ = whole.error().sentence;
       return false;
     }
-    layout_ = std::move(*hello);
-    if (!said_hello_) hello_ = arrival;
+    if (!*whole) return true;
+    layout_ = std::exchange(hello_, {});
+    if (!said_hello_) hello_arrival_ = arrival;
     said_hello_ = true;
     if (wanted_) send_start(arrival, stream);  // it sends again after a restart
     return true;
@@ -233,8 +229,7 @@ class Hbf1Protocol final : public Protocol {
 
   void read_sample(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
     if (!layout_) return;
-    constexpr std::size_t kStatusBytes = 2;
-    if (frame.body.size() != kStatusBytes + layout_->sample_bytes()) {
+    if (frame.body.size() != kHbf1StatusBytes + layout_->sample_bytes()) {
       ++malformed_;
       return;
     }
@@ -252,35 +247,23 @@ class Hbf1Protocol final : public Protocol {
     reading.lost = std::exchange(pending_lost_, 0U);
     reading.rebooted = std::exchange(pending_reboot_, false);
     reading.saturated = (status & kOverloadOrSaturated) != 0U;
-    layout_->read_values(frame.body.subspan(kStatusBytes), reading);
+    layout_->read_values(frame.body.subspan(kHbf1StatusBytes), reading);
     stream.accept(reading);
   }
 
   bool read_sync(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) {
     if (frame.body.size() != 8) return false;
-    const std::uint32_t token = read_u32(frame.body.first<4>());
-    Sent& sent = sent_[token % sent_.size()];
-    if (sent.token != token || sent.time == nanoseconds{0}) return true;  // from an earlier session
-    ++answers_;
-    stream.exchanges.push_back(
-        {.sent = std::exchange(sent.time, nanoseconds{0}),
-         .received = arrival,
-         .device_received = microseconds{read_u32(frame.body.subspan<4, 4>())},
-         .device_sent = microseconds{frame.header.time_us}});
+    if (const auto exchange = sync_.answer(frame, arrival)) stream.exchanges.push_back(*exchange);
     return true;
   }
-
-  struct Sent {
-    std::uint32_t token = 0;
-    nanoseconds time{0};
-  };
 
   std::uint16_t requested_rate_Hz_;
   Hbf1Decoder decoder_;
   SequenceCounter sequence_{16};
   ClockOrder clock_{kBehind};
   int in_order_ = 0;                 ///< frames since the last one out of order
-  std::optional<Hbf1Hello> layout_;  ///< of the last HELLO
+  Hbf1Hello hello_;                  ///< the one that is arriving
+  std::optional<Hbf1Hello> layout_;  ///< of the last whole HELLO
   std::uint16_t status_ = 0;
   std::string error_message_;
   std::uint64_t malformed_ = 0;  ///< invalid frames that pass their CRC
@@ -294,15 +277,11 @@ class Hbf1Protocol final : public Protocol {
   std::uint32_t last_time_us_ = 0;
   nanoseconds last_arrival_{0};
   nanoseconds heard_{0};
-  nanoseconds hello_{0};
+  nanoseconds hello_arrival_{0};
   nanoseconds started_{0};
   nanoseconds ask_at_{0};
-  nanoseconds sync_at_{0};
-  int syncs_sent_ = 0;
-  int answers_ = 0;
+  Hbf1Sync sync_;
   std::uint16_t next_sequence_ = 0;
-  std::uint32_t next_token_ = 1;
-  std::array<Sent, 32> sent_{};
 };
 
 }  // namespace

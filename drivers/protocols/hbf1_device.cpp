@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/units.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/hbf1.hpp"
 #include "drivers/protocols/hbf1_channels.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
@@ -18,9 +21,72 @@ void append_f32(double value, Bytes& bytes) {
   append_u32(std::bit_cast<std::uint32_t>(static_cast<float>(value)), bytes);
 }
 
+/// A name that a HELLO may give.
+std::string sent_name(std::string_view name) {
+  constexpr std::size_t kLongestName = 64;
+  std::string valid(name.substr(0, kLongestName));
+  for (char& c : valid) c = is_in_hbf1_name(c) ? c : '_';
+  return valid;
+}
+
 class Hbf1Device final : public SimulatedDevice {
  public:
-  explicit Hbf1Device(std::uint32_t channels) : channels_(channels) {}
+  explicit Hbf1Device(std::uint32_t channels) {
+    const auto add = [&](std::uint32_t bit, DeviceChannel channel, std::uint8_t unit) {
+      if ((channels & bit) == 0U) return;
+      const auto kind =
+          std::find(kHbf1Kinds.begin(), kHbf1Kinds.end(), channel) - kHbf1Kinds.begin();
+      entries_.push_back({.kind = static_cast<std::uint8_t>(kind), .unit = unit});
+    };
+    add(ProbeSample::kForce, DeviceChannel::kForce, kHbf1Newton);
+    add(ProbeSample::kDepth, DeviceChannel::kDepth, kHbf1Millimetre);
+    add(ProbeSample::kX, DeviceChannel::kX, kHbf1Millimetre);
+    add(ProbeSample::kY, DeviceChannel::kY, kHbf1Millimetre);
+  }
+
+  /// Columns that measure something become channels with their names.
+  [[nodiscard]] bool set_columns(const std::vector<std::string>& names) override {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto column = csv_column_named(names[i]);
+      if (!column || column->kind != CsvColumn::Kind::kValue) continue;
+      Entry entry{.name = sent_name(names[i].substr(0, names[i].rfind('_')))};
+      entry.scale = column->factor;
+      set_kind(entry, column->force, column->pressure);
+      entries_.push_back(std::move(entry));
+      further_.push_back(i);
+    }
+    return names.empty() || !further_.empty();
+  }
+
+  [[nodiscard]] bool set_taxels(const std::vector<std::string>& names,
+                                std::span<const float> pressures_kPa) override {
+    if (names.empty()) return true;
+    const float largest_kPa = pressures_kPa.empty()
+                                  ? 1.0F
+                                  : *std::max_element(pressures_kPa.begin(), pressures_kPa.end());
+    constexpr double kRange = 32'000.0;  // of 16 bits
+    const double scale = std::max(static_cast<double>(largest_kPa), 1.0) / kRange;
+    Entry entry{.kind = kHbf1Pressure,
+                .format = Hbf1Format::kInt16,
+                .unit = kHbf1Kilopascal,
+                .scale = static_cast<double>(static_cast<float>(scale))};
+    const std::size_t others = 4 * entries_.size();
+    if (others + 2 * names.size() > kHbf1LongestBody - kHbf1StatusBytes) return false;
+    if (csv_names_of("taxel_kPa*" + std::to_string(names.size())) == names) {
+      entry.name = "taxel";
+      entry.repeats = static_cast<std::uint8_t>(names.size());
+      entries_.push_back(entry);
+    } else {
+      for (const std::string& name : names) {
+        entry.name = sent_name(name.substr(0, name.rfind('_')));
+        entries_.push_back(entry);
+      }
+    }
+    taxel_scale_ = entry.scale;
+    taxels_ = names.size();
+    pressures_kPa_ = pressures_kPa;
+    return true;
+  }
 
   void boot(nanoseconds now, Bytes& out) override {
     decoder_.reset(false);
@@ -60,6 +126,12 @@ class Hbf1Device final : public SimulatedDevice {
     if (sample.has(ProbeSample::kDepth)) append_f32(sample.depth_mm, body);
     if (sample.has(ProbeSample::kX)) append_f32(sample.x_mm, body);
     if (sample.has(ProbeSample::kY)) append_f32(sample.y_mm, body);
+    for (const std::size_t column : further_) append_f32(sample.extra[column], body);
+    const std::size_t first = sample.row * taxels_;
+    for (std::size_t i = first; i < first + taxels_; ++i) {
+      const double kPa = i < pressures_kPa_.size() ? static_cast<double>(pressures_kPa_[i]) : 0.0;
+      append_u16(static_cast<std::uint16_t>(std::lround(kPa / taxel_scale_)), body);
+    }
     send(Hbf1Type::kSample, now, body, out);
   }
 
@@ -78,35 +150,64 @@ class Hbf1Device final : public SimulatedDevice {
     append_hbf1_frame({.type = type, .sequence = sequence_++, .time_us = clock_us(now)}, body, out);
   }
 
+  struct Entry {
+    std::uint8_t kind = 0;
+    Hbf1Format format = Hbf1Format::kFloat;
+    std::uint8_t unit = 0;
+    double scale = 1.0;
+    std::uint8_t repeats = 1;
+    std::string name = {};  ///< empty: the only one of its kind
+  };
+
+  static void set_kind(Entry& entry, bool force, bool pressure) {
+    constexpr std::uint8_t kDepthKind = 4;
+    entry.kind = force ? std::uint8_t{0} : (pressure ? kHbf1Pressure : kDepthKind);
+    entry.unit = force ? kHbf1Newton : (pressure ? kHbf1Kilopascal : kHbf1Millimetre);
+  }
+
+  /// Sends the list of channels, in as many frames as it takes.
   void hello(nanoseconds now, Bytes& out) {
-    Bytes list;
-    std::uint8_t count = 0;
-    const auto add = [&](std::uint32_t bit, DeviceChannel channel, std::uint8_t unit) {
-      if ((channels_ & bit) == 0U) return;
-      const auto kind =
-          std::find(kHbf1Kinds.begin(), kHbf1Kinds.end(), channel) - kHbf1Kinds.begin();
-      list.push_back(static_cast<std::uint8_t>(kind));
-      list.push_back(static_cast<std::uint8_t>(Hbf1Format::kFloat));
-      list.push_back(unit);
-      append_f32(1.0, list);
-      append_f32(0.0, list);
-      ++count;
-    };
-    add(ProbeSample::kForce, DeviceChannel::kForce, kHbf1Newton);
-    add(ProbeSample::kDepth, DeviceChannel::kDepth, kHbf1Millimetre);
-    add(ProbeSample::kX, DeviceChannel::kX, kHbf1Millimetre);
-    add(ProbeSample::kY, DeviceChannel::kY, kHbf1Millimetre);
-    Bytes body = {1, count};
-    append_u16(static_cast<std::uint16_t>(std::clamp(rate_Hz_, 0L, 65535L)), body);
+    const bool named = std::any_of(entries_.begin(), entries_.end(),
+                                   [](const Entry& entry) { return !entry.name.empty(); });
+    std::size_t count = 0;
+    for (const Entry& entry : entries_) count += entry.repeats;
+    Bytes head = {std::uint8_t{1}, static_cast<std::uint8_t>(count)};
+    append_u16(static_cast<std::uint16_t>(std::clamp(rate_Hz_, 0L, 65535L)), head);
     for (const std::string_view name : {"SIM1", "simulated"}) {
-      body.push_back(static_cast<std::uint8_t>(name.size()));
-      body.insert(body.end(), name.begin(), name.end());
+      head.push_back(static_cast<std::uint8_t>(name.size()));
+      head.insert(head.end(), name.begin(), name.end());
     }
-    body.insert(body.end(), list.begin(), list.end());
+    std::uint8_t first = 0;
+    if (named) {
+      head[0] = 2;
+      head.push_back(first);
+    }
+    Bytes body = head;
+    for (const Entry& entry : entries_) {
+      Bytes bytes = {entry.kind, static_cast<std::uint8_t>(entry.format), entry.unit};
+      append_f32(entry.scale, bytes);
+      append_f32(0.0, bytes);
+      if (named) {
+        bytes.push_back(entry.repeats);
+        bytes.push_back(static_cast<std::uint8_t>(entry.name.size()));
+        bytes.insert(bytes.end(), entry.name.begin(), entry.name.end());
+      }
+      if (body.size() + bytes.size() > kHbf1LongestBody) {
+        send(Hbf1Type::kHello, now, body, out);
+        head.back() = first;
+        body = head;
+      }
+      body.insert(body.end(), bytes.begin(), bytes.end());
+      first = static_cast<std::uint8_t>(first + entry.repeats);
+    }
     send(Hbf1Type::kHello, now, body, out);
   }
 
-  std::uint32_t channels_;
+  std::vector<Entry> entries_;
+  std::vector<std::size_t> further_;  ///< of the trace's columns, those that are sent
+  std::size_t taxels_ = 0;
+  double taxel_scale_ = 1.0;  ///< kPa in a count
+  std::span<const float> pressures_kPa_;
   Hbf1Decoder decoder_;
   std::uint16_t sequence_ = 0;
   bool started_ = false;

@@ -41,6 +41,7 @@ struct Hbf1Frame {
 
 inline constexpr std::uint8_t kHbf1Version = 1;
 inline constexpr std::size_t kHbf1LongestBody = 244;  ///< header, body and CRC are ≤ 254 bytes
+inline constexpr std::size_t kHbf1StatusBytes = 2;    ///< of a sample, before its values
 
 /// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, not reflected; "123456789" gives 0x29B1.
 [[nodiscard]] std::uint16_t crc16_ccitt(std::span<const std::uint8_t> bytes) noexcept;

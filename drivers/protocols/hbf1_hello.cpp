@@ -1,21 +1,39 @@
 #include "drivers/protocols/hbf1_hello.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
 #include "core/units.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
 
 namespace merkel {
 namespace {
 
-constexpr std::size_t kChannelBytes = 11;
-constexpr std::uint8_t kLastKind = 9;
+constexpr std::uint8_t kUnnamedHello = 1;  ///< versions of the HELLO
+constexpr std::uint8_t kNamedHello = 2;
 
-float read_f32(std::span<const std::uint8_t, 4> bytes) noexcept {
-  return std::bit_cast<float>(read_u32(bytes));
+bool is_force_kind(std::uint8_t kind) noexcept { return kind < kHbf1FirstLength; }
+bool is_length_kind(std::uint8_t kind) noexcept {
+  return !is_force_kind(kind) && kind < kHbf1Kinds.size();
+}
+
+/// The unit of a kind's readings; null if it is not used.
+const char* unit_of_kind(std::uint8_t kind) noexcept {
+  if (kind == kHbf1Pressure) return "kPa";
+  return is_force_kind(kind) ? "N" : (is_length_kind(kind) ? "mm" : nullptr);
+}
+
+bool suits_kind(std::uint8_t unit, std::uint8_t kind) noexcept {
+  if (unit == kHbf1Raw || unit_of_kind(kind) == nullptr) return true;
+  if (kind == kHbf1Pressure) return unit == kHbf1Kilopascal;
+  if (is_force_kind(kind)) return unit == kHbf1Newton;
+  return unit == kHbf1Millimetre || unit == kHbf1Micrometre;
+}
+
+Hbf1Hello::Error hello_error(const std::string& sentence) {
+  return {.sentence = "its HELLO message " + sentence};
 }
 
 }  // namespace
@@ -28,70 +46,177 @@ std::string hbf1_text(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-Expected<Hbf1Hello::Channel, Hbf1Hello::Error> Hbf1Hello::parse_channel(
-    std::span<const std::uint8_t> entry, std::size_t number) {
-  const std::uint8_t kind = entry[0];
-  const std::uint8_t unit = entry[2];
-  Channel channel{.channel = std::nullopt,
-                  .format = static_cast<Hbf1Format>(entry[1]),
-                  .scale = static_cast<double>(read_f32(entry.subspan<3, 4>())),
-                  .offset = static_cast<double>(read_f32(entry.subspan<7, 4>()))};
-  if (kind > kLastKind || channel.format > Hbf1Format::kFloat || !std::isfinite(channel.scale) ||
-      !std::isfinite(channel.offset)) {
-    return Unexpected<Error>(Error{});
-  }
-  if (unit > kHbf1LastUnit) {
-    return Unexpected<Error>(
-        Error{.sentence = "its HELLO message reports channel " + std::to_string(number) +
-                          " in the unknown unit " + std::to_string(unit) +
-                          ": the known ones are 0 raw, 1 N, 2 mm, 3 um and 4 degC"});
-  }
-  if (unit == kHbf1Micrometre) {
-    channel.scale = units::mm_from_um(channel.scale);
-    channel.offset = units::mm_from_um(channel.offset);
-  }
-  if (kind < kHbf1Kinds.size()) channel.channel = kHbf1Kinds[kind];
-  return channel;
-}
+/// Reads a body from its beginning. After its end it returns zeros and empty texts.
+class Hbf1Hello::Body {
+ public:
+  explicit Body(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
 
-Expected<Hbf1Hello, Hbf1Hello::Error> Hbf1Hello::parse(std::span<const std::uint8_t> body) {
-  const auto take = [&body](std::size_t count) {
-    const auto head = body.first(std::min(count, body.size()));
-    body = body.subspan(head.size());
+  [[nodiscard]] bool at_end() const noexcept { return rest_.empty(); }
+  [[nodiscard]] bool too_short() const noexcept { return too_short_; }
+  std::uint8_t byte() {
+    const auto bytes = take(1);
+    return bytes.empty() ? std::uint8_t{0} : bytes[0];
+  }
+  std::uint16_t u16() {
+    const auto bytes = take(2);
+    return bytes.empty() ? std::uint16_t{0} : read_u16(bytes.first<2>());
+  }
+  double f32() {
+    const auto bytes = take(4);
+    return bytes.empty() ? 0.0
+                         : static_cast<double>(std::bit_cast<float>(read_u32(bytes.first<4>())));
+  }
+  /// Its length is its first byte.
+  std::string text() { return hbf1_text(take(byte())); }
+
+ private:
+  /// The next bytes; empty if there are fewer.
+  std::span<const std::uint8_t> take(std::size_t count) {
+    if (count > rest_.size()) {
+      too_short_ = true;
+      rest_ = {};
+      return {};
+    }
+    const auto head = rest_.first(count);
+    rest_ = rest_.subspan(count);
     return head;
-  };
-  const auto head = take(4);
-  if (head.size() < 4 || head[0] != 1) return Unexpected<Error>(Error{});
-  const std::size_t count = head[1];
-  Hbf1Hello hello;
-  hello.rate_Hz_ = read_u16(head.subspan<2, 2>());
-  std::array<std::string, 2> names;  // serial number, firmware
-  for (std::string& name : names) {
-    const auto size = take(1);
-    if (size.empty()) return Unexpected<Error>(Error{});
-    const auto text = take(size[0]);
-    if (text.size() != size[0]) return Unexpected<Error>(Error{});
-    name = hbf1_text(text);
   }
-  hello.serial_number_ = std::move(names[0]);
-  if (count == 0 || body.size() != count * kChannelBytes) return Unexpected<Error>(Error{});
-  for (std::size_t i = 0; i < count; ++i) {
-    auto channel = parse_channel(take(kChannelBytes), i + 1);
-    if (!channel) return Unexpected<Error>(channel.error());
-    if (channel->channel) hello.channels_ |= bit_of(*channel->channel);
-    hello.layout_.push_back(*channel);
+
+  std::span<const std::uint8_t> rest_;
+  bool too_short_ = false;
+};
+
+/// A channel of the list, or several like ones.
+struct Hbf1Hello::Entry {
+  std::uint8_t kind = 0, format = 0, unit = 0;
+  double scale = 1.0, offset = 0.0;
+  std::uint8_t repeats = 1;
+  std::string name = {};
+  bool may_be_named = false;
+
+  Entry(Body& body, bool named)
+      : kind(body.byte()),
+        format(body.byte()),
+        unit(body.byte()),
+        scale(body.f32()),
+        offset(body.f32()),
+        may_be_named(named) {
+    if (!named) return;
+    repeats = body.byte();
+    name = body.text();
   }
-  if (hello.channels_ == 0U) {
-    return Unexpected<Error>(
-        Error{.sentence = "its HELLO message lists no channel of force, depth or position"});
+};
+
+Expected<bool, Hbf1Hello::Error> Hbf1Hello::take(std::span<const std::uint8_t> bytes) {
+  const Unexpected<Error> damaged(Error{});
+  Body body(bytes);
+  const std::uint8_t version = body.byte();
+  const std::size_t count = body.byte();
+  const std::uint16_t rate_Hz = body.u16();
+  std::string serial_number = body.text();
+  static_cast<void>(body.text());  // the firmware's name
+  const bool named = version == kNamedHello;
+  const std::size_t first = named ? body.byte() : 0;
+  if (body.too_short() || count == 0 || body.at_end() || (!named && version != kUnnamedHello)) {
+    return damaged;
   }
-  return hello;
+  if (first == 0) {
+    *this = Hbf1Hello();
+    count_ = count;
+    rate_Hz_ = rate_Hz;
+    serial_number_ = std::move(serial_number);
+  }
+  if (first != layout_.size() || count != count_) return false;  // a frame before it was lost
+  while (!body.at_end()) {
+    const Entry entry(body, named);
+    if (body.too_short() || entry.repeats == 0 || layout_.size() + entry.repeats > count_) {
+      return damaged;
+    }
+    if (const auto error = add(entry)) return Unexpected<Error>(*error);
+  }
+  if (layout_.size() < count_) return named ? Expected<bool, Error>(false) : damaged;
+  if (const auto error = check_whole()) return Unexpected<Error>(*error);
+  return true;
 }
 
-std::size_t Hbf1Hello::sample_bytes() const noexcept {
-  std::size_t bytes = 0;
-  for (const Channel& channel : layout_) bytes += channel.bytes();
-  return bytes;
+std::optional<Hbf1Hello::Error> Hbf1Hello::add(const Entry& entry) {
+  if (entry.kind > kHbf1LastKind || static_cast<Hbf1Format>(entry.format) > Hbf1Format::kFloat ||
+      !std::isfinite(entry.scale) || !std::isfinite(entry.offset)) {
+    return Error{};
+  }
+  const std::string number = std::to_string(layout_.size() + 1);
+  if (entry.unit > kHbf1LastUnit) {
+    return hello_error("reports channel " + number + " in the unknown unit " +
+                       std::to_string(entry.unit) +
+                       ": the known ones are 0 raw, 1 N, 2 mm, 3 um, 4 degC and 5 kPa");
+  }
+  if (entry.may_be_named && !suits_kind(entry.unit, entry.kind)) {
+    return hello_error("reports channel " + number + ", of the kind " + std::to_string(entry.kind) +
+                       ", in the unit " + std::to_string(entry.unit) +
+                       ": forces are in N, lengths in mm or um, pressures in kPa");
+  }
+  const double factor = entry.unit == kHbf1Micrometre ? units::mm_from_um(1.0) : 1.0;
+  for (std::size_t i = 1; i <= entry.repeats; ++i) {
+    Channel channel{.channel = std::nullopt,
+                    .format = static_cast<Hbf1Format>(entry.format),
+                    .scale = factor * entry.scale,
+                    .offset = factor * entry.offset};
+    const std::string numbered =
+        entry.name.empty() || entry.repeats == 1 ? entry.name : entry.name + std::to_string(i);
+    if (unit_of_kind(entry.kind) != nullptr) {
+      if (const auto error = name(entry, numbered, channel)) return error;
+    }
+    sample_bytes_ += channel.bytes();
+    layout_.push_back(channel);
+  }
+  return std::nullopt;
+}
+
+/// Gives a measured channel its place among the values of a reading, and its name.
+std::optional<Hbf1Hello::Error> Hbf1Hello::name(const Entry& entry, const std::string& name,
+                                                Channel& channel) {
+  const std::string number = std::to_string(layout_.size() + 1);
+  ChannelName named{.name = {}, .channel = DeviceChannel::kForce};
+  if (name.empty()) {
+    if (entry.kind >= kHbf1Kinds.size()) return hello_error("gives channel " + number + " no name");
+    named = names_of_channels(bit_of(kHbf1Kinds[entry.kind])).front();
+  } else {
+    if (!std::all_of(name.begin(), name.end(), is_in_hbf1_name)) {
+      return hello_error("names channel " + number + " \"" + name +
+                         "\": a name has letters, digits, - and _");
+    }
+    const auto column = csv_column_named(name + "_" + unit_of_kind(entry.kind));
+    if (!column || column->kind != CsvColumn::Kind::kValue) {
+      return hello_error("names channel " + number + " \"" + name +
+                         "\", which means something else: choose another name");
+    }
+    named = {.name = column->name,
+             .channel = is_named(column->channel) ? named_channel(own_names_++) : column->channel,
+             .force = column->force,
+             .pressure = column->pressure};
+  }
+  named.column = layout_.size() + 1;
+  const bool taken = std::any_of(names_.begin(), names_.end(), [&](const ChannelName& other) {
+    return other.name == named.name;
+  });
+  if (taken && entry.may_be_named) {
+    return hello_error("names two channels " + named.name + ": give each a name of its own");
+  }
+  channel.channel = named.channel;
+  channels_ |= bit_of(named.channel);
+  if (!taken) names_.push_back(std::move(named));
+  return std::nullopt;
+}
+
+std::optional<Hbf1Hello::Error> Hbf1Hello::check_whole() const {
+  constexpr std::size_t kMostBytes = kHbf1LongestBody - kHbf1StatusBytes;
+  if (names_.empty()) return hello_error("lists no channel of force, depth, position or pressure");
+  if (sample_bytes_ > kMostBytes) {
+    return hello_error("lists channels of " + std::to_string(sample_bytes_) +
+                       " bytes, but a sample carries " + std::to_string(kMostBytes) +
+                       ": send fewer channels, or 16 bits for each");
+  }
+  return std::nullopt;
 }
 
 void Hbf1Hello::read_values(std::span<const std::uint8_t> values,
@@ -109,7 +234,7 @@ void Hbf1Hello::read_values(std::span<const std::uint8_t> values,
         raw = static_cast<std::int32_t>(read_u32(values.first<4>()));
         break;
       case Hbf1Format::kFloat:
-        raw = static_cast<double>(read_f32(values.first<4>()));
+        raw = static_cast<double>(std::bit_cast<float>(read_u32(values.first<4>())));
         break;
     }
     values = values.subspan(channel.bytes());

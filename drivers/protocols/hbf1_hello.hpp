@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -7,27 +8,33 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/protocols/device_reading.hpp"
 #include "drivers/protocols/hbf1_channels.hpp"
+#include "drivers/protocols/protocol.hpp"
 
 namespace merkel {
 
-/// The HELLO of an HBF1 device: how its samples are laid out.
+/// The HELLO of an HBF1 device: how its samples are laid out. Version 1 lists the channels of one
+/// probe in one frame. Version 2 gives channels names; a list that does not fit in one frame comes
+/// in several.
 class Hbf1Hello {
  public:
   /// Why a HELLO cannot be used.
   struct Error {
     std::string sentence;  ///< empty: the frame is damaged
   };
-  [[nodiscard]] static Expected<Hbf1Hello, Error> parse(std::span<const std::uint8_t> body);
+  /// Adds a frame; one with the first channel begins the list anew.
+  /// \return true if all channels are known
+  [[nodiscard]] Expected<bool, Error> take(std::span<const std::uint8_t> body);
 
   /// Bits of DeviceChannel.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
+  /// Those that are measured, in the order of the list.
+  [[nodiscard]] const std::vector<ChannelName>& names() const noexcept { return names_; }
   [[nodiscard]] std::uint16_t rate_Hz() const noexcept { return rate_Hz_; }
   [[nodiscard]] const std::string& serial_number() const noexcept { return serial_number_; }
 
   /// Number of bytes of a sample's values.
-  [[nodiscard]] std::size_t sample_bytes() const noexcept;
+  [[nodiscard]] std::size_t sample_bytes() const noexcept { return sample_bytes_; }
   /// Sets the values of a sample, and `saturated` if one is at the limit of its format.
   /// \param values  sample_bytes() bytes
   void read_values(std::span<const std::uint8_t> values, DeviceReading& reading) const noexcept;
@@ -42,10 +49,19 @@ class Hbf1Hello {
       return format == Hbf1Format::kInt16 ? 2 : 4;
     }
   };
-  static Expected<Channel, Error> parse_channel(std::span<const std::uint8_t> entry,
-                                                std::size_t number);
+  struct Entry;
+  class Body;
 
+  [[nodiscard]] std::optional<Error> add(const Entry& entry);
+  [[nodiscard]] std::optional<Error> name(const Entry& entry, const std::string& name,
+                                          Channel& channel);
+  [[nodiscard]] std::optional<Error> check_whole() const;
+
+  std::size_t count_ = 0;  ///< of all channels
+  std::size_t own_names_ = 0;
   std::vector<Channel> layout_;
+  std::vector<ChannelName> names_;
+  std::size_t sample_bytes_ = 0;
   std::uint32_t channels_ = 0;
   std::uint16_t rate_Hz_ = 0;
   std::string serial_number_;

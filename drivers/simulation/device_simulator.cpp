@@ -47,14 +47,15 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
   const bool sends_taxels = simulator->device_->set_taxels(simulator->settings_.taxels,
                                                            simulator->settings_.pressures_kPa);
   if (!sends_taxels) {
-    return bad_input("the trace is that of a tactile array, which devices of the protocol " + name +
-                     " are not: use csv");
+    return bad_input("devices of the protocol " + name + " cannot send the " +
+                     std::to_string(simulator->settings_.taxels.size()) +
+                     " taxels of the trace: use csv");
   }
   if ((channels & plays) == 0U && !sends_further && simulator->settings_.taxels.empty()) {
-    return bad_input("the trace has no " +
-                     std::string((plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
-                     ", which devices of the protocol " + name + " measure" +
-                     (further.empty() ? "" : "; only those of csv send columns of other names"));
+    return bad_input(
+        "the trace has no " + std::string((plays & ProbeSample::kForce) != 0U ? "force" : "depth") +
+        ", which devices of the protocol " + name + " measure" +
+        (further.empty() ? "" : "; only those of csv and hbf1 send columns of other names"));
   }
   simulator->device_->set_rate(
       simulator->settings_.rate_Hz.value_or(rate_of(simulator->settings_.trace)));

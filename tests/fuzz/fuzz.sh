@@ -60,6 +60,7 @@ for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/proto
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
 done
 fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${protocols[@]}"
+fuzz hbf1_frames 2048 "" hbf1_frames_fuzz.cpp "${protocols[@]}"
 fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/transports/redis_lines.cpp
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \

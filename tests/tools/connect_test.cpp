@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "drivers/protocols/csv_columns.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/free_ports.hpp"
@@ -146,6 +147,51 @@ TEST(Connect, BelievesAHeaderThatNamesTheTaxelsOfAnArray) {
   const auto run = run_program({"run", scene, "--duration-s", "0.2", "--json"});
   EXPECT_NE(run.exit_code, 2) << run.err << text;
   EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 10);
+}
+
+TEST(Connect, TakesTheNamesOfItsChannelsFromTheFirmware) {
+  const TemporaryFolder folder;
+  RunningDevice hand(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
+                                               .trace = dyadic_press(20'000),
+                                               .extra_columns = {"thumb_N", "index_N", "palm_mm"},
+                                               .baud = 500'000});
+  const std::string port = hand.uri().substr(7, hand.uri().find('?') - 7);
+  const auto connected = run_program({"connect", port, "--out", folder.path("s.toml")});
+  ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+  EXPECT_NE(connected.out.find("thumb 0 N, index 0 N"), std::string::npos) << connected.out;
+  const std::string text = read_file(folder.path("s.toml"));
+  EXPECT_NE(text.find("force = \"index_N\"\npatch = \"index\""), std::string::npos) << text;
+  EXPECT_EQ(text.find("palm_mm"), std::string::npos) << text;
+}
+
+TEST(Connect, TakesAnArrayOfTheFirmware) {
+  const TemporaryFolder folder;
+  std::vector<ProbeSample> trace(1000);
+  std::vector<float> pressures;
+  for (std::size_t i = 0; i < trace.size(); ++i) {
+    trace[i].time = milliseconds{5 * i};
+    trace[i].row = static_cast<std::uint32_t>(i);
+    for (int t = 0; t < 100; ++t) pressures.push_back(i > 400 && t == 55 ? 20.0F : 0.0F);
+  }
+  const DeviceSimulator::Settings settings{.protocol = *find_protocol("hbf1"),
+                                           .trace = trace,
+                                           .taxels = csv_names_of("taxel_kPa*100"),
+                                           .pressures_kPa = pressures,
+                                           .baud = 500'000,
+                                           .link = folder.path("pad")};
+  {
+    const RunningDevice pad(settings);
+    const auto connected =
+        run_program({"connect", folder.path("pad"), "--out", folder.path("s.toml")});
+    ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+    EXPECT_NE(connected.out.find("taken as 10 x 10"), std::string::npos) << connected.out;
+  }
+  const RunningDevice pad(settings);  // its trace begins again, without a press
+  const auto run = run_program({"run", folder.path("s.toml"), "--duration-s", "3", "--json"});
+  EXPECT_NE(run.exit_code, 2) << run.err;
+  const auto probe = nlohmann::json::parse(run.out)["probes"][0];
+  ASSERT_FALSE(probe["deepest_press"].is_null()) << run.out;
+  EXPECT_NEAR(probe["deepest_press"]["peak_pressure_kPa"].get<double>(), 20.0, 0.01) << run.out;
 }
 
 TEST(Connect, WaitsForAPortThatIsNotThereYet) {

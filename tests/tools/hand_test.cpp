@@ -27,14 +27,15 @@ std::string record_grasp(const TemporaryFolder& folder, const std::string& optio
 
 /// A simulated hand on one cable.
 DeviceSimulator::Settings cable(const std::string& trace, const SimulatedFaults& faults = {},
-                                std::string link = {}) {
+                                std::string link = {}, std::string_view protocol = "csv") {
   auto reader = TraceReader::open(trace);
   EXPECT_TRUE(reader) << reader.error().sentence;
   std::vector<ProbeSample> samples(100'000);
   samples.resize(*reader->read(samples));
-  return {.protocol = *find_protocol("csv"),
+  return {.protocol = *find_protocol(protocol),
           .trace = std::move(samples),
           .extra_columns = reader->extra_columns(),
+          .baud = (*find_protocol(protocol))->baud,
           .link = std::move(link),
           .faults = faults};
 }
@@ -90,6 +91,21 @@ TEST(Hand, TheExampleRunsOnOneCable) {
   for (const std::size_t count : samples) EXPECT_EQ(count, samples[0]);
   const auto replay = run_program({"replay", session});
   EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
+}
+
+TEST(Hand, ItsFirmwareNamesTheChannels) {
+  const TemporaryFolder folder;
+  const std::string trace = record_grasp(folder, "count=30&rate_hz=500");
+  RunningDevice hand(cable(trace, {}, {}, "hbf1"));
+  EXPECT_EQ(hand.uri().find("columns"), std::string::npos) << hand.uri();
+  const auto run =
+      run_program({"run", example_on(folder, hand.uri()), "--duration-s", "2.5", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  const auto json = nlohmann::json::parse(run.out);
+  ASSERT_EQ(json["probes"].size(), 6U);
+  for (const auto& probe : json["probes"]) {
+    EXPECT_GT(probe["deepest_press"]["depth_mm"], 0.9) << probe["uri"];
+  }
 }
 
 TEST(Hand, UnpluggingReleasesAllItsProbesInTheSameTick) {
@@ -198,9 +214,9 @@ TEST(Hand, EachProbeHasItsOwnCalibration) {
 TEST(Hand, AProtocolWithoutSuchChannelsSaysSo) {
   const TemporaryFolder folder;
   const std::string trace = record_grasp(folder, "count=1");
-  const auto run = run_program({"simulate-probe", "hbf1", "--trace", trace});
+  const auto run = run_program({"simulate-probe", "mark10", "--trace", trace});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_TRUE(has(run.err, "only those of csv send columns of other names")) << run.err;
+  EXPECT_TRUE(has(run.err, "only those of csv and hbf1 send columns of other names")) << run.err;
   RunningDevice gauge("hbf1", {});
   const auto chosen =
       run_program({"run", "--probe", gauge.uri() + "#thumb_N", "--duration-s", "0.1"});

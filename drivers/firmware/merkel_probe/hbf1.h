@@ -1,7 +1,6 @@
 // HBF1 frames for a microcontroller: COBS(header | body | CRC) and a 0. No heap, no library.
 //
-// The layout is that of drivers/protocols/hbf1_frame.hpp; a test encodes with this file and decodes
-// with that one. Needs a little-endian core (all Arduino and Teensy boards).
+// drivers/README.md describes the frames; a test encodes with this file and decodes with the host's. Needs a little-endian core (all Arduino and Teensy boards).
 #pragma once
 
 #include <stddef.h>
@@ -12,12 +11,23 @@ namespace hbf1 {
 
 enum Type : uint8_t { HELLO = 0, SAMPLE = 1, EVENT = 2, TEXT = 3, SYNC_RSP = 4, ACK = 5, CMD = 8, SYNC_REQ = 9 };
 enum Command : uint8_t { START = 1, STOP = 2, RATE = 3, TARE = 4, ASK_HELLO = 5 };
-enum Kind : uint8_t { FORCE = 0, FORCE_X, FORCE_Y, FORCE_Z, DEPTH, X, Y, Z, TEMPERATURE, OTHER };
+enum Kind : uint8_t { FORCE = 0, FORCE_X, FORCE_Y, FORCE_Z, DEPTH, X, Y, Z, TEMPERATURE, OTHER, PRESSURE };
 enum Format : uint8_t { INT16 = 0, INT32 = 1, FLOAT32 = 2 };
-enum Unit : uint8_t { RAW = 0, NEWTON = 1, MILLIMETRE = 2, MICROMETRE = 3, CELSIUS = 4 };
+enum Unit : uint8_t { RAW = 0, NEWTON = 1, MILLIMETRE = 2, MICROMETRE = 3, CELSIUS = 4, KILOPASCAL = 5 };
 
 const size_t kHeader = 8;
 const size_t kLongestBody = 244;
+const size_t kLongestName = 64;  // longer names are truncated
+
+// A channel of the samples, or several like ones: {PRESSURE, INT16, KILOPASCAL, 0.01f, 0, 16, "taxel"} are taxel1 to taxel16.
+struct Channel {
+  Kind kind;
+  Format format;
+  Unit unit;
+  float scale, offset;  // value = scale * number + offset
+  uint8_t repeats;
+  const char* name;  // letters, digits, - and _; "" for the only one of its kind
+};
 
 inline uint16_t crc16(const uint8_t* bytes, size_t count) {
   uint16_t crc = 0xFFFF;
@@ -58,6 +68,69 @@ class Encoder {
 
  private:
   uint16_t sequence_ = 0;
+};
+
+// Writes the HELLO of a device: in version 1, or in version 2 if channels have names or are many. A list of
+// channels that does not fit in one frame goes into several: send each until next() returns 0.
+class Hello {
+ public:
+  Hello(const char* serial_number, const char* firmware, uint16_t rate_hz, const Channel* channels, size_t entries)
+      : serial_number_(serial_number),
+        firmware_(firmware),
+        rate_hz_(rate_hz),
+        channels_(channels),
+        entries_(entries),
+        named_(entries > 8) {
+    for (size_t i = 0; i < entries; ++i) {
+      count_ = (uint8_t)(count_ + channels[i].repeats);
+      named_ = named_ || channels[i].repeats > 1 || channels[i].name[0] != 0;
+    }
+  }
+
+  // Writes the body of the next frame, at most kLongestBody bytes. Returns its length.
+  size_t next(uint8_t* body) {
+    if (entry_ == entries_) return 0;
+    size_t n = 0;
+    body[n++] = named_ ? 2 : 1;
+    body[n++] = count_;
+    memcpy(body + n, &rate_hz_, 2);
+    n += 2;
+    n += text(serial_number_, body + n);
+    n += text(firmware_, body + n);
+    if (named_) body[n++] = first_;
+    const size_t longest = named_ ? 13 + kLongestName : 11;
+    while (entry_ < entries_ && n + longest <= kLongestBody) {
+      const Channel& channel = channels_[entry_++];
+      body[n++] = channel.kind;
+      body[n++] = channel.format;
+      body[n++] = channel.unit;
+      memcpy(body + n, &channel.scale, 4);
+      memcpy(body + n + 4, &channel.offset, 4);
+      n += 8;
+      first_ = (uint8_t)(first_ + channel.repeats);
+      if (!named_) continue;
+      body[n++] = channel.repeats;
+      n += text(channel.name, body + n);
+    }
+    return n;
+  }
+
+ private:
+  static size_t text(const char* text, uint8_t* out) {
+    const size_t whole = strlen(text);
+    const size_t length = whole < kLongestName ? whole : kLongestName;
+    out[0] = (uint8_t)length;
+    memcpy(out + 1, text, length);
+    return 1 + length;
+  }
+
+  const char* serial_number_;
+  const char* firmware_;
+  uint16_t rate_hz_;
+  const Channel* channels_;
+  size_t entries_, entry_ = 0;
+  uint8_t count_ = 0, first_ = 0;
+  bool named_;
 };
 
 // Decodes incoming frames. take() returns true at the end of a complete, correct frame.

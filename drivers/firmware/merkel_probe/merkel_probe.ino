@@ -1,5 +1,5 @@
-// Reference firmware of an HBF1 probe for Arduino and Teensy boards: one load cell, one position sensor.
-// Change read_force_N(), read_depth_mm() and serial_number; keep the rest.
+// Reference firmware of an HBF1 probe for Arduino and Teensy boards: one load cell, one position sensor; or,
+// with #define HAND, six load cells of a hand. Change channels, read_channel() and serial_number; keep the rest.
 //
 // 1 kHz needs a board with native USB (Teensy, RP2040, SAMD, ESP32-S3), where the baud rate has no
 // effect, or a UART with 500000 Bd. (460800 Bd is 8.5 % wrong on an AVR of 16 MHz, which divides its clock by
@@ -8,8 +8,29 @@
 #include "hbf1.h"
 
 static const char* serial_number = "PROBE-001";
-static const char* firmware = "merkel_probe 1";
-const size_t kLongestName = 64;  // longer names are truncated
+static const char* firmware = "merkel_probe 2";
+
+// The numbers of a sample, in order. A probe reads them by their names: thumb_N, index_N, …
+#ifndef HAND
+static const hbf1::Channel channels[] = {
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, ""},
+    {hbf1::DEPTH, hbf1::FLOAT32, hbf1::MILLIMETRE, 1, 0, 1, ""},
+};
+static float read_channel(uint8_t i) {
+  return i == 0 ? analogRead(A0) * (10.0f / 1023.0f) : analogRead(A1) * (5.0f / 1023.0f);
+}
+#else
+static const hbf1::Channel channels[] = {
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, "thumb"},
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, "index"},
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, "middle"},
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, "ring"},
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, "little"},
+    {hbf1::FORCE, hbf1::FLOAT32, hbf1::NEWTON, 1, 0, 1, "palm"},
+};
+static float read_channel(uint8_t i) { return analogRead(A0 + i) * (10.0f / 1023.0f); }
+#endif
+const uint8_t kChannels = sizeof channels / sizeof channels[0];
 
 static hbf1::Encoder encoder;
 static hbf1::Decoder decoder;
@@ -18,43 +39,16 @@ static bool streaming = false;
 static uint16_t rate_hz = 1000;
 static uint32_t next_us = 0;
 static uint32_t last_hello_ms = 0;
-static float zero_N = 0;
-
-static float read_force_N() { return analogRead(A0) * (10.0f / 1023.0f); }
-static float read_depth_mm() { return analogRead(A1) * (5.0f / 1023.0f); }
+static float zeros[kChannels];  // of the forces, by a tare
 
 static void send(hbf1::Type type, uint32_t time_us, const void* body, size_t length) {
   Serial.write(wire, encoder.frame(type, time_us, body, length, wire));
 }
 
-static size_t add_channel(uint8_t* out, hbf1::Kind kind, hbf1::Unit unit) {
-  const float scale = 1, offset = 0;
-  out[0] = kind;
-  out[1] = hbf1::FLOAT32;
-  out[2] = unit;
-  memcpy(out + 3, &scale, 4);
-  memcpy(out + 7, &offset, 4);
-  return 11;
-}
-
 static void hello() {
   uint8_t body[hbf1::kLongestBody];
-  size_t n = 0;
-  body[n++] = 1;  // protocol
-  body[n++] = 2;  // channels
-  memcpy(body + n, &rate_hz, 2);
-  n += 2;
-  const char* const names[] = {serial_number, firmware};
-  for (const char* name : names) {
-    const size_t whole = strlen(name);
-    const size_t length = whole < kLongestName ? whole : kLongestName;
-    body[n++] = (uint8_t)length;
-    memcpy(body + n, name, length);
-    n += length;
-  }
-  n += add_channel(body + n, hbf1::FORCE, hbf1::NEWTON);
-  n += add_channel(body + n, hbf1::DEPTH, hbf1::MILLIMETRE);
-  send(hbf1::HELLO, micros(), body, n);
+  hbf1::Hello list(serial_number, firmware, rate_hz, channels, kChannels);
+  while (const size_t length = list.next(body)) send(hbf1::HELLO, micros(), body, length);
   last_hello_ms = millis();
 }
 
@@ -81,7 +75,7 @@ static void obey(uint32_t heard_us) {
       if (rate_hz == 0) rate_hz = 1;
       break;
     case hbf1::TARE:
-      zero_N = read_force_N();
+      for (uint8_t i = 0; i < kChannels; ++i) zeros[i] = channels[i].kind <= hbf1::FORCE_Z ? read_channel(i) : 0;
       break;
     case hbf1::ASK_HELLO:
       hello();
@@ -114,8 +108,9 @@ void loop() {
   if (now - next_us >= period_us && (int32_t)(now - next_us) > 0) next_us = now;
   struct __attribute__((packed)) {
     uint16_t status;
-    float force_N;
-    float depth_mm;
-  } sample = {0, read_force_N() - zero_N, read_depth_mm()};
+    float values[kChannels];
+  } sample;
+  sample.status = 0;
+  for (uint8_t i = 0; i < kChannels; ++i) sample.values[i] = read_channel(i) - zeros[i];
   send(hbf1::SAMPLE, now, &sample, sizeof sample);
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the firmware for AVR boards as the Arduino IDE does, with Debian's arduino-core-avr and gcc-avr.
-# usage: tests/devices/avr/build_firmware.sh FOLDER   writes FOLDER/{uno,mega,leonardo}.elf
+# usage: tests/devices/avr/build_firmware.sh FOLDER   writes FOLDER/{uno,mega,leonardo,hand}.elf; hand: an Uno with six load cells
 # Exits with 77 if the packages are missing (tools/install_packages avr).
 set -euo pipefail
 
@@ -13,8 +13,8 @@ if ! command -v avr-g++ >/dev/null || [ ! -e $core/Arduino.h ]; then
   exit 77
 fi
 
-build() { # NAME MCU BOARD VARIANT
-  local name=$1 mcu=$2 board=$3 variant=$4 objects=$folder/$1 source
+build() { # NAME MCU BOARD VARIANT [FLAG]
+  local name=$1 mcu=$2 board=$3 variant=$4 flag=${5:-} objects=$folder/$1 source
   local flags=(-Os -w -ffunction-sections -fdata-sections -mmcu="$mcu" -DF_CPU=16000000L -DARDUINO=10819
     -DARDUINO_ARCH_AVR -D"ARDUINO_$board" -I"$core" -I"$arduino/variants/$variant")
   [ "$name" = leonardo ] && flags+=(-DUSB_VID=0x2341 -DUSB_PID=0x8036
@@ -27,7 +27,7 @@ build() { # NAME MCU BOARD VARIANT
   # gcc-avr 5.4 defines DECIMAL_DIG, which WString.cpp uses, for C only.
   local plus=(-std=gnu++11 -fpermissive -fno-exceptions -fno-threadsafe-statics -DDECIMAL_DIG=__DECIMAL_DIG__)
   for source in "$core"/*.cpp; do avr-g++ "${plus[@]}" "${flags[@]}" -c "$source" -o "$objects/$(basename "$source").o"; done
-  avr-g++ "${plus[@]}" "${flags[@]}" -Wall -Wextra -Werror -x c++ -include Arduino.h -I"$sketch" \
+  avr-g++ "${plus[@]}" "${flags[@]}" -Wall -Wextra -Werror -x c++ ${flag:+"$flag"} -include Arduino.h -I"$sketch" \
     -c "$sketch/merkel_probe.ino" -o "$objects/sketch.o"
   avr-gcc -Os -mmcu="$mcu" -Wl,--gc-sections -o "$folder/$name.elf" "$objects"/*.o -lm
   avr-size "$folder/$name.elf" | awk -v name="$name" 'NR == 2 { print name ": program " $1 + $2 " bytes, memory " $2 + $3 " bytes" }'
@@ -36,3 +36,4 @@ build() { # NAME MCU BOARD VARIANT
 build uno atmega328p AVR_UNO standard
 build mega atmega2560 AVR_MEGA2560 mega
 build leonardo atmega32u4 AVR_LEONARDO leonardo
+build hand atmega328p AVR_UNO standard -DHAND

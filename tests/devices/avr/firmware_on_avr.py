@@ -67,6 +67,23 @@ class Firmware(unittest.TestCase):
             ran = merkel("run", "uno.toml", "--duration-s", "1")
             self.assertIn(ran.returncode, (0, 1), ran.stderr)
 
+    def test_connect_takes_the_names_that_a_hand_gives_its_channels(self):
+        with Board("atmega328p", "hand") as board:
+            done = merkel("connect", f"serial:{board.terminal}", "--out", "hand.toml")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            scene = pathlib.Path(FOLDER.name, "hand.toml").read_text()
+            for finger in ("thumb", "index", "middle", "ring", "little", "palm"):
+                self.assertIn(f'force = "{finger}_N"\npatch = "{finger}"\n', scene)
+            # Six analogue readings and 39 bytes at 500000 Bd.
+            pathlib.Path(FOLDER.name, "hand.toml").write_text(
+                scene.replace("protocol=hbf1", "protocol=hbf1&rate_hz=200"))
+            ran = merkel("run", "hand.toml", "--duration-s", "2.5", "--json")
+        self.assertIn(ran.returncode, (0, 1), ran.stderr)
+        probes = json.loads(ran.stdout)["probes"]
+        self.assertEqual(len(probes), 6)
+        self.assertGreater(probes[0]["deepest_press"]["force_N"], 1)  # A0 is pressed
+        self.assertLess(probes[1]["deepest_press"]["force_N"], 0.1)
+
 
 if __name__ == "__main__":
     built = subprocess.run([BUILD, FOLDER.name])

@@ -11,8 +11,8 @@
 
 #include "drivers/firmware/merkel_probe/hbf1.h"
 
-/// The simulated board of the sketch.
-namespace board {
+/// The simulated board of the sketches.
+namespace arduino {
 
 std::uint32_t now_us = 0;
 std::uint32_t reading_us = 0;  ///< duration of an analogue reading
@@ -38,9 +38,16 @@ struct {
 } Serial;
 // NOLINTEND(readability-identifier-naming)
 
+}  // namespace arduino
+namespace board {
+using namespace arduino;
 #include "drivers/firmware/merkel_probe/merkel_probe.ino"
-
 }  // namespace board
+namespace hand {
+using namespace arduino;
+#define HAND
+#include "drivers/firmware/merkel_probe/merkel_probe.ino"
+}  // namespace hand
 #if defined(__GNUC__)
 #pragma GCC diagnostic pop
 #endif
@@ -49,6 +56,7 @@ struct {
 
 #include "core/math/random.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
+#include "drivers/protocols/hbf1_hello.hpp"
 
 namespace merkel {
 namespace {
@@ -160,6 +168,57 @@ TEST(Firmware, ASerialNumberOfAnyLengthFits) {
               number.substr(0, said));
   }
   board::serial_number = "PROBE-001";
+}
+
+TEST(Firmware, AHandNamesItsChannels) {
+  static_cast<void>(frames_sent());
+  hand::hello();
+  hand::streaming = true;
+  hand::next_us = board::now_us;
+  hand::loop();
+  Hbf1Hello hello;
+  const auto frames = frames_sent();
+  ASSERT_GE(frames.size(), 2U);
+  for (const auto& [header, body] : frames) {
+    if (header.type != Hbf1Type::kHello) continue;
+    const auto whole = hello.take(body);
+    ASSERT_TRUE(whole) << whole.error().sentence;
+  }
+  std::string names;
+  for (const ChannelName& channel : hello.names()) names += channel.name + " ";
+  EXPECT_EQ(names, "thumb_N index_N middle_N ring_N little_N palm_N ");
+  EXPECT_EQ(frames.back().second.size(), kHbf1StatusBytes + hello.sample_bytes());
+}
+
+TEST(Firmware, AListOfChannelsOfAnyLengthIsSentWhole) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < 40; ++i) {
+    texts.push_back("finger" + std::to_string(i) + std::string(i, '-'));
+  }
+  for (const std::size_t count : {std::size_t{1}, std::size_t{9}, std::size_t{40}}) {
+    std::vector<hbf1::Channel> channels;
+    for (std::size_t i = 0; i < count; ++i) {
+      channels.push_back(
+          {hbf1::FORCE, hbf1::INT16, hbf1::NEWTON, 0.01F, 0.0F, 1, texts[i].c_str()});
+    }
+    channels.push_back({hbf1::PRESSURE, hbf1::INT16, hbf1::KILOPASCAL, 0.01F, 0.0F, 80, "taxel"});
+    const std::string serial_number(64, 'n');
+    hbf1::Hello list(serial_number.c_str(), "f", 1000, channels.data(), channels.size());
+    Hbf1Hello hello;
+    bool complete = false;
+    std::uint8_t body[hbf1::kLongestBody];
+    while (const std::size_t length = list.next(body)) {
+      EXPECT_FALSE(complete);
+      ASSERT_LE(length, sizeof body);
+      const auto whole = hello.take(std::span(body).first(length));
+      ASSERT_TRUE(whole) << whole.error().sentence;
+      complete = *whole;
+    }
+    EXPECT_TRUE(complete) << count;
+    ASSERT_EQ(hello.names().size(), count + 80);
+    EXPECT_EQ(hello.names()[count - 1].name, texts[count - 1] + "_N");
+    EXPECT_EQ(hello.names().back().name, "taxel80_kPa");
+  }
 }
 
 }  // namespace

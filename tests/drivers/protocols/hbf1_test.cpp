@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <bit>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
+#include "drivers/protocols/protocol_table.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 
 namespace merkel {
@@ -42,6 +46,28 @@ struct Firmware {
     return frame(Hbf1Type::kSample, time_us, body);
   }
 };
+
+/// The body of a HELLO of version 2, without its channels.
+Bytes named_hello(std::uint8_t count, std::uint8_t first) {
+  return {2, count, 0xE8, 0x03, 2, 'S', '7', 1, 'f', first};
+}
+
+/// Appends a channel to it: 16-bit numbers in hundredths.
+void append_channel(std::uint8_t kind, std::uint8_t unit, std::string_view name, Bytes& body,
+                    std::uint8_t repeats = 1) {
+  body.insert(body.end(), {kind, 0, unit});
+  append_f32(0.01F, body);
+  append_f32(0.0F, body);
+  body.push_back(repeats);
+  body.push_back(static_cast<std::uint8_t>(name.size()));
+  body.insert(body.end(), name.begin(), name.end());
+}
+
+std::vector<std::string> names_in(const Protocol& protocol) {
+  std::vector<std::string> names;
+  for (const ChannelName& channel : protocol.channel_names()) names.push_back(channel.name);
+  return names;
+}
 
 TEST(Hbf1Frame, ChecksumIsTheStandardOne) { EXPECT_EQ(crc16_ccitt(bytes_of("123456789")), 0x29B1); }
 
@@ -133,6 +159,124 @@ TEST(Hbf1, AnUnknownUnitIsNamed) {
   Talk talk("hbf1");
   talk.take(Firmware().hello(0, 0, 2, 9));
   EXPECT_NE(talk.protocol->error_message().find("unknown unit 9"), std::string::npos);
+}
+
+TEST(Hbf1, AHelloGivesNamesToManyChannelsInSeveralFrames) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  Bytes head = named_hello(5, 0);
+  append_channel(0, 1, "thumb", head);
+  append_channel(4, 3, "thumb", head);  // depth, in µm
+  Bytes tail = named_hello(5, 2);
+  append_channel(0, 1, "force", tail);
+  append_channel(9, 0, "humidity", tail);  // not used
+  append_channel(10, 5, "pad", tail);
+  talk.take(firmware.frame(Hbf1Type::kHello, 0, tail));  // its beginning was lost
+  EXPECT_TRUE(names_in(*talk.protocol).empty());
+  talk.take(firmware.frame(Hbf1Type::kHello, 1, head));
+  EXPECT_TRUE(names_in(*talk.protocol).empty());
+  talk.take(firmware.frame(Hbf1Type::kHello, 2, tail));
+  EXPECT_EQ(names_in(*talk.protocol),
+            (std::vector<std::string>{"thumb_N", "thumb_mm", "force_N", "pad_kPa"}));
+  EXPECT_EQ(talk.protocol->channel_names()[3].column, 5U);
+  EXPECT_EQ(talk.protocol->channels(), bit_of(DeviceChannel::kForce));
+  EXPECT_EQ(talk.protocol->serial_number(), "S7");
+  Bytes body = {0, 0};
+  for (const int count : {100, 500, 200, 7, 300}) {
+    append_u16(static_cast<std::uint16_t>(count), body);
+  }
+  talk.take(firmware.frame(Hbf1Type::kSample, 1000, body));
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  const DeviceReading& reading = talk.stream.readings[0];
+  const auto channels = talk.protocol->channel_names();
+  EXPECT_NEAR(reading[channels[0].channel], 1.0, 1e-6);
+  EXPECT_NEAR(reading[channels[1].channel], 0.005, 1e-6);
+  EXPECT_NEAR(reading[DeviceChannel::kForce], 2.0, 1e-6);
+  EXPECT_NEAR(reading[channels[3].channel], 3.0, 1e-6);
+  EXPECT_EQ(talk.stream.counts.damaged, 0U);
+}
+
+TEST(Hbf1, OneEntryNamesTheTaxelsOfAnArray) {
+  Talk talk("hbf1");
+  Bytes body = named_hello(121, 0);
+  append_channel(10, 5, "taxel", body, 121);
+  talk.take(Firmware().frame(Hbf1Type::kHello, 0, body));
+  const auto names = names_in(*talk.protocol);
+  ASSERT_EQ(names.size(), 121U) << talk.protocol->error_message();
+  EXPECT_EQ(names.front(), "taxel1_kPa");
+  EXPECT_EQ(names.back(), "taxel121_kPa");
+}
+
+TEST(Hbf1, AHelloThatCannotBeUsedHasItsSentence) {
+  for (const auto& [kind, unit, name, repeats, sentence] :
+       {std::tuple(0, 1, "th,umb", 1, "names channel 1 \"th,umb\""),
+        std::tuple(0, 2, "thumb", 1, "of the kind 0, in the unit 2"),
+        std::tuple(4, 2, "force", 1, "means something else"),
+        std::tuple(0, 1, "", 2, "names two channels force_N"),
+        std::tuple(10, 5, "", 1, "gives channel 1 no name"),
+        std::tuple(9, 0, "other", 1, "lists no channel of force"),
+        std::tuple(10, 5, "taxel", 122, "244 bytes, but a sample carries 242")}) {
+    Talk talk("hbf1");
+    Bytes body = named_hello(static_cast<std::uint8_t>(repeats), 0);
+    append_channel(static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(unit), name, body,
+                   static_cast<std::uint8_t>(repeats));
+    talk.take(Firmware().frame(Hbf1Type::kHello, 0, body));
+    EXPECT_NE(talk.protocol->error_message().find(sentence), std::string::npos)
+        << sentence << ": " << talk.protocol->error_message();
+    EXPECT_FALSE(talk.protocol->ready());
+  }
+}
+
+// Frames with a right checksum and any content, as a faulty firmware may send them.
+TEST(Hbf1, AnyHelloIsReadWithinItsBounds) {
+  Random random(5);
+  Bytes whole = named_hello(6, 0);
+  append_channel(0, 1, "thumb", whole);
+  append_channel(4, 2, "thumb", whole);
+  append_channel(10, 5, "taxel", whole, 4);
+  for (int round = 0; round < 20'000; ++round) {
+    Talk talk("hbf1");
+    Firmware firmware;
+    for (int frame = 0; frame < 3; ++frame) {
+      Bytes body = whole;
+      body.resize(random.next() % (body.size() + 20));
+      for (int flips = round % 4; flips > 0 && !body.empty(); --flips) {
+        body[random.next() % body.size()] = static_cast<std::uint8_t>(random.next());
+      }
+      talk.take(firmware.frame(Hbf1Type::kHello, 0, body));
+      body.resize(2 + random.next() % 40);
+      talk.take(firmware.frame(Hbf1Type::kSample, 1000, body));
+    }
+    for (const DeviceReading& reading : talk.stream.readings) {
+      EXPECT_LE(reading.named.size(), talk.protocol->channel_names().size());
+    }
+  }
+}
+
+TEST(Hbf1, TheSimulatedDeviceNamesTheColumnsOfItsTrace) {
+  const auto entry = find_protocol("hbf1");
+  ASSERT_TRUE(entry);
+  const auto device = (*entry)->simulate(ProbeSample::kForce);
+  std::vector<std::string> columns = {"temperature"};
+  for (int i = 1; i <= 30; ++i) columns.push_back("finger" + std::to_string(i) + "_g");
+  ASSERT_TRUE(device->set_columns(columns));
+  Talk talk("hbf1");
+  Bytes wire;
+  device->boot(talk.now, wire);
+  talk.protocol->start(talk.now, talk.stream);
+  talk.take(wire);
+  const auto channels = talk.protocol->channel_names();
+  ASSERT_EQ(channels.size(), 31U) << talk.protocol->error_message();
+  EXPECT_EQ(channels[30].name, "finger30_N");
+  wire.clear();
+  device->take(talk.stream.outgoing, talk.now, wire);
+  ProbeSample sample{.force_mN = 250.0, .channels = ProbeSample::kForce};
+  sample.extra[30] = 1000.0;  // g
+  device->measure(sample, talk.now, wire);
+  talk.take(wire);
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_NEAR(talk.value(DeviceChannel::kForce), 0.25, 1e-6);
+  EXPECT_NEAR(talk.stream.readings[0][channels[30].channel], 9.80665, 1e-5);
 }
 
 TEST(Hbf1, LossIsCountedExactly) {
