@@ -27,6 +27,16 @@ Position in_array(const Position& at, const Position& middle, double orientation
           .y_mm = std::cos(angle) * y - std::sin(angle) * x};
 }
 
+struct Box {
+  double left = HUGE_VAL, right = -HUGE_VAL, bottom = HUGE_VAL, top = -HUGE_VAL;
+  void add(const Position& at) noexcept {
+    left = std::min(left, at.x_mm);
+    right = std::max(right, at.x_mm);
+    bottom = std::min(bottom, at.y_mm);
+    top = std::max(top, at.y_mm);
+  }
+};
+
 /// Different values, in order, and the place of each value among them.
 std::vector<double> different(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -55,40 +65,30 @@ std::vector<double> offsets_to(double largest_mm, double near_mm, double step_mm
 TaxelField::Grid TaxelField::grid_of(const TaxelArray& array, double orientation_deg,
                                      const SkinParameters& skin,
                                      std::span<const Position> receptors) {
-  double right = 0.5 * array.width_mm;
-  double top = 0.5 * (array.shape == TaxelArray::Shape::kDisc ? array.width_mm : array.length_mm);
-  double left = -right;
-  double bottom = -top;
+  const bool disc = array.shape == TaxelArray::Shape::kDisc;
+  const double half_width = 0.5 * array.width_mm;
+  const double half_length = disc ? half_width : 0.5 * array.length_mm;
   const std::vector<Position> centres = array.centres();
-  const auto [first_x, last_x] = std::minmax_element(
-      centres.begin(), centres.end(), [](const auto& a, const auto& b) { return a.x_mm < b.x_mm; });
-  const auto [first_y, last_y] = std::minmax_element(
-      centres.begin(), centres.end(), [](const auto& a, const auto& b) { return a.y_mm < b.y_mm; });
-  left += first_x->x_mm - kMargin_mm;
-  right += last_x->x_mm + kMargin_mm;
-  bottom += first_y->y_mm - kMargin_mm;
-  top += last_y->y_mm + kMargin_mm;
-  double box_left = right;
-  double box_right = left;
-  double box_bottom = top;
-  double box_top = bottom;
+  Box reach;
+  for (const Position& centre : centres) reach.add(centre);
+  reach = {.left = reach.left - kMargin_mm - half_width,
+           .right = reach.right + kMargin_mm + half_width,
+           .bottom = reach.bottom - kMargin_mm - half_length,
+           .top = reach.top + kMargin_mm + half_length};
+  Box box = {reach.right, reach.left, reach.top, reach.bottom};
   for (const Position& receptor : receptors) {
-    const Position at = in_array(receptor, array.place, orientation_deg);
-    box_left = std::min(box_left, at.x_mm);
-    box_right = std::max(box_right, at.x_mm);
-    box_bottom = std::min(box_bottom, at.y_mm);
-    box_top = std::max(box_top, at.y_mm);
+    box.add(in_array(receptor, array.place, orientation_deg));
   }
   Grid grid{.spacing_mm = skin.receptor_depth_mm / kTaxelNodesPerDepth};
   const double edge = 1.5 * grid.spacing_mm;  // cubics need a node more on each side
-  grid.left_mm = std::max(left, box_left) - edge;
-  grid.bottom_mm = std::max(bottom, box_bottom) - edge;
+  grid.left_mm = std::max(reach.left, box.left) - edge;
+  grid.bottom_mm = std::max(reach.bottom, box.bottom) - edge;
   const auto count = [&](double from, double to) {
     return static_cast<std::size_t>(std::ceil(std::max(0.0, to + edge - from) / grid.spacing_mm)) +
            1;
   };
-  grid.columns = padded(count(grid.left_mm, std::min(right, box_right)), kProductRows);
-  grid.rows = padded(count(grid.bottom_mm, std::min(top, box_top)), kProductColumns);
+  grid.columns = padded(count(grid.left_mm, std::min(reach.right, box.right)), kProductRows);
+  grid.rows = padded(count(grid.bottom_mm, std::min(reach.top, box.top)), kProductColumns);
   return grid;
 }
 
@@ -155,12 +155,11 @@ void TaxelField::fill_factors(const TaxelArray& array, const SkinParameters& ski
   const auto offsets_y = offsets_to(farthest_y, near(array.length_mm), step);
   double largest = 0.0;
   for (const double value : stress.at(0.0, 0.0)) largest = std::max(largest, std::fabs(value));
-  std::size_t most_terms = 0;
   for (std::size_t s = 0; s < kStresses; ++s) {
     const SeparableStress separable(stress, s, offsets_x, offsets_y, kError * largest);
     Factors& factors = factors_[s];
     factors.terms = separable.terms();
-    most_terms = std::max(most_terms, factors.terms);
+    most_terms_ = std::max(most_terms_, factors.terms);
     factors.along_x = AlignedArray<float>(factors.terms * columns_ * grid_.columns);
     factors.along_y = AlignedArray<float>(factors.terms * rows_ * grid_.rows);
     for (std::size_t c = 0; c < x_mm_.size(); ++c) {
@@ -182,8 +181,8 @@ void TaxelField::fill_factors(const TaxelArray& array, const SkinParameters& ski
       }
     }
   }
-  sums_ = AlignedArray<float>(most_terms * columns_ * grid_.rows);
-  sums_in_use_.reserve(most_terms * columns_);
+  sums_ = AlignedArray<float>(most_terms_ * columns_ * grid_.rows);
+  sums_in_use_.reserve(most_terms_ * columns_);
 }
 
 void TaxelField::place_receptors(std::span<const Position> receptors, const TaxelArray& array,
@@ -264,8 +263,6 @@ void TaxelField::press(std::span<const float> pressures_kPa) noexcept {
     return;
   }
   std::fill(by_column_.begin(), by_column_.end(), 0.0F);
-  std::size_t most_terms = 0;
-  for (const Factors& factors : factors_) most_terms = std::max(most_terms, factors.terms);
   rows_in_use_.assign(rows_, 0);
   sums_in_use_.assign(columns_, 0);
   for (std::size_t i = 0; i < taxels_.size(); ++i) {
@@ -288,7 +285,7 @@ void TaxelField::press(std::span<const float> pressures_kPa) noexcept {
   numbers(rows_in_use_);
   numbers(sums_in_use_);
   const std::size_t used_columns = sums_in_use_.size();
-  for (std::size_t t = 1; t < most_terms; ++t) {
+  for (std::size_t t = 1; t < most_terms_; ++t) {
     for (std::size_t k = 0; k < used_columns; ++k) {
       sums_in_use_.push_back(static_cast<std::uint32_t>(t * columns_) + sums_in_use_[k]);
     }

@@ -88,6 +88,7 @@ class TaxelField {
   std::vector<double> x_mm_, y_mm_;     ///< different coordinates of the taxels
   std::size_t columns_ = 0, rows_ = 0;  ///< of taxels; columns are padded to kProductRows
   Factors factors_[kStresses];
+  std::size_t most_terms_ = 0;  ///< of a stress
   std::vector<float> pressures_;
   AlignedArray<float> by_column_;  ///< pressures: [block of columns][row][kProductRows]
   AlignedArray<float> sums_;       ///< over the taxels of a column: [term][column][node row]

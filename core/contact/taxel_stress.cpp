@@ -13,7 +13,7 @@ namespace {
 constexpr double kPointDisc_mm = 0.05;
 constexpr int kMostTerms = 40;
 
-/// Gauss-Legendre nodes over a length, for an error of 1e-7: the stress is analytic up to a
+/// Gauss-Legendre nodes over a length, for an error of some 1e-6: the stress is analytic up to a
 /// distance of the depth from it, so the error falls by e^(−2·asinh(2z/size)) per node.
 int nodes_over(double size_mm, double depth_mm) {
   return std::clamp(static_cast<int>(std::ceil(8.0 / std::asinh(2.0 * depth_mm / size_mm))), 3, 64);

@@ -12,8 +12,8 @@
 namespace merkel {
 
 /// The stress at receptor depth under one taxel with a pressure of 1 kPa: point loads, integrated
-/// over the taxel by Gauss-Legendre quadrature (the closed form of Love 1929 for a rectangle on a
-/// half-space), in one material or in layers.
+/// over the taxel by Gauss-Legendre quadrature, to 5e-6 kPa: rectangles and discs, in one material
+/// or in layers. Love (1929) has the closed form for a rectangle on a half-space.
 class TaxelStress {
  public:
   static constexpr std::size_t kComponents = 6;

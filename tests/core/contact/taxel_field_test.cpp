@@ -12,6 +12,7 @@
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/indenter.hpp"
+#include "core/contact/taxel_stress.hpp"
 #include "core/math/random.hpp"
 #include "core/skin/strain_energy_density.hpp"
 
@@ -118,6 +119,46 @@ double error_of(const TaxelArray& array, const SkinParameters& skin, double orie
     error = std::max(error, std::fabs(static_cast<double>(field.energies_kPa()[i]) - exact));
   }
   return error / largest;
+}
+
+/// σz at a depth under a corner of a rectangle with unit pressure, over the rectangle from it to
+/// (x, y): Newmark (1935), the integral of Boussinesq's σz that is also in Love (1929).
+double corner_pressure(double x, double y, double z) {
+  const double r1 = x * x + z * z;
+  const double r2 = y * y + z * z;
+  const double r3 = std::sqrt(x * x + y * y + z * z);
+  return (std::atan2(x * y, z * r3) + x * y * z / r3 * (1.0 / r1 + 1.0 / r2)) /
+         (2.0 * std::numbers::pi);
+}
+
+TEST(TaxelStress, EqualsLovesClosedFormOnAHalfSpace) {
+  TaxelArray array = lattice(1, 1, 1.0);
+  array.width_mm = 1.0;
+  array.length_mm = 2.5;
+  for (const double depth_mm : {0.25, 0.65, 1.5}) {
+    SkinParameters skin;
+    skin.receptor_depth_mm = depth_mm;
+    const TaxelStress stress(array, skin, 10.0);
+    for (const Position& at : scattered(50, -3.0, 3.0, -3.0, 3.0)) {
+      double exact = 0.0;
+      for (const double i : {-1.0, 1.0}) {
+        for (const double j : {-1.0, 1.0}) {
+          exact += i * j * corner_pressure(0.5 * i - at.x_mm, 1.25 * j - at.y_mm, depth_mm);
+        }
+      }
+      EXPECT_NEAR(stress.at(at.x_mm, at.y_mm)[2], -exact, 5e-6) << depth_mm;
+    }
+  }
+}
+
+TEST(TaxelStress, EqualsTheClosedFormOnTheAxisOfADisc) {
+  TaxelArray array = lattice(1, 1, 1.0);
+  array.shape = TaxelArray::Shape::kDisc;
+  array.width_mm = array.length_mm = 2.0;
+  const SkinParameters skin;
+  const double z = skin.receptor_depth_mm;
+  const double exact = 1.0 - z * z * z / std::pow(1.0 + z * z, 1.5);
+  EXPECT_NEAR(TaxelStress(array, skin, 10.0).at(0.0, 0.0)[2], -exact, 5e-6);
 }
 
 TEST(TaxelField, EqualsAnIndependentSumOfPointLoads) {
