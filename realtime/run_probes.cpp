@@ -268,10 +268,14 @@ void RunProbes::measure_delays() {
 std::vector<RunProgress::OfProbe> RunProbes::readings() const {
   std::vector<RunProgress::OfProbe> readings;
   for (const auto& route : routes_) {
-    readings.push_back({.depth_mm = route->channel.depth_mm.load(std::memory_order_relaxed),
-                        .force_mN = route->channel.force_mN.load(std::memory_order_relaxed),
-                        .channels = route->info().channels,
-                        .state = route->channel.state.load(std::memory_order_relaxed)});
+    readings.push_back(
+        {.depth_mm = route->channel.depth_mm.load(std::memory_order_relaxed),
+         .force_mN = route->channel.force_mN.load(std::memory_order_relaxed),
+         .channels = route->info().channels,
+         .state = route->channel.state.load(std::memory_order_relaxed),
+         .name = route->info().name,
+         .live = !route->info().replayed,
+         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)}});
   }
   return readings;
 }

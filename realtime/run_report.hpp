@@ -96,6 +96,9 @@ struct RunProgress {
     double force_mN = 0.0;
     std::uint32_t channels = 0;
     TickRecord::State state = TickRecord::State::kFollowing;
+    std::string name = {};              ///< for display
+    bool live = false;                  ///< a device
+    std::chrono::nanoseconds touch{0};  ///< the length of the touch so far; 0: none
   };
   std::vector<OfProbe> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began

@@ -77,6 +77,10 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
     if (!touching_) last_share_ = next_share_ = 0.0F;
   }
   if (channel_.rows) blend_taxels();
+  const bool touches = reading.contact.depth_mm > 0.0 || reading.contact.force_mN > 0.0;
+  if (!touches) touch_began_.reset();
+  if (touches && !touch_began_) touch_began_ = time;
+  channel_.touch_ns.store(touches ? (time - *touch_began_).count() : 0, std::memory_order_relaxed);
   channel_.depth_mm.store(reading.contact.depth_mm, std::memory_order_relaxed);
   channel_.force_mN.store(reading.contact.force_mN, std::memory_order_relaxed);
   channel_.state.store(reading.state, std::memory_order_relaxed);

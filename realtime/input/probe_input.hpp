@@ -111,7 +111,8 @@ class ProbeInput {
   /// The shares of the last sample and of the next one in the reading.
   float last_share_ = 0.0F;
   float next_share_ = 0.0F;
-  bool touching_ = false;  ///< by contact_N
+  bool touching_ = false;                                ///< by contact_N
+  std::optional<std::chrono::nanoseconds> touch_began_;  ///< the present touch
   std::chrono::nanoseconds simulated_ = std::chrono::nanoseconds::min();
 };
 

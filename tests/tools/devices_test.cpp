@@ -9,6 +9,7 @@
 
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/trace_file.hpp"
+#include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
@@ -343,6 +344,16 @@ TEST(Devices, ProbesListsTheProtocols) {
     EXPECT_NE(text.out.find(std::string(entry.name) + " "), std::string::npos);
   }
   EXPECT_EQ(list["protocols"].size(), protocol_table().size());
+}
+
+TEST(Devices, ASetUpThatWaitsForADeviceSaysSo) {
+  const LinePrinter silent("0.3", 115200, {.silence = std::chrono::seconds{9}});
+  const auto run =
+      run_program({"run", "--probe",
+                   "serial:" + silent.name() + "?protocol=csv&columns=force_N&timeout_ms=3500"});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("a device may not have sent a reading yet"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("has sent nothing for 3.5 s"), std::string::npos) << run.err;
 }
 
 }  // namespace

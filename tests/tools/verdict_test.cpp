@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/number_text.hpp"
+#include "tools/run/endless_touch.hpp"
 
 namespace merkel {
 namespace {
@@ -145,6 +146,26 @@ TEST(Verdict, AContactThatNeverEndsIsNamed) {
   EXPECT_EQ(run.sentence,
             "the contact of serial:x did not end for 60 s; its smallest force was 0.012 N");
   EXPECT_FALSE(run.failed_strictly);
+}
+
+TEST(EndlessTouch, IsNamedOnceWhileTheRunLasts) {
+  EndlessTouch endless;
+  RunProgress progress;
+  progress.probes = {{.name = "csv at /dev/x, thumb_N", .live = true}, {.name = "replay:x.csv"}};
+  const auto after = [&](std::chrono::seconds touch) {
+    for (auto& probe : progress.probes) probe.touch = touch;
+    return endless.sentences(progress);
+  };
+  EXPECT_TRUE(after(std::chrono::seconds{59}).empty());
+  const auto sentences = after(kEndlessTouch);
+  ASSERT_EQ(sentences.size(), 1U);  // a recording's is named at its end
+  EXPECT_TRUE(sentences[0].starts_with(
+      "csv at /dev/x, thumb_N: the contact has not ended for 60 s: if nothing touches the probe, "
+      "tare it"))
+      << sentences[0];
+  EXPECT_TRUE(after(std::chrono::seconds{61}).empty());
+  EXPECT_TRUE(after(std::chrono::seconds{0}).empty());
+  EXPECT_EQ(after(std::chrono::seconds{60}).size(), 1U);
 }
 
 TEST(Verdict, AFlickeringContactIsNamed) {

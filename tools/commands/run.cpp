@@ -17,6 +17,7 @@
 #include "realtime/pipeline.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
+#include "tools/run/endless_touch.hpp"
 #include "tools/run/long_work.hpp"
 #include "tools/run/run_summary.hpp"
 #include "tools/run/service_notice.hpp"
@@ -103,9 +104,12 @@ void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Paramet
   parameters.on_missing_right = [&](const std::string& sentence) {
     terminal.print_line("merkel: note: " + sentence);
   };
-  parameters.on_progress = [&, fast = parameters.fast, line = StatusLine(),
-                            long_run = LongRun()](const RunProgress& progress) mutable {
+  parameters.on_progress = [&, fast = parameters.fast, line = StatusLine(), long_run = LongRun(),
+                            endless = EndlessTouch()](const RunProgress& progress) mutable {
     service.progress(progress.counters);
+    for (const std::string& sentence : endless.sentences(progress)) {
+      terminal.print_line("merkel: " + sentence);
+    }
     if (terminal.on_terminal()) {
       terminal.show(line.fields(progress));
     } else if (fast) {
@@ -157,6 +161,19 @@ int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan*
   return failed(verdict_of(report, model), options.strict) ? kFailed : kDone;
 }
 
+/// What a long set-up waits for.
+std::string set_up_notice(const Scene& scene) {
+  bool device = false;
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    const std::string uri = scene.uri_of(i);
+    device = device || !(uri.starts_with("sim:") || uri.starts_with("replay:"));
+  }
+  return "still setting up " + contents_of(scene) +
+         (device ? ": a device may not have sent a reading yet; otherwise the time grows"
+                 : ": the time grows") +
+         " with the number of different tips, of receptors and of patches";
+}
+
 int run(const RunOptions& options) {
   auto scene = scene_of(options);
   if (!scene) return refuse(scene.error());
@@ -167,9 +184,7 @@ int run(const RunOptions& options) {
     plan = std::move(*made);
   }
   auto prepared = [&] {
-    const LongWork notice("still setting up " + contents_of(*scene) +
-                          ": the time grows with the number of different tips, of receptors and "
-                          "of patches");
+    const LongWork notice(set_up_notice(*scene));
     return prepare_run(std::move(*scene), {.fast = options.fast});
   }();
   if (!prepared) return refuse(prepared.error());

@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
+#include "tools/run/endless_touch.hpp"
 #include "tools/run/force_and_depth.hpp"
 
 namespace merkel {
@@ -24,7 +25,6 @@ constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: to
 constexpr double kLostTouch = 0.5;    ///< or this share of a short run
 constexpr double kShortRelease_s = 0.01;
 constexpr double kMisread_mN = -20.0;  ///< a pull that no zero error explains
-constexpr double kEndless_s = 60.0;    ///< no one presses a probe for longer without letting go
 constexpr double kFlicker = 1.0;       ///< brief touches per second: noise
 constexpr double kHardestPress_N = 15.0;
 constexpr double kDeepestPress_mm = 6.0;
@@ -81,7 +81,7 @@ class RunChecks {
           "tare it");
     }
     const double longest_s = units::s_from(range.longest_touch);
-    if (longest_s >= kEndless_s) {
+    if (range.longest_touch >= kEndlessTouch) {
       add(Severity::kNote, 0.9,
           fmt::format("the contact of {} did not end for {} s; its smallest force was {} N",
                       probe.uri, number_text(longest_s),

@@ -103,6 +103,20 @@ TEST(ProbeInputForce, TouchesFromTheThresholdToHalfOfIt) {
   }
 }
 
+TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
+  ProbeChannel channel(8);
+  ProbeInput input{channel, {.interpolate = false}};
+  const double forces_mN[] = {0.0, 5.0, 5.0, 5.0, 0.0, 5.0};
+  const std::int64_t touches_ms[] = {0, 0, 1, 2, 0, 0};
+  for (int k = 0; k < 6; ++k) {
+    ProbeSample sample{.force_mN = forces_mN[k], .channels = ProbeSample::kForce};
+    sample.time = std::chrono::milliseconds{k};
+    ASSERT_TRUE(channel.samples.try_push(sample));
+    static_cast<void>(input.at(sample.time));
+    EXPECT_EQ(channel.touch_ns.load(), 1'000'000 * touches_ms[k]) << k;
+  }
+}
+
 TEST(ProbeInputForce, MayBeInverted) {
   ProbeChannel channel{10};
   ProbeInput input{channel, {.invert_force = true}};
