@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The completion scripts in their shells: completion_test.py PROGRAM. Shells that are not installed are skipped."""
+import os
 import pathlib
+import pty
 import shutil
 import subprocess
 import sys
@@ -41,6 +43,38 @@ def completed(shell, *words):
         return {word for word in found if word.startswith(words[-1])}
 
 
+# Shells as a user starts them, with their own completion system.
+TERMINALS = {
+    "bash": (["bash", "--noprofile", "--rcfile", "rc", "-i"], "source merkel.bash; PS1='READY '; merkel() { echo \"$*\" >got; }"),
+    "zsh": (["zsh", "-d", "-i"], "fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d dump; PS1='READY '; merkel() { echo \"$*\" >got; }"),
+}
+
+
+def typed(shell, keys):
+    """The arguments that merkel receives after these keys in a terminal."""
+    command, rc = TERMINALS[shell]
+    with tempfile.TemporaryDirectory() as folder:
+        written(shell, folder)
+        (pathlib.Path(folder) / "press.csv").touch()
+        for name in ["rc", ".zshrc"]:
+            (pathlib.Path(folder) / name).write_text(rc + "\n")
+        ours, theirs = pty.openpty()
+        with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, cwd=folder, start_new_session=True,
+                              env={"PATH": "/usr/bin:/bin", "HOME": folder, "ZDOTDIR": folder, "TERM": "dumb"}):
+            os.close(theirs)
+            shown = b""
+            while b"READY " not in shown:
+                shown += os.read(ours, 4096)
+            os.write(ours, keys.encode() + b"\nexit\n")
+            try:
+                while os.read(ours, 4096):
+                    pass
+            except OSError:  # the shell has closed its terminal
+                pass
+        os.close(ours)
+        return (pathlib.Path(folder) / "got").read_text().strip()
+
+
 SHELLS = [shell for shell in ["bash", "fish", "zsh"] if shutil.which(shell)]
 
 
@@ -69,6 +103,11 @@ class Completion(unittest.TestCase):
             with self.subTest(shell=shell):
                 self.assertIn("press.csv", completed(shell, "run", "--record", "pr"))
                 self.assertEqual(completed(shell, "run", "--duration-s", "p"), set())
+
+    def test_tab_completes_in_a_terminal(self):
+        for shell in TERMINALS.keys() & SHELLS:
+            with self.subTest(shell=shell):
+                self.assertEqual(typed(shell, "merkel reco\t--dur\t2 pre\t"), "record --duration-s 2 press.csv")
 
     def test_each_command_has_a_row(self):
         listed = subprocess.run([PROGRAM, "--help"], check=True, capture_output=True, text=True).stdout

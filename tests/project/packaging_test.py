@@ -27,6 +27,11 @@ class Wheels(unittest.TestCase):
                 rows = wheel.read("x.dist-info/RECORD").decode().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], [*files, "x.dist-info/RECORD"])
 
+    def test_a_module_of_an_old_pybind11_does_not_take_numpy_2(self):
+        self.assertEqual([build_backend.numpy_for(version) for version in ["2.10", "2.11", "2.12", "2.13", "3.0"]],
+                         ["numpy<2", "numpy<2", "numpy", "numpy", "numpy"])
+        self.assertRegex(build_backend._metadata(), r"\nRequires-Dist: numpy(<2)?\n")
+
     def test_the_libraries_of_every_linux_stay_outside(self):
         inside = [name for name in ["libc.so.6", "libstdc++.so.6", "libgcc_s.so.1", "ld-linux-x86-64.so.2", "libm.so.6",
                                     "libcurl.so.4", "libmd.so.0", "libusb-1.0.so.0"] if not bundle_libraries.PLATFORM.match(name)]

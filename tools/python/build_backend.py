@@ -28,11 +28,24 @@ def _tag():
     return f"cp{version}-cp{version}-{platform}"
 
 
+def numpy_for(pybind11):
+    """The requirement on numpy of a module built with that pybind11 ("2.10"): numpy 2 is read wrongly by those before 2.12."""
+    return "numpy<2" if tuple(map(int, pybind11.split("."))) < (2, 12) else "numpy"
+
+
+def _numpy():
+    header = pathlib.Path("/usr/include/pybind11/detail/common.h")  # Debian's; others are newer
+    if not header.exists():
+        return "numpy"
+    found = dict(re.findall(r"#define PYBIND11_VERSION_(MAJOR|MINOR) (\d+)", header.read_text()))
+    return numpy_for(f"{found['MAJOR']}.{found['MINOR']}")
+
+
 def _metadata():
     project = _project()
     return (f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
             f"Summary: {project['description']}\nRequires-Python: {project['requires-python']}\n"
-            "Requires-Dist: numpy\nLicense: MIT\n")
+            f"Requires-Dist: {_numpy()}\nLicense: MIT\n")
 
 
 def _wheel():
