@@ -47,8 +47,10 @@ class Stubs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             stubs = pathlib.Path(folder) / "x.pyi"
             stubs.write_text('"""Module."""\nclass A:\n    """A class."""\n    def f(self, n: int = ...) -> str: ...\n'
-                             "    @property\n    def p(self) -> float:\n        \"\"\"In s.\"\"\"\ndef g() -> None: ...\n")
+                             "    @property\n    def p(self) -> float:\n        \"\"\"In s.\"\"\"\n"
+                             "    @p.setter\n    def p(self, s: float) -> None: ...\ndef g() -> None: ...\n")
             page = python_stubs.page(stubs)
+        self.assertEqual(page.count(":: p"), 1)
         for line in [".. py:class:: A", "   .. py:method:: f(n: int=...) -> str", "   .. py:property:: p", "      :type: float",
                      "      In s.", ".. py:function:: g() -> None"]:
             self.assertIn(line + "\n", page)

@@ -24,6 +24,8 @@ def member(node):
     if not isinstance(node, ast.FunctionDef):
         return ""
     names = [ast.unparse(decorator) for decorator in node.decorator_list]
+    if f"{node.name}.setter" in names:
+        return ""
     docstring = ast.get_docstring(node)
     if "property" in names:
         return entry("property", node.name, docstring, [f"type: {ast.unparse(node.returns)}"])
