@@ -42,6 +42,14 @@ class Links(unittest.TestCase):
                 self.assertIn(stage.MOVED.get(name, name).removesuffix(".md"), listed)
 
 
+class Commands(unittest.TestCase):
+    def test_long_lines_of_a_help_continue_in_their_column(self):
+        self.assertEqual(stage.wrapped("  --force-N FLOAT    Force in N, above zero", 35),
+                         "  --force-N FLOAT    Force in N,\n                     above zero")
+        self.assertEqual(stage.wrapped("Runs a scene: reads its probes", 20), "Runs a scene: reads\nits probes")
+        self.assertEqual(stage.wrapped("  --json    As JSON", 35), "  --json    As JSON")
+
+
 class Stubs(unittest.TestCase):
     def test_classes_methods_and_properties_appear_with_their_types(self):
         with tempfile.TemporaryDirectory() as folder:

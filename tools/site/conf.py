@@ -17,8 +17,11 @@ breathe_default_project = "merkel"
 breathe_default_members = ("members",)
 cpp_id_attributes = ["MERKEL_REALTIME"]
 highlight_language = "text"
+smartquotes = False  # they make a dash of the -- of options
 
 html_theme = "furo"
 html_title = f"merkel {release}"
+html_static_path = ["tools/site/site.css"]
+html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False

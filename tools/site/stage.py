@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 
 import cpp_headers
 import notebooks
@@ -59,8 +60,16 @@ def stage_repository(folder):
         index.write("\n" + contents)
 
 
+def wrapped(line, width=88):
+    """A line of a help text; what is beyond the width continues below the column of its last part."""
+    column = re.match(r"( *(?:\S+ )*\S+ {2,})?", line).end() or len(line) - len(line.lstrip())
+    return "\n".join(textwrap.wrap(line, width, subsequent_indent=" " * column, break_long_words=False,
+                                   break_on_hyphens=False)) if len(line) > width else line
+
+
 def help_of(program, *command):
-    return subprocess.check_output([program, *command, "--help"], text=True)
+    text = subprocess.check_output([program, *command, "--help"], text=True)
+    return "\n".join(map(wrapped, text.split("\n")))
 
 
 def subcommands(text):

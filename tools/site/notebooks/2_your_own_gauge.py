@@ -22,8 +22,9 @@ uri = device.stdout.readline().strip()
 # `merkel connect` recognises the protocol, measures rate, jitter and clock, and writes a scene file.
 
 # %%
-done = subprocess.run(["merkel", "connect", port, "--yes", "--out", folder / "gauge.toml"], capture_output=True, text=True)
-print((done.stdout + done.stderr).replace(str(folder), "FOLDER"))
+done = subprocess.run(["merkel", "connect", port, "--yes", "--out", folder / "gauge.toml"],
+                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+print(done.stdout.replace(str(folder), "FOLDER"))
 assert done.returncode == 0
 
 # %% [markdown]
