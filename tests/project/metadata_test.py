@@ -38,6 +38,17 @@ class Metadata(unittest.TestCase):
         self.assertEqual(CODEMETA["referencePublication"], "https://doi.org/" + cited("doi"))
         self.assertTrue(cited("title").strip('"').startswith(CODEMETA["name"] + ":"))
 
+    def test_the_figures_of_the_paper_are_those_of_the_readmes(self):
+        readme = (ROOT / "README.md").read_text()
+        score = (ROOT / "tools/studies/score/README.md").read_text()
+        rows = re.findall(r"^\| (.*?) \| ([\d.].*?) \| (.*?) ?\|$", (ROOT / "tools/site/paper.md").read_text(), re.M)
+        self.assertGreater(len(rows), 4)
+        for quantity, ours, other in rows:
+            self.assertTrue(ours in readme, quantity)
+            if "score" in quantity or "same error" in quantity:
+                self.assertTrue(f"RMSE {ours}" in score, quantity)
+                self.assertTrue(other.removeprefix("TouchSim ") in readme, quantity)
+
 
 if __name__ == "__main__":
     unittest.main()
