@@ -21,16 +21,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr double kRobust_s = 1e-4;  ///< an offset further from the line counts less
-constexpr int kMostSteps = 200;
 constexpr double kFarthest_s = 4e9;  ///< the difference of two times fits into 64-bit ns
-constexpr std::string_view kSource = "merkel-";  ///< of the streams of the sink lsl:
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+constexpr double kClosing_s = 2.0;   ///< longest time from the end of a run to its closed outlets
 
 std::optional<std::int64_t> whole_of(std::string_view text) {
   std::int64_t value = 0;
@@ -52,54 +44,22 @@ std::pair<std::string, std::string> split_rig(const std::string& path) {
   return {path.substr(0, at), path.substr(at + 1)};
 }
 
-ClockLine ClockLine::through(const std::vector<std::pair<double, double>>& offsets) {
-  if (offsets.empty()) return {};
-  if (offsets.size() == 1) return {.offset_s = offsets[0].second};
-  double middle_s = offsets[0].first;
-  for (const auto& [time_s, offset_s] : offsets) middle_s = std::min(middle_s, time_s);
-  std::vector<double> weights(offsets.size(), 1.0);
-  std::vector<double> residuals(offsets.size());
-  double at_middle = 0.0;
-  double drift = 0.0;
-  for (int step = 0; step < kMostSteps; ++step) {
-    double w = 0.0;
-    double wx = 0.0;
-    double wy = 0.0;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-      w += weights[i];
-      wx += weights[i] * (offsets[i].first - middle_s);
-      wy += weights[i] * offsets[i].second;
-    }
-    double xx = 0.0;
-    double xy = 0.0;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-      const double x = offsets[i].first - middle_s - wx / w;
-      xx += weights[i] * x * x;
-      xy += weights[i] * x * (offsets[i].second - wy / w);
-    }
-    const double before = at_middle;
-    const double drift_before = drift;
-    drift = xx > 0.0 ? xy / xx : 0.0;
-    at_middle = wy / w - drift * wx / w;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-      residuals[i] =
-          std::fabs(offsets[i].second - at_middle - drift * (offsets[i].first - middle_s));
-      weights[i] = kRobust_s / std::max(residuals[i], kRobust_s);
-    }
-    if (std::fabs(at_middle - before) < 1e-13 && std::fabs(drift - drift_before) < 1e-15) break;
-  }
-  return {
-      .offset_s = at_middle - drift * middle_s, .drift = drift, .residual_s = median_of(residuals)};
-}
-
 /// What the file says of its streams, by number.
 struct RigRecording::Found {
   std::map<std::uint32_t, std::unique_ptr<pugi::xml_document>> headers;
   std::map<std::uint32_t, std::vector<std::pair<double, double>>> offsets;
   std::map<std::uint32_t, double> first_s;
+  std::map<std::uint32_t, std::vector<double>> ends_s;
 
   [[nodiscard]] pugi::xml_node info(std::uint32_t number) const {
     return headers.at(number)->child("info");
+  }
+  [[nodiscard]] bool is_marks(std::uint32_t number) const {
+    if (!headers.contains(number)) return false;
+    const std::string name = info(number).child_value("name");
+    return name.ends_with(".marks") &&
+           std::string_view(info(number).child_value("channel_format")) == "string" &&
+           info(number).child_value("source_id") == std::string(kRigSource) + name;
   }
   /// The rigs: the streams of spikes.
   [[nodiscard]] std::vector<std::uint32_t> rigs() const {
@@ -107,7 +67,7 @@ struct RigRecording::Found {
     for (const auto& [number, header] : headers) {
       const std::string name = info(number).child_value("name");
       if (std::string_view(info(number).child_value("type")) == "Spikes" &&
-          info(number).child_value("source_id") == std::string(kSource) + name) {
+          info(number).child_value("source_id") == std::string(kRigSource) + name) {
         numbers.push_back(number);
       }
     }
@@ -139,12 +99,22 @@ Expected<bool, SetupError> RigRecording::read(XdfFile& file, std::string_view ri
         return file.damaged("an offset of clocks has an invalid value");
       }
       found.offsets[number].emplace_back(time_s, offset_s);
-    } else if (chunk.tag == XdfTag::kSamples && !found.first_s.contains(number)) {
-      std::uint64_t count = 0;
-      std::uint8_t stamp = 0;
-      if (bytes.take_count(count) && count > 0 && bytes.take(stamp) && stamp == sizeof time_s &&
-          bytes.take(time_s)) {
-        found.first_s[number] = time_s;
+    } else if (chunk.tag == XdfTag::kSamples) {
+      const std::string_view content(chunk.content.data() + sizeof number, bytes.left());
+      if (!found.first_s.contains(number)) {
+        std::uint64_t count = 0;
+        std::uint8_t stamp = 0;
+        if (bytes.take_count(count) && count > 0 && bytes.take(stamp) && stamp == sizeof time_s &&
+            bytes.take(time_s)) {
+          found.first_s[number] = time_s;
+        }
+      }
+      if (!found.is_marks(number)) continue;
+      const auto note_end = [&](double stamp_s, std::string_view label) {
+        if (label == kRigEnd) found.ends_s[number].push_back(stamp_s);
+      };
+      if (!for_each_row({.kind = Stream::Kind::kMarks}, content, note_end)) {
+        return file.damaged("its marks have another form than merkel's");
       }
     }
   }
@@ -182,7 +152,7 @@ Expected<void, SetupError> RigRecording::take(const Found& found, const std::str
   for (const auto& [number, header] : found.headers) {
     const pugi::xml_node info = found.info(number);
     const std::string name = info.child_value("name");
-    if (info.child_value("source_id") != std::string(kSource) + name) continue;
+    if (info.child_value("source_id") != std::string(kRigSource) + name) continue;
     const auto offsets = found.offsets.find(number);
     const ClockLine line =
         offsets == found.offsets.end() ? ClockLine{} : ClockLine::through(offsets->second);
@@ -205,6 +175,8 @@ Expected<void, SetupError> RigRecording::take(const Found& found, const std::str
       }
     } else if (part == "marks" && format == "string") {
       stream.kind = Stream::Kind::kMarks;
+      const auto ends = found.ends_s.find(number);
+      if (ends != found.ends_s.end()) ends_s_ = ends->second;
     } else {
       continue;
     }
@@ -237,52 +209,71 @@ Expected<void, SetupError> RigRecording::take(const Found& found, const std::str
   return {};
 }
 
+/// Passes the stamp and the values of each sample; of a mark, its label. False if they are not of
+/// the stream's form. merkel stamps every sample.
+template <class Take>
+bool RigRecording::for_each_row(const Stream& stream, std::string_view content, Take take) {
+  ByteSpan bytes(content);
+  std::uint64_t count = 0;
+  if (!bytes.take_count(count) || count > bytes.left()) return false;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::uint8_t stamped = 0;
+    double stamp_s = 0.0;
+    if (!bytes.take(stamped) || stamped != sizeof stamp_s || !bytes.take(stamp_s)) return false;
+    std::uint64_t length = stream.kind == Stream::Kind::kSpikes
+                               ? sizeof(std::int32_t)
+                               : sizeof(double) * stream.labels.size();
+    if (stream.kind == Stream::Kind::kMarks && !bytes.take_count(length)) return false;
+    std::string_view values;
+    if (!bytes.take_text(length, values)) return false;
+    take(stamp_s, values);
+  }
+  return bytes.left() == 0;
+}
+
+bool RigRecording::is_stale(double stamp_s) const {
+  return std::any_of(ends_s_.begin(), ends_s_.end(), [stamp_s](double end_s) {
+    return stamp_s > end_s && stamp_s < end_s + kClosing_s;
+  });
+}
+
 bool RigRecording::decode(std::uint32_t number, std::string_view content, SessionChunk& chunk) {
   const auto found = streams_.find(number);
   if (found == streams_.end()) return true;
   Stream& stream = found->second;
   using Id = SessionStream::Id;
   chunk.stream = stream.kind == Stream::Kind::kSamples ? Id::kSamples : Id::kSpikes;
-  ByteSpan bytes(content);
-  std::uint64_t count = 0;
-  if (!bytes.take_count(count) || count > bytes.left()) return false;
-  std::string_view rest;
-  if (!bytes.take_text(bytes.left(), rest)) return false;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    // merkel stamps every sample.
-    ByteSpan row(rest);
-    std::uint8_t stamped = 0;
-    double stamp_s = 0.0;
-    if (!row.take(stamped) || stamped != sizeof stamp_s || !row.take(stamp_s)) return false;
+  bool in_range = true;
+  const auto decode = [&](double stamp_s, std::string_view row) {
     const double time_s = stream.clock(stamp_s);
-    if (!is_time(time_s)) return false;
-    rest.remove_prefix(1 + sizeof stamp_s);
-    if (!decode_row(stream, ns_of(time_s), rest, chunk)) return false;
-  }
-  return rest.empty();
+    if (!is_time(time_s)) {
+      in_range = false;
+    } else if (!is_stale(stamp_s)) {
+      decode_row(stream, ns_of(time_s), row, chunk);
+    }
+  };
+  return for_each_row(stream, content, decode) && in_range;
 }
 
-bool RigRecording::decode_row(Stream& stream, nanoseconds time, std::string_view& rest,
+/// Leaves out what merkel does not send: a stale sample of a run whose end was not recorded.
+void RigRecording::decode_row(Stream& stream, nanoseconds time, std::string_view row,
                               SessionChunk& chunk) const {
-  ByteSpan row(rest);
+  ByteSpan values(row);
   if (stream.kind == Stream::Kind::kSpikes) {
     std::int32_t neuron = 0;
-    if (!row.take(neuron) || neuron < 1) return false;
+    if (!values.take(neuron) || neuron < 1) return;
     const auto place = static_cast<std::size_t>(neuron) - 1;
     chunk.spikes.push_back({.time = time,
                             .neuron = static_cast<std::uint32_t>(neuron),
                             .patch = place < patches_.size() ? patches_[place] : std::uint16_t{0}});
   } else if (stream.kind == Stream::Kind::kMarks) {
-    std::uint64_t length = 0;
-    std::string_view label;
-    if (!row.take_count(length) || !row.take_text(length, label)) return false;
-    chunk.marks.push_back({.time = time, .label = std::string(label)});
+    if (row != kRigEnd) chunk.marks.push_back({.time = time, .label = std::string(row)});
   } else {
     DeliveredSample item{.probe = stream.probe,
-                         .sample = {.time = time, .arrival = time, .sequence = stream.sequence++}};
+                         .sample = {.time = time, .arrival = time, .sequence = stream.sequence}};
     for (const std::string& label : stream.labels) {
       double value = 0.0;
-      if (!row.take(value)) return false;
+      if (!values.take(value)) return;
       const auto set = [&](std::uint32_t channel, double& member, double to) {
         member = to;
         item.sample.channels |= channel;
@@ -294,11 +285,10 @@ bool RigRecording::decode_row(Stream& stream, nanoseconds time, std::string_view
       if (label == "x") set(ProbeSample::kX, item.sample.x_mm, value);
       if (label == "y") set(ProbeSample::kY, item.sample.y_mm, value);
     }
-    if (!plausible(item.sample)) return false;
+    if (!plausible(item.sample)) return;
+    ++stream.sequence;
     chunk.samples.push_back(item);
   }
-  rest.remove_prefix(rest.size() - row.left());
-  return true;
 }
 
 }  // namespace merkel

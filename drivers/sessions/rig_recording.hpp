@@ -8,26 +8,20 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/clock/clock_line.hpp"
 #include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/xdf_file.hpp"
 
 namespace merkel {
 
+/// What the sink lsl: calls its streams. Their source is kRigSource and their name.
+inline constexpr std::string_view kRigSource = "merkel-";
+/// The mark that ends a run, at the last instant of its streams. liblsl may send one more sample of
+/// stale content when an outlet closes, which is therefore later.
+inline constexpr std::string_view kRigEnd = "merkel: end of run";
+
 /// The parts of FILE@RIG. If FILE@RIG is itself a file, there is no rig.
 [[nodiscard]] std::pair<std::string, std::string> split_rig(const std::string& path);
-
-/// A clock as offset + drift·t, by a robust line through measured offsets, as pyxdf fits it.
-struct ClockLine {
-  double offset_s = 0.0;
-  double drift = 0.0;
-  double residual_s = 0.0;  ///< median; 0 with fewer than two offsets
-
-  /// \param offsets  instants and offsets, in s
-  [[nodiscard]] static ClockLine through(const std::vector<std::pair<double, double>>& offsets);
-  [[nodiscard]] double operator()(double time_s) const noexcept {
-    return time_s + offset_s + drift * time_s;
-  }
-};
 
 /// One rig in a recording of LabRecorder: the streams that its sink lsl: sent, with their times on
 /// the recorder's clock. It has spikes, samples and marks, but no ticks.
@@ -57,12 +51,16 @@ class RigRecording {
   struct Found;
 
   Expected<void, SetupError> take(const Found& found, const std::string& rig);
-  bool decode_row(Stream& stream, std::chrono::nanoseconds time, std::string_view& rest,
+  template <class Take>
+  static bool for_each_row(const Stream& stream, std::string_view content, Take take);
+  void decode_row(Stream& stream, std::chrono::nanoseconds time, std::string_view row,
                   SessionChunk& chunk) const;
+  [[nodiscard]] bool is_stale(double stamp_s) const;
 
   std::map<std::uint32_t, Stream> streams_;
   std::vector<std::pair<std::string, std::string>> facts_;
   std::vector<std::uint16_t> patches_;  ///< by neuron, from 0
+  std::vector<double> ends_s_;          ///< of the rig's runs, on its clock
 };
 
 }  // namespace merkel

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
@@ -33,8 +35,8 @@ constexpr std::array<LslChannel, 4> kLslChannels = {{{ProbeSample::kDepth, "dept
 
 /// The streams of a rig in LSL's time, CLOCK_MONOTONIC in seconds; the probe time of a device is on
 /// this clock already. NAME: one int32 channel of neuron numbers at an irregular rate.
-/// NAME.samples, NAME.samples.1, …: what each probe measures. NAME.marks. RigRecording reads them
-/// from a recording of LabRecorder.
+/// NAME.samples, NAME.samples.1, …: what each probe measures. NAME.marks, the last of which is
+/// kRigEnd. RigRecording reads them from a recording of LabRecorder.
 class LslSink final : public Sink {
  public:
   LslSink(std::string uri, const std::string& name, const SinkSetup& setup)
@@ -75,11 +77,9 @@ class LslSink final : public Sink {
       const std::array<std::int32_t, 1> neuron{static_cast<std::int32_t>(spike.neuron)};
       // Samples without pushthrough are sent with the next one that has it.
       const bool last = &spike == &batch.spikes.back();
-      spikes_.push_sample(neuron.data(), units::s_from(spike.time), last);
+      spikes_.push_sample(neuron.data(), stamp(spike.time), last);
     }
-    for (const Mark& mark : batch.marks) {
-      marks_.push_sample(&mark.label, units::s_from(mark.time), true);
-    }
+    for (const Mark& mark : batch.marks) marks_.push_sample(&mark.label, stamp(mark.time), true);
     delivered_ += batch.spikes.size();
     return {};
   }
@@ -87,6 +87,8 @@ class LslSink final : public Sink {
   /// The outlets send from their own threads and do not report their progress. Their destructors
   /// discard unsent samples.
   [[nodiscard]] Expected<void, SinkError> close() override {
+    const std::string end(kRigEnd);
+    marks_.push_sample(&end, std::max(latest_s_, lsl::local_clock()), true);
     if (spikes_.have_consumers() || marks_.have_consumers()) {
       std::this_thread::sleep_for(kLslFarewell);
     }
@@ -102,7 +104,7 @@ class LslSink final : public Sink {
 
   static lsl::stream_info info_of(const std::string& name, const std::string& type, int channels,
                                   lsl::channel_format_t format) {
-    return {name, type, channels, lsl::IRREGULAR_RATE, format, "merkel-" + name};
+    return {name, type, channels, lsl::IRREGULAR_RATE, format, std::string(kRigSource) + name};
   }
 
   /// Describes the run as the header of a session does.
@@ -137,7 +139,13 @@ class LslSink final : public Sink {
         sample.depth_mm, units::N_from_mN(sample.force_mN), sample.x_mm, sample.y_mm};
     values_.clear();
     for (const std::size_t i : stream.channels) values_.push_back(all[i]);
-    stream.outlet->push_sample(values_.data(), units::s_from(sample.time), true);
+    stream.outlet->push_sample(values_.data(), stamp(sample.time), true);
+  }
+
+  double stamp(std::chrono::nanoseconds time) {
+    const double stamp_s = units::s_from(time);
+    latest_s_ = std::max(latest_s_, stamp_s);
+    return stamp_s;
   }
 
   std::string uri_;
@@ -145,6 +153,7 @@ class LslSink final : public Sink {
   lsl::stream_outlet marks_;
   std::vector<SampleStream> samples_;
   std::vector<double> values_;
+  double latest_s_ = 0.0;  ///< of all stamps
   std::uint64_t delivered_ = 0;
 };
 

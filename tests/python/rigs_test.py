@@ -44,8 +44,9 @@ class Rigs(unittest.TestCase):
         self.assertEqual(done.returncode, exit_code, done.stderr)
         return done.stdout + done.stderr
 
-    def rig(self, number, name, scene, trace, clock):
-        """The chunks of a rig: its headers, offsets and data; the data in parts, so that rigs interleave."""
+    def rig(self, number, name, scene, trace, clock, stale):
+        """The chunks of a rig: its headers, offsets and data; the data in parts, so that rigs interleave. liblsl ends each
+        stream with a stale sample while its outlet closes."""
         session = self.path(name + ".xdf")
         self.merkel("run", scene, "--fast", "--probe", f"replay:tests/traces/{trace}.csv", "--sink", "xdf:" + session)
         run = merkel.load(session)
@@ -71,13 +72,17 @@ class Rigs(unittest.TestCase):
             data.append(rows(number, spikes["time_s"], [struct.pack("<i", n) for n in spikes["neuron"]])
                         + rows(number + 1, samples["time_s"], [struct.pack("<dd", d, f) for d, f in
                                                                zip(samples["depth_mm"], samples["force_N"])]))
-        data.append(rows(number + 2, [0.5], [b"\x01\x04sync"]))
+        spike, sample, mark = stale
+        end = b"merkel: end of run"
+        data.append(rows(number + 2, [0.5, 4.5] if mark else [0.5], [b"\x01\x04sync", bytes((1, len(end))) + end]))
+        data.append(rows(number, [5.1], [struct.pack("<i", spike)]) + rows(number + 1, [5.1], [struct.pack("<dd", *sample)])
+                    + rows(number + 2, [5.1] if mark else [], [mark]))
         return run, heads, offsets, data
 
     def record(self):
         rng = np.random.default_rng(5)
-        left, *parts_a = self.rig(1, "left", "paper", "taps", Rig(0, 4000.0, 30e-6, rng))
-        right, *parts_b = self.rig(11, "right", "finger", "slide", Rig(0, -123.4, -12e-6, rng))
+        left, *parts_a = self.rig(1, "left", "paper", "taps", Rig(0, 4000.0, 30e-6, rng), (3, (1.0, 0.5), b"\x01\x04sync"))
+        right, *parts_b = self.rig(11, "right", "finger", "slide", Rig(0, -123.4, -12e-6, rng), (0, (1e300, 0.5), b""))
         pieces = [piece for pair in zip(parts_a[1], parts_b[1]) for piece in pair]
         pieces += [piece for pair in zip(parts_b[2], parts_a[2]) for piece in pair]
         other = b"<info><name>eeg</name><type>EEG</type><channel_count>1</channel_count><nominal_srate>100</nominal_srate>" \
@@ -104,7 +109,7 @@ class Rigs(unittest.TestCase):
         for name, run in recorded.items():
             session = merkel.load(f"{self.lab}@{name}")
             start = int(session.facts["start_device_ns"]) * 1e-9
-            np.testing.assert_allclose(session.spikes["time_s"] + start, streams[name].time_s, rtol=0, atol=1e-6)
+            np.testing.assert_allclose(session.spikes["time_s"] + start, streams[name].time_s[:-1], rtol=0, atol=1e-6)
             np.testing.assert_array_equal(session.spikes["neuron"], run.spikes["neuron"])
             np.testing.assert_array_equal(session.samples["depth_mm"], run.samples["depth_mm"])
             self.assertEqual(len(session.afferents), len(run.afferents))
@@ -120,11 +125,16 @@ class Rigs(unittest.TestCase):
         self.assertIn("by the same recorder", said)
         self.assertIn(f"{len(left.spikes) + len(right.spikes)} spikes", said)
         self.assertIn("would destroy its input", self.merkel("export", self.lab + "@left", "--sink", "csv:" + self.lab, "--overwrite", exit_code=2))
-        again = self.merkel("replay", self.lab + "@left", exit_code=2)
-        self.assertIn(f"merkel run SCENE --fast --probe 'replay:{self.lab}@left'", again)
-        self.merkel("run", "paper", "--fast", "--probe", f"replay:{self.lab}@left", "--sink", "csv:" + self.path("again.csv"))
+        again = self.merkel("replay", self.lab + "@left", "--sink", "csv:" + self.path("again.csv"))
+        self.assertIn(f"press runs through its scene again; the rig itself sent {len(left.spikes)} spikes", again)
         spikes = np.genfromtxt(self.path("again.csv"), delimiter=",", names=True)
         self.assertLess(abs(len(spikes) - len(left.spikes)), 0.2 * len(left.spikes))
+        advice = self.merkel("replay", self.lab + "@left", "--realtime", "--sink", "csv:" + self.path("played.csv"), exit_code=2)
+        self.assertIn(f"merkel replay '{self.lab}@left' --sink 'xdf:left.xdf', and play that", advice)
+        self.merkel("replay", self.lab + "@left", "--sink", "xdf:" + self.path("made.xdf"))
+        self.merkel("replay", self.path("made.xdf"), "--realtime", "--sink", "csv:" + self.path("played.csv"))
+        np.testing.assert_array_equal(np.genfromtxt(self.path("played.csv"), delimiter=",", names=True), spikes)
+        self.assertIn("bit-identical", self.merkel("replay", self.path("made.xdf")))
 
     def test_damaged_recordings_are_errors(self):
         self.record()

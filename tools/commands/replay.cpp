@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
@@ -11,6 +12,7 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/session_position.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/commands/run.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/session_playback.hpp"
 #include "tools/run/session_replay.hpp"
@@ -131,6 +133,34 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
   return played ? kDone : fail(played.error().sentence);
 }
 
+/// Runs the press of a rig through its scene again: LabRecorder does not record ticks, from which
+/// the same bits could be made.
+int press_again(const ReplayOptions& options, SessionReader& session, Scene scene) {
+  std::uint64_t spikes = 0;
+  for (SessionChunk chunk;;) {
+    const auto more = session.next(chunk);
+    if (!more) return refuse(more.error());
+    if (!*more) break;
+    spikes += chunk.spikes.size();
+  }
+  std::vector<std::string> probes;
+  for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+    probes.push_back("replay:" + options.session + "?probe=" + std::to_string(i));
+  }
+  if (auto set = scene.set_probes(probes); !set) return refuse(set.error());
+  scene.sinks = options.sinks;
+  scene.spike_time_us.reset();  // the session has the method that was chosen by it
+  warn(
+      "note: a recording of LabRecorder has no inputs of ticks, so nothing is compared bit by bit: "
+      "the press runs through its scene again; the rig itself sent " +
+      std::to_string(spikes) + " spikes");
+  return run_scene(std::move(scene), {.scene = split_rig(options.session).first,
+                                      .fast = true,
+                                      .json = options.json,
+                                      .overwrite = options.overwrite,
+                                      .allow_remote = options.allow_remote});
+}
+
 int replay(const ReplayOptions& options) {
   if (options.from_s && !options.realtime) return refuse("--from-s needs --realtime: add it");
   if (options.realtime && options.json) {
@@ -145,6 +175,14 @@ int replay(const ReplayOptions& options) {
   if (!session) return refuse(session.error());
   const auto scene = scene_of_session(*session);
   if (!scene) return refuse(scene.error());
+  const std::string rig = session->fact("rig");
+  if (!rig.empty() && options.realtime) {
+    return refuse(
+        "--realtime plays what the loop used, which LabRecorder does not record: make a session "
+        "of the rig, merkel replay '" +
+        options.session + "' --sink 'xdf:" + rig + ".xdf', and play that");
+  }
+  if (!rig.empty()) return press_again(options, *session, *scene);
   auto model = TactileModel::create(scene->model);
   if (!model) return refuse(scene->sentence(model.error()));
 
@@ -202,12 +240,6 @@ int replay(const ReplayOptions& options) {
   for (const auto& sink : sinks) keep(sink->close());
   if (!error_message.empty()) return fail(error_message);
 
-  if (verdict.ticks == 0 && !session->fact("rig").empty()) {
-    return refuse(options.session +
-                  " is a rig's part of a recording of LabRecorder, which has no tick inputs: its "
-                  "press runs through any scene, merkel run SCENE --fast --probe 'replay:" +
-                  options.session + "'");
-  }
   if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
                   " contains no tick inputs: it was recorded without a simulation, or ended "
@@ -223,11 +255,14 @@ int replay(const ReplayOptions& options) {
 void add_replay_command(CommandLine& program) {
   auto options = std::make_shared<ReplayOptions>();
   program
-      .subcommand("replay",
-                  "Simulates a recorded session again from the inputs of its loop, and reports "
-                  "whether the spikes are bit-identical: exit code 0 if they are, 1 if not. Reads "
-                  "incomplete sessions (FILE.xdf.part) up to their last complete tick.",
-                  "replay session.xdf")
+      .subcommand(
+          "replay",
+          "Simulates a recorded session again from the inputs of its loop, and reports "
+          "whether the spikes are bit-identical: exit code 0 if they are, 1 if not. Reads "
+          "incomplete sessions (FILE.xdf.part) up to their last complete tick. A rig in a file of "
+          "LabRecorder has no such inputs: its press runs through its scene again, as by "
+          "merkel run --fast.",
+          "replay session.xdf")
       .option(
           "session", options->session,
           "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")

@@ -1,3 +1,5 @@
+#include "tools/commands/run.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -32,22 +34,6 @@ namespace merkel {
 namespace {
 
 constexpr double kShortDemonstration_s = 20.0;
-
-struct RunOptions {
-  std::string scene;
-  std::vector<std::string> probes;
-  std::vector<std::string> sinks;
-  bool fast = false;
-  bool json = false;
-  bool all = false;
-  bool overwrite = false;
-  bool allow_remote = false;
-  bool strict = false;
-  bool repeat = false;
-  std::string record;
-  std::optional<double> duration_s;
-  std::optional<std::uint64_t> seed;
-};
 
 bool is_recorded(const std::string& uri) {
   return uri.starts_with("sim:") || uri.starts_with("replay:");
@@ -174,18 +160,18 @@ std::string set_up_notice(const Scene& scene) {
          " with the number of different tips, of receptors and of patches";
 }
 
-int run(const RunOptions& options) {
-  auto scene = scene_of(options);
-  if (!scene) return refuse(scene.error());
+}  // namespace
+
+int run_scene(Scene scene, const RunOptions& options) {
   std::optional<Plan> plan;
-  if (scene->spike_time_us) {
-    auto made = make_plan(*scene);
+  if (scene.spike_time_us) {
+    auto made = make_plan(scene);
     if (!made) return refuse(made.error());
     plan = std::move(*made);
   }
   auto prepared = [&] {
-    const LongWork notice(set_up_notice(*scene));
-    return prepare_run(std::move(*scene), {.fast = options.fast});
+    const LongWork notice(set_up_notice(scene));
+    return prepare_run(std::move(scene), {.fast = options.fast});
   }();
   if (!prepared) return refuse(prepared.error());
   for (const std::string& notice : prepared->notices) warn("note: " + notice);
@@ -220,8 +206,6 @@ int run(const RunOptions& options) {
   if (!report) return refuse(report.error());
   return conclude(options, *prepared, plan ? &*plan : nullptr, *report);
 }
-
-}  // namespace
 
 void add_run_command(CommandLine& program) {
   auto options = std::make_shared<RunOptions>();
@@ -262,7 +246,10 @@ void add_run_command(CommandLine& program) {
       .flag("--allow-remote", options->allow_remote,
             "Allow sinks to send to other machines and to be reached from them")
       .notes(std::string(kSimProbeHelp) + "\n" + kReplayProbeHelp + "\n" + sink_options_help())
-      .runs([options] { return run(*options); });
+      .runs([options] {
+        auto scene = scene_of(*options);
+        return scene ? run_scene(std::move(*scene), *options) : refuse(scene.error());
+      });
 }
 
 }  // namespace merkel

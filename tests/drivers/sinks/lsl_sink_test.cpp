@@ -1,5 +1,6 @@
 // Built if liblsl is found. An inlet receives the spikes.
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <vector>
@@ -24,7 +25,10 @@ TEST(LslSink, AnInletReceivesEverySpikeInLslTime) {
   ASSERT_TRUE(sink) << sink.error().sentence;
   auto found = lsl::resolve_stream("name", name, 1, 20.0);
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(lsl::resolve_stream("name", name + ".marks", 1, 20.0).size(), 1U);
+  const auto found_marks = lsl::resolve_stream("name", name + ".marks", 1, 20.0);
+  ASSERT_EQ(found_marks.size(), 1U);
+  lsl::stream_inlet marks(found_marks[0]);
+  marks.open_stream(20.0);
   lsl::stream_inlet inlet(found[0]);
   inlet.open_stream(20.0);
   lsl::stream_info info = inlet.info(20.0);
@@ -63,7 +67,14 @@ TEST(LslSink, AnInletReceivesEverySpikeInLslTime) {
     EXPECT_NEAR(stamp_s, units::s_from(spikes[i].time), 1e-9);
     EXPECT_EQ(neuron, static_cast<std::int32_t>(spikes[i].neuron));
   }
+  // What liblsl sends while its outlets close is later than this mark.
+  const double closed_s = std::max(lsl::local_clock(), units::s_from(spikes.back().time));
   EXPECT_TRUE((*sink)->close());
+  std::string mark;
+  const double end_s = marks.pull_sample(&mark, 1, 20.0);
+  EXPECT_EQ(mark, "merkel: end of run");
+  EXPECT_NEAR(end_s, closed_s, 0.1);
+  EXPECT_GE(end_s, closed_s);
 }
 
 }  // namespace
