@@ -53,8 +53,9 @@ fuzz() {
   echo "$name: no fault"
 }
 
+sessions=(drivers/sessions/{rig_recording,session_format,session_items,session_reader,xdf_file}.cpp drivers/clock/clock_line.cpp)
 words=(core/parameters/{field,nearest_name,parameter_error,range}.cpp drivers/files/csv_text.cpp)
-protocols=("${words[@]}" drivers/{printable_text,uri}.cpp)
+protocols=("${words[@]}" drivers/{printable_text,uri}.cpp drivers/files/{trace_file,line_reader,output_file,file_rename}.cpp)
 for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols/${file##*/}"); done
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
@@ -64,11 +65,11 @@ fuzz hbf1_frames 2048 "" hbf1_frames_fuzz.cpp "${protocols[@]}"
 fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/transports/redis_lines.cpp
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
-  drivers/spike_files/spike_file.cpp drivers/sessions/session_{reader,items,format,samples}.cpp
+  drivers/spike_files/spike_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
 fuzz phy_spikes 4096 -lpugixml phy_spikes_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
-  drivers/spike_files/spike_file.cpp drivers/sessions/session_{reader,items,format,samples}.cpp
+  drivers/spike_files/spike_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
 fuzz stimulation_file 2048 -lpugixml stimulation_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
-  drivers/spike_files/stimulation_file.cpp drivers/sessions/session_{reader,items,format}.cpp
+  drivers/spike_files/stimulation_file.cpp "${sessions[@]}"
 fuzz hdf5_spikes 2048 -lhdf5_serial hdf5_spikes_fuzz.cpp \
   drivers/spike_files/hdf5_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
 fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/printable_text.cpp \
@@ -86,7 +87,7 @@ scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_
 # One instruction set is enough for memory faults.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
-  drivers/sessions/session_{reader,items,format,headers,writer}.cpp drivers/sinks/afferent_table.cpp \
+  "${sessions[@]}" drivers/sessions/session_{headers,layout,writer}.cpp drivers/sinks/afferent_table.cpp \
   drivers/clock/clock_pair.cpp drivers/files/{file_rename,output_file}.cpp
 fuzz scene 2048 -lhwy scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
 # A single run may take 10 s and 2 GB.

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Makes seeds for fuzzing recorded sessions: a whole session, and a chunk of every kind.
+"""Makes seeds for fuzzing recorded sessions: a whole session, a chunk of every kind, and a rig as LabRecorder writes it.
 usage: session_seeds.py MERKEL FOLDER"""
 import os
+import struct
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,29 @@ def chunks(content):
         end = place + 1 + width + length
         yield int.from_bytes(content[place + 1 + width:place + 3 + width], "little"), content[place:end]
         place = end
+
+
+def recording_of_a_rig():
+    def chunk(tag, stream, content):
+        content = struct.pack("<HI", tag, stream) + content
+        return b"\4" + struct.pack("<I", len(content)) + content
+
+    def stream(number, name, kind, form, channels, described, *rows):
+        head = (f"<info><name>{name}</name><type>{kind}</type><channel_count>{channels}</channel_count><nominal_srate>0"
+                f"</nominal_srate><channel_format>{form}</channel_format><source_id>merkel-{name}</source_id>"
+                f"<desc>{described}</desc></info>")
+        samples = b"".join(b"\x08" + struct.pack("<d", 100.0 + place) + row for place, row in enumerate(rows))
+        return (chunk(2, number, head.encode()) + chunk(4, number, struct.pack("<dd", 100.0, -4.0))
+                + chunk(4, number, struct.pack("<dd", 101.0, -4.1)) + chunk(3, number, bytes((1, len(rows))) + samples))
+    file_header = b"<info><version>1.0</version></info>"
+    end = b"merkel: end of run"
+    facts = "<merkel><clock_monotonic_ns>1</clock_monotonic_ns><clock_utc_ns>2</clock_utc_ns></merkel>"
+    return (b"XDF:" + bytes((1, len(file_header) + 2)) + struct.pack("<H", 1) + file_header
+            + stream(1, "a", "Spikes", "int32", 1, facts + "<afferents><afferent><patch>0</patch></afferent></afferents>",
+                     struct.pack("<i", 1), struct.pack("<i", 2), struct.pack("<i", 1))
+            + stream(2, "a.samples", "ProbeSamples", "double64", 1, "<channels><channel><label>depth</label></channel></channels>",
+                     struct.pack("<d", 0.5), struct.pack("<d", 0.6), struct.pack("<d", 0.5))
+            + stream(3, "a.marks", "Markers", "string", 1, "", b"\1\4sync", bytes((1, len(end))) + end, b"\1\4sync"))
 
 
 def main():
@@ -44,7 +68,7 @@ def main():
             seeds[tag, stream] = chunk
     samples = b"".join(chunk for (tag, _), chunk in seeds.items() if tag > 2)
     os.makedirs(folder, exist_ok=True)
-    inputs = [b"\0" + headers + samples, b"\1" + samples]
+    inputs = [b"\0" + headers + samples, b"\1" + samples, b"\0" + recording_of_a_rig()]
     inputs += [b"\1" + chunk for (tag, _), chunk in seeds.items() if tag > 2]
     for number, each in enumerate(inputs):
         with open(os.path.join(folder, f"seed{number}"), "wb") as file:
