@@ -13,6 +13,7 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
 #include "tests/tools/terminal.hpp"
+#include "tools/connect/array_scene.hpp"
 #include "tools/connect/hand_scene.hpp"
 #include "tools/connect/recognition.hpp"
 
@@ -147,6 +148,17 @@ TEST(Connect, BelievesAHeaderThatNamesTheTaxelsOfAnArray) {
   const auto run = run_program({"run", scene, "--duration-s", "0.2", "--json"});
   EXPECT_NE(run.exit_code, 2) << run.err << text;
   EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 10);
+}
+
+TEST(Connect, TellsATactileArrayFromOtherPressuresAndForces) {
+  const auto taxels = [](const std::string& columns) { return taxels_among(channels_in(columns)); };
+  EXPECT_EQ(taxels("time_us,p_psi*4"), 4U);
+  EXPECT_EQ(taxels("left_kPa,right_kPa,tip_kPa"), 3U);
+  EXPECT_EQ(taxels("force_N,air_kPa,supply_kPa"), 0U);
+  EXPECT_EQ(taxels("force_N,taxel_kPa*64"), 64U);
+  EXPECT_EQ(taxels("thumb_N,index_N,air_kPa"), 0U);
+  EXPECT_EQ(taxels("cell_g*16"), 16U);
+  EXPECT_EQ(taxels("cell_g*15"), 0U);
 }
 
 TEST(Connect, TakesTheNamesOfItsChannelsFromTheFirmware) {

@@ -148,6 +148,20 @@ TEST(Verdict, AContactThatNeverEndsIsNamed) {
   EXPECT_FALSE(run.failed_strictly);
 }
 
+TEST(Verdict, ATouchThatWasLostBecauseReadingsWereRefusedSaysSo) {
+  const auto lost = [](std::uint64_t refused) {
+    return of_device([=](RunReport::OfProbe& probe) {
+      probe.timing = {.period = std::chrono::milliseconds{10}};
+      probe.counts.released_ticks = 2000;
+      probe.device->refused = refused;
+    });
+  };
+  EXPECT_EQ(lost(200).sentence,
+            "touch was lost for 2 s of 10: the readings of serial:x were refused");
+  EXPECT_EQ(lost(20).sentence,
+            "touch was lost for 2 s of 10: no sample of serial:x arrived in time");
+}
+
 TEST(EndlessTouch, IsNamedOnceWhileTheRunLasts) {
   EndlessTouch endless;
   RunProgress progress;

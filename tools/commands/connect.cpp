@@ -152,7 +152,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_found(const std::string& uri) 
   }
   auto probe = open_probe(uri);
   if (!probe) return probe;
-  const std::size_t taxels = taxels_among((*probe)->info().device_channels);
+  const ProbeInfo& info = (*probe)->info();
+  std::vector<std::string> channels = info.device_channels;
+  if ((info.channels & ProbeSample::kForce) != 0U) channels.emplace_back("force_N");
+  if ((info.channels & ProbeSample::kDepth) != 0U) channels.emplace_back("depth_mm");
+  const std::size_t taxels = taxels_among(channels);
   if (taxels == 0) return probe;
   probe->reset();  // frees the port
   return open_array(taxels);

@@ -29,13 +29,21 @@ std::size_t taxels_among(const std::vector<std::string>& channels) {
   std::size_t pressures = 0;
   std::string name;
   bool alike = true;
+  bool presses = false;  // it measures the press of one probe, too
   for (const std::string& channel : channels) {
+    const auto column = csv_column_named(channel);
+    if (!column || !is_named(column->channel)) {
+      presses = presses || (column && column->channel <= DeviceChannel::kDepth);
+      continue;
+    }
     if (channel.ends_with("_mm")) continue;
     ++(channel.ends_with("_kPa") ? pressures : forces);
     if (forces + pressures == 1) name = without_number(channel);
     alike = alike && without_number(channel) == name;
   }
-  if (forces == 0) return pressures < kFewestPressures ? 0 : pressures;
+  if (forces == 0) {
+    return pressures < (presses ? kFewestTaxels : kFewestPressures) ? 0 : pressures;
+  }
   const bool array = pressures == 0 && forces >= kFewestTaxels && alike;
   return array && !name.starts_with("force_") ? forces : 0;
 }
@@ -52,7 +60,7 @@ std::vector<std::string> channels_in(const std::string& columns) {
   const auto named = csv_columns_named(columns, ',');
   if (!named) return channels;
   for (const CsvColumn& column : *named) {
-    if (column.kind != CsvColumn::Kind::kValue || !is_named(column.channel)) continue;
+    if (column.kind != CsvColumn::Kind::kValue) continue;
     channels.push_back(in_unit_of_readings({.name = column.name,
                                             .channel = column.channel,
                                             .force = column.force,

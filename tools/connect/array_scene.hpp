@@ -9,13 +9,13 @@ namespace merkel {
 /// So many like channels are a tactile array.
 inline constexpr std::size_t kFewestTaxels = 16;
 
-/// The number of taxels among the channels of a device: pressures, if there is no force beside
-/// them, or at least kFewestTaxels forces that differ by their number (cell1_N, cell2_N, …). 0: it
-/// is no array. \param channels  with names of their own, in N, mm and kPa
+/// The number of taxels among the channels of a device: pressures, if there is no force with a name
+/// of its own beside them (beside the force or depth of a probe, at least kFewestTaxels), or at
+/// least kFewestTaxels forces that differ by their number (cell1_N, cell2_N, …). 0: it is no array.
+/// \param channels  in N, mm and kPa
 [[nodiscard]] std::size_t taxels_among(const std::vector<std::string>& channels);
 
-/// The channels with names of their own that the option columns of a probe URI names, in N, mm and
-/// kPa.
+/// The channels that the option columns of a probe URI names, in N, mm and kPa.
 [[nodiscard]] std::vector<std::string> channels_of(const std::string& uri);
 /// The same, of that option.
 [[nodiscard]] std::vector<std::string> channels_in(const std::string& columns);

@@ -162,9 +162,11 @@ Reading reading_of(const std::vector<Column>& columns, const std::vector<std::st
   const std::vector<std::string> channels = channels_in(reading.columns);
   const std::size_t taxels = taxels_among(channels);
   if (taxels > 0) {
-    const std::string& name = channels.front();
-    reading.meaning = "a tactile array of " + std::to_string(taxels) + " taxels in " +
-                      name.substr(name.rfind('_') + 1);
+    const bool pressures = std::any_of(channels.begin(), channels.end(), [](const auto& channel) {
+      return channel.ends_with("_kPa");
+    });
+    reading.meaning =
+        "a tactile array of " + std::to_string(taxels) + " taxels in " + (pressures ? "kPa" : "N");
   }
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto column = csv_column_named(names[i]);

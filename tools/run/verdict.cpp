@@ -28,6 +28,8 @@ constexpr double kMisread_mN = -20.0;  ///< a pull that no zero error explains
 constexpr double kFlicker = 1.0;       ///< brief touches per second: noise
 constexpr double kHardestPress_N = 15.0;
 constexpr double kDeepestPress_mm = 6.0;
+constexpr const char* kRefused =
+    "check the units and the zero, or increase [probe] max_force_N or max_depth_mm";
 
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -183,16 +185,24 @@ class RunChecks {
     const double lost_s = released_s - outage_s;
     if (lost_s <= kShortRelease_s) return;
     const double weight = run_s > 0.0 ? lost_s / run_s : 0.0;
+    const double refused_s =
+        probe.device && probe.timing
+            ? static_cast<double>(probe.device->refused) * units::s_from(probe.timing->period)
+            : 0.0;
+    const bool refused = refused_s > 0.5 * lost_s;
     if (severity_of(lost_s) == Severity::kFailure) {
       add(Severity::kFailure, weight,
-          fmt::format("touch was lost for {} s of {}: no sample of {} arrived in time",
-                      number_text(lost_s), number_text(run_s), probe.uri),
-          "keep the device streaming, and look for the cause in the clock and delay lines of the summary");
+          fmt::format("touch was lost for {} s of {}: ", number_text(lost_s), number_text(run_s)) +
+              (refused ? "the readings of " + probe.uri + " were refused"
+                       : "no sample of " + probe.uri + " arrived in time"),
+          refused ? kRefused
+                  : "keep the device streaming, and look for the cause in the clock and delay "
+                    "lines of the summary");
     } else {
       add(Severity::kLoss, weight,
-          fmt::format("{} was released for {} s: no sample arrived in time", probe.uri,
-                      number_text(lost_s)),
-          "keep the device streaming, or increase [loop] stale_after_ms");
+          fmt::format("{} was released for {} s: {}", probe.uri, number_text(lost_s),
+                      refused ? "its readings were refused" : "no sample arrived in time"),
+          refused ? kRefused : "keep the device streaming, or increase [loop] stale_after_ms");
     }
   }
 
@@ -234,9 +244,8 @@ class RunChecks {
           fmt::format("{}: {} {} lost, {} damaged and {} refused", probe.uri,
                       counted(device.lost, "reading"), was(device.lost), device.damaged,
                       device.refused),
-          device.lost + device.damaged == 0
-              ? "check the units and the zero, or increase [probe] max_force_N or max_depth_mm"
-              : "check the baud rate, the cable and the units");
+          device.lost + device.damaged == 0 ? kRefused
+                                            : "check the baud rate, the cable and the units");
     }
     if (device.distrusted > 0) {
       add(Severity::kLoss, share(device.withheld, device.readings + device.withheld),
