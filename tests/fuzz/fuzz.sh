@@ -72,8 +72,7 @@ fuzz stimulation_file 2048 -lpugixml stimulation_file_fuzz.cpp "${words[@]}" dri
   drivers/spike_files/stimulation_file.cpp "${sessions[@]}"
 fuzz hdf5_spikes 2048 -lhdf5_serial hdf5_spikes_fuzz.cpp \
   drivers/spike_files/hdf5_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
-fuzz trace 2048 "" trace_fuzz.cpp "${words[@]}" drivers/printable_text.cpp \
-  drivers/files/{trace_file,line_reader,output_file,file_rename}.cpp
+fuzz trace 2048 "" trace_fuzz.cpp "${protocols[@]}"
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
   drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
