@@ -57,10 +57,11 @@ class ProbeInput {
   ProbeInput(ProbeChannel& channel, const Parameters& parameters);
 
   /// Measures from now on how long the loop must wait for the samples. Real-time: no.
-  void measure_delay() {
+  void measure_delay(std::chrono::nanoseconds period = {}) {
     estimate_.emplace(DelayEstimate::Parameters{.interpolate = parameters_.interpolate,
                                                 .held_share = parameters_.held_share,
-                                                .max_delay = parameters_.max_delay});
+                                                .max_delay = parameters_.max_delay,
+                                                .period = period});
   }
   /// Null if the delay is not measured. Real-time: yes.
   [[nodiscard]] DelayEstimate* estimate() noexcept MERKEL_REALTIME {
