@@ -5,7 +5,9 @@ unpacked sources."""
 import importlib
 import importlib.metadata
 import logging
-import sys
+import os
+import shutil
+import subprocess
 
 import numpy as np
 
@@ -13,6 +15,7 @@ import merkel_program
 from merkel_program import spikes_of_csv
 from xdf_reader import Xdf
 
+OCTAVE, LOAD_XDF = shutil.which("octave-cli"), os.environ.get("MERKEL_LOAD_XDF")
 FACTS = ("experimenter=Doe, Jane&institution=A University&lab=Touch&subject_id=model-1&species=Homo sapiens&sex=U"
          "&age=P30Y")
 
@@ -104,6 +107,26 @@ class Clients(merkel_program.TestCase):
             read = next(each for each in streams if each["info"]["name"][0] == "merkel.spikes")
             self.assertEqual([(round(stamp * 1e9), int(row[1])) for stamp, row in
                               zip(read["time_stamps"], read["time_series"])], spikes)
+
+    def test_eeglabs_importer_reads_every_stream(self):
+        if not OCTAVE or not LOAD_XDF:
+            self.skipTest("no octave-cli (Debian: octave), or MERKEL_LOAD_XDF does not name a clone of xdf-modules/xdf-Matlab")
+        file = self.path("s.xdf")
+        self.merkel("run", "finger", "--fast", "--duration-s", "1.5", "--probe", "sim:taps", "--probe", "sim:sine?x_mm=20",
+                    "--sink", "xdf:" + file)
+        printed = subprocess.run([OCTAVE, "-q", "tests/readers/eeglab_reader.m", LOAD_XDF, file, self.path("")],
+                                 capture_output=True, text=True, timeout=120).stdout
+        read = [line.split()[1:] for line in printed.splitlines() if line.startswith("stream ")]
+        own = Xdf(file).streams
+        self.assertEqual(sorted(name for _, name, *_ in read), sorted(own))
+        for number, name, rate, channels, samples in read:
+            stream = own[name]
+            self.assertEqual((float(rate), int(samples)), (stream.rate, len(stream.stamps)))
+            times, values = (np.fromfile(self.path(f"{number}.{part}")) for part in ("times", "values"))
+            np.testing.assert_allclose(times, stream.stamps, rtol=0, atol=1e-6)
+            if len(values) > 0:
+                np.testing.assert_array_equal(values.reshape(-1, int(channels)), np.array(stream.samples, dtype=float))
+        self.assertEqual({own[name].rate for name in ("merkel.ticks", "merkel.ticks.1")}, {1000})
 
 
 if __name__ == "__main__":
