@@ -19,14 +19,13 @@ namespace {
 const Indenter kPlate{.radius_mm = std::numeric_limits<double>::infinity(), .bars = {}, .pin = {}};
 const Indenter kPin{.tip = Indenter::Tip::kPin, .bars = {}, .pin = {.diameter_mm = 6.35}};
 const SkinParameters kFinger{.radius_mm = 7.0};
+const std::vector<ForceAtDepth> kPlateForces = {
+    {0.5, 37.0}, {1.0, 159.0}, {1.5, 395.0}, {2.0, 768.0}};
+const std::vector<ForceAtDepth> kPinForces = {{0.5, 24.5}, {1.0, 76.5}, {2.0, 302.0}, {3.0, 957.0}};
 
-/// A press on skin of a known modulus, down and up again, with noise of `noise_mN`.
-std::vector<ForceAtDepth> press_of(const Indenter& tip, double modulus_kPa, double stiffening_mm,
+/// A press on known skin, down and up again, with noise of `noise_mN`.
+std::vector<ForceAtDepth> press_of(const Indenter& tip, const SkinParameters& skin,
                                    double noise_mN) {
-  SkinParameters skin = kFinger;
-  skin.stiffening_mm = stiffening_mm;
-  const double nu = skin.poisson_ratio;
-  skin.epidermis_kPa = skin.dermis_kPa = modulus_kPa * (1.0 - nu * nu);
   const TipContact contact(tip, skin);
   std::vector<ForceAtDepth> press;
   for (int k = -20; k <= 180; ++k) {
@@ -41,12 +40,24 @@ std::vector<ForceAtDepth> press_of(const Indenter& tip, double modulus_kPa, doub
   return press;
 }
 
+SkinParameters fingerpad() { return read_scene("tools/examples/fingerpad.toml")->model.skin; }
+
+std::vector<ForceAtDepth> press_of(const Indenter& tip, double modulus_kPa, double stiffening_mm,
+                                   double noise_mN) {
+  SkinParameters skin = kFinger;
+  skin.stiffening_mm = stiffening_mm;
+  const double nu = skin.poisson_ratio;
+  skin.epidermis_kPa = skin.dermis_kPa = modulus_kPa * (1.0 - nu * nu);
+  return press_of(tip, skin, noise_mN);
+}
+
 TEST(SkinFit, FindsTheSkinThatMadeThePress) {
   for (const Indenter& tip : {kPlate, kPin}) {
     const auto fit = fit_skin(press_of(tip, 24.0, 1.65, 3.0), tip, kFinger);
     ASSERT_TRUE(fit) << fit.error().sentence;
     EXPECT_NEAR(fit->modulus_kPa, 24.0, 4.0 * fit->modulus_error * 24.0);
-    EXPECT_NEAR(fit->stiffening_mm, 1.65, 4.0 * fit->stiffening_error * 1.65);
+    EXPECT_FALSE(fit->by_pressure);
+    EXPECT_NEAR(fit->stiffening, 1.65, 4.0 * fit->stiffening_error * 1.65);
     EXPECT_LT(fit->modulus_error, 0.05);
     EXPECT_LT(fit->stiffening_error, 0.05);
     EXPECT_GT(fit->r2, 0.99);
@@ -56,15 +67,51 @@ TEST(SkinFit, FindsTheSkinThatMadeThePress) {
   }
 }
 
+// A finger n times as stiff has n times the modulus and n times p1.
+TEST(SkinFit, FindsModulusAndPressureOfSkinThatStiffensWithThePressure) {
+  const SkinParameters finger = fingerpad();
+  ASSERT_TRUE(std::isfinite(finger.stiffening_kPa));
+  const double modulus_kPa = SkinMaterial(finger).reduced_modulus_kPa();
+  for (const Indenter& tip : {kPlate, kPin}) {
+    auto press = press_of(tip, finger, 1.0);
+    for (ForceAtDepth& sample : press) sample.force_mN *= 2.0;
+    const auto fit = fit_skin(press, tip, finger);
+    ASSERT_TRUE(fit) << fit.error().sentence;
+    EXPECT_TRUE(fit->by_pressure && fit->stiffens);
+    EXPECT_NEAR(fit->modulus_kPa / modulus_kPa, 2.0, 0.04);
+    EXPECT_NEAR(fit->stiffening / finger.stiffening_kPa, 2.0, 0.08);
+    EXPECT_LT(fit->rms_weighted, 0.06);
+    EXPECT_LT(fit->stiffening_error, 0.05);
+  }
+}
+
+// Plates and a flat tip of 6.35 mm on human fingerpads, means of four subjects.
+TEST(SkinFit, TheExampleFingerpadHasTheForcesOfHumanOnes) {
+  struct Press {
+    Indenter tip;
+    std::vector<ForceAtDepth> mean;
+  };
+  const SkinParameters finger = fingerpad();
+  for (const Press& press : {Press{kPlate, kPlateForces}, Press{kPin, kPinForces}}) {
+    const TipContact contact(press.tip, finger);
+    for (const ForceAtDepth& sample : press.mean) {
+      EXPECT_NEAR(contact.press({.depth_mm = sample.depth_mm}).contact.force_mN / sample.force_mN,
+                  1.0, 0.16)
+          << sample.depth_mm << " mm";
+    }
+  }
+}
+
 TEST(SkinFit, SaysWhereThereIsNoStiffening) {
   const auto fit =
       fit_skin(press_of(kPlate, 100.0, -5.0, 0.0), kPlate, kFinger);  // the skin softens
   ASSERT_TRUE(fit);
-  EXPECT_TRUE(std::isinf(fit->stiffening_mm));
+  EXPECT_FALSE(fit->stiffens);
+  EXPECT_TRUE(std::isinf(fit->stiffening));
 }
 
-// Plates and a flat tip of 6.35 mm on human fingerpads, means of four subjects: published as 24 kPa
-// and 1.65 mm, 15 kPa and 2.1 mm. Four samples each give standard errors of 8 to 14 %.
+// Published as 24 kPa and 1.65 mm, 15 kPa and 2.1 mm. Four samples each give standard errors of 8
+// to 14 %.
 TEST(SkinFit, AgreesWithThePublishedFingerpadsWithinItsStandardErrors) {
   struct Published {
     Indenter tip;
@@ -72,12 +119,11 @@ TEST(SkinFit, AgreesWithThePublishedFingerpadsWithinItsStandardErrors) {
     double modulus_kPa, stiffening_mm;
   };
   for (const Published& known :
-       {Published{kPlate, {{0.5, 37.0}, {1.0, 159.0}, {1.5, 395.0}, {2.0, 768.0}}, 24.0, 1.65},
-        Published{kPin, {{0.5, 24.5}, {1.0, 76.5}, {2.0, 302.0}, {3.0, 957.0}}, 15.0, 2.1}}) {
+       {Published{kPlate, kPlateForces, 24.0, 1.65}, Published{kPin, kPinForces, 15.0, 2.1}}) {
     const auto fit = fit_skin(known.press, known.tip, kFinger);
     ASSERT_TRUE(fit);
     EXPECT_NEAR(fit->modulus_kPa / known.modulus_kPa, 1.0, fit->modulus_error);
-    EXPECT_NEAR(fit->stiffening_mm / known.stiffening_mm, 1.0, fit->stiffening_error);
+    EXPECT_NEAR(fit->stiffening / known.stiffening_mm, 1.0, fit->stiffening_error);
     EXPECT_LT(fit->modulus_error, 0.15);
     EXPECT_LT(fit->stiffening_error, 0.15);
     EXPECT_GT(fit->r2, 0.98);
@@ -169,6 +215,27 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
       {"fit", "skin", "--plate", "--trace", folder.file("d.csv", "time_s,depth_mm\n0,0\n1,1\n")});
   EXPECT_EQ(depth_only.exit_code, 2);
   EXPECT_NE(depth_only.err.find("has no column force_N"), std::string::npos);
+}
+
+TEST(FitSkinCommand, FitsTheStiffeningByPressureOfAScene) {
+  const TemporaryFolder folder;
+  std::string trace = "time_s,depth_mm,force_N\n";
+  double time = 0.0;
+  for (const ForceAtDepth& sample : press_of(kPin, fingerpad(), 0.0)) {
+    trace += fmt::format("{:.3f},{:.9g},{:.9g}\n", time += 0.01, sample.depth_mm,
+                         2e-3 * sample.force_mN);
+  }
+  const auto run = run_program({"fit", "skin", "tools/examples/fingerpad.toml", "--trace",
+                                folder.file("p.csv", trace), "--diameter-mm", "6.35", "--out",
+                                folder.path("skin.toml")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("E*(p) = E0·(1 + p/p1): E0 = 10.53 kPa"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("p1 = 22 kPa"), std::string::npos) << run.out;
+  const auto scene = read_scene(folder.path("skin.toml"));
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  EXPECT_NEAR(scene->model.skin.dermis_kPa, 8.0, 1e-3);
+  EXPECT_NEAR(scene->model.skin.stiffening_kPa, 22.0, 1e-2);
+  EXPECT_TRUE(std::isinf(scene->model.skin.stiffening_mm));
 }
 
 }  // namespace

@@ -35,14 +35,21 @@ std::string with_error(double relative_error) {
                      relative_error < kPoor ? "" : ", which the recording does not determine");
 }
 
+const char* stiffening_law(const SkinFit& fit) {
+  return fit.by_pressure ? "E*(p) = E0·(1 + p/p1)" : "E*(d) = E0·e^(d/d1)";
+}
+
+const char* stiffening_unit(const SkinFit& fit) { return fit.by_pressure ? "kPa" : "mm"; }
+
 std::string report_of(const SkinFit& fit) {
   std::string text = fmt::format("{} samples up to {:.3g} mm and {:.4g} N\n", fit.samples,
                                  fit.deepest_mm, 1e-3 * fit.loading.back().force_mN);
-  text += fmt::format("E*(d) = E0·e^(d/d1): E0 = {:.4g} kPa {}\n", fit.modulus_kPa,
+  text += fmt::format("{}: E0 = {:.4g} kPa {}\n", stiffening_law(fit), fit.modulus_kPa,
                       with_error(fit.modulus_error));
-  if (std::isfinite(fit.stiffening_mm)) {
-    text += fmt::format("                     d1 = {:.4g} mm {}; correlation with E0 {:.2f}\n",
-                        fit.stiffening_mm, with_error(fit.stiffening_error), fit.correlation);
+  if (fit.stiffens) {
+    text += fmt::format("                     {} = {:.4g} {} {}; correlation with E0 {:.2f}\n",
+                        fit.by_pressure ? "p1" : "d1", fit.stiffening, stiffening_unit(fit),
+                        with_error(fit.stiffening_error), fit.correlation);
   } else {
     text += "                     no stiffening: the contact law alone explains the force\n";
   }
@@ -75,8 +82,7 @@ void set_fitted(TactileModel::Parameters& model, const Indenter& tip, const Skin
   }
   const double nu = skin.poisson_ratio;
   skin.epidermis_kPa = skin.dermis_kPa = rounded(fit.modulus_kPa * (1.0 - nu * nu));
-  skin.stiffening_mm = rounded(fit.stiffening_mm);
-  skin.stiffening_kPa = std::numeric_limits<double>::infinity();
+  (fit.by_pressure ? skin.stiffening_kPa : skin.stiffening_mm) = rounded(fit.stiffening);
   Indenter& first = model.indenters.front();
   first.tip = tip.tip;
   if (tip.tip == Indenter::Tip::kPin) {
@@ -120,10 +126,12 @@ int fit_skin_command(const FitSkinCommand& command) {
   if (const auto model = TactileModel::create(scene->model); !model) {
     return refuse("the fitted scene cannot be simulated: " + scene->sentence(model.error()));
   }
-  const std::string heading = "# Made by merkel fit skin " + printable_text(command.scene) +
-                              " --trace " + printable_text(command.trace) +
-                              fmt::format(": E* = {:.4g} kPa·e^(d/{:.4g} mm), R² = {:.4f}.\n",
-                                          fit->modulus_kPa, fit->stiffening_mm, fit->r2);
+  const std::string heading =
+      "# Made by merkel fit skin " + printable_text(command.scene) + " --trace " +
+      printable_text(command.trace) +
+      fmt::format(": {}, E0 = {:.4g} kPa, {} = {:.4g} {}, R² = {:.4f}.\n", stiffening_law(*fit),
+                  fit->modulus_kPa, fit->by_pressure ? "p1" : "d1", fit->stiffening,
+                  stiffening_unit(*fit), fit->r2);
   if (!out->write(heading + scene_text(*scene)) || !out->close()) return fail(out->error());
   std::printf("\nwrote %s; use it with merkel run %s\n", command.out.c_str(), command.out.c_str());
   return kDone;
@@ -133,11 +141,13 @@ int fit_skin_command(const FitSkinCommand& command) {
 
 void add_fit_skin_command(CommandLine& fit) {
   auto command = std::make_shared<FitSkinCommand>();
-  fit.subcommand("skin",
-                 "Fits the modulus and the stiffening of a finger or phantom, E*(d) = E0·e^(d/d1), "
-                 "to a press recorded with depth and force; reports residuals, hysteresis and how "
-                 "well each is determined, and writes a scene.",
-                 "fit skin finger --trace press.csv --plate --out skin.toml")
+  fit.subcommand(
+         "skin",
+         "Fits the modulus and the stiffening of a finger or phantom, E*(d) = E0·e^(d/d1), or "
+         "E*(p) = E0·(1 + p/p1) if the scene has skin.stiffening_kPa, "
+         "to a press recorded with depth and force; reports residuals, hysteresis and how "
+         "well each is determined, and writes a scene.",
+         "fit skin finger --trace press.csv --plate --out skin.toml")
       .option("scene", command->scene,
               "Scene file (TOML) or preset that gives everything else: curvature, layer, contact "
               "law, afferents; default finger. The tip becomes that of its first probe")

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Dense>
 
@@ -24,11 +25,45 @@ double work_of(const std::vector<ForceAtDepth>& samples) {
   return work;
 }
 
-/// The solution of F = shape·e^(p + b·d), p = ln E0, b = 1/d1.
+/// p = ln E0, and b = 1/d1 or 1/p1.
 struct Solution {
   double p = 0.0;
   double b = 0.0;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+};
+
+/// The force of each sample under one of the two laws of stiffening.
+struct StiffeningLaw {
+  bool by_pressure = false;
+  Eigen::VectorXd depth_mm;
+  Eigen::VectorXd shape_mm2;  ///< F/E* in skin at rest
+  Eigen::VectorXd area_mm2;   ///< in contact
+
+  /// The moduli over those at rest. The recording may show skin that softens: b < 0.
+  [[nodiscard]] Eigen::ArrayXd growth(double p, double b) const {
+    if (!by_pressure) return (b * depth_mm).array().exp();
+    return (1.0 - b * rest_kPa(p)).max(1.0 / SkinParameters::kMostStiffening).inverse();
+  }
+  [[nodiscard]] Eigen::VectorXd force_mN(double p, double b) const {
+    return std::exp(p) * shape_mm2.array() * growth(p, b);
+  }
+  /// d(ln F)/dp and d(ln F)/db.
+  [[nodiscard]] Eigen::MatrixXd slopes(double p, double b) const {
+    Eigen::MatrixXd found(depth_mm.size(), 2);
+    if (by_pressure) {
+      found.col(0) = growth(p, b);
+      found.col(1) = growth(p, b) * rest_kPa(p);
+    } else {
+      found.col(0).setOnes();
+      found.col(1) = depth_mm;
+    }
+    return found;
+  }
+
+ private:
+  [[nodiscard]] Eigen::ArrayXd rest_kPa(double p) const {
+    return std::exp(p) * shape_mm2.array() / area_mm2.array();
+  }
 };
 
 /// Residuals of forces. The error of a force is `kRelativeError` of it and, for small forces, the
@@ -64,27 +99,23 @@ double repetition(const Eigen::VectorXd& residuals) {
   return std::min((1.0 + correlation) / (1.0 - correlation), static_cast<double>(n) / 4.0);
 }
 
-Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
-               const Eigen::VectorXd& shape, const Residuals& residuals, bool stiffens) {
+Solution solve(const StiffeningLaw& law, const Eigen::VectorXd& force, const Residuals& residuals,
+               bool stiffens) {
   Solution at;
-  at.p = std::log(force.dot(shape) / shape.squaredNorm());
-  const auto predicted = [&](double p, double b) {
-    return Eigen::VectorXd(shape.array() * (p + b * depth.array()).exp());
-  };
+  at.p = std::log(force.dot(law.shape_mm2) / law.shape_mm2.squaredNorm());
   Eigen::Matrix2d curvature = Eigen::Matrix2d::Identity();
   for (int round = 0; round < 60; ++round) {
-    const Eigen::VectorXd now = predicted(at.p, at.b);
+    const Eigen::VectorXd now = law.force_mN(at.p, at.b);
     const Eigen::VectorXd missing = residuals.of(force, now);
-    Eigen::MatrixXd slopes(force.size(), 2);
-    slopes.col(0) = residuals.slope(now);
-    slopes.col(1) = (stiffens ? 1.0 : 0.0) * slopes.col(0).cwiseProduct(depth);
+    Eigen::MatrixXd slopes = residuals.slope(now).asDiagonal() * law.slopes(at.p, at.b);
+    if (!stiffens) slopes.col(1).setZero();
     curvature = slopes.transpose() * slopes;
     if (!stiffens) curvature(1, 1) = 1.0;
     const Eigen::Vector2d step = curvature.ldlt().solve(slopes.transpose() * missing);
     // Halve the step until the sum of squares falls.
     double share = 1.0;
     while (share > 1e-6 &&
-           residuals.of(force, predicted(at.p + share * step(0), at.b + share * step(1)))
+           residuals.of(force, law.force_mN(at.p + share * step(0), at.b + share * step(1)))
                    .squaredNorm() > missing.squaredNorm()) {
       share *= 0.5;
     }
@@ -92,7 +123,7 @@ Solution solve(const Eigen::VectorXd& depth, const Eigen::VectorXd& force,
     at.b += share * step(1);
     if (share * step.norm() < 1e-10) break;
   }
-  const Eigen::VectorXd missing = residuals.of(force, predicted(at.p, at.b));
+  const Eigen::VectorXd missing = residuals.of(force, law.force_mN(at.p, at.b));
   const double freedom = static_cast<double>(force.size()) - (stiffens ? 2.0 : 1.0);
   const double variance = missing.squaredNorm() / std::max(1.0, freedom) * repetition(missing);
   at.covariance = curvature.inverse() * variance;
@@ -135,7 +166,7 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   }
   fit.deepest_mm = deepest->depth_mm;
 
-  // F/E* of the tip by the scene's contact law.
+  // F/E* of the tip, and its area, by the scene's contact law.
   SkinParameters elastic = skin;
   elastic.stiffening_mm = elastic.stiffening_kPa = std::numeric_limits<double>::infinity();
   Indenter by_depth = tip;
@@ -143,40 +174,43 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   const TipContact contact(by_depth, elastic);
   const double modulus = SkinMaterial(elastic).reduced_modulus_kPa();
   const auto count = static_cast<Eigen::Index>(fit.samples);
-  Eigen::VectorXd depth(count);
+  StiffeningLaw law{.by_pressure = std::isfinite(skin.stiffening_kPa),
+                    .depth_mm = Eigen::VectorXd(count),
+                    .shape_mm2 = Eigen::VectorXd(count),
+                    .area_mm2 = Eigen::VectorXd(count)};
   Eigen::VectorXd force(count);
-  Eigen::VectorXd shape(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const ForceAtDepth& sample = fit.loading[static_cast<std::size_t>(i)];
-    depth(i) = sample.depth_mm;
+    const ContactState state = contact.press({.depth_mm = sample.depth_mm}).contact;
     force(i) = sample.force_mN;
-    shape(i) = contact.press({.depth_mm = sample.depth_mm}).contact.force_mN / modulus;
+    law.depth_mm(i) = sample.depth_mm;
+    law.shape_mm2(i) = state.force_mN / modulus;
+    law.area_mm2(i) = contact.field() != nullptr
+                          ? state.force_mN / contact.field()->mean_pressure_kPa(sample.depth_mm)
+                          : std::numbers::pi * state.contact_radius_mm * state.contact_radius_mm;
   }
-  if (!(force.dot(shape) > 0.0)) {
+  if (!(force.dot(law.shape_mm2) > 0.0)) {
     return bad_input("the force does not increase with the depth: check its sign and its tare");
   }
   const Residuals residuals(floor_of(press, force.maxCoeff()));
-  Solution found = solve(depth, force, shape, residuals, true);
-  // A d1 a thousand times the deepest sample changes no force by more than the press's rounding.
-  const bool stiffens = found.b * depth.maxCoeff() > 1e-3;
-  if (!stiffens) found = solve(depth, force, shape, residuals, false);
+  Solution found = solve(law, force, residuals, true);
+  // Stiffening by a thousandth is within the press's rounding.
+  fit.by_pressure = law.by_pressure;
+  fit.stiffens = found.b > 0.0 && law.growth(found.p, found.b).maxCoeff() > 1.001;
+  if (!fit.stiffens) found = solve(law, force, residuals, false);
   fit.modulus_kPa = std::exp(found.p);
   fit.modulus_error = std::sqrt(found.covariance(0, 0));
-  if (stiffens) {
-    fit.stiffening_mm = 1.0 / found.b;
+  if (fit.stiffens) {
+    fit.stiffening = 1.0 / found.b;
     fit.stiffening_error = std::sqrt(found.covariance(1, 1)) / found.b;
     fit.correlation =
         found.covariance(0, 1) / std::sqrt(found.covariance(0, 0) * found.covariance(1, 1));
   }
-  double squares = 0.0;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    fit.predicted_mN.push_back(shape(i) * std::exp(found.p + found.b * depth(i)));
-    const double residual = force(i) - fit.predicted_mN.back();
-    squares += residual * residual;
-    fit.largest_mN = std::max(fit.largest_mN, std::fabs(residual));
-  }
+  const Eigen::VectorXd model = law.force_mN(found.p, fit.stiffens ? found.b : 0.0);
+  fit.predicted_mN.assign(model.begin(), model.end());
+  const double squares = (force - model).squaredNorm();
+  fit.largest_mN = (force - model).cwiseAbs().maxCoeff();
   fit.rms_mN = std::sqrt(squares / static_cast<double>(count));
-  const Eigen::Map<const Eigen::VectorXd> model(fit.predicted_mN.data(), count);
   fit.rms_weighted =
       std::sqrt(residuals.of(force, model).squaredNorm() / static_cast<double>(count));
   fit.r2 = 1.0 - squares / (force.array() - force.mean()).square().sum();
