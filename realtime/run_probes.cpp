@@ -261,9 +261,7 @@ void RunProbes::set_ticks(nanoseconds start, nanoseconds tick) noexcept {
 
 void RunProbes::measure_delays() {
   for (std::size_t i = 0; i < routes_.size(); ++i) {
-    if (routes_[i]->info().replayed) continue;
-    const auto timing = routes_[i]->device->probe->timing();
-    inputs_[i].measure_delay(timing ? timing->period : nanoseconds{0});
+    if (!routes_[i]->info().replayed) inputs_[i].measure_delay();
   }
 }
 

@@ -33,14 +33,10 @@ class DelayEstimate {
     bool interpolate = true;
     double held_share = 0.001;      ///< share of the needs that may exceed the estimate
     std::optional<Time> max_delay;  ///< default: see ceiling()
-    Time period{0};                 ///< of the device, as measured before; 0: not known
   };
 
   explicit DelayEstimate(const Parameters& parameters)
-      : parameters_(parameters),
-        slots_(kSlots * kBuckets),
-        sum_(kBuckets),
-        period_(parameters.period) {}
+      : parameters_(parameters), slots_(kSlots * kBuckets), sum_(kBuckets) {}
 
   /// The ticks whose samples are awaited: one ends every `tick` from `start` on. Without them, a
   /// tick may end at any time. Call it before the first sample.

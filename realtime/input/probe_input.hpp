@@ -57,11 +57,10 @@ class ProbeInput {
   ProbeInput(ProbeChannel& channel, const Parameters& parameters);
 
   /// Measures from now on how long the loop must wait for the samples. Real-time: no.
-  void measure_delay(std::chrono::nanoseconds period = {}) {
+  void measure_delay() {
     estimate_.emplace(DelayEstimate::Parameters{.interpolate = parameters_.interpolate,
                                                 .held_share = parameters_.held_share,
-                                                .max_delay = parameters_.max_delay,
-                                                .period = period});
+                                                .max_delay = parameters_.max_delay});
   }
   /// Null if the delay is not measured. Real-time: yes.
   [[nodiscard]] DelayEstimate* estimate() noexcept MERKEL_REALTIME {

@@ -126,22 +126,6 @@ TEST(DelayEstimate, AStallThatSeveralCoresReportIsDeductedOnce) {
   EXPECT_NEAR(needed_ms(estimate), 7.0, 0.4);
 }
 
-// A press beyond a limit, whose readings are refused, may follow the opening of the device.
-TEST(DelayEstimate, ASilenceAfterTheFirstSamplesIsAnOutageOfAKnownPeriod) {
-  for (const auto period : {milliseconds{0}, milliseconds{12}}) {
-    DelayEstimate estimate({.period = period});
-    SteadyDevice device(estimate);
-    device.run(12.0, 96.0, kPunctual);
-    device.run(690.0, 690.0, kPunctual);
-    device.run(12.0, 500.0, kPunctual);
-    if (period.count() > 0) {
-      EXPECT_LT(needed_ms(estimate), 14.0);
-    } else {
-      EXPECT_GT(needed_ms(estimate), 600.0);
-    }
-  }
-}
-
 TEST(DelayEstimate, WithoutInterpolationOnlyTheLatenessCounts) {
   DelayEstimate estimate({.interpolate = false});
   SteadyDevice device(estimate);
