@@ -11,8 +11,10 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kBack{2};   ///< largest step back between frames
 constexpr milliseconds kLate{25};  ///< longest latency of a transport
 constexpr milliseconds kPersistence{60};
-constexpr std::uint32_t kFewestFrames = 3;  ///< shortest run, in frames
+constexpr std::uint32_t kFewestFrames = 3;  ///< that are wrong
 constexpr int kCatchUp = 5;                 ///< a backlog must shrink by at least 1/5 of the time
+constexpr milliseconds kGroup{10};          ///< frames that arrive within this time are one group
+constexpr std::uint32_t kFewestGroups = 2;  ///< whole groups that are late
 constexpr milliseconds kFirstBatch{200};
 constexpr milliseconds kSettledBatch{60};  ///< by which a batch can be earlier than all before
 
@@ -25,10 +27,10 @@ void ArrivalCheck::restart() noexcept {
   batch_span_ = kFirstBatch;
 }
 
-bool ArrivalCheck::goes_on(std::optional<Run>& run, Time lateness, Time arrival) noexcept {
-  if (!run) run = Run{.since = arrival, .lateness = lateness};
-  ++run->frames;
-  return run->frames >= kFewestFrames && arrival - run->since >= kPersistence;
+bool ArrivalCheck::wrong_persists(Time arrival) noexcept {
+  if (!wrong_) wrong_ = Wrong{.since = arrival};
+  ++wrong_->frames;
+  return wrong_->frames >= kFewestFrames && arrival - wrong_->since >= kPersistence;
 }
 
 ArrivalCheck::Arrival ArrivalCheck::check(Time estimate, Time arrival, Time tolerance,
@@ -49,7 +51,7 @@ ArrivalCheck::Arrival ArrivalCheck::check(Time estimate, Time arrival, Time tole
   if (early || lateness < -std::max<Time>(impossible, tolerance) ||
       estimate < *last_good_ - kBack) {
     late_.reset();
-    return goes_on(wrong_, lateness, arrival) ? Arrival::kReanchor : Arrival::kOutlier;
+    return wrong_persists(arrival) ? Arrival::kReanchor : Arrival::kOutlier;
   }
   wrong_.reset();
   last_good_ = std::max(*last_good_, estimate);
@@ -57,13 +59,27 @@ ArrivalCheck::Arrival ArrivalCheck::check(Time estimate, Time arrival, Time tole
     late_.reset();
     return Arrival::kGood;
   }
-  // Later by so much than the first late frame: a stall, whose backlog begins with this frame.
-  if (late_ && lateness > late_->lateness + kLate) late_.reset();
-  if (!goes_on(late_, lateness, arrival)) return Arrival::kGood;
-  const Time caught_up = late_->lateness - lateness;
-  if (caught_up * kCatchUp < arrival - late_->since) return Arrival::kReanchor;
+  if (!late_) late_ = Late{.since = arrival, .group = arrival, .least = lateness};
+  return late_persists(lateness, arrival) ? Arrival::kReanchor : Arrival::kGood;
+}
+
+bool ArrivalCheck::late_persists(Time lateness, Time arrival) noexcept {
+  Late& late = *late_;
+  if (arrival - late.group < kGroup) {
+    late.least = std::min(late.least, lateness);
+  } else {
+    ++late.groups;
+    if (late.least > late.peak) {
+      late.peak = late.least;
+      late.peak_at = late.group;
+    }
+    late.group = arrival;
+    late.least = lateness;
+  }
+  if (late.groups < kFewestGroups || arrival - late.since < kPersistence) return false;
+  if ((late.peak - lateness) * kCatchUp < arrival - late.peak_at) return true;
   late_.reset();
-  return Arrival::kGood;
+  return false;
 }
 
 }  // namespace merkel

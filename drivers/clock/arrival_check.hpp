@@ -31,18 +31,28 @@ class ArrivalCheck {
 
  private:
   using Time = std::chrono::nanoseconds;
-  struct Run {
+  struct Wrong {
     Time since{0};
-    Time lateness{0};  ///< of its first frame
     std::uint32_t frames = 0;
   };
-  static bool goes_on(std::optional<Run>& run, Time lateness, Time arrival) noexcept;
+  /// Frames that are late, in groups: the least lateness of a group is that of its freshest frame,
+  /// so that a stall's backlog is not judged by its first frames.
+  struct Late {
+    Time since{0};
+    Time group{0};             ///< arrival of the first frame of the present group
+    Time least{0};             ///< lateness in it
+    std::uint32_t groups = 0;  ///< before it
+    Time peak{0};              ///< largest of their least latenesses
+    Time peak_at{0};
+  };
+  bool late_persists(Time lateness, Time arrival) noexcept;
+  bool wrong_persists(Time arrival) noexcept;
 
   std::optional<Time> last_good_;  ///< estimate
   Time last_arrival_{0};
   Time batch_span_{200'000'000};  ///< since the previous batch; an assumption for the first one
-  std::optional<Run> wrong_;
-  std::optional<Run> late_;
+  std::optional<Wrong> wrong_;
+  std::optional<Late> late_;
 };
 
 }  // namespace merkel

@@ -126,6 +126,16 @@ TEST(DelayEstimate, AStallThatSeveralCoresReportIsDeductedOnce) {
   EXPECT_NEAR(needed_ms(estimate), 7.0, 0.4);
 }
 
+// A press beyond a limit, whose readings are refused, may follow the opening of the device.
+TEST(DelayEstimate, ASilenceAfterTheFirstSamplesIsAnOutage) {
+  DelayEstimate estimate({});
+  SteadyDevice device(estimate);
+  device.run(12.0, 96.0, kPunctual);
+  device.run(690.0, 690.0, kPunctual);
+  device.run(12.0, 500.0, kPunctual);
+  EXPECT_LT(needed_ms(estimate), 14.0);
+}
+
 TEST(DelayEstimate, WithoutInterpolationOnlyTheLatenessCounts) {
   DelayEstimate estimate({.interpolate = false});
   SteadyDevice device(estimate);
