@@ -298,16 +298,26 @@ class Attacker:
         trace, seconds, minutes = self.path(".csv"), 8, 0.0
         pathlib.Path(trace).write_text("time_s,depth_mm,force_N\n" + "".join(f"{0.004 * k:.3f},1,1\n" for k in range(5000)))
         faults = []
-        for name, options, device, words in hostile_devices.opening_attacks():
+        # What waits for an answer that never comes costs no processor time.
+        def opening(attack):
+            _, options, device, _ = attack
             begin = time.monotonic()
-            code, _, said, _, _ = hostile_devices.run_with(self.program, device, socket.SOCK_STREAM, options, self.folder, seconds)
-            minutes += (time.monotonic() - begin) / 60
-            if code != 3 or not all(word in said for word in words):
-                faults.append(f"{name}: exit code {code}: {said[:300]}")
-        for protocol in ("hbf1", "csv", "mark10", "esm", "grbl", "optoforce", "zaber"):
+            run = hostile_devices.run_with(self.program, device, socket.SOCK_STREAM, options, self.folder, seconds)
+            return run, (time.monotonic() - begin) / 60
+
+        def wrong_baud(protocol):
             begin = time.monotonic()
-            faults += self.wrong_baud(protocol, trace)
-            minutes += (time.monotonic() - begin) / 60
+            return self.wrong_baud(protocol, trace), (time.monotonic() - begin) / 60
+
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            attacks = hostile_devices.opening_attacks()
+            for (name, _, _, words), ((code, _, said, _, _), its_minutes) in zip(attacks, pool.map(opening, attacks)):
+                minutes += its_minutes
+                if code != 3 or not all(word in said for word in words):
+                    faults.append(f"{name}: exit code {code}: {said[:300]}")
+            for its_faults, its_minutes in pool.map(wrong_baud, ("hbf1", "csv", "mark10", "esm", "grbl", "optoforce", "zaber")):
+                faults += its_faults
+                minutes += its_minutes
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             attacks = hostile_devices.touch_attacks(self.program, trace)
             runs = pool.map(lambda each: hostile_devices.run_with(self.program, each[2], each[3], each[1], self.folder, seconds, 2 * ("busy" in each[0])), attacks)

@@ -76,23 +76,29 @@ TEST(Attack, EndlessAndForeignFilesAreRefusedInLittleMemory) {
 
 TEST(Attack, DeviceTextNeverReachesTheTerminalRaw) {
   const TemporaryFolder folder;
-  // Turns the window's title, clears the screen, rings, goes to the left.
+  // Turns the window's title, clears the screen, rings, goes to the left. All at once, because the
+  // program waits for most of the time.
+  std::vector<std::thread> gauges;
   for (const std::string& line :
        {std::string("\x1b]0;pwned\a0.300 \x1b[2J"), std::string("0.300 N\x9b"),
         std::string("Force\x1b[31m: 0.3 stone\x7f")}) {
-    const LinePrinter gauge(line);
-    const std::string port = "serial:" + gauge.name();
-    std::vector<std::vector<std::string>> commands = {
-        {"connect", gauge.name(), "--yes", "--out", folder.path("s.toml"), "--overwrite"}};
-    for (const char* const protocol : {"csv", "mark10", "grbl", "zaber&um_per_step=1"}) {
-      commands.push_back({"record", port + "?protocol=" + protocol + "&timeout_ms=300",
-                          folder.path("t.csv"), "--duration-s", "0.1", "--overwrite"});
-    }
-    for (const auto& command : commands) {
-      const ProgramRun run = run_program(command);
-      EXPECT_FALSE(controls(run.err + run.out)) << command[0] << ": " << run.err << run.out;
-    }
+    gauges.emplace_back([&folder, line, number = std::to_string(gauges.size())] {
+      const LinePrinter gauge(line);
+      const std::string port = "serial:" + gauge.name();
+      std::vector<std::vector<std::string>> commands = {{"connect", gauge.name(), "--yes", "--out",
+                                                         folder.path(number + ".toml"),
+                                                         "--overwrite"}};
+      for (const char* const protocol : {"csv", "mark10", "grbl", "zaber&um_per_step=1"}) {
+        commands.push_back({"record", port + "?protocol=" + protocol + "&timeout_ms=300",
+                            folder.path(number + ".csv"), "--duration-s", "0.1", "--overwrite"});
+      }
+      for (const auto& command : commands) {
+        const ProgramRun run = run_program(command);
+        EXPECT_FALSE(controls(run.err + run.out)) << command[0] << ": " << run.err << run.out;
+      }
+    });
   }
+  for (std::thread& gauge : gauges) gauge.join();
 }
 
 TEST(Attack, ANameThatIsNoUtf8CostsNoSummary) {
