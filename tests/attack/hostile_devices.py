@@ -19,7 +19,7 @@ class Device:
     """Serves each client with send(connection, elapsed seconds) until it hangs up."""
 
     def __init__(self, serve, kind=socket.SOCK_STREAM):
-        self.serve = serve
+        self.serve, self.serving = serve, []
         self.socket = socket.socket(socket.AF_INET, kind)
         self.socket.bind(("127.0.0.1", 0))
         self.port = self.socket.getsockname()[1]
@@ -33,7 +33,8 @@ class Device:
                 client, _ = self.socket.accept()
             except OSError:
                 return
-            threading.Thread(target=self._quietly, args=(client,), daemon=True).start()
+            self.serving.append(threading.Thread(target=self._quietly, args=(client,), daemon=True))
+            self.serving[-1].start()
 
     def _quietly(self, client):
         try:
@@ -51,7 +52,10 @@ class Device:
             pass
 
     def close(self):
+        """Waits until the clients are served, because a server may have a process of its own."""
         self.socket.close()
+        for thread in self.serving:
+            thread.join(timeout=1)
 
 
 def every_4_ms(send):
