@@ -5,24 +5,26 @@ usage: tests/mutation.py [--build build/release] [--only TEXT] [--sample N] [--p
 
 The changes stand in tests/mutations.txt: a file after "@", then one change a line, "before => after", where "before"
 occurs once in the file. A change is killed if the suite fails, stops or exceeds its time; one that does not compile is
-not counted. The tests named after the changed file run first, the whole suite only if they pass. The source is restored
-after every change, also after an interruption; a changed file must not have uncommitted edits. Each change builds what
+not counted. The tests named after the changed file run first, then those that are fast, then the rest. The source is
+restored after every change, also after an interruption; a changed file must not have uncommitted edits. Each change builds what
 depends on its file, so that a hundred changes take an hour or more: use --sample for a random part, --part 1/2 and 2/2 in
 two copies of the repository, and a build with CMAKE_UNITY_BUILD=OFF. The exit code is 1 if fewer than 90 % are killed.
 
 Survivors with a known reason are marked in the list with a following line "# survives: reason".
 """
 import argparse
+import json
 import pathlib
 import random
 import re
 import subprocess
 import sys
-import time
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SUITES = {"core": "merkel_core_tests", "drivers": "merkel_drivers_tests", "realtime": "merkel_realtime_tests"}
 LEAST_KILLED = 0.9
+SLOW_S = 0.3
 
 
 class Mutation:
@@ -69,9 +71,9 @@ def builds(build, folder):
     return run(["cmake", "--build", build, "--target", SUITES[folder]], 3600) == 0
 
 
-def passes(build, folder, seconds, tests="*"):
+def passes(build, folder, seconds, tests="*", *options):
     program = f"{build}/tests/{folder}/{SUITES[folder]}"
-    return run([program, f"--gtest_filter={tests}", "--gtest_fail_fast", "--gtest_brief=1"], seconds) == 0
+    return run([program, f"--gtest_filter={tests}", "--gtest_fail_fast", "--gtest_brief=1", *options], seconds) == 0
 
 
 def own_tests(mutation):
@@ -83,32 +85,36 @@ def own_tests(mutation):
     return ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
 
 
-def outcome(mutation, build, seconds):
+def outcome(mutation, build, limit):
     source = ROOT / mutation.path
     text = source.read_text()
     try:
         source.write_text(mutation.apply(text))
         if not builds(build, mutation.folder):
             return "not compiled"
-        tests = own_tests(mutation)
-        if tests and not passes(build, mutation.folder, seconds, tests):
-            return "killed"
-        return "survived" if passes(build, mutation.folder, seconds) else "killed"
+        own = own_tests(mutation)
+        stages = [own] * bool(own) + [f"*-{limit.slow}", limit.slow]
+        passed = all(passes(build, mutation.folder, limit.seconds, tests) for tests in stages)
+        return "survived" if passed else "killed"
     finally:
         source.write_text(text)
 
 
-def baseline(build, folders):
-    """The time that each suite may take: ten times what it takes now, and at least a minute."""
-    limits = {}
-    for folder in folders:
+class Limit:
+    """What a suite may take, ten times what it takes now and at least a minute, and which of its tests are slow."""
+
+    def __init__(self, build, folder):
         if not builds(build, folder):
             sys.exit(f"{SUITES[folder]} does not build")
-        start = time.monotonic()
-        if not passes(build, folder, 3600):
-            sys.exit(f"{SUITES[folder]} fails without a mutation")
-        limits[folder] = max(60.0, 10.0 * (time.monotonic() - start))
-    return limits
+        with tempfile.TemporaryDirectory() as work:
+            report = f"{work}/report.json"
+            if not passes(build, folder, 3600, "*", f"--gtest_output=json:{report}"):
+                sys.exit(f"{SUITES[folder]} fails without a mutation")
+            suites = json.loads(pathlib.Path(report).read_text())["testsuites"]
+        times = {f"{suite['name']}.{test['name']}": float(test["time"].rstrip("s"))
+                 for suite in suites for test in suite["testsuite"]}  # fmt: skip
+        self.seconds = max(60.0, 10.0 * sum(times.values()))
+        self.slow = ":".join(name for name, seconds in times.items() if seconds > SLOW_S)
 
 
 def main():
@@ -137,7 +143,7 @@ def main():
     if changed != 0:
         sys.exit("commit the edits of these files first: a mutation would be mixed with them")
 
-    limits = baseline(arguments.build, sorted({each.folder for each in chosen}))
+    limits = {folder: Limit(arguments.build, folder) for folder in sorted({each.folder for each in chosen})}
     counts = {"killed": 0, "survived": 0, "not compiled": 0}
     try:
         for mutation in chosen:
