@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -18,6 +20,13 @@ namespace {
 const Bytes kListedDescriptor = {0x06, 0x00, 0xff, 0x09, 0x01, 0xa1, 0x01, 0x09, 0x02, 0x15, 0x00,
                                  0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02, 0xc0};
 
+/// Ubuntu 24.04's libstdc++ opens folders by __openat_2, which umockdev 0.18 leaves as it is.
+bool folders_are_mocked() {
+  std::error_code ignored;
+  return std::filesystem::directory_iterator("/sys/class/hidraw", ignored) !=
+         std::filesystem::directory_iterator();
+}
+
 TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
   if (const std::string obstacle = MockSerialAdapter::obstacle(); !obstacle.empty()) {
     GTEST_SKIP() << obstacle;
@@ -26,6 +35,8 @@ TEST(MockedProbes, TheProgramListsSerialHidAndUsbDevicesWithTheirNumbers) {
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kListedDescriptor);
   const MockUsbDevice usb(machine, "1-2", 8, "SN42");
+  ASSERT_TRUE(std::filesystem::exists("/sys/class/hidraw/hidraw0"));
+  if (!folders_are_mocked()) GTEST_SKIP() << "this umockdev does not show folders to libstdc++";
   const auto run = run_program({"probes", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto devices = nlohmann::json::parse(run.out)["devices"];
@@ -55,6 +66,8 @@ TEST(MockedProbes, ADeviceWithoutPermissionGetsReasonAndRemedy) {
   const MockSerialAdapter adapter(machine, "ttyUSB0", "1-1", "A1B2C3");
   const MockHidDevice hid(machine, "hidraw0", "1-3", "HID77", kListedDescriptor);
   const MockUsbDevice usb(machine, "1-2", 8, "SN42");
+  ASSERT_TRUE(std::filesystem::exists("/sys/class/hidraw/hidraw0"));
+  if (!folders_are_mocked()) GTEST_SKIP() << "this umockdev does not show folders to libstdc++";
   machine.set_rights("/dev/ttyUSB0", 0);
   machine.set_rights(hid.node(), 0);
   machine.set_rights(usb.node(), 0);
