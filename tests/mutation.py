@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks the tests: changes one line of the source at a time and runs the test suite of its folder.
+"""Checks the tests: changes one line of the source at a time and runs the test suites of its folder.
 
-usage: tests/mutation.py [--build build/release] [--only TEXT] [--sample N] [--part K/N] [--list]
+usage: tests/mutation.py [--build build/release] [--only TEXT] [--sample N] [--part K/N] [--quick] [--list]
 
 The changes stand in tests/mutations.txt: a file after "@", then one change a line, "before => after", where "before"
 occurs once in the file. A change is killed if the suite fails, stops or exceeds its time; one that does not compile is
@@ -22,7 +22,11 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SUITES = {"core": "merkel_core_tests", "drivers": "merkel_drivers_tests", "realtime": "merkel_realtime_tests"}
+SUITES = {
+    "core": ["merkel_core_tests"],
+    "drivers": ["merkel_drivers_tests", "merkel_files_tests", "merkel_lsl_tests", "merkel_devices_tests"],
+    "realtime": ["merkel_realtime_tests", "merkel_realtime_safety_tests"],
+}
 LEAST_KILLED = 0.9
 SLOW_S = 0.3
 
@@ -68,11 +72,11 @@ def run(command, seconds):
 
 
 def builds(build, folder):
-    return run(["cmake", "--build", build, "--target", SUITES[folder]], 3600) == 0
+    return run(["cmake", "--build", build, "--target", *SUITES[folder]], 3600) == 0
 
 
-def passes(build, folder, seconds, tests="*", *options):
-    program = f"{build}/tests/{folder}/{SUITES[folder]}"
+def passes(build, folder, suite, seconds, tests="*", *options):
+    program = f"{build}/tests/{folder}/{suite}"
     return run([program, f"--gtest_filter={tests}", "--gtest_fail_fast", "--gtest_brief=1", *options], seconds) == 0
 
 
@@ -85,7 +89,7 @@ def own_tests(mutation):
     return ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
 
 
-def outcome(mutation, build, limit):
+def outcome(mutation, build, limits, quick):
     source = ROOT / mutation.path
     text = source.read_text()
     try:
@@ -93,8 +97,10 @@ def outcome(mutation, build, limit):
         if not builds(build, mutation.folder):
             return "not compiled"
         own = own_tests(mutation)
-        stages = [own] * bool(own) + [f"*-{limit.slow}", limit.slow]
-        passed = all(passes(build, mutation.folder, limit.seconds, tests) for tests in stages)
+        stages = [(suite, own) for suite in limits if own]
+        stages += [(suite, f"*-{limit.slow}") for suite, limit in limits.items()]
+        stages += [(suite, limit.slow) for suite, limit in limits.items() if limit.slow and not quick]
+        passed = all(passes(build, mutation.folder, suite, limits[suite].seconds, tests) for suite, tests in stages)
         return "survived" if passed else "killed"
     finally:
         source.write_text(text)
@@ -103,18 +109,22 @@ def outcome(mutation, build, limit):
 class Limit:
     """What a suite may take, ten times what it takes now and at least a minute, and which of its tests are slow."""
 
-    def __init__(self, build, folder):
-        if not builds(build, folder):
-            sys.exit(f"{SUITES[folder]} does not build")
+    def __init__(self, build, folder, suite):
         with tempfile.TemporaryDirectory() as work:
             report = f"{work}/report.json"
-            if not passes(build, folder, 3600, "*", f"--gtest_output=json:{report}"):
-                sys.exit(f"{SUITES[folder]} fails without a mutation")
+            if not passes(build, folder, suite, 3600, "*", f"--gtest_output=json:{report}"):
+                sys.exit(f"{suite} fails without a mutation")
             suites = json.loads(pathlib.Path(report).read_text())["testsuites"]
         times = {f"{suite['name']}.{test['name']}": float(test["time"].rstrip("s"))
                  for suite in suites for test in suite["testsuite"]}  # fmt: skip
         self.seconds = max(60.0, 10.0 * sum(times.values()))
         self.slow = ":".join(name for name, seconds in times.items() if seconds > SLOW_S)
+
+
+def limits_of(build, folder):
+    if not builds(build, folder):
+        sys.exit(f"the suites of {folder} do not build")
+    return {suite: Limit(build, folder, suite) for suite in SUITES[folder]}
 
 
 def main():
@@ -124,6 +134,7 @@ def main():
     parser.add_argument("--sample", type=int, help="only this many, chosen at random")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--part", default="1/1", metavar="K/N", help="only every Nth mutation, from the Kth on")
+    parser.add_argument("--quick", action="store_true", help="leave out slow tests of other files, which may kill more")
     parser.add_argument("--list", action="store_true", help="check and count the list, and build nothing")
     arguments = parser.parse_args()
 
@@ -143,11 +154,11 @@ def main():
     if changed != 0:
         sys.exit("commit the edits of these files first: a mutation would be mixed with them")
 
-    limits = {folder: Limit(arguments.build, folder) for folder in sorted({each.folder for each in chosen})}
+    limits = {folder: limits_of(arguments.build, folder) for folder in sorted({each.folder for each in chosen})}
     counts = {"killed": 0, "survived": 0, "not compiled": 0}
     try:
         for mutation in chosen:
-            result = outcome(mutation, arguments.build, limits[mutation.folder])
+            result = outcome(mutation, arguments.build, limits[mutation.folder], arguments.quick)
             counts[result] += 1
             reason = f" ({mutation.reason})" if result == "survived" and mutation.reason else ""
             print(f"{result:13}{mutation}{reason}", flush=True)

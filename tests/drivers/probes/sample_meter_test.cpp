@@ -43,6 +43,7 @@ TEST(SampleMeter, DelayIsOnePeriodAndTheJitter) {
     EXPECT_LE(units::ms_from(meter.timing()->delay), period_ms + 0.75);
     EXPECT_GE(units::ms_from(meter.timing()->delay), period_ms + 0.3);
     EXPECT_LE(units::ms_from(meter.timing()->delay_of_newest), 0.75);
+    EXPECT_GE(units::ms_from(meter.timing()->delay_of_newest), 0.3);
     EXPECT_GE(meter.timing()->stale_after, milliseconds{50});
     EXPECT_GE(meter.timing()->stale_after, 3 * meter.timing()->period);
   }

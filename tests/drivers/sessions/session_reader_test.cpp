@@ -5,12 +5,14 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <set>
 #include <string_view>
 
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "drivers/sessions/xdf_file.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/recording_switch.hpp"
 #include "tests/temporary_folder.hpp"
@@ -288,6 +290,37 @@ TEST(SessionReader, TicksOfSeveralProbesComeInTheirOrderToTheBit) {
     const std::ptrdiff_t lost = cut.ticks.back().number >= 40 ? 1 : 0;
     EXPECT_LE(of_first - others, 1 + lost) << bytes;
   }
+}
+
+// A reader that finds damage goes on at the next boundary; offsets show how two clocks run apart.
+TEST(SessionReader, BoundariesAndClockOffsetsComeNowAndThen) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("long.xdf");
+  auto sink = open_sink("xdf:" + path, SinkSetup{.neurons = 20,
+                                                 .overwrite = false,
+                                                 .allow_remote = false,
+                                                 .run = {.scene = "a",
+                                                         .facts = {{"scene_text", "a"}},
+                                                         .model = {},
+                                                         .probes = two_probes()}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  for (int k = 0; k < 120; ++k) {
+    const SpikeEvent spike{.time = nanoseconds{1'000'000 * k}, .neuron = 1};
+    ASSERT_TRUE((*sink)->write({.spikes = {&spike, 1}}));
+    ASSERT_TRUE((*sink)->flush());
+  }
+  ASSERT_TRUE((*sink)->close());
+  auto file = XdfFile::open(path);
+  ASSERT_TRUE(file);
+  std::map<XdfTag, int> chunks;
+  for (XdfChunk chunk;;) {
+    const auto more = file->next(chunk);
+    ASSERT_TRUE(more);
+    if (!*more) break;
+    ++chunks[chunk.tag];
+  }
+  EXPECT_EQ(chunks[XdfTag::kBoundary], 2);
+  EXPECT_EQ(chunks[XdfTag::kClockOffset], 6 * chunks[XdfTag::kStreamHeader]);
 }
 
 TEST(SessionReader, WhoeverHasATickHasEverythingElseOfIt) {
