@@ -311,6 +311,7 @@ TEST(Pipeline, ACallbackReceivesEverySpikeOnItsOwnThread) {
   EXPECT_GT(spikes, 30U);
   EXPECT_EQ(spikes, report->spikes);
   EXPECT_EQ(report->sinks[0].uri, "my encoder");
+  EXPECT_EQ(report->sinks[0].delivered, spikes);
   EXPECT_TRUE(thread != std::this_thread::get_id());
 }
 

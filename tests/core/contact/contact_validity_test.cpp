@@ -26,7 +26,9 @@ TEST(ContactValidity, DependsOnEveryReportedRatio) {
 }
 
 TEST(ContactValidity, ReportsTheForceErrorAgainstAnExactSphere) {
-  EXPECT_NEAR(validity({}, 1.0, 0.3).sphere_force_error, 1.0 / 0.970 - 1.0, 5e-4);
+  const ContactValidity found = validity({}, 1.0, 0.3);
+  EXPECT_NEAR(found.sphere_force_error, 1.0 / 0.970 - 1.0, 5e-4);
+  EXPECT_NE(found.sentence().find("3.1 % above that of an exact sphere"), std::string::npos);
 }
 
 TEST(ContactValidity, ReportsTheEffectOfBone) {

@@ -121,5 +121,22 @@ TEST(ReceptorPlacement, RefusesMoreReceptorsThanItCanHold) {
       "receptors.density_per_mm2");
 }
 
+// Middles of equal shares along, the golden-ratio sequence across.
+TEST(ReceptorPlacement, AnEvenLatticeHasItsClosedForm) {
+  const Patch patch;
+  const auto receptors = place_receptors({.placement = Placement::kLattice,
+                                          .count = 4,
+                                          .density_per_mm2 = 1.0,
+                                          .density_max_per_mm2 = 1.001,
+                                          .density_min_per_mm2 = 0.999},
+                                         patch);
+  ASSERT_TRUE(receptors) << receptors.error().reason;
+  const double across[] = {0.5, 0.118033988749895, 0.736067977499790, 0.354101966249685};
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR((*receptors)[k].x_mm, patch.length_mm * (static_cast<double>(k) + 0.5) / 4.0, 0.05);
+    EXPECT_NEAR((*receptors)[k].y_mm, patch.width_mm * across[k], 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace merkel

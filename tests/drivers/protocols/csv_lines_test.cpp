@@ -55,6 +55,16 @@ TEST(CsvInTheWild, EveryUsualWayToPrintANumberIsRead) {
   }
 }
 
+TEST(CsvInTheWild, BytesAndLinesWithoutEndAreCounted) {
+  Talk talk("csv", "columns=force_N");
+  const std::string text = "x\n1.0\n" + std::string(100'000, '7') + "\n2.0\n";
+  talk.take(text);
+  EXPECT_EQ(talk.stream.counts.bytes, text.size());
+  EXPECT_GE(talk.stream.counts.damaged, 1U);
+  EXPECT_LE(talk.stream.counts.damaged, 100'000U);
+  ASSERT_EQ(talk.stream.readings.size(), 2U);
+}
+
 TEST(CsvInTheWild, DecimalCommasAreFoundByThemselves) {
   for (const auto& [options, line] :
        {std::pair("columns=time_ms,force_N", "12;%s"),

@@ -1,5 +1,7 @@
 #include "drivers/protocols/hid_report_descriptor.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
@@ -69,6 +71,17 @@ TEST(HidReportDescriptor, AForceAndAClockAreFoundByTheirUnits) {
   EXPECT_EQ(stream.readings[0].device_time, microseconds{1'000'000});
   EXPECT_DOUBLE_EQ(stream.readings[1][DeviceChannel::kForce], -1.0);
   EXPECT_EQ(stream.readings[1].device_time, microseconds{0xffffffff});
+}
+
+TEST(HidReportDescriptor, EnglishUnitsAreConverted) {
+  Bytes probe = kProbe;
+  const std::uint8_t dynes[] = {0x66, 0x11, 0xe1};
+  *(std::search(probe.begin(), probe.end(), dynes, dynes + 3) + 1) = 0x13;  // slug·inch/s²
+  const auto map = map_report_descriptor(probe);
+  ASSERT_TRUE(map.has_value()) << map.error();
+  const auto stream = read(*map, {{7, 0, 1, 0, 0x40, 0x42, 0x0f, 0x00}});
+  ASSERT_EQ(stream.readings.size(), 1U);
+  EXPECT_NEAR(stream.readings[0][DeviceChannel::kForce], 37.0685, 1e-4);  // of 100
 }
 
 TEST(HidReportDescriptor, AxesAreInTheReportThatMeasures) {

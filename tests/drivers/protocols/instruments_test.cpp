@@ -171,6 +171,10 @@ TEST(Grbl, ReportsBecomeWorkCoordinatesOnceTheOffsetIsKnown) {
   EXPECT_EQ(talk.stream.counts.damaged, 0U);
   talk.take("<Run|WPos:7.000,8.000|FS:0,0>\r\n<Run|FS:0,0>\r\nnonsense\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 3U);
+  const std::size_t before = talk.stream.readings.size();
+  talk.take("<Run|WPos:7.000,8.000,9.000,1.000\r\nRun|WPos:7.000,8.000,9.000>\r\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 5U);
+  EXPECT_EQ(talk.stream.readings.size(), before);
 }
 
 TEST(Grbl, InchesAreConvertedAndAResetIsNoticed) {

@@ -77,6 +77,19 @@ TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
   }
 }
 
+TEST(OpenSink, EveryFileHasItsSpikesDeliveredOnceItIsClosed) {
+  const TemporaryFolder folder;
+  for (const std::string scheme : {"csv", "gdf", "xdf", "phy", "trace"}) {
+    auto sink = open_sink(scheme + ":" + folder.path(scheme), setup());
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    const SpikeEvent spikes[] = {{.time = std::chrono::milliseconds{1}, .neuron = 1},
+                                 {.time = std::chrono::milliseconds{2}, .neuron = 20}};
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE((*sink)->write({.spikes = spikes})) << scheme;
+    EXPECT_TRUE((*sink)->close()) << scheme;
+    EXPECT_EQ((*sink)->delivered(), 6U) << scheme;
+  }
+}
+
 TEST(OpenSink, ARefusedRunLeavesNoFiles) {
   const TemporaryFolder folder;
   for (const char* scheme : {"csv:", "gdf:", "sonata:", "nwb:", "xdf:", "phy:"}) {

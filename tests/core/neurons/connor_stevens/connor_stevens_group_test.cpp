@@ -123,6 +123,7 @@ TEST(ConnorStevensGroup, RestsUnderItsHoldingCurrent) {
   EXPECT_NEAR(neuron.potential_mV(0), V, 1e-3);
   EXPECT_TRUE(spikes.events().empty());
   EXPECT_GT(V, -68.0);
+  EXPECT_EQ(neuron.resting_blocks(), 1U);
 }
 
 }  // namespace
