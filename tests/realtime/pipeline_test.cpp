@@ -403,6 +403,7 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   EXPECT_GT(last.counters.samples, 0U);
   EXPECT_GT(last.counters.ticks, 0U);
   EXPECT_LE(last.counters.ticks, report->ticks);
+  EXPECT_EQ(last.counters.demotions, 0U);
   const RunReport::OfProbe& probe = report->probes[0];
   EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
   ASSERT_TRUE(report->host_time);

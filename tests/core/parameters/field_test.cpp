@@ -96,6 +96,26 @@ TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
   EXPECT_GT(tried, 80);
 }
 
+TEST(Field, AnotherKindOfNeuronComesWithItsDefaultsTheSameKeepsItsOwn) {
+  TactileModel::Parameters model;
+  const auto choice = [&] { return std::get<Choice>(neuron_kind_fields(model).front().value); };
+  choice().set(choice().value, static_cast<std::size_t>(NeuronKind::kConnorStevens));
+  EXPECT_EQ(model.kind(), NeuronKind::kConnorStevens);
+  TactileModel::Parameters defaults;
+  set_kind(defaults, NeuronKind::kConnorStevens);
+  const auto number = [](TactileModel::Parameters& of) {
+    for (const BoundField& field : neuron_fields(of)) {
+      if (auto* const* const value = std::get_if<double*>(&field.value)) return *value;
+    }
+    return static_cast<double*>(nullptr);
+  };
+  ASSERT_NE(number(model), nullptr);
+  EXPECT_EQ(*number(model), *number(defaults));
+  *number(model) *= 1.5;
+  choice().set(choice().value, static_cast<std::size_t>(NeuronKind::kConnorStevens));
+  EXPECT_EQ(*number(model), 1.5 * *number(defaults));
+}
+
 TEST(Field, ReachesItsMember) {
   TactileModel::Parameters model;
   for (const BoundField& field : bind_fields(model.skin)) {

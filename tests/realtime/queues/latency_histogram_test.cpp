@@ -59,6 +59,17 @@ TEST(LatencyHistogram, QuantilesMatchTheSortedDurations) {
   }
 }
 
+TEST(LatencyHistogram, ASummaryHasItsQuantiles) {
+  LatencyHistogram histogram;
+  for (int k = 1; k <= 2000; ++k) histogram.record(nanoseconds{1000 * k});
+  const auto summary = LatencySummary::of(histogram.snapshot());
+  EXPECT_EQ(summary.count, 2000U);
+  EXPECT_NEAR(static_cast<double>(summary.p50.count()), 1000e3, 35e3);
+  EXPECT_NEAR(static_cast<double>(summary.p99.count()), 1980e3, 10e3 + 0.03 * 1980e3);
+  EXPECT_GE(summary.p999, summary.p99);
+  EXPECT_EQ(summary.longest.count(), 2'000'000);
+}
+
 TEST(LatencyHistogram, NothingIsTooShortOrTooLong) {
   Histogram histogram;
   EXPECT_EQ(histogram.snapshot().quantile(0.5), nanoseconds{0});
