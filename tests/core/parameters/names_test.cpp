@@ -14,6 +14,11 @@ TEST(NearestName, FindsTheIntendedKey) {
   EXPECT_EQ(nearest_name("raduis_mm", keys), "radius_mm");
   EXPECT_EQ(nearest_name("delay", keys), "delay_ms");
   EXPECT_EQ(nearest_name("completely_different", keys), "");
+  // One letter too many, or too few, is nearer than two others.
+  const std::array<std::string, 2> tips = {"abcdef", "xycdefg"};
+  EXPECT_EQ(nearest_name("abxcdef", tips), "abcdef");
+  EXPECT_EQ(nearest_name("bcdef", tips), "abcdef");
+  EXPECT_EQ(nearest_name("ycdefg", tips), "xycdefg");
 }
 
 TEST(IntegrationMethod, NamesReadBack) {

@@ -82,6 +82,8 @@ TEST_F(ArrivalCheckTest, ADelayOf25MsIsThatOfATransport) {
   good_frames(300);
   arrival_ += milliseconds{25};
   EXPECT_EQ(frames_until_anchored(milliseconds{25}, Arrival::kGood), 0);
+  arrival_ += milliseconds{1};
+  EXPECT_EQ(frames_until_anchored(milliseconds{26}, Arrival::kGood), 61);
 }
 
 TEST_F(ArrivalCheckTest, ABacklogThatShrinksIsGood) {

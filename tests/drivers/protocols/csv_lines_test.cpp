@@ -55,6 +55,16 @@ TEST(CsvInTheWild, EveryUsualWayToPrintANumberIsRead) {
   }
 }
 
+TEST(CsvInTheWild, AFieldHasLabelNumberAndUnit) {
+  const CsvField field = parse_csv_field(" Fz: -12,5e-1 mN ", true);
+  EXPECT_EQ(field.label, "Fz");
+  ASSERT_TRUE(field.number);
+  EXPECT_DOUBLE_EQ(*field.number, -1.25);
+  EXPECT_EQ(field.unit, "mN");
+  EXPECT_TRUE(field.decimals);
+  EXPECT_FALSE(parse_csv_field("x1-", false).number.has_value());
+}
+
 TEST(CsvInTheWild, BytesAndLinesWithoutEndAreCounted) {
   Talk talk("csv", "columns=force_N");
   const std::string text = "x\n1.0\n" + std::string(100'000, '7') + "\n2.0\n";
