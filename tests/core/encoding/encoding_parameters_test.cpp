@@ -66,6 +66,8 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].window = {}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].full_rate_Hz = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].name = "a,b"; }), "");
+  EXPECT_TRUE(is_electrode_name("Thumb_2-a.b"));
+  EXPECT_FALSE(is_electrode_name(""));
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_slope_uA_per_s = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");

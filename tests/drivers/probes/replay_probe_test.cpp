@@ -40,6 +40,24 @@ TEST(ReplayProbe, KnowsThePeriodInSpiteOfDropouts) {
   EXPECT_TRUE((*probe)->info().replayed);
 }
 
+TEST(ReplayProbe, OnlyARegularRecordingHasOutages) {
+  const TemporaryFolder folder;
+  for (const bool regular : {true, false}) {
+    std::string rows = "time_s,depth_mm\n";
+    int time_ms = 0;
+    for (int k = 0; k < 60; ++k) {
+      rows += std::to_string(0.001 * time_ms) + ",1\n";
+      time_ms += regular || k % 2 == 0 ? 4 : 30;
+    }
+    auto probe = open_probe("replay:" + folder.file(regular ? "r.csv" : "i.csv", rows));
+    ASSERT_TRUE(probe) << probe.error().sentence;
+    std::vector<ProbeSample> samples(10);
+    const auto count = (*probe)->read(samples, kPatience);
+    ASSERT_TRUE(count && *count > 0);
+    EXPECT_EQ(samples[0].valid_for.count() > 0, regular);
+  }
+}
+
 TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
   const TemporaryFolder folder;
   std::string rows = "time_s,depth_mm\n";

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "drivers/probes/open_probe.hpp"
 #include "drivers/sessions/xdf_file.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/recording_switch.hpp"
@@ -290,6 +291,21 @@ TEST(SessionReader, TicksOfSeveralProbesComeInTheirOrderToTheBit) {
     const std::ptrdiff_t lost = cut.ticks.back().number >= 40 ? 1 : 0;
     EXPECT_LE(of_first - others, 1 + lost) << bytes;
   }
+}
+
+TEST(SessionReader, ItsSamplesAreReplayedAsAProbe) {
+  const TemporaryFolder folder;
+  const std::string path = record(folder, true);
+  auto probe = open_probe("replay:" + path + "?probe=1");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  std::vector<ProbeSample> samples(10);
+  const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
+  ASSERT_TRUE(count);
+  ASSERT_EQ(*count, kSamples.size());
+  EXPECT_EQ(samples[0].depth_mm, kSamples[0].depth_mm);
+  const auto other = open_probe("replay:" + path + "?probe=0");
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().sentence.find("no samples of probe 0"), std::string::npos);
 }
 
 // A reader that finds damage goes on at the next boundary; offsets show how two clocks run apart.
