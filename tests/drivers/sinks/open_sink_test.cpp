@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/json_text.hpp"
 #include "tests/free_ports.hpp"
@@ -88,6 +89,16 @@ TEST(OpenSink, EveryFileHasItsSpikesDeliveredOnceItIsClosed) {
     EXPECT_TRUE((*sink)->close()) << scheme;
     EXPECT_EQ((*sink)->delivered(), 6U) << scheme;
   }
+}
+
+TEST(AfferentTable, HasARowForEachNeuronOfTheModel) {
+  SinkSetup of_model = setup();
+  const auto rows = afferents_of(of_model);
+  ASSERT_EQ(rows.size(), 20U);
+  EXPECT_EQ(rows[19].number, 20U);
+  EXPECT_TRUE(afferent_csv(rows).starts_with("neuron,patch,"));
+  of_model.neurons = 0;  // without a simulation
+  EXPECT_TRUE(afferents_of(of_model).empty());
 }
 
 TEST(OpenSink, ARefusedRunLeavesNoFiles) {
