@@ -29,6 +29,23 @@ TEST(TextSink, WritesTimeToTheNanosecondAndNeuron) {
   EXPECT_EQ(read_file(folder.path("s.csv")), "time_s,neuron\n1.234567891,8\n2.000000000,13\n");
 }
 
+TEST(TextSink, CountsFromTheRunsStartTheEpochOrAsTheProbe) {
+  const TemporaryFolder folder;
+  for (const auto& [zero, text] :
+       {std::pair("run", "0.500000000"), std::pair("unix", "1700000000.500000000"),
+        std::pair("device", "100.500000000")}) {
+    const std::string path = folder.path(std::string(zero) + ".csv");
+    auto sink = open_sink("csv:" + path + "?time=" + zero, kTextNeurons, false);
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    EXPECT_TRUE((*sink)->begin(
+        {.start = std::chrono::seconds{100}, .utc = std::chrono::seconds{1'700'000'000}}));
+    const SpikeEvent spike{.time = std::chrono::milliseconds{100'500}, .neuron = 8};
+    EXPECT_TRUE((*sink)->write({.spikes = {&spike, 1}}));
+    EXPECT_TRUE((*sink)->close());
+    EXPECT_EQ(read_file(path), "time_s,neuron\n" + std::string(text) + ",8\n");
+  }
+}
+
 TEST(TextSink, WritesNestsGdf) {
   const TemporaryFolder folder;
   auto sink = open_sink("gdf:" + folder.path("s.gdf"), kTextNeurons, false);
