@@ -19,6 +19,7 @@ TEST(NearestName, FindsTheIntendedKey) {
   EXPECT_EQ(nearest_name("abxcdef", tips), "abcdef");
   EXPECT_EQ(nearest_name("bcdef", tips), "abcdef");
   EXPECT_EQ(nearest_name("ycdefg", tips), "xycdefg");
+  EXPECT_EQ(nearest_name("radus_mm", keys), "radius_mm");
 }
 
 TEST(IntegrationMethod, NamesReadBack) {

@@ -1,6 +1,7 @@
 #include "core/receptors/receptor_arrays.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -99,6 +100,31 @@ TEST(ReceptorArrays, EnergyUnderOneTipIsThatOfItsStress) {
        {std::pair{0.5, 14.3}, {0.51, 14.3}, {0.51, 15.0}, {0.02, 15.0}, {0.51, 14.3}}) {
     energies(depth_mm, x_mm);
   }
+}
+
+TEST(ReceptorArrays, EnergyUnderTwoTipsIsThatOfTheSumOfTheirStresses) {
+  const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = 14.0};
+  const TipField field(pin(1.0), skin);
+  const std::vector<Receptor> receptors = scattered();
+  ReceptorArrays<double> arrays(receptors, skin, {});
+  const auto at_x = [&](double x_mm) {
+    return PlacedContact{
+        .contact = {.depth_mm = 0.5}, .field = &field, .x_mm = x_mm, .y_mm = kY_mm};
+  };
+  const std::array<PlacedContact, 2> both = {at_x(kX_mm), at_x(kX_mm + 1.2)};
+  arrays.press(both, 0, receptors.size());
+  double largest = 0.0;
+  double error = 0.0;
+  for (std::size_t i = 0; i < receptors.size(); ++i) {
+    const double dx = receptors[i].x_mm - kX_mm;
+    const double dy = receptors[i].y_mm - kY_mm;
+    CartesianStress sum = field.at(dx, dy, 0.5).stress;
+    sum += field.at(dx - 1.2, dy, 0.5).stress;
+    const double exact = energy_density_kPa(sum, SkinMaterial(skin), skin.energy_density);
+    largest = std::max(largest, exact);
+    error = std::max(error, std::fabs(arrays.energy_density_kPa(i) - exact));
+  }
+  EXPECT_LT(error, 1e-9 * largest);
 }
 
 }  // namespace

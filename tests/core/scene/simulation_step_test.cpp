@@ -24,6 +24,8 @@ std::uint32_t flags_with(State first, State second) {
         TickRecord{.time = std::chrono::milliseconds{k}, .contact = press, .state = first},
         TickRecord{.time = std::chrono::milliseconds{k}, .contact = press, .state = second}};
     for (const SpikeEvent& spike : step.step(records).spikes) {
+      EXPECT_GT(spike.time, std::chrono::milliseconds{k - 1});
+      EXPECT_LE(spike.time, std::chrono::milliseconds{k});
       flags |= spike.flags;
       ++spikes;
     }
