@@ -306,6 +306,34 @@ TEST(SessionReader, ItsSamplesAreReplayedAsAProbe) {
   const auto other = open_probe("replay:" + path + "?probe=0");
   ASSERT_FALSE(other);
   EXPECT_NE(other.error().sentence.find("no samples of probe 0"), std::string::npos);
+
+  const std::string both = folder.path("both.xdf");
+  auto sink = open_sink("xdf:" + both, SinkSetup{.neurons = 20,
+                                                 .overwrite = false,
+                                                 .allow_remote = false,
+                                                 .run = {.scene = "a",
+                                                         .facts = {{"scene_text", "a"}},
+                                                         .model = {},
+                                                         .probes = two_probes()}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  std::vector<DeliveredSample> mixed;
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    ProbeSample sample = kSamples[0];
+    sample.time += std::chrono::milliseconds{k};
+    sample.depth_mm = k;
+    mixed.push_back({.probe = k % 2, .sample = sample});
+  }
+  ASSERT_TRUE((*sink)->write({.samples = mixed}));
+  ASSERT_TRUE((*sink)->close());
+  for (const std::uint32_t number : {0U, 1U}) {
+    auto one = open_probe("replay:" + both + "?probe=" + std::to_string(number));
+    ASSERT_TRUE(one) << one.error().sentence;
+    const auto read = (*one)->read(samples, std::chrono::milliseconds{100});
+    ASSERT_TRUE(read);
+    ASSERT_EQ(*read, 4U);
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_EQ(samples[k].depth_mm, static_cast<double>(2 * k + number));
+  }
 }
 
 // A reader that finds damage goes on at the next boundary; offsets show how two clocks run apart.
