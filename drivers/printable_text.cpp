@@ -1,7 +1,9 @@
 #include "drivers/printable_text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstdio>
 
 namespace merkel {
 namespace {
@@ -72,6 +74,34 @@ std::string printable_column(std::string_view name) {
   std::string text = printable_text(name);
   std::replace(text.begin(), text.end(), ',', '_');
   return text;
+}
+
+bool is_text(std::string_view bytes) noexcept {
+  const auto readable = std::count_if(bytes.begin(), bytes.end(), [](char byte) {
+    return (byte >= 0x20 && byte < 0x7F) || byte == '\n' || byte == '\r' || byte == '\t';
+  });
+  return 20 * static_cast<std::size_t>(readable) >= 19 * bytes.size();
+}
+
+std::string quoted_answer(std::string_view bytes) {
+  constexpr std::string_view kLineEnds = "\r\n";
+  constexpr std::size_t kQuotedCharacters = 60;
+  constexpr std::size_t kQuotedBytes = 32;
+  const std::string_view line =
+      bytes.substr(std::min(bytes.find_first_not_of(kLineEnds), bytes.size()));
+  if (!line.empty() && is_text(bytes)) {
+    return "\"" + printable_text(line.substr(0, line.find_first_of(kLineEnds)), kQuotedCharacters) +
+           "\"";
+  }
+  std::string text;
+  for (const char byte : bytes.substr(0, kQuotedBytes)) {
+    std::array<char, 4> hexadecimal{};
+    std::snprintf(hexadecimal.data(), hexadecimal.size(), " %02X", static_cast<std::uint8_t>(byte));
+    text += hexadecimal.data();
+  }
+  if (text.empty()) return text;
+  return "the " + std::to_string(bytes.size()) + " bytes" + text +
+         (bytes.size() > kQuotedBytes ? " ..." : "");
 }
 
 std::string shortened(std::string_view message) {

@@ -6,12 +6,14 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "core/records/device_counters.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/raw_frame.hpp"
+#include "core/records/readings.hpp"
 
 namespace merkel {
 
@@ -44,12 +46,22 @@ struct ProbeInfo {
   bool replayed = false;
   std::string calibration_file = {};  ///< as the user gave it; empty for none
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only
-  std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra, in order
+  std::vector<std::string> extra_columns = {};  ///< names of its further columns, in order
   /// All channels of a device with names of their own, more than extra_columns can be.
   std::vector<std::string> device_channels = {};
   std::optional<RecordedRun> run = {};  ///< of a recording, if known
   std::size_t taxels = 0;               ///< of a tactile array; 0: another probe
 };
+
+/// The columns of a probe, and of a device that feeds some.
+[[nodiscard]] inline ProbeColumns columns_of(const ProbeInfo& probe) {
+  return {.further = probe.extra_columns.size(), .taxels = probe.taxels};
+}
+[[nodiscard]] inline ReadingColumns columns_of(std::span<const ProbeInfo> probes) {
+  std::vector<ProbeColumns> all;
+  for (const ProbeInfo& each : probes) all.push_back(columns_of(each));
+  return ReadingColumns(std::move(all));
+}
 
 /// What a device's driver counts and measures.
 struct DeviceCounts : DeviceCounters {
@@ -63,6 +75,8 @@ struct DeviceCounts : DeviceCounters {
   std::optional<double> uncertainty_us;  ///< of the sample times, if known
   double clock_rate = 1.0;               ///< device seconds per host second
   bool clock_mistrusted = false;         ///< its rate is wrong: arrival times are used
+  /// Its first answer that was not as expected, quoted, and what was expected; empty: none.
+  std::string unexpected;
 };
 
 /// The measured period, jitter and delay of a device's samples.
@@ -74,6 +88,25 @@ struct SampleTiming {
   /// After this delay, the samples before a given time have arrived.
   std::chrono::nanoseconds delay_of_newest{0};
   std::chrono::nanoseconds stale_after{0};  ///< a longer silence is an outage
+
+  /// The longest delay that the loop accepts by default: 50 ms for a device faster than 100 Hz,
+  /// else three of its periods.
+  [[nodiscard]] static constexpr std::chrono::nanoseconds delay_ceiling(
+      std::chrono::nanoseconds period) noexcept {
+    constexpr std::chrono::milliseconds kSlowPeriod{10};
+    constexpr std::chrono::milliseconds kUsual{50};
+    return period < kSlowPeriod ? kUsual : 3 * period;
+  }
+};
+
+/// What a probe reports about itself.
+struct ProbeStatus {
+  std::optional<DeviceCounts> device = {};  ///< the counters so far; empty for a recording
+  bool timed = false;                       ///< `timing` will be known after one second of samples
+  std::optional<SampleTiming> timing = {};  ///< of the samples, once measured
+  bool connected = true;                    ///< all its devices are plugged in
+  /// Of the readings of a device for its first probe; null for others.
+  const ProbeCalibration* calibration = nullptr;
 };
 
 /// Receives the bytes that pass a port of a probe.
@@ -91,7 +124,8 @@ class PortListener {
   virtual void missed(std::uint64_t frames) noexcept = 0;
 };
 
-/// A source of calibrated samples, opened by open_probe(). Used by one thread except where noted.
+/// A source of calibrated readings, opened by open_probe(): a device, which may feed several
+/// probes, or a recording. Used by one thread except where noted.
 class Probe {
  public:
   Probe() = default;
@@ -99,48 +133,37 @@ class Probe {
   Probe& operator=(const Probe&) = delete;
   virtual ~Probe() = default;
 
+  /// The probes that it feeds, at least one; their columns are those of its readings. Thread: any.
+  [[nodiscard]] virtual std::span<const ProbeInfo> outputs() const noexcept = 0;
   /// Of its first output. Thread: any.
-  [[nodiscard]] virtual const ProbeInfo& info() const noexcept = 0;
-
-  /// A device with many channels has an output for each of the probes that it feeds. Thread: any.
-  [[nodiscard]] virtual std::size_t outputs() const noexcept { return 1; }
-  /// \param output  below outputs(). Thread: any.
-  [[nodiscard]] virtual const ProbeInfo& info_of(std::size_t /*output*/) const noexcept {
-    return info();
+  [[nodiscard]] const ProbeInfo& info() const noexcept { return outputs().front(); }
+  /// An empty list for its readings. Thread: any.
+  [[nodiscard]] Readings readings(std::size_t most = 1024) const {
+    return Readings(columns_of(outputs()), most);
   }
 
-  /// Reads up to samples.size() samples, those of each output (ProbeSample::output) in strictly
-  /// increasing order of time; waits at most `patience` for the first one. 0 samples is a timeout,
-  /// not an error. Real-time: no. Thread: probe.
+  /// Replaces `readings`, made by readings(), by the next ones, as many as fit at most; waits at
+  /// most `patience` for the first one. None is a timeout, not an error. \return their number
+  /// Real-time: no. Thread: probe.
   [[nodiscard]] virtual Expected<std::size_t, ProbeError> read(
-      std::span<ProbeSample> samples, std::chrono::milliseconds patience) = 0;
-
-  /// The pressures of a tactile array in a sample of the last read(), kPa: ProbeInfo::taxels
-  /// values; empty for other probes. Thread: probe.
-  [[nodiscard]] virtual std::span<const float> taxels(const ProbeSample& /*sample*/) const {
-    return {};
-  }
+      Readings& readings, std::chrono::milliseconds patience) = 0;
+  /// The same for the samples of its first output.
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+                                                       std::chrono::milliseconds patience);
 
   /// A sentence on the last error; empty at the end of the stream. Thread: probe.
   [[nodiscard]] virtual std::string error_message() const { return {}; }
 
-  /// The counters so far; empty for a recording. Thread: any.
-  [[nodiscard]] virtual std::optional<DeviceCounts> device_counts() const { return std::nullopt; }
-  /// True if timing() will be known after one second of samples. Thread: any.
-  [[nodiscard]] virtual bool is_timed() const noexcept { return false; }
-  /// The timing of the samples, once measured; empty for a recording. Thread: any.
-  [[nodiscard]] virtual std::optional<SampleTiming> timing() const { return std::nullopt; }
-  /// The calibration of a device's readings for its first output; null for other probes. Thread:
-  /// any.
-  [[nodiscard]] virtual const ProbeCalibration* calibration() const noexcept { return nullptr; }
+  /// Thread: any.
+  [[nodiscard]] virtual ProbeStatus status() const { return {}; }
+  [[nodiscard]] std::optional<DeviceCounts> device_counts() const { return status().device; }
+  [[nodiscard]] std::optional<SampleTiming> timing() const { return status().timing; }
   /// Messages since the last call: unplugged, reconnected, overloaded. Thread: any.
   [[nodiscard]] virtual std::vector<std::string> take_notices() { return {}; }
 
   /// Requests a tare of an output: the present force becomes zero, or the present depth if it has
   /// no force. A notice reports the result. False if the probe has no tare. Thread: any.
   [[nodiscard]] virtual bool request_tare(std::size_t /*output*/) noexcept { return false; }
-  /// True if all its devices are plugged in. Thread: any.
-  [[nodiscard]] virtual bool connected() const noexcept { return true; }
 
   /// The number of its ports: one per device; 0 for a recording. Thread: any.
   [[nodiscard]] virtual std::size_t ports() const noexcept { return 0; }

@@ -18,11 +18,6 @@ struct Uri {
   std::string scheme;
   std::string path;
   std::map<std::string, std::string, std::less<>> options;
-  /// Of a probe: what followed '#', one for each probe of the device (probes/probe_channels.hpp).
-  /// Set by open_probe(), not by parse().
-  std::vector<std::string> parts = {};
-  /// The calibration file of each of these probes, or of the only one; empty: none.
-  std::vector<std::string> calibrations = {};
 
   /// Fails without a scheme, or if an option lacks '=' or its name, or is given twice.
   [[nodiscard]] static Expected<Uri, SetupError> parse(std::string_view text);

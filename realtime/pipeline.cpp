@@ -33,6 +33,8 @@ constexpr std::int64_t kLiveCatchUp = 20;
 constexpr std::size_t kEventQueue = 1024;
 constexpr milliseconds kMostBehind{4000};  ///< the first tick begins at most this long before now
 constexpr nanoseconds kProgressEvery{250'000'000};
+constexpr double kLeastGain = 0.05;               ///< seconds caught up in a second
+constexpr nanoseconds kLongCatchUp{500'000'000};  ///< a longer one is reported
 
 /// The simulated time, skipped ticks included.
 nanoseconds simulated_in(const RunCounters& counters, nanoseconds tick) {
@@ -71,6 +73,7 @@ struct Pipeline::Parts {
   void set_origin(nanoseconds start);
   void drain_events(RunReport& report);
   void report_ceiling();
+  void report_catch_up(nanoseconds elapsed);
   void finish(RunReport& report);
   [[nodiscard]] RunCounters counters() const;
   [[nodiscard]] RunStatus status() const;
@@ -85,8 +88,9 @@ struct Pipeline::Parts {
   RunStatus::Rights rights;
   std::atomic<bool> rights_known{false};  ///< set after `rights`
   std::atomic<std::int64_t> delay_ns{0};
-  std::atomic<std::int64_t> wanted_delay_ns{0};  ///< beyond the ceiling of a probe; else 0
-  bool ceiling_reported = false;
+  DelayControl::Shortage shortage;
+  nanoseconds ceiling_reached{0};  ///< of a delay that does not suffice, once reported
+  bool catch_up_reported = false;
   RecentLatency recent;
   RunWatch watch{fanout.beat(), delay_ns};
   std::optional<StallWatch> stalls;  ///< if a delay is measured
@@ -166,7 +170,7 @@ Expected<void, SetupError> Pipeline::Parts::start_probes() {
     return bad_input("a device cannot be read faster than real time: remove --fast");
   }
   sinks.listen();
-  probes.start([this](std::size_t capacity) { return sinks.add_sample_feeds(capacity); },
+  probes.start([this](auto... of) { return sinks.add_sample_feeds(of...); },
                parameters.fast ? std::nullopt : std::optional(parameters.realtime));
   return probes.wait_for_first_samples(stop);
 }
@@ -247,7 +251,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   probes.set_ticks(report.start, model.parameters().tick);
   set_origin(report.start);
   watch.set_wall_offset(all_replayed ? now - report.start : nanoseconds{0});
-  DelayControl delay_control(delay_ns, wanted_delay_ns);
+  DelayControl delay_control(delay_ns, shortage);
   FixedStepLoop<C> loop({.start = report.start,
                          .wall_offset = all_replayed ? now - report.start : nanoseconds{0},
                          .delay = delay,
@@ -312,6 +316,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
     recent.look(statistics, PeriodicClock::now());
     static_cast<void>(ended.try_acquire_for(milliseconds{parameters.fast ? 1 : 20}));
     const nanoseconds now = PeriodicClock::now();
+    report_catch_up(now - loop_start);
     if (host.rights.fifo && !done.load(std::memory_order_acquire) &&
         share.too_large(now, processor_time(simulation))) {
       demote_raised_threads();
@@ -342,16 +347,45 @@ void Pipeline::Parts::drain_events(RunReport& report) {
 }
 
 void Pipeline::Parts::report_ceiling() {
-  const nanoseconds wanted{wanted_delay_ns.load(std::memory_order_relaxed)};
-  if (wanted.count() == 0 || ceiling_reported || !parameters.on_notice) return;
-  ceiling_reported = true;
+  const nanoseconds needed{shortage.needed_ns.load(std::memory_order_relaxed)};
+  if (needed.count() == 0 || ceiling_reached.count() != 0) return;
+  ceiling_reached = nanoseconds{shortage.ceiling_ns.load(std::memory_order_relaxed)};
+  if (!parameters.on_notice) return;
   std::array<char, 256> text{};
   std::snprintf(
       text.data(), text.size(),
-      "samples arrive up to %.3g ms late, and the delay of the loop stays at %.3g ms "
-      "(probe.max_delay_ms): ticks without their sample hold the last one and are counted",
-      units::ms_from(wanted), units::ms_from(nanoseconds{delay_ns.load()}));
+      "samples arrive up to %.3g ms late, and the delay of the loop follows them up to %.3g ms "
+      "only ([probe] max_delay_ms): ticks without their sample hold the last one and are counted",
+      units::ms_from(needed), units::ms_from(ceiling_reached));
   parameters.on_notice(text.data());
+}
+
+/// The first samples of devices wait until their timing is measured.
+/// \param elapsed  since the first tick
+void Pipeline::Parts::report_catch_up(nanoseconds elapsed) {
+  const nanoseconds behind{statistics.behind_at_start_ns.load(std::memory_order_relaxed)};
+  if (catch_up_reported || elapsed < kLongCatchUp || behind.count() == 0) return;
+  catch_up_reported = true;
+  if (!parameters.on_notice) return;
+  const nanoseconds simulated = simulated_in(counters(), model.parameters().tick);
+  const double gain = units::s_from(simulated) / units::s_from(elapsed) - 1.0;
+  const double tick_ms = units::ms_from(statistics.tick.snapshot().quantile(0.5));
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "the simulation is %.2g s behind its devices, which were measured before its "
+                "first tick; ",
+                units::s_from(behind));
+  std::string sentence = text.data();
+  if (gain > kLeastGain) {
+    std::snprintf(text.data(), text.size(), "it catches up within about %.2g s",
+                  units::s_from(behind) / gain);
+  } else {
+    std::snprintf(text.data(), text.size(),
+                  "it does not catch up, because a tick takes %.3g ms and lasts %.3g ms: simplify "
+                  "the scene (merkel plan)",
+                  tick_ms, units::ms_from(model.parameters().tick));
+  }
+  parameters.on_notice(sentence + text.data());
 }
 
 void Pipeline::Parts::finish(RunReport& report) {
@@ -359,6 +393,8 @@ void Pipeline::Parts::finish(RunReport& report) {
   probes.finish(report);
   static_cast<RunCounters&>(report) = counters();
   report.delay = nanoseconds{delay_ns.load()};
+  report.delay_measured = !parameters.delay;
+  report.delay_ceiling = ceiling_reached;
   const auto delays = statistics.delay.snapshot();
   report.smallest_delay = delays.quantile(0.0);
   report.median_delay = delays.quantile(0.5);

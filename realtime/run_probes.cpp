@@ -19,8 +19,9 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t kSampleQueue = 4096;
 constexpr std::size_t kLargestSampleQueue = 1'000'000;
-constexpr milliseconds kReadAhead{4000};  ///< how far a recording's reader runs ahead
-constexpr milliseconds kSilence{2000};    ///< a device that sends nothing for this long is refused
+constexpr std::size_t kLargestArrayQueue = 8192;  ///< of readings with pressures
+constexpr milliseconds kReadAhead{4000};          ///< how far a recording's reader runs ahead
+constexpr milliseconds kSilence{2000};  ///< a device that sends nothing for this long is refused
 constexpr nanoseconds kUnknownPeriod{1'000'000};
 constexpr milliseconds kMeasuring{3000};  ///< at most; one second is enough for most devices
 constexpr int kPlaceInTick = 4;           ///< a tick ends this part of a period after a sample
@@ -28,7 +29,7 @@ constexpr int kPlaceInTick = 4;           ///< a tick ends this part of a period
 std::size_t queue_capacity(const ProbeInfo& info) {
   const auto period = std::max(info.period.value_or(kUnknownPeriod), nanoseconds{1});
   return std::clamp(static_cast<std::size_t>(kReadAhead / period), kSampleQueue,
-                    kLargestSampleQueue);
+                    info.taxels > 0 ? kLargestArrayQueue : kLargestSampleQueue);
 }
 
 /// What a device without a sample has sent instead, and what to do.
@@ -37,29 +38,38 @@ std::string no_sample(const std::optional<DeviceCounts>& device) {
   if (!device || device->bytes == 0) {
     return " has sent nothing for " + duration + ": check that it is switched on and streaming";
   }
+  const std::string sent =
+      device->unexpected.empty() ? "" : ": its device sent " + device->unexpected;
+  if (device->readings > 0) {
+    return " has had no value, or an impossible one, for " + duration + sent +
+           "; check its sensor and its column";
+  }
   if (device->refused > device->damaged) {
     return " has sent " + std::to_string(device->refused) +
-           " readings, each beyond 10 kN or 1 m: check its units (is the unit mN or µm?)";
+           " readings, each without a value or beyond 10 kN or 1 m" + sent +
+           "; check its sensor and its units (is the unit mN or µm?)";
   }
   return " has sent " + std::to_string(device->bytes) + " bytes but no valid sample in " +
-         duration + " (" + std::to_string(device->damaged) +
-         " frames damaged): check its protocol and the baud rate";
+         duration + " (" + std::to_string(device->damaged) + " frames damaged)" + sent +
+         "; check its protocol and options";
 }
 
 }  // namespace
 
 RunProbes::Route::Route(Device& the_device, std::size_t the_output,
-                        const ProbeInput::Parameters& the_parameters)
+                        const ProbeInput::Parameters& the_parameters,
+                        const std::shared_ptr<ReadingRing>& ring)
     : device(&the_device),
       output(the_output),
       parameters(the_parameters),
-      channel(queue_capacity(the_device.probe->info_of(the_output)),
-              the_device.probe->info_of(the_output).taxels) {}
+      channel(ring, the_output) {}
 
-const ProbeInfo& RunProbes::Route::info() const noexcept { return device->probe->info_of(output); }
+const ProbeInfo& RunProbes::Route::info() const noexcept {
+  return device->probe->outputs()[output];
+}
 
 std::size_t RunProbes::queue_bytes(const ProbeInfo& probe) {
-  return queue_capacity(probe) * sizeof(ProbeSample);
+  return queue_capacity(probe) * (sizeof(ReadingHead) + columns_of(probe).width() * sizeof(double));
 }
 
 nanoseconds RunProbes::newest() const noexcept {
@@ -73,10 +83,15 @@ nanoseconds RunProbes::newest() const noexcept {
 void RunProbes::add(std::unique_ptr<Probe> device, const std::vector<RunInput>& inputs) {
   Device& added = *devices_.emplace_back(std::make_unique<Device>());
   added.probe = std::move(device);
+  std::size_t capacity = kLargestSampleQueue;
+  for (const ProbeInfo& info : added.probe->outputs()) {
+    capacity = std::min(capacity, queue_capacity(info));
+  }
+  const auto ring = std::make_shared<ReadingRing>(columns_of(added.probe->outputs()), capacity);
   for (std::size_t output = 0; output < inputs.size(); ++output) {
     const RunInput& input = inputs[output];
     if (routes_.size() <= input.probe) routes_.resize(input.probe + 1);
-    routes_[input.probe] = std::make_unique<Route>(added, output, input.parameters);
+    routes_[input.probe] = std::make_unique<Route>(added, output, input.parameters, ring);
     added.routes.push_back(routes_[input.probe].get());
   }
 }
@@ -96,8 +111,9 @@ void RunProbes::start(const MakeFeeds& make_feeds,
   const bool mixed = !all_replayed();
   std::vector<std::vector<Feed<DeliveredSample>*>> feeds;
   for (std::size_t i = 0; i < routes_.size(); ++i) {
-    // A recording's reader fills both the loop's queue and this one before anything is drained.
-    feeds.push_back(make_feeds(queue_capacity(routes_[i]->info()) + kSampleQueue));
+    // A recording's reader fills both the loop's ring and this one before anything is drained.
+    feeds.push_back(make_feeds(queue_capacity(routes_[i]->info()) + kSampleQueue,
+                               static_cast<std::uint32_t>(i), routes_[i]->channel.columns()));
     inputs_.emplace_back(routes_[i]->channel, routes_[i]->parameters);
   }
   for (const auto& device : devices_) {
@@ -108,9 +124,7 @@ void RunProbes::start(const MakeFeeds& make_feeds,
     for (std::size_t i = 0; i < routes_.size(); ++i) {
       Route& route = *routes_[i];
       if (route.device != device.get()) continue;
-      receivers[route.output] = {.probe = static_cast<std::uint32_t>(i),
-                                 .channel = &route.channel,
-                                 .feeds = std::move(feeds[i])};
+      receivers[route.output] = {.channel = &route.channel, .feeds = std::move(feeds[i])};
     }
     device->reader = std::make_unique<ProbeReader>(
         *device->probe, std::move(receivers),
@@ -156,7 +170,7 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
 void RunProbes::wait_for_timing(const std::atomic<bool>& stop) const {
   const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
   for (const auto& device : devices_) {
-    if (!device->probe->is_timed()) continue;
+    if (!device->probe->status().timed) continue;
     const ProbeChannel& channel = device->routes.front()->channel;
     while (!device->probe->timing() && !channel.ended.load(std::memory_order_acquire) &&
            channel.delivered.value() < kSampleQueue / 2 && !stop.load(std::memory_order_relaxed) &&
@@ -194,7 +208,7 @@ nanoseconds RunProbes::measured_delay() const {
     if (timing) {
       const nanoseconds needed =
           route->parameters.interpolate ? timing->delay : timing->delay_of_newest;
-      const nanoseconds ceiling = DelayEstimate::ceiling(timing->period);
+      const nanoseconds ceiling = SampleTiming::delay_ceiling(timing->period);
       delay = std::max(delay, std::min(needed, route->parameters.max_delay.value_or(ceiling)));
     } else {
       delay = std::max(delay, 2 * info.period.value_or(kUnknownPeriod));

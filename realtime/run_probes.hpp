@@ -22,14 +22,15 @@
 
 namespace merkel {
 
-/// The probes of a run, each with its queue to the loop, and the devices that feed them, each with
-/// its thread. Thread: that of Pipeline::run(), unless stated otherwise.
+/// The probes of a run, and the devices that feed them, each with its thread and its ring of
+/// readings to the loop. Thread: that of Pipeline::run(), unless stated otherwise.
 class RunProbes {
  public:
-  /// Makes the feeds of the next probe, each with room for `capacity` samples.
-  using MakeFeeds = std::function<std::vector<Feed<DeliveredSample>*>(std::size_t capacity)>;
+  /// Makes the feeds of a probe, by its number, each with room for `capacity` samples.
+  using MakeFeeds = std::function<std::vector<Feed<DeliveredSample>*>(
+      std::size_t capacity, std::uint32_t probe, const ProbeColumns& columns)>;
 
-  /// The memory of the queue of a probe, in bytes.
+  /// The memory of a probe's part of the ring of its device, in bytes.
   [[nodiscard]] static std::size_t queue_bytes(const ProbeInfo& probe);
 
   /// Adds a device. \param inputs  one for each of its outputs
@@ -103,7 +104,8 @@ class RunProbes {
   struct Device;
   /// The way of the samples from one output of a device to the loop.
   struct Route {
-    Route(Device& the_device, std::size_t the_output, const ProbeInput::Parameters& the_parameters);
+    Route(Device& the_device, std::size_t the_output, const ProbeInput::Parameters& the_parameters,
+          const std::shared_ptr<ReadingRing>& ring);
     [[nodiscard]] const ProbeInfo& info() const noexcept;
 
     Device* device;

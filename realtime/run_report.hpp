@@ -75,6 +75,8 @@ struct RunReport : RunCounters {
   std::chrono::nanoseconds smallest_delay{0};
   std::chrono::nanoseconds median_delay{0};
   std::chrono::nanoseconds largest_delay{0};
+  bool delay_measured = false;  ///< it followed the devices; otherwise the scene sets it
+  std::chrono::nanoseconds delay_ceiling{0};  ///< of a measured delay that did not suffice; else 0
   std::vector<std::uint64_t> spikes_of_neuron;
   std::vector<std::uint64_t>
       contact_spikes_of_neuron;                       ///< while a probe touched the neuron's patch

@@ -63,7 +63,7 @@ class RunSinks::Control final : public RunControl {
     if (!started()) return Link::kConnected;
     const Probe& queried = sinks_.probes_.device_of(probe);
     if (queried.info().replayed) return Link::kRecording;
-    return queried.connected() ? Link::kConnected : Link::kUnplugged;
+    return queried.status().connected ? Link::kConnected : Link::kUnplugged;
   }
 
  private:
@@ -88,7 +88,9 @@ void RunSinks::add(std::unique_ptr<Sink> sink) {
     const bool produced = (commands_ || !std::is_same_v<Record, StimulationCommand>)&&(
         arrays_ || !std::is_same_v<Record, TaxelBlock>);
     constexpr std::size_t kRoom = kCapacity<Record>;
-    if (kRoom > 0 && produced && sink->takes<Record>()) channel.add<Record>(kRoom);
+    if constexpr (kRoom > 0) {
+      if (produced && sink->takes<Record>()) channel.add<Record>(kRoom);
+    }
   });
   auto entry = std::make_unique<Entry>(Entry{.control = std::make_unique<Control>(*this, channel),
                                              .sink = std::move(sink),
@@ -97,11 +99,13 @@ void RunSinks::add(std::unique_ptr<Sink> sink) {
   entries_.push_back(std::move(entry));
 }
 
-std::vector<Feed<DeliveredSample>*> RunSinks::add_sample_feeds(std::size_t capacity) {
+std::vector<Feed<DeliveredSample>*> RunSinks::add_sample_feeds(std::size_t capacity,
+                                                               std::uint32_t probe,
+                                                               const ProbeColumns& columns) {
   std::vector<Feed<DeliveredSample>*> feeds;
   for (const auto& entry : entries_) {
     if (!entry->sink->takes<DeliveredSample>()) continue;
-    feeds.push_back(&entry->channel.add<DeliveredSample>(capacity));
+    feeds.push_back(&entry->channel.add<DeliveredSample>(capacity, probe, columns));
   }
   return feeds;
 }

@@ -35,7 +35,9 @@ class RunSinks {
 
   void add(std::unique_ptr<Sink> sink);
   /// Adds a feed of a probe's samples for each sink that takes samples.
-  [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity);
+  [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity,
+                                                                     std::uint32_t probe,
+                                                                     const ProbeColumns& columns);
   /// Listens to the ports of all devices for the sinks that take frames.
   void listen();
 

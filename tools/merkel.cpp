@@ -2,11 +2,13 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
+#include <new>
 #include <system_error>
 
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "drivers/files/input_file.hpp"
 #include "tools/command_line.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
@@ -34,6 +36,7 @@ int main(int argc, char** argv) {
   // The same holds for a file at the size limit.
   std::signal(SIGXFSZ, SIG_IGN);
   merkel::install_crash_report();
+  const merkel::ReadFiles inputs;
   try {
     return merkel::run_command_line(argc, argv, [](merkel::CommandLine& program) {
       merkel::add_run_command(program);
@@ -65,6 +68,11 @@ int main(int argc, char** argv) {
     merkel::warn(
         "the system refuses another thread: every probe and every sink needs one; use fewer of them, "
         "or raise the limits of processes and memory (ulimit -u, ulimit -v, TasksMax of a service)");
+    return merkel::kRefused;
+  } catch (const std::bad_alloc&) {
+    merkel::warn(
+        "out of memory: use a smaller input or a smaller scene, or raise the limit of memory "
+        "(ulimit -v, MemoryMax of a service)");
     return merkel::kRefused;
   } catch (const std::exception& error) {
     return merkel::fail(error.what());

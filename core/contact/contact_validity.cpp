@@ -5,10 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/contact/hertz_contact.hpp"
-#include "core/contact/sneddon_contact.hpp"
 #include "core/contact/solver/rigid_contact.hpp"
 #include "core/contact/solver/tip_heights.hpp"
+#include "core/math/bisection.hpp"
 
 namespace merkel {
 namespace {
@@ -30,37 +29,34 @@ double layer_force_factor(double chi, double poisson_ratio) {
          (4.0 / 3.0 * layer.reduced_modulus_kPa() * radius * radius * radius);
 }
 
+/// The force of an exact sphere, F = E*·[(R²+a²)·artanh(a/R) − aR] at d = a·artanh(a/R): Sneddon,
+/// Int. J. Engng Sci. 3 (1965) 47; divided by that of a paraboloid.
+double exact_sphere_factor(double depth_ratio) {
+  const double t = bisected(0.0, 1.0 + depth_ratio, [=](double artanh) {
+    return std::tanh(artanh) * artanh < depth_ratio;
+  });
+  const double q = std::tanh(t);
+  // For small q the terms cancel.
+  const double force =
+      q < 0.01 ? q * q * q * (4.0 / 3.0 + q * q * 8.0 / 15.0) : (1.0 + q * q) * t - q;
+  return force / (4.0 / 3.0 * depth_ratio * std::sqrt(depth_ratio));
+}
+
 }  // namespace
 
 ContactValidity validity_of(const ContactState& contact, const SkinParameters& skin,
                             double radius_mm) {
   ContactValidity validity;
-  validity.thickness_given = skin.layered();
-  if (skin.layered()) {
-    validity.thickness_mm = skin.thickness_mm;
-    validity.largest_layer_ratio = ContactValidity::kLargestDimitriadisRatio;
-  }
   if (!contact.touching()) return validity;
-
-  const double modulus = SkinMaterial(skin).reduced_modulus_kPa();
-  const HertzContact hertz(radius_mm, skin.radius_mm, modulus);
-  const double R = hertz.effective_radius_mm();
-  const double depth = contact.depth_mm;
-  const double hertz_force = hertz.at_depth(depth).force_mN;
-  validity.radius_ratio = contact.contact_radius_mm / std::min(radius_mm, skin.radius_mm);
-  validity.exact_sphere = skin.contact_law == ContactLaw::kSneddon;
-  if (!validity.exact_sphere) {
-    validity.sphere_force_error =
-        hertz_force / SneddonContact(R, modulus).at_depth(depth).force_mN - 1.0;
-  }
-  validity.layer_ratio = std::sqrt(R * depth) / validity.thickness_mm;
-  const double exact_factor = layer_force_factor(validity.layer_ratio, skin.poisson_ratio);
-  const double used_factor =
-      skin.layered() ? contact.force_mN / (contact.stiffening * hertz_force) : 1.0;
-  validity.layer_force_error = used_factor / exact_factor - 1.0;
-  validity.within =
-      (validity.exact_sphere || validity.radius_ratio <= ContactValidity::kLargestRadiusRatio) &&
-      validity.layer_ratio <= validity.largest_layer_ratio;
+  const double a = contact.contact_radius_mm;
+  const double R = a * a / contact.depth_mm;
+  validity.radius_ratio = a / std::min({radius_mm, skin.radius_mm, skin.finger_along_mm()});
+  validity.sphere_force_error = 1.0 / exact_sphere_factor(contact.depth_mm / R) - 1.0;
+  validity.layer_ratio = a / ContactValidity::kUsualThickness_mm;
+  validity.layer_force_error =
+      1.0 / layer_force_factor(validity.layer_ratio, skin.poisson_ratio) - 1.0;
+  validity.within = validity.radius_ratio <= ContactValidity::kLargestRadiusRatio &&
+                    validity.layer_ratio <= ContactValidity::kLargestHalfSpaceRatio;
   return validity;
 }
 
@@ -71,23 +67,14 @@ std::string ContactValidity::sentence() const {
     const auto used = static_cast<std::size_t>(length);
     length += std::snprintf(text.data() + used, text.size() - used, format, values...);
   };
-  append("a/R = %.3f", radius_ratio);
-  if (exact_sphere) {
-    append("%s", " (exact sphere)");
-  } else {
-    append(" (%s the limit %.1f; the force is %.1f %% above that of an exact sphere)",
-           radius_ratio <= kLargestRadiusRatio ? "within" : "beyond", kLargestRadiusRatio,
-           100.0 * sphere_force_error);
-  }
-  if (thickness_given) {
-    append("; √(Rd)/h = %.3f (%s %.2g; force error against skin bonded to bone %.1f %%)",
-           layer_ratio, layer_ratio <= largest_layer_ratio ? "within" : "beyond",
-           largest_layer_ratio, 100.0 * layer_force_error);
-  } else if (layer_ratio > kLargestHalfSpaceRatio) {
+  append("a/R = %.3f (%s the limit %.1f; the force is %.1f %% above that of an exact sphere)",
+         radius_ratio, radius_ratio <= kLargestRadiusRatio ? "within" : "beyond",
+         kLargestRadiusRatio, 100.0 * sphere_force_error);
+  if (layer_ratio > kLargestHalfSpaceRatio) {
     append(
         "; the skin is modelled as a half-space: bone at a depth of %.0f mm (√(Rd)/h = %.3f) "
         "would make the force %.2f times as large (set skin.thickness_mm)",
-        thickness_mm, layer_ratio, 1.0 / (1.0 + layer_force_error));
+        kUsualThickness_mm, layer_ratio, 1.0 / (1.0 + layer_force_error));
   }
   return text.data();
 }

@@ -98,7 +98,7 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
     all.require(std::isfinite(radius_mm) || std::isfinite(skin.radius_mm), "probe.radius_mm",
                 "may be inf (a flat plate) only on a curved finger: set skin.radius_mm");
   }
-  if (closed_form(skin)) return all.result();
+  if (circular(skin)) return all.result();
   if (tip == Tip::kTaxels) {
     return all.also(taxels.check())
         .require(!skin.stiffens(),

@@ -37,10 +37,14 @@ struct Indenter {
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const SkinParameters& skin) const;
-  /// Whether closed forms describe the contact: a sphere on a half-space of one material, or on
-  /// bone by the polynomial.
+  /// Whether Hertz's closed forms describe the contact: a sphere on a half-space of one material.
   [[nodiscard]] bool closed_form(const SkinParameters& skin) const noexcept {
-    return tip == Tip::kSphere && skin.layers.empty() && !skin.exactly_layered() && !surface.slides;
+    return tip == Tip::kSphere && skin.layers.empty() && !skin.layered() &&
+           skin.contact_law == ContactLaw::kHertz && !surface.slides;
+  }
+  /// Whether, in addition, the contact is a circle, and its stresses are Huber's.
+  [[nodiscard]] bool circular(const SkinParameters& skin) const noexcept {
+    return closed_form(skin) && skin.round();
   }
   /// Whether its pressures are measured, not computed from a contact.
   [[nodiscard]] bool prescribed() const noexcept { return tip == Tip::kTaxels; }

@@ -14,6 +14,7 @@ using Tip = Indenter::Tip;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Tables reach at most to this depth.
 constexpr double kDeepestTable_mm = 4.0;
+constexpr double kDeepestEllipse_mm = 3.0;
 /// Shapes with parts of different heights are solved at least to this depth.
 constexpr double kLeastDeepest_mm = 2.0;
 /// A smooth end touches as a whole when pressed twice as deep as it is high.
@@ -21,8 +22,9 @@ constexpr double kWholeContact = 2.5;
 constexpr int kSamples = 240;  ///< of the gap, in each direction
 /// Incompressible layers bulge into contact beside the part that lies below the depth.
 constexpr double kBulge = 1.1;
-constexpr double kFewestPixels = 5.0;   ///< across the smallest part
-constexpr double kCoarsestPixel = 0.5;  ///< in depths of the receptors
+constexpr double kEllipseMargin = 0.25;  ///< in depths of the receptors
+constexpr double kFewestPixels = 5.0;    ///< across the smallest part
+constexpr double kCoarsestPixel = 0.5;   ///< in depths of the receptors
 
 /// Half of the size of a tip before it is turned.
 std::pair<double, double> half_size(const Indenter& indenter) noexcept {
@@ -194,6 +196,17 @@ PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin) {
   tip.deepest_mm = tip.proportional ? 1.0 : std::min(kWholeContact * height, kDeepestTable_mm);
   if (!tip.proportional && (indenter.tip == Tip::kShape || indenter.tip == Tip::kDots)) {
     tip.deepest_mm = std::max(tip.deepest_mm, kLeastDeepest_mm);
+  }
+  if (indenter.closed_form(skin)) {
+    tip.deepest_mm = kDeepestEllipse_mm;
+    tip.ellipse.emplace(1.0 / indenter.radius_mm + 1.0 / along,
+                        1.0 / indenter.radius_mm + 1.0 / skin.radius_mm,
+                        SkinMaterial(skin).reduced_modulus_kPa());
+    // The sharpened pressures extend by a pixel.
+    const double margin = kEllipseMargin * skin.receptor_depth_mm;
+    tip.half_width_mm = tip.ellipse->half_x() * std::sqrt(tip.deepest_mm) + margin;
+    tip.half_length_mm = tip.ellipse->half_y() * std::sqrt(tip.deepest_mm) + margin;
+    return tip;
   }
   const Reach reach = reach_of(tip.gap, half_x, half_y, kBulge * tip.deepest_mm);
   tip.half_width_mm = std::min(half_x, kBulge * reach.half_width_mm);

@@ -29,14 +29,13 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
     kept_along_ = kept_across_ = 0.0;
     return;
   }
-  if (!indenter.closed_form(skin)) {
+  if (indenter.closed_form(skin)) sphere_.emplace(skin, indenter.radius_mm);
+  if (!indenter.circular(skin)) {
     field_ = field ? std::move(field) : std::make_shared<TipField>(indenter, skin);
-    if (indenter.tip == Indenter::Tip::kBars) {
-      kept_across_ = 0.0;  // straight bars always touch the apex
-      return;
-    }
-  } else {
-    sphere_.emplace(skin, indenter.radius_mm);
+  }
+  if (indenter.tip == Indenter::Tip::kBars) {
+    kept_across_ = 0.0;  // straight bars always touch the apex
+    return;
   }
   if (indenter.tip == Indenter::Tip::kSphere && apex_) {
     kept_across_ = kept_of(indenter.radius_mm, skin.radius_mm);

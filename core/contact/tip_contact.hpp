@@ -26,11 +26,11 @@ class TipContact {
   /// Downward displacement of the surface by a press at a point of the patch.
   [[nodiscard]] double displacement_mm(const Press& press, double x_mm,
                                        double y_mm) const noexcept MERKEL_REALTIME;
-  /// The tables of a solved contact; null for closed forms.
+  /// The tables of a contact; null if it is circular or none.
   [[nodiscard]] const TipField* field() const noexcept { return field_.get(); }
   [[nodiscard]] std::shared_ptr<const TipField> shared_field() const noexcept { return field_; }
   [[nodiscard]] bool by_force() const noexcept { return by_force_; }
-  /// The contact law of a sphere; null for a solved contact.
+  /// The closed form of a sphere; null for a solved contact.
   [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }
 
  private:

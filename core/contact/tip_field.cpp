@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kDepths = 28;       ///< number of tables
 constexpr std::size_t kFewerDepths = 14;  ///< of contacts with many pixels
 constexpr std::size_t kManyPixels = 20'000;
+constexpr std::size_t kEllipses = 44;
 
 PressedTip at_one_depth(PressedTip tip, double depth_mm) {
   tip.deepest_mm = depth_mm;
@@ -44,6 +45,7 @@ TipField::TipField(const PressedTip& tip, const LayeredMedium& medium, const Ski
   if (count == 0) {
     const PixelGrid pixels = contact_pixels(tip, skin.receptor_depth_mm);
     count = pixels.pixels() > kManyPixels ? kFewerDepths : kDepths;
+    if (tip.ellipse) count = kEllipses;
   }
   press_ = press_tables(tip, medium, skin.receptor_depth_mm, proportional_ ? 1 : count);
   fill_energies();
@@ -78,10 +80,13 @@ TipField::Blend TipField::blend(double depth_mm) const noexcept {
     const double beyond = (depth - deepest) / (deepest - before);
     return {last - 1, {-beyond * before, deepest + beyond * deepest}};
   }
-  const double place = static_cast<double>(last) * std::sqrt(depth / deepest);
-  const auto below = std::min(static_cast<std::size_t>(place), last - 1);
-  const double part = place - static_cast<double>(below);
-  return {below, {(1.0 - part) * depth, part * depth}};
+  const auto above = std::upper_bound(
+      press_.tables.begin() + 1, press_.tables.end(), depth,
+      [](double value, const PressTables::Table& table) { return value < table.depth_mm; });
+  const double lower = std::sqrt((above - 1)->depth_mm);
+  const double part = (std::sqrt(depth) - lower) / (std::sqrt(above->depth_mm) - lower);
+  return {static_cast<std::size_t>(above - press_.tables.begin()) - 1,
+          {(1.0 - part) * depth, part * depth}};
 }
 
 double TipField::force_mN(double depth_mm) const noexcept {

@@ -13,12 +13,16 @@ bool is_range(const std::vector<double>& values) {
   return values.size() == 2 && values[0] <= values[1] && values[1] > 0.0;
 }
 
-void check_limits(const StimulationParameters& p, ParameterCheck& check) {
+void check_limits(const EncodingParameters& encoding, ParameterCheck& check) {
+  const StimulationParameters& p = encoding.stimulation;
   constexpr std::string_view kNoDefault =
       "must be set to a positive number: a scene with electrodes needs this limit, and merkel has "
       "no default for it";
+  const bool own_charges =
+      std::all_of(encoding.electrodes.begin(), encoding.electrodes.end(),
+                  [](const Electrode& e) { return e.max_charge_nC.has_value(); });
   check.fields(p)
-      .require(p.max_charge_nC > 0.0, "stimulation.max_charge_nC", kNoDefault)
+      .require(p.max_charge_nC > 0.0 || own_charges, "stimulation.max_charge_nC", kNoDefault)
       .require(p.max_total_uA > 0.0, "stimulation.max_total_uA", kNoDefault)
       .require(p.watchdog > std::chrono::nanoseconds{0}, "stimulation.watchdog_ms",
                "must be set, for example watchdog_ms = 100: a scene with electrodes needs the time "
@@ -46,24 +50,32 @@ void check_electrode(const Electrode& e, ParameterCheck& check) {
 
 /// Checks the ranges of a valid electrode against valid limits.
 void check_ranges(const Electrode& e, const StimulationParameters& p, ParameterCheck& check) {
+  const ElectrodeLimits limits = ElectrodeLimits::of(e, p);
   const double strongest_uA = e.amplitude_uA[1];
-  const double phase_us = units::us_from(p.phase);
+  const std::string reaches = "reaches " + shortest_decimal(strongest_uA) + " µA, ";
+  const std::string phase = shortest_decimal(units::us_from(limits.phase)) + " µs";
+  const auto key = [&](std::string_view field, bool own) {
+    return own ? e.key(field) : "stimulation." + std::string(field);
+  };
+  const std::string phase_key = key("phase_us", e.phase.has_value());
+  const std::string charge_key = key("max_charge_nC", e.max_charge_nC.has_value());
+  const std::string amplitude_key = key("max_amplitude_uA", e.max_amplitude_uA.has_value());
   check
-      .require(charge_nC(strongest_uA, p.phase) <= p.max_charge_nC, e.key("amplitude_uA"),
-               ("reaches " + shortest_decimal(strongest_uA) + " µA, which is " +
-                shortest_decimal(charge_nC(strongest_uA, p.phase)) + " nC in a phase of " +
-                shortest_decimal(phase_us) +
-                " µs, above stimulation.max_charge_nC = " + shortest_decimal(p.max_charge_nC) +
-                ": lower the amplitude or shorten stimulation.phase_us"))
+      .require(strongest_uA <= limits.max_amplitude_uA, e.key("amplitude_uA"),
+               reaches + "above " + amplitude_key + " = " +
+                   shortest_decimal(limits.max_amplitude_uA) + ": lower the amplitude")
+      .require(charge_nC(strongest_uA, limits.phase) <= limits.max_charge_nC, e.key("amplitude_uA"),
+               reaches + "which is " + shortest_decimal(charge_nC(strongest_uA, limits.phase)) +
+                   " nC in a phase of " + phase + ", above " + charge_key + " = " +
+                   shortest_decimal(limits.max_charge_nC) + ": lower the amplitude or shorten " +
+                   phase_key)
       .require(strongest_uA <= p.max_total_uA, e.key("amplitude_uA"),
-               ("reaches " + shortest_decimal(strongest_uA) +
-                " µA, above stimulation.max_total_uA = " + shortest_decimal(p.max_total_uA) +
-                " by itself: lower the amplitude"))
-      .require(e.frequency_Hz[1] * 2.0 * units::s_from(p.phase) <= 1.0, e.key("frequency_Hz"),
-               ("reaches " + shortest_decimal(e.frequency_Hz[1]) +
-                " Hz, whose period is shorter than a pulse of two phases of " +
-                shortest_decimal(phase_us) +
-                " µs: lower the frequency or shorten stimulation.phase_us"));
+               reaches + "above stimulation.max_total_uA = " + shortest_decimal(p.max_total_uA) +
+                   " by itself: lower the amplitude")
+      .require(e.frequency_Hz[1] * 2.0 * units::s_from(limits.phase) <= 1.0, e.key("frequency_Hz"),
+               "reaches " + shortest_decimal(e.frequency_Hz[1]) +
+                   " Hz, whose period is shorter than a pulse of two phases of " + phase +
+                   ": lower the frequency or shorten " + phase_key);
 }
 
 }  // namespace
@@ -99,7 +111,15 @@ FieldTable Electrode::fields() {
        at<&E::full_population_Hz>},
       {"full_population", "", positive(1e7),
        "recruited afferents at which the amplitude of okorokova is strongest",
-       at<&E::full_population>}};
+       at<&E::full_population>},
+      {"phase_us", "µs", from_to(1.0, 1e4), "length of each phase of its pulses", at<&E::phase>,
+       "stimulation.phase_us"},
+      {"max_charge_nC", "nC", positive(1e6), "its largest charge per phase", at<&E::max_charge_nC>,
+       "stimulation.max_charge_nC"},
+      {"max_amplitude_uA", "µA", positive(1e5), "its largest amplitude", at<&E::max_amplitude_uA>,
+       "stimulation.max_amplitude_uA"},
+      {"max_slope_uA_per_s", "µA/s", positive(1e9), "the largest rise of its amplitude",
+       at<&E::max_slope_uA_per_s>, "stimulation.max_slope_uA_per_s"}};
   return {"electrode", kFields};
 }
 
@@ -112,6 +132,10 @@ FieldTable StimulationParameters::fields() {
        at<&P::phase>},
       {"max_charge_nC", "nC", not_negative(1e6),
        "largest charge per phase and electrode; must be set", at<&P::max_charge_nC>},
+      {"max_amplitude_uA", "µA", positive(1e5), "largest amplitude of an electrode",
+       at<&P::max_amplitude_uA>, "no limit besides the charge"},
+      {"frequency_Hz", "Hz", not_negative(1e4),
+       "[weakest, strongest] frequency of electrodes that set none", at<&P::frequency_Hz>},
       {"max_total_uA", "µA", not_negative(1e7), "largest sum of all amplitudes; must be set",
        at<&P::max_total_uA>},
       {"watchdog_ms", "ms", not_negative(units::ms_from(kLongestWatchdog)),
@@ -125,6 +149,17 @@ FieldTable StimulationParameters::fields() {
        "most electrodes that stimulate at the same time, the strongest first",
        at<&P::max_electrodes>, "all"}};
   return {"stimulation", kFields};
+}
+
+ElectrodeLimits ElectrodeLimits::of(const Electrode& electrode,
+                                    const StimulationParameters& scene) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  return {.phase = electrode.phase.value_or(scene.phase),
+          .max_charge_nC = electrode.max_charge_nC.value_or(scene.max_charge_nC),
+          .max_amplitude_uA =
+              electrode.max_amplitude_uA.value_or(scene.max_amplitude_uA.value_or(kNone)),
+          .max_slope_uA_per_s =
+              electrode.max_slope_uA_per_s.value_or(scene.max_slope_uA_per_s.value_or(kNone))};
 }
 
 bool is_electrode_name(std::string_view name) noexcept {
@@ -144,7 +179,7 @@ Expected<void, ParameterError> EncodingParameters::check() const {
   if (electrodes.empty()) return check.result();
   check.require(electrodes.size() <= kMostElectrodes, "electrode",
                 "must not appear more than 256 times");
-  check_limits(stimulation, check);
+  check_limits(*this, check);
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
     check_electrode(electrodes[i], check);
     if (!check.result()) return check.result();

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,6 +39,11 @@ struct Electrode {
   double full_force_N = 1.0;           ///< strongest command of `linear`
   double full_population_Hz = 2500.0;  ///< strongest frequency of `okorokova`
   double full_population = 700.0;      ///< strongest amplitude of `okorokova`: afferents recruited
+  /// Its own limits; without them, those of StimulationParameters apply.
+  std::optional<std::chrono::nanoseconds> phase;
+  std::optional<double> max_charge_nC;
+  std::optional<double> max_amplitude_uA;
+  std::optional<double> max_slope_uA_per_s;
 
   [[nodiscard]] static FieldTable fields();
   /// For messages about this electrode: "electrode[E12].field_mm".
@@ -53,6 +59,8 @@ struct StimulationParameters {
   std::chrono::nanoseconds update{10'000'000};  ///< between updates; a multiple of the tick
   std::chrono::nanoseconds phase{200'000};      ///< one phase of a biphasic pulse
   double max_charge_nC = 0.0;                   ///< per phase and electrode
+  std::optional<double> max_amplitude_uA;       ///< of an electrode; absent: by charge alone
+  std::vector<double> frequency_Hz;             ///< of electrodes without a range of their own
   double max_total_uA = 0.0;                    ///< sum over all electrodes
   /// In wall time: everything is off if the simulation or the samples stop for longer.
   std::chrono::nanoseconds watchdog{0};
@@ -62,6 +70,17 @@ struct StimulationParameters {
   std::optional<std::int64_t> max_electrodes;  ///< stimulating at the same time; absent: all
 
   [[nodiscard]] static FieldTable fields();
+};
+
+/// The limits of one electrode: its own, or the scene's. Infinite: none.
+struct ElectrodeLimits {
+  std::chrono::nanoseconds phase{200'000};
+  double max_charge_nC = 0.0;  ///< per phase
+  double max_amplitude_uA = std::numeric_limits<double>::infinity();
+  double max_slope_uA_per_s = std::numeric_limits<double>::infinity();
+
+  [[nodiscard]] static ElectrodeLimits of(const Electrode& electrode,
+                                          const StimulationParameters& scene);
 };
 
 /// Longest time for which a receiver may keep an old command.

@@ -23,18 +23,22 @@ bool counts_spikes(EncoderKind kind) {
          kind == EncoderKind::kPulsePerSpike;
 }
 
-std::vector<StimulationLimiter::OfElectrode> ranges_of(const EncodingParameters& parameters) {
-  std::vector<StimulationLimiter::OfElectrode> ranges;
+std::vector<StimulationLimiter::OfElectrode> limits_of_electrodes(
+    const EncodingParameters& parameters) {
+  std::vector<StimulationLimiter::OfElectrode> all;
   for (const Electrode& each : parameters.electrodes) {
-    ranges.push_back({.max_uA = each.amplitude_uA[1], .max_Hz = each.frequency_Hz[1]});
+    const ElectrodeLimits limits = ElectrodeLimits::of(each, parameters.stimulation);
+    all.push_back({.max_uA = each.amplitude_uA[1],
+                   .max_Hz = each.frequency_Hz[1],
+                   .phase = limits.phase,
+                   .max_charge_nC = limits.max_charge_nC,
+                   .max_slope_uA_per_s = limits.max_slope_uA_per_s});
   }
-  return ranges;
+  return all;
 }
 
 StimulationLimiter::Limits limits_of(const StimulationParameters& p) {
-  StimulationLimiter::Limits limits{
-      .phase = p.phase, .max_charge_nC = p.max_charge_nC, .max_total_uA = p.max_total_uA};
-  if (p.max_slope_uA_per_s) limits.max_slope_uA_per_s = *p.max_slope_uA_per_s;
+  StimulationLimiter::Limits limits{.max_total_uA = p.max_total_uA};
   if (p.max_electrodes) limits.max_electrodes = static_cast<std::size_t>(*p.max_electrodes);
   return limits;
 }
@@ -108,7 +112,7 @@ StimulationEncoder::StimulationEncoder(const EncodingParameters& parameters,
       tick_(model.tick),
       patch_of_probe_(model.patch_of_probe),
       activity_(parameters.electrodes, model),
-      limiter_(limits_of(parameters.stimulation), ranges_of(parameters)),
+      limiter_(limits_of(parameters.stimulation), limits_of_electrodes(parameters)),
       depths_(parameters.electrodes.size(), DepthHistory(model.tick)),
       force_N_(parameters.electrodes.size()),
       stop_of_patch_(model.patches.size()),

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/units.hpp"
 
@@ -18,14 +17,14 @@ constexpr int kLateTicks = 2;
 }  // namespace
 
 StimulationGate::StimulationGate(const EncodingParameters& parameters, Time tick)
-    : max_slope_uA_per_s_(parameters.stimulation.max_slope_uA_per_s.value_or(
-          std::numeric_limits<double>::infinity())),
-      update_(parameters.stimulation.update),
+    : update_(parameters.stimulation.update),
       tick_(tick),
       watchdog_(parameters.stimulation.watchdog),
       lines_(parameters.electrodes.size()) {
   for (const Electrode& each : parameters.electrodes) {
     patch_of_electrode_.push_back(each.patch);
+    max_slope_uA_per_s_.push_back(
+        ElectrodeLimits::of(each, parameters.stimulation).max_slope_uA_per_s);
     // The pulses of a tick leave together, so their times are known to a tick.
     const Time interval{static_cast<std::int64_t>(std::ceil(1e9 / each.frequency_Hz[1]))};
     pulse_interval_.push_back(interval - std::min(interval, tick));
@@ -141,7 +140,7 @@ void StimulationGate::send(std::span<StimulationCommand> update, const Moment& m
       line.pulse_uA = 0.0;
       line.pulse_from = moment.now;
     }
-    command.amplitude_uA = risen_uA(command.amplitude_uA, line.amplitude_uA, elapsed);
+    command.amplitude_uA = risen_uA(command, line.amplitude_uA, elapsed);
     if (!(command.amplitude_uA > 0.0)) command.amplitude_uA = command.frequency_Hz = 0.0;
     line.amplitude_uA = command.amplitude_uA;
     line.frequency_Hz = command.frequency_Hz;
@@ -158,7 +157,7 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
     ++counts_.withheld;
     return;
   }
-  pulse.amplitude_uA = risen_uA(pulse.amplitude_uA, line.pulse_uA, moment.now - line.pulse_from);
+  pulse.amplitude_uA = risen_uA(pulse, line.pulse_uA, moment.now - line.pulse_from);
   if (!(pulse.amplitude_uA > 0.0)) return;
   line.pulse_uA = pulse.amplitude_uA;
   line.pulse_from = moment.now;
@@ -168,11 +167,12 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
   leaving_.push_back(pulse);
 }
 
-double StimulationGate::risen_uA(double amplitude_uA, double from_uA, Time elapsed) noexcept {
-  if (std::isinf(max_slope_uA_per_s_)) return amplitude_uA;
-  const double highest_uA =
-      from_uA + max_slope_uA_per_s_ * units::s_from(std::max(elapsed, Time{0}));
-  if (amplitude_uA <= highest_uA) return amplitude_uA;
+double StimulationGate::risen_uA(const StimulationCommand& command, double from_uA,
+                                 Time elapsed) noexcept {
+  const double slope_uA_per_s = max_slope_uA_per_s_[command.electrode];
+  if (std::isinf(slope_uA_per_s)) return command.amplitude_uA;
+  const double highest_uA = from_uA + slope_uA_per_s * units::s_from(std::max(elapsed, Time{0}));
+  if (command.amplitude_uA <= highest_uA) return command.amplitude_uA;
   ++counts_.slowed;
   return highest_uA;
 }

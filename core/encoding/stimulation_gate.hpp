@@ -78,11 +78,13 @@ class StimulationGate {
   void pass_pulse(StimulationCommand pulse, const Moment& moment);
   void send(std::span<StimulationCommand> update, const Moment& moment);
   [[nodiscard]] bool fresh(const StimulationCommand& command, const Moment& moment) const noexcept;
-  [[nodiscard]] double risen_uA(double amplitude_uA, double from_uA, Time elapsed) noexcept;
+  /// The command's amplitude, within the slope of its electrode.
+  [[nodiscard]] double risen_uA(const StimulationCommand& command, double from_uA,
+                                Time elapsed) noexcept;
 
   std::vector<std::size_t> patch_of_electrode_;
-  std::vector<Time> pulse_interval_;  ///< smallest in wall time, by electrode
-  double max_slope_uA_per_s_;
+  std::vector<Time> pulse_interval_;        ///< smallest in wall time, by electrode
+  std::vector<double> max_slope_uA_per_s_;  ///< by electrode
   Time update_;
   Time tick_;
   Time watchdog_;

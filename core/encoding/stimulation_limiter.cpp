@@ -19,6 +19,7 @@ constexpr double kBelow = 1.0 - 0x1.0p-40;
 constexpr double kLeast = 1e-6;
 
 double largest_within_charge(double max_charge_nC, nanoseconds phase) {
+  if (max_charge_nC == StimulationLimiter::kNone) return max_charge_nC;
   double amplitude_uA = max_charge_nC * 1e3 / units::us_from(phase);
   while (charge_nC(amplitude_uA, phase) > max_charge_nC) {
     amplitude_uA = std::nextafter(amplitude_uA, 0.0);
@@ -31,11 +32,11 @@ double largest_within_charge(double max_charge_nC, nanoseconds phase) {
 StimulationLimiter::StimulationLimiter(const Limits& limits, std::vector<OfElectrode> electrodes)
     : limits_(limits),
       electrodes_(std::move(electrodes)),
-      charge_uA_(largest_within_charge(limits.max_charge_nC, limits.phase)),
       budget_uA_(kBelow * limits.max_total_uA),
       outputs_(electrodes_.size()),
       order_(electrodes_.size()) {
   for (const OfElectrode& each : electrodes_) {
+    charge_uA_.push_back(largest_within_charge(each.max_charge_nC, each.phase));
     interval_.emplace_back(static_cast<std::int64_t>(std::ceil(1e9 / each.max_Hz)));
   }
 }
@@ -57,8 +58,8 @@ void StimulationLimiter::limit_command(StimulationCommand& command) noexcept {
     amplitude_uA = limit.max_uA;
     ++clippings_.amplitude;
   }
-  if (amplitude_uA > charge_uA_) {
-    amplitude_uA = charge_uA_;
+  if (amplitude_uA > charge_uA_[command.electrode]) {
+    amplitude_uA = charge_uA_[command.electrode];
     ++clippings_.charge;
   }
   if (command.frequency_Hz > limit.max_Hz) {
@@ -67,17 +68,19 @@ void StimulationLimiter::limit_command(StimulationCommand& command) noexcept {
   }
 }
 
-void StimulationLimiter::limit_rise(double& amplitude_uA, double from_uA,
+void StimulationLimiter::limit_rise(StimulationCommand& command, double from_uA,
                                     nanoseconds elapsed) noexcept {
-  if (limits_.max_slope_uA_per_s == kNone) return;
-  const double highest_uA = from_uA + limits_.max_slope_uA_per_s * units::s_from(elapsed);
-  if (amplitude_uA <= highest_uA) return;
-  amplitude_uA = highest_uA;
+  const double slope_uA_per_s = electrodes_[command.electrode].max_slope_uA_per_s;
+  if (slope_uA_per_s == kNone) return;
+  const double highest_uA = from_uA + slope_uA_per_s * units::s_from(elapsed);
+  if (command.amplitude_uA <= highest_uA) return;
+  command.amplitude_uA = highest_uA;
   ++clippings_.slope;
 }
 
-bool StimulationLimiter::alive(const Output& output, nanoseconds time) const noexcept {
-  return output.pulse_uA > 0.0 && output.pulse_time + 2 * limits_.phase > time;
+bool StimulationLimiter::alive(std::size_t electrode, nanoseconds time) const noexcept {
+  const Output& output = outputs_[electrode];
+  return output.pulse_uA > 0.0 && output.pulse_time + 2 * electrodes_[electrode].phase > time;
 }
 
 void StimulationLimiter::keep_strongest(std::span<StimulationCommand> update,
@@ -122,8 +125,8 @@ void StimulationLimiter::limit_update(std::span<StimulationCommand> update) noex
   double alive_uA = 0.0;
   for (std::size_t i = 0; i < update.size(); ++i) {
     limit_command(update[i]);
-    limit_rise(update[i].amplitude_uA, outputs_[i].train_uA, time - last_update_);
-    if (!alive(outputs_[i], time)) continue;
+    limit_rise(update[i], outputs_[i].train_uA, time - last_update_);
+    if (!alive(i, time)) continue;
     ++pulsing;
     alive_uA += outputs_[i].pulse_uA;
   }
@@ -144,8 +147,9 @@ std::size_t StimulationLimiter::limit_pulses(std::span<StimulationCommand> pulse
                                              nanoseconds tick_begin) noexcept {
   std::size_t active = 0;
   double used_uA = 0.0;
-  for (Output& output : outputs_) {
-    const bool under_way = alive(output, tick_begin);
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    Output& output = outputs_[i];
+    const bool under_way = alive(i, tick_begin);
     used_uA += output.train_uA + (under_way ? output.pulse_uA : 0.0);
     if (output.train_uA > 0.0 || under_way) ++active;
     output.tick_uA = 0.0;
@@ -158,9 +162,9 @@ std::size_t StimulationLimiter::limit_pulses(std::span<StimulationCommand> pulse
       continue;
     }
     limit_command(pulse);
-    limit_rise(pulse.amplitude_uA, output.rise_from_uA, pulse.time - output.rise_time);
+    limit_rise(pulse, output.rise_from_uA, pulse.time - output.rise_time);
     if (!(pulse.amplitude_uA > 0.0)) continue;
-    const bool counted = output.tick_uA > 0.0 || alive(output, tick_begin);
+    const bool counted = output.tick_uA > 0.0 || alive(pulse.electrode, tick_begin);
     if (!counted && active >= limits_.max_electrodes) {
       ++clippings_.electrodes;
       continue;

@@ -23,15 +23,15 @@ class StimulationLimiter {
  public:
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   struct Limits {
-    std::chrono::nanoseconds phase{200'000};
-    double max_charge_nC = 0.0;  ///< per phase
-    double max_total_uA = 0.0;   ///< sum over all electrodes
-    double max_slope_uA_per_s = kNone;
+    double max_total_uA = 0.0;  ///< sum over all electrodes
     std::size_t max_electrodes = std::numeric_limits<std::size_t>::max();
   };
   struct OfElectrode {
     double max_uA = 0.0;
     double max_Hz = 0.0;
+    std::chrono::nanoseconds phase{200'000};
+    double max_charge_nC = kNone;  ///< per phase
+    double max_slope_uA_per_s = kNone;
   };
   /// How often each limit took effect.
   struct Clippings {
@@ -82,17 +82,19 @@ class StimulationLimiter {
   };
 
   void limit_command(StimulationCommand& command) noexcept;
-  void limit_rise(double& amplitude_uA, double from_uA, std::chrono::nanoseconds elapsed) noexcept;
+  void limit_rise(StimulationCommand& command, double from_uA,
+                  std::chrono::nanoseconds elapsed) noexcept;
   void keep_strongest(std::span<StimulationCommand> update, std::size_t allowed) noexcept;
   void scale_update(std::span<StimulationCommand> update, double alive_uA) noexcept;
   [[nodiscard]] std::size_t scale_pulses(std::span<StimulationCommand> pulses,
                                          double used_uA) noexcept;
-  [[nodiscard]] bool alive(const Output& output, std::chrono::nanoseconds time) const noexcept;
+  /// Whether a pulse of an electrode is in progress.
+  [[nodiscard]] bool alive(std::size_t electrode, std::chrono::nanoseconds time) const noexcept;
 
   Limits limits_;
   std::vector<OfElectrode> electrodes_;
-  double charge_uA_;  ///< largest amplitude within the charge limit
-  double budget_uA_;  ///< limit for scaled totals
+  std::vector<double> charge_uA_;  ///< largest amplitude within the charge limit, by electrode
+  double budget_uA_;               ///< limit for scaled totals
   std::vector<std::chrono::nanoseconds>
       interval_;  ///< smallest interval between pulses, by electrode
   std::vector<Output> outputs_;

@@ -14,6 +14,15 @@ namespace {
 constexpr double kCosine = -0.73736887807831990;
 constexpr double kSine = 0.67549029426152364;
 
+/// part^(quarters/4), by roots and products: the pow of different C libraries differs.
+double quarter_power(double part, long quarters) {
+  const double root = std::sqrt(part);
+  double power = quarters % 4 >= 2 ? root : 1.0;
+  if (quarters % 2 == 1) power *= std::sqrt(root);
+  for (long k = 0; k < quarters / 4; ++k) power *= part;
+  return power;
+}
+
 }  // namespace
 
 FieldTable ReceptiveField::fields() {
@@ -24,13 +33,19 @@ FieldTable ReceptiveField::fields() {
        at<&ReceptiveField::radius_mm>, "", true},
       {"field_radius_spread", "", from_below(0.0, 2.0),
        "standard deviation of ln(field_radius_mm) between afferents, drawn with seed",
-       at<&ReceptiveField::radius_spread>}};
+       at<&ReceptiveField::radius_spread>},
+      {"field_concentration", "", from_to(0.25, 4.0),
+       "q of the receptors' distances from the centre, field_radius_mm·((k+½)/n)^q, a multiple of "
+       "0.25; 0.5: an even disc; more: dense in the middle",
+       at<&ReceptiveField::concentration>}};
   return {"receptors", kFields};
 }
 
 Expected<void, ParameterError> ReceptiveField::check(const Patch& patch) const {
   return ParameterCheck()
       .fields(*this)
+      .require(std::fmod(concentration, 0.25) == 0.0, "receptors.field_concentration",
+               "must be a multiple of 0.25: 0.5 is an even disc, 1.25 has a dense middle")
       .require(2.0 * radius_mm <= std::min(patch.length_mm, patch.width_mm),
                "receptors.field_radius_mm",
                "must be at most half of the patch's shorter side: reduce it, or increase "
@@ -80,7 +95,9 @@ Expected<std::vector<Receptor>, ParameterError> place_fields(
   double s = 0.0;
   for (std::int64_t k = 0; k < field.receptors; ++k) {
     spiral.push_back(
-        {std::sqrt((static_cast<double>(k) + 0.5) / static_cast<double>(field.receptors)), c, s});
+        {quarter_power((static_cast<double>(k) + 0.5) / static_cast<double>(field.receptors),
+                       std::lround(4.0 * field.concentration)),
+         c, s});
     const double next = c * kCosine - s * kSine;
     s = s * kCosine + c * kSine;
     c = next;

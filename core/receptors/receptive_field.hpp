@@ -21,6 +21,9 @@ struct ReceptiveField {
   std::int64_t receptors = 28;  ///< MCNCs per afferent
   double radius_mm = 1.0;       ///< the median, with a spread
   double radius_spread = 0.0;   ///< standard deviation of ln(radius) between afferents
+  /// Share of the receptors within a part ρ of the radius: ρ^(1/q). ½: an even disc; more: a dense
+  /// core with a sparse periphery. A multiple of ¼.
+  double concentration = 0.5;
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check(const Patch& patch) const;
@@ -34,9 +37,9 @@ using FieldCentre = Position;
                                               std::uint64_t seed, const Patch& patch);
 
 /// The receptors of afferents with given centres and radii (from field_radii()), numbered from 1 in
-/// their order: each on a Vogel spiral, r_k = radius·√((k+½)/n), θ_k = k·π(3−√5), which fills the
-/// disc evenly. Fields at the patch's edge extend beyond it by up to their radius, as the skin
-/// does. Fails if a centre is outside the patch. Real-time: no.
+/// their order: each on a Vogel spiral, r_k = radius·((k+½)/n)^q, θ_k = k·π(3−√5), with q the
+/// concentration; ½ fills the disc evenly. Fields extend beyond the patch's edge, as the skin does.
+/// Fails if a centre is outside the patch. Real-time: no.
 [[nodiscard]] Expected<std::vector<Receptor>, ParameterError> place_fields(
     const ReceptiveField& field, const std::vector<FieldCentre>& centres,
     const std::vector<double>& radii_mm, const Patch& patch);

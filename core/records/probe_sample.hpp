@@ -1,14 +1,12 @@
 #pragma once
 
-#include <array>
 #include <chrono>
-#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
 namespace merkel {
 
-/// One calibrated reading of a probe: plain data that crosses threads.
+/// What one probe measured in a reading of its device (Readings): plain data that crosses threads.
 ///
 /// Fields whose bit in `channels` is not set are 0 and unused. Every field is finite: the driver
 /// rejects non-finite readings.
@@ -31,12 +29,6 @@ struct ProbeSample {
   double y_mm = 0.0;           ///< patch coordinate across the finger
   std::uint32_t sequence = 0;  ///< counts samples from the device, including lost ones
   std::uint32_t channels = 0;  ///< Channel bits
-  std::uint32_t output = 0;    ///< of its device, from 0: a device may feed several probes
-  /// Further columns of a recording, which the model does not use: ProbeInfo::extra_columns names
-  /// the first of them, and the rest are 0. NaN where the recording has no number.
-  static constexpr std::size_t kMostExtra = 32;
-  std::array<double, kMostExtra> extra{};
-  std::uint32_t row = 0;  ///< of a tactile array: its pressures, for Probe::taxels()
   /// How long the sample is held if no other follows; then the probe is released. 0: without limit.
   std::chrono::nanoseconds valid_for{0};
 

@@ -25,6 +25,7 @@ namespace merkel {
 struct DeliveredSample {
   std::uint32_t probe = 0;  ///< from 0
   ProbeSample sample;
+  std::vector<double> further{};  ///< its further columns: ProbeInfo::extra_columns
 };
 
 /// Bytes that passed a port of a probe.

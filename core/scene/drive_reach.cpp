@@ -4,8 +4,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
+#include <optional>
 
+#include "core/contact/far_field.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/placed_contact.hpp"
 #include "core/skin/strain_energy_density.hpp"
@@ -17,7 +18,6 @@ constexpr double kDeepest_mm = 10.0;
 constexpr int kDepths = 200;
 constexpr double kFarthest_mm = 200.0;
 constexpr double kSpacing_mm = 0.05;  ///< between sampled distances
-constexpr int kDirections = 360;      ///< sampled directions around a tip
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// The smallest distance beyond which an energy density stays below a limit, searched from
@@ -42,41 +42,53 @@ double radius_of_sphere(const PlacedContact& placed, const SkinParameters& skin,
   });
 }
 
-/// The largest energy density per depth² that a solved contact causes in skin at rest at
-/// kSpacing_mm·k or farther, in all directions and at several depths.
-std::vector<double> largest_energy_per_depth2(const TipField& tip, const SkinParameters& skin) {
+/// For each of a tip's tables, the largest energy density that it has per depth² in skin at rest at
+/// kSpacing_mm·k or farther; beyond the last, the tip is a point load.
+std::vector<std::vector<double>> largest_energies(const TipField& tip, const SkinParameters& skin) {
   const SkinMaterial material(skin);
-  const double end_mm = tip.farthest_mm();
-  std::vector<double> largest_kPa;
-  for (double r = 0.0; r <= kFarthest_mm; r += kSpacing_mm) {
-    double largest = 0.0;
-    // Beyond the tables, the tip is a point load.
-    const int directions = r > end_mm ? 1 : kDirections;
-    for (const double depth_mm : {0.25 * tip.deepest_mm(), tip.deepest_mm(), kDeepest_mm}) {
-      for (int k = 0; k < directions; ++k) {
-        const double angle = 2.0 * std::numbers::pi * k / kDirections;
-        const auto values = tip.at(r * std::cos(angle), r * std::sin(angle), depth_mm);
-        largest = std::max(largest, energy_density_kPa(values.stress * (1.0 / depth_mm), material,
-                                                       skin.energy_density));
-      }
+  const PixelGrid& grid = tip.tables().grid;
+  std::vector<std::vector<double>> largest;
+  for (const PressTables::Table& table : tip.tables().tables) {
+    std::vector<double>& energies = largest.emplace_back();
+    for (std::size_t i = 0; i < table.nodes.size(); ++i) {
+      // A node acts as far as its neighbours.
+      const double r = std::hypot(grid.x_mm(i % grid.columns), grid.y_mm(i / grid.columns));
+      const auto bin = static_cast<std::size_t>((r + grid.pixel_mm) / kSpacing_mm);
+      if (bin >= energies.size()) energies.resize(bin + 1);
+      energies[bin] = std::max(energies[bin], energy_density_kPa(table.nodes[i].stress(), material,
+                                                                 skin.energy_density));
     }
-    largest_kPa.push_back(largest);
+    for (std::size_t k = energies.size() - 1; k-- > 0;) {
+      energies[k] = std::max(energies[k], energies[k + 1]);
+    }
   }
-  for (std::size_t k = largest_kPa.size() - 1; k-- > 0;) {
-    largest_kPa[k] = std::max(largest_kPa[k], largest_kPa[k + 1]);
-  }
-  return largest_kPa;
+  return largest;
 }
 
-double radius_of_field(const PlacedContact& placed, const std::vector<double>& largest_kPa,
+/// The distance from a tip beyond which a press stays below a limit. √SED is a norm, so that a
+/// blend of two tables stays below the larger one, times the weights' sum.
+double radius_of_field(const PlacedContact& placed,
+                       const std::vector<std::vector<double>>& largest_kPa, const FarEnergy& far,
                        double limit_kPa) {
-  const double depth_mm = placed.contact.depth_mm;
-  const auto beyond = std::find_if(largest_kPa.begin(), largest_kPa.end(), [&](double energy) {
-    return placed.stored_energy(energy * depth_mm * depth_mm) <= limit_kPa;
-  });
-  return beyond == largest_kPa.end()
-             ? kInfinite
-             : kSpacing_mm * static_cast<double>(beyond - largest_kPa.begin());
+  const TipField& tip = *placed.field;
+  const TipField::Blend blend = tip.blend(placed.contact.depth_mm);
+  const double weights = std::fabs(blend.weight[0]) + std::fabs(blend.weight[1]);
+  const double per_depth2 = limit_kPa / placed.stored_energy(weights * weights);
+  const PixelGrid& grid = tip.tables().grid;
+  const double inside_mm =
+      0.5 * grid.pixel_mm * static_cast<double>(std::min(grid.columns, grid.rows) - 3);
+  double radius_mm = 0.0;
+  for (std::size_t t = 0; t < 2; ++t) {
+    if (blend.weight[t] == 0.0) continue;
+    const std::vector<double>& energies = largest_kPa[blend.lower + t];
+    const auto beyond = std::partition_point(energies.begin(), energies.end(),
+                                             [&](double energy) { return energy > per_depth2; });
+    radius_mm = std::max(radius_mm, kSpacing_mm * static_cast<double>(beyond - energies.begin()));
+    const double force = tip.tables().tables[blend.lower + t].force_mN_per_mm;
+    const double load_mm = force > 0.0 ? far.reach_mm(per_depth2 / (force * force)) : 0.0;
+    if (load_mm > inside_mm) radius_mm = std::max(radius_mm, load_mm);
+  }
+  return radius_mm;
 }
 
 }  // namespace
@@ -100,15 +112,19 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
   if (!(limit_of_all_kPa > 0.0)) return;
   const double share = static_cast<double>(tips);
   const double limit_kPa = limit_of_all_kPa / (share * share);
-  const auto largest_kPa = tip.field() != nullptr ? largest_energy_per_depth2(*tip.field(), skin)
-                                                  : std::vector<double>{};
+  std::vector<std::vector<double>> largest_kPa;
+  std::optional<FarEnergy> far;
+  if (tip.field() != nullptr) {
+    largest_kPa = largest_energies(*tip.field(), skin);
+    far.emplace(FarField(LayeredMedium(skin), skin), skin);
+  }
   radius_mm_.reserve(kDepths + 1);
   for (int k = 0; k <= kDepths; ++k) {
     const double depth_mm = k * spacing_mm_;
     const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
                                .field = tip.field()};
     const double radius_mm = tip.field() != nullptr
-                                 ? radius_of_field(placed, largest_kPa, limit_kPa)
+                                 ? radius_of_field(placed, largest_kPa, *far, limit_kPa)
                                  : radius_of_sphere(placed, skin, limit_kPa);
     radius_mm_.push_back(radius_mm_.empty() ? radius_mm : std::max(radius_mm, radius_mm_.back()));
   }

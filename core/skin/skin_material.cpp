@@ -20,7 +20,6 @@ FieldTable SkinLayer::fields() {
 FieldTable SkinParameters::fields() {
   using P = SkinParameters;
   static constexpr std::string_view kContactLaws[] = {"hertz", "sneddon"};
-  static constexpr std::string_view kLayerLaws[] = {"dimitriadis", "exact"};
   static constexpr std::string_view kEnergyDensities[] = {"distortional", "full"};
   static constexpr Field kFields[] = {
       {"epidermis_kPa", "kPa", positive(1e6), "Young's modulus of the epidermis",
@@ -31,8 +30,7 @@ FieldTable SkinParameters::fields() {
       {"radius_mm", "mm", positive_or_infinite(1e6),
        "radius of curvature of the finger; inf: flat skin", at<&P::radius_mm>},
       {"radius_along_mm", "mm", not_negative(1e6),
-       "radius along the finger (radius_mm is across it); for spheres on skin without [[skin.layer]] "
-       "only affects how far a contact moves with its tip, if apex_mm is set; 0: same as radius_mm",
+       "radius of curvature along the finger (radius_mm is across it); 0: same as radius_mm",
        at<&P::radius_along_mm>},
       {"stiffening_mm", "mm", positive_or_infinite(1e6),
        "d1: all moduli grow by e^(depth/d1); inf: no stiffening", at<&P::stiffening_mm>},
@@ -48,11 +46,8 @@ FieldTable SkinParameters::fields() {
       {"thickness_mm", "mm", positive_or_infinite(1e3),
        "thickness of the skin down to the bone; inf: no bone", at<&P::thickness_mm>},
       {"contact_law", "", one_of(kContactLaws),
-       "force and contact radius of a sphere: a paraboloid (the paper) or the exact sphere",
+       "shape of a sphere: a paraboloid (the paper, Hertz) or the exact sphere",
        at<&P::contact_law>},
-      {"layer_law", "", one_of(kLayerLaws),
-       "how bone at thickness_mm stiffens the contact: published polynomial, or solved",
-       at<&P::layer_law>},
       {"energy_density", "", one_of(kEnergyDensities),
        "strain energy density at the receptors: distortional part (the paper) or full",
        at<&P::energy_density>},
@@ -77,8 +72,6 @@ Expected<void, ParameterError> SkinParameters::check() const {
                "requires a curved finger: set skin.radius_mm")
       .require(receptor_depth_mm < thickness_mm, "skin.receptor_depth_mm",
                "must be less than skin.thickness_mm: the receptors lie in the skin, not the bone")
-      .require(contact_law == ContactLaw::kHertz || !layered(), "skin.contact_law",
-               "must be \"hertz\" if skin.thickness_mm is set: the layer laws correct that law")
       .result();
 }
 

@@ -15,13 +15,7 @@ namespace merkel {
 /// The relation between depth, force and contact radius of a sphere.
 enum class ContactLaw {
   kHertz,    ///< a paraboloid on elastic skin (the paper)
-  kSneddon,  ///< an exact sphere on an elastic half-space
-};
-
-/// The model of stiffening by bone at `thickness_mm`.
-enum class LayerLaw {
-  kDimitriadis,  ///< the published polynomial
-  kExact,        ///< the contact is solved
+  kSneddon,  ///< an exact sphere: the contact is solved
 };
 
 /// The strain energy density that drives the receptors.
@@ -64,8 +58,7 @@ struct SkinParameters {
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
   double poisson_ratio = 0.48;                                 ///< of both layers
   double radius_mm = std::numeric_limits<double>::infinity();  ///< curvature radius; inf is flat
-  /// Curvature radius along the finger, x; radius_mm is the radius across it. Closed forms of a
-  /// sphere use it only for how far a contact moves with its tip. 0: the same as radius_mm.
+  /// Curvature radius along the finger, x; radius_mm is the radius across it. 0: the same.
   double radius_along_mm = 0.0;
   /// Highest point of a curved finger, in patch coordinates. A sphere whose axis is offset by X
   /// from it touches the finger at X·k/(k + 1/R_skin), k = 1/R; a plate always touches the apex.
@@ -80,7 +73,6 @@ struct SkinParameters {
   /// inf: none.
   double stiffening_kPa = std::numeric_limits<double>::infinity();
   ContactLaw contact_law = ContactLaw::kHertz;
-  LayerLaw layer_law = LayerLaw::kDimitriadis;
   EnergyDensity energy_density = EnergyDensity::kDistortional;
   /// Bonded layers from the surface inwards, which replace the moduli and the thickness above.
   SkinLayers layers;
@@ -105,9 +97,8 @@ struct SkinParameters {
   [[nodiscard]] double finger_along_mm() const noexcept MERKEL_REALTIME {
     return radius_along_mm > 0.0 ? radius_along_mm : radius_mm;
   }
-  [[nodiscard]] bool exactly_layered() const noexcept {
-    return layered() && layer_law == LayerLaw::kExact;
-  }
+  /// Whether both curvature radii are the same: spheres touch it in a circle.
+  [[nodiscard]] bool round() const noexcept { return finger_along_mm() == radius_mm; }
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;

@@ -5,6 +5,7 @@
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/files/toml.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 
@@ -81,7 +82,7 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
 }  // namespace
 
 Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path) {
-  const auto text = read_toml_text(path, "calibration");
+  const auto text = read_whole_file(path, "calibration", kMaxTomlBytes);
   if (!text) return Unexpected<SetupError>(text.error());
   const auto file = parse_toml(*text);
   if (!file) {

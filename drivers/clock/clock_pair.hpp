@@ -10,7 +10,7 @@ struct ClockPair {
   std::chrono::nanoseconds utc{0};        ///< since 1970-01-01
 };
 
-/// Reads both clocks one after the other. Real-time: no.
+/// Reads both clocks at once, as close as a few tries come. Real-time: no.
 [[nodiscard]] ClockPair read_clock_pair() noexcept;
 
 }  // namespace merkel

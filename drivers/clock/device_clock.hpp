@@ -42,6 +42,8 @@ class DeviceClock {
 
   void set_wrap(std::optional<std::chrono::nanoseconds> wrap) noexcept { wrap_ = wrap; }
 
+  /// False if the clock is known by answers alone, or not at all.
+  [[nodiscard]] bool has_frames() const noexcept { return frames_ > 0; }
   /// An unwrapped device time, as the next observe() would return it.
   [[nodiscard]] std::chrono::nanoseconds unwrapped(std::chrono::nanoseconds device_time,
                                                    std::chrono::nanoseconds arrival) const noexcept;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -14,13 +15,24 @@ namespace merkel {
 // Records as CSV, from their columns: times and lengths of time in seconds, enumerators as words,
 // numbers as the shortest decimals that read back as the same value.
 
+/// Appends a text as one field: in quotes if a reader of CSV would take it for several (RFC 4180).
+inline void append_field(std::string& text, std::string_view field) {
+  if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
+    text.append(field);
+    return;
+  }
+  text += '"';
+  for (const char c : field) text.append(c == '"' ? 2 : 1, c);
+  text += '"';
+}
+
 /// Appends the text of a member.
 template <class Member>
 void append_value(std::string& text, const Member& member) {
   if constexpr (std::is_same_v<Member, std::chrono::nanoseconds>) {
     append_seconds(text, member);
   } else if constexpr (std::is_enum_v<Member>) {
-    text.append(name_of(member));
+    append_field(text, name_of(member));
   } else if constexpr (std::is_floating_point_v<Member>) {
     text.append(shortest_decimal(member));
   } else {

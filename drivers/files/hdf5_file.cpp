@@ -256,10 +256,10 @@ Expected<void, std::string> write_hdf5_file(const std::string& path, bool overwr
                                             const std::function<void(Hdf5File&)>& write) {
   const std::lock_guard lock(hdf5_mutex());
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are printed here
+  std::string reason;
   const auto refused = [&](int error_number) {
-    return Unexpected<std::string>(
-        "cannot write " + path + ": " +
-        (error_number != 0 ? std::strerror(error_number) : "HDF5 refused"));
+    if (reason.empty()) reason = error_number != 0 ? std::strerror(error_number) : "HDF5 refused";
+    return Unexpected<std::string>("cannot write " + path + ": " + reason);
   };
   std::string unfinished = path + ".part.h5";
   for (int number = 2; ::access(unfinished.c_str(), F_OK) == 0; ++number) {
@@ -274,6 +274,7 @@ Expected<void, std::string> write_hdf5_file(const std::string& path, bool overwr
     file.close();
     written = file.ok();
     error_number = errno;
+    reason = file.reason_;
   }
   if (!written) {
     ::unlink(unfinished.c_str());

@@ -76,8 +76,12 @@ class Hdf5File {
   };
 
   [[nodiscard]] bool ok() const noexcept { return ok_; }
-  /// Something else went wrong: the file is not kept.
-  void fail() noexcept { ok_ = false; }
+  /// The outcome of reading what is to be written: after an error the file is not kept.
+  void take(const Expected<void, std::string>& read) {
+    if (read) return;
+    ok_ = false;
+    reason_ = read.error();
+  }
 
  private:
   friend Expected<void, std::string> write_hdf5_file(const std::string& path, bool overwrite,
@@ -91,6 +95,7 @@ class Hdf5File {
 
   std::int64_t file_;
   bool ok_;
+  std::string reason_;  ///< of take()
 };
 
 /// Writes a whole HDF5 file under another name, forces it to the disk and gives it its name. On

@@ -1,12 +1,10 @@
 #include "drivers/files/height_map_file.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <system_error>
@@ -14,7 +12,9 @@
 #include <vector>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/files/raw_bytes.hpp"
+#include "drivers/printable_text.hpp"
 
 namespace merkel {
 namespace {
@@ -143,7 +143,13 @@ Expected<HeightMap, SetupError> parse_csv_heights(std::string_view text, const s
     std::size_t columns = 0;
     const std::string where = name + ":" + std::to_string(line) + ": ";
     while (!rest.empty()) {
-      const auto height = parse_number(take_field(rest));
+      const std::string_view field = take_field(rest);
+      const auto height = parse_number(field);
+      if (height && std::isinf(*height) && field.find_first_of("0123456789") != field.npos) {
+        return bad_input(where + "column " + std::to_string(columns + 1) + " is " +
+                         printable_text(shortened(std::string(field))) +
+                         ", which no number can hold: write inf where there is no tip");
+      }
       if (!height) {
         return bad_input(where + "column " + std::to_string(columns + 1) +
                          " is not a number: a line holds the heights along x, in mm, with commas");
@@ -165,20 +171,16 @@ Expected<HeightMap, SetupError> parse_csv_heights(std::string_view text, const s
 }
 
 Expected<HeightMap, SetupError> read_height_map(const std::string& path, double pixel_mm) {
-  const std::string failure = "cannot read the shape " + path + ": ";
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    return bad_input(failure + (error ? error.message() : "it is not a file") +
+    return bad_input("cannot read the shape " + path + ": " +
+                     (error ? error.message() : "it is not a file") +
                      "; check the name, which is relative to the scene's folder");
   }
-  if (std::filesystem::file_size(path, error) > kLargestFile) {
-    return bad_input(failure + "it is larger than 256 MiB; use larger pixels");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) return bad_input(failure + std::strerror(errno) + "; check its permissions");
-  return path.ends_with(".npy") ? parse_npy_heights(bytes, path, pixel_mm)
-                                : parse_csv_heights(bytes, path, pixel_mm);
+  const auto bytes = read_whole_file(path, "shape", kLargestFile);
+  if (!bytes) return Unexpected<SetupError>(bytes.error());
+  return path.ends_with(".npy") ? parse_npy_heights(*bytes, path, pixel_mm)
+                                : parse_csv_heights(*bytes, path, pixel_mm);
 }
 
 }  // namespace merkel

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "drivers/files/input_file.hpp"
+
 namespace merkel {
 
 Expected<LineReader, SetupError> LineReader::open(const std::string& path) {
@@ -20,6 +22,7 @@ Expected<LineReader, SetupError> LineReader::open(const std::string& path) {
     return bad_input("cannot read " + path + ": " + std::strerror(errno) +
                      (errno == ENOENT ? "; check the name" : ""));
   }
+  ReadFiles::note(path);
   return LineReader(path, file);
 }
 

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "drivers/files/file_rename.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/files/owned_descriptor.hpp"
 
 namespace merkel {
@@ -137,23 +138,14 @@ Expected<OutputFile, SetupError> OutputFile::create_special(const std::string& p
   }
 }
 
-Expected<void, SetupError> check_not_input(const std::string& path,
-                                           std::span<const std::string> inputs) {
-  struct stat output {};
-  if (::stat(path.c_str(), &output) != 0) return {};
-  if (!S_ISREG(output.st_mode) && !S_ISDIR(output.st_mode)) return {};
-  for (const std::string& name : inputs) {
-    struct stat input {};
-    if (::stat(name.c_str(), &input) != 0) continue;
-    if (input.st_dev != output.st_dev || input.st_ino != output.st_ino) continue;
-    return bad_input("cannot write " + path + ": this command also reads it" +
-                     (name == path ? "" : ", as " + name) +
-                     ", and would destroy its input; give another name");
-  }
-  return {};
+bool is_special_output(const std::string& path) {
+  struct stat status {};
+  return path == "-" || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
+                         !S_ISDIR(status.st_mode));
 }
 
-Expected<void, SetupError> check_not_taken(const std::string& path, bool overwrite) {
+Expected<void, SetupError> check_writable(const std::string& path, bool overwrite) {
+  if (auto unread = ReadFiles::check_not_read(path); !unread) return unread;
   if (overwrite || !file_exists(path)) return {};
   return bad_input(path + " already exists: add --overwrite, or give another name");
 }
@@ -172,7 +164,7 @@ Expected<OutputFile, SetupError> OutputFile::create(const std::string& path, boo
     return bad_input("cannot write " + path + ": it is a directory; give a file in it");
   }
   if (there && !S_ISREG(status.st_mode)) return create_special(path);
-  if (auto free = check_not_taken(path, overwrite); !free) {
+  if (auto free = check_writable(path, overwrite); !free) {
     return Unexpected<SetupError>(free.error());
   }
   const std::string part = path + ".part";

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -31,8 +30,8 @@ class OutputFile {
   /// Longest time in the buffer, provided that calls are made.
   static constexpr std::chrono::milliseconds kFlushAfter{100};
 
-  /// Fails if the file exists (unless `overwrite`), cannot be created, or is being written by
-  /// another program; for a FIFO, if no program reads it within 10 s.
+  /// Fails if the file was read (ReadFiles), exists (unless `overwrite`), cannot be created, or is
+  /// being written by another program; for a FIFO, if no program reads it within 10 s.
   [[nodiscard]] static Expected<OutputFile, SetupError> create(const std::string& path,
                                                                bool overwrite,
                                                                const Notice& notice = {});
@@ -108,13 +107,12 @@ std::string recover_file(const std::string& path, const OutputFile::Notice& noti
 /// Gives a file that a failed run left its recovered name; does nothing if there is none.
 void set_aside(const std::string& path);
 
-/// Fails if an output is one of the inputs, by whatever name: writing it would destroy the input.
-/// \param inputs  files or folders; those that do not exist are ignored
-[[nodiscard]] Expected<void, SetupError> check_not_input(const std::string& path,
-                                                         std::span<const std::string> inputs);
+/// True if an output is written directly and cannot be read back: the standard output, a device or
+/// a pipe.
+[[nodiscard]] bool is_special_output(const std::string& path);
 
-/// Fails if the file exists, unless `overwrite`: for work that begins long before
-/// OutputFile::create.
-[[nodiscard]] Expected<void, SetupError> check_not_taken(const std::string& path, bool overwrite);
+/// Fails if the file was read (ReadFiles), or exists, unless `overwrite`: for work that begins long
+/// before OutputFile::create.
+[[nodiscard]] Expected<void, SetupError> check_writable(const std::string& path, bool overwrite);
 
 }  // namespace merkel

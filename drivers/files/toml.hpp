@@ -38,8 +38,7 @@ struct TomlError {
 /// Real-time: no. Thread: any.
 [[nodiscard]] Expected<toml::table, TomlError> parse_toml(std::string_view text);
 
-/// The content of a TOML file of at most 1 MiB. `what` is its kind for errors: "scene".
-[[nodiscard]] Expected<std::string, SetupError> read_toml_text(const std::string& path,
-                                                               const std::string& what);
+/// The largest TOML file that is read.
+inline constexpr std::size_t kMaxTomlBytes = std::size_t{1} << 20U;
 
 }  // namespace merkel

@@ -31,7 +31,6 @@ constexpr std::string_view kTraceStart = "# start_device_ns=";
 constexpr std::string_view kTraceOffset = "# time_offset_ns=";
 constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
 constexpr int kNanoPerUnit = 9;
-constexpr std::size_t kKeptPressures = 8192;  ///< rows
 // Between the start of a run and its first sample.
 constexpr double kTraceBeginning_ns = 1e8;
 constexpr std::int64_t kLatestTraceTime_ns = 4'000'000'000'000'000'000;
@@ -156,7 +155,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   }
   if (!ignored_columns_.empty()) {
     std::string sentence = lines_.path() + ": besides the columns of the model, at most " +
-                           std::to_string(ProbeSample::kMostExtra) +
+                           std::to_string(ProbeColumns::kMostFurther) +
                            " are kept; these are ignored:";
     for (const std::string& name : ignored_columns_) sentence += " " + name;
     notices_.push_back(std::move(sentence));
@@ -191,7 +190,7 @@ Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
 }
 
 void TraceReader::add_extra_column(const std::string& name) {
-  const bool kept = extra_columns_.size() < ProbeSample::kMostExtra;
+  const bool kept = extra_columns_.size() < ProbeColumns::kMostFurther;
   columns_.push_back({.kind = kept ? Kind::kExtra : Kind::kIgnored, .name = name});
   (kept ? extra_columns_ : ignored_columns_)
       .push_back(printable_text(name.empty() ? "column_" + std::to_string(columns_.size()) : name));
@@ -205,7 +204,7 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
     return further && named && named->pressure;
   };
   const auto count = std::count_if(columns_.begin(), columns_.end(), pressure);
-  if (static_cast<std::size_t>(count) <= ProbeSample::kMostExtra) return {};
+  if (static_cast<std::size_t>(count) <= ProbeColumns::kMostFurther) return {};
   if (static_cast<std::size_t>(count) > TaxelArray::kMost) {
     return bad_input(lines_.where() + std::to_string(count) +
                      " columns are pressures, but a tactile array has at most " +
@@ -224,14 +223,7 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
     }
     columns_.push_back(std::move(column));
   }
-  pressures_.resize(kKeptPressures * taxels_.size());
   return {};
-}
-
-std::span<const float> TraceReader::taxels_of(const ProbeSample& sample) const noexcept {
-  if (sample.row >= rows_ || sample.row + kKeptPressures < rows_) return {};
-  return std::span(pressures_)
-      .subspan(sample.row % kKeptPressures * taxels_.size(), taxels_.size());
 }
 
 /// NaN if the field is not a number.
@@ -269,10 +261,10 @@ std::optional<std::chrono::nanoseconds> TraceReader::start() const noexcept {
   return start;
 }
 
-Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
-  sample = {};
-  sample.channels = channels_;
-  sample.valid_for = valid_for_.value_or(std::chrono::nanoseconds{0});
+Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<double> row) {
+  const ProbeColumns places = columns();
+  ProbeSample sample{.channels = channels_,
+                     .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0})};
   std::string_view rest = lines_.line();
   const auto commas = std::count(rest.begin(), rest.end(), ',');
   if (static_cast<std::size_t>(commas) + 1 != columns_.size()) {
@@ -281,19 +273,21 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
                      std::to_string(columns_.size()) + ": complete or remove it");
   }
   std::size_t extra = 0;
-  sample.row = rows_;
-  float* pressure = pressures_.data() + rows_ % kKeptPressures * taxels_.size();
+  const std::span<double> further = places.further_in(row);
+  auto pressure = places.taxels_in(row).begin();
   for (const Column& column : columns_) {
     const std::string_view field = take_field(rest);
     if (column.kind == Kind::kIgnored) continue;
     if (column.kind == Kind::kTaxel) {
       const double kPa = parse_number(field).value_or(0.0) * column.factor;
-      *pressure++ =
-          kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa ? static_cast<float>(kPa) : 0.0F;
+      // In single precision, as the records of pressures are.
+      *pressure++ = kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa
+                        ? static_cast<double>(static_cast<float>(kPa))
+                        : 0.0;
       continue;
     }
     if (column.kind == Kind::kExtra) {
-      sample.extra[extra] = extra_value(field, extra);
+      further[extra] = extra_value(field, extra);
       ++extra;
       continue;
     }
@@ -350,26 +344,46 @@ Expected<void, SetupError> TraceReader::parse_row(ProbeSample& sample) {
   }
   if (rows_ == 0) first_time_ = sample.time;
   sample.sequence = rows_++;
+  head = head_of(sample);
+  places.put(sample, row);
   return {};
 }
 
-Expected<std::size_t, SetupError> TraceReader::read(std::span<ProbeSample> samples) {
-  std::size_t count = 0;
-  while (count < samples.size()) {
+/// False at the end.
+Expected<bool, SetupError> TraceReader::next_row(ReadingHead& head, std::span<double> row) {
+  for (;;) {
     switch (lines_.next()) {
       case LineReader::Outcome::kError:
         return bad_input(lines_.error());
       case LineReader::Outcome::kEnd:
-        return count;
+        return false;
       case LineReader::Outcome::kLine:
         break;
     }
     read_comment(lines_.line());
     if (lines_.line().empty() || lines_.line().front() == '#') continue;
-    if (auto row = parse_row(samples[count]); !row) return Unexpected<SetupError>(row.error());
-    ++count;
+    if (auto parsed = parse_row(head, row); !parsed) return Unexpected<SetupError>(parsed.error());
+    return true;
   }
-  return count;
+}
+
+Expected<std::size_t, SetupError> TraceReader::read(Readings& readings, std::size_t most) {
+  for (std::size_t count = 0; count < most; ++count) {
+    const std::span<double> row = readings.add({});
+    const auto read = next_row(readings.head(readings.size() - 1), row);
+    if (read && *read) continue;
+    readings.resize(readings.size() - 1);
+    if (!read) return Unexpected<SetupError>(read.error());
+    return count;
+  }
+  return most;
+}
+
+Expected<std::size_t, SetupError> TraceReader::read(std::span<ProbeSample> samples) {
+  Readings readings(ReadingColumns(columns()), samples.size());
+  if (auto count = read(readings, samples.size()); !count) return count;
+  for (std::size_t i = 0; i < readings.size(); ++i) samples[i] = *readings.sample(i);
+  return readings.size();
 }
 
 std::string pressure_text(float kPa) {
@@ -419,7 +433,7 @@ Expected<void, SetupError> TraceWriter::write_header(std::span<const std::string
 }
 
 Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> samples,
-                                              std::span<const float> pressures_kPa) {
+                                              std::span<const double> others) {
   if (!header_written_) {
     if (auto head = write_header({}); !head) return head;
   }
@@ -439,15 +453,14 @@ Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> sampl
     append(ProbeSample::kForce, sample.force_mN, -kMilliPerUnit);
     append(ProbeSample::kX, sample.x_mm);
     append(ProbeSample::kY, sample.y_mm);
-    for (std::size_t i = 0; i < extra_columns_.size(); ++i) {
+    for (std::size_t i = 0; i < extra_columns_.size() + taxels_; ++i) {
       rows += ',';
-      if (!std::isnan(sample.extra[i])) rows += shifted_decimal(sample.extra[i], 0);
+      if (i >= others.size()) continue;
+      const bool taxel = i >= extra_columns_.size();
+      if (taxel) rows += pressure_text(static_cast<float>(others[i]));
+      if (!taxel && !std::isnan(others[i])) rows += shifted_decimal(others[i], 0);
     }
-    for (std::size_t i = 0; i < taxels_; ++i) {
-      rows += ',';
-      if (i < pressures_kPa.size()) rows += pressure_text(pressures_kPa[i]);
-    }
-    pressures_kPa = pressures_kPa.subspan(std::min(taxels_, pressures_kPa.size()));
+    others = others.subspan(std::min(extra_columns_.size() + taxels_, others.size()));
     rows += '\n';
   }
   return result_of(file_.write(rows));

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "core/records/probe_sample.hpp"
+#include "core/records/readings.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "drivers/files/output_file.hpp"
 
@@ -18,13 +18,12 @@ namespace merkel {
 
 /// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
-/// `depth_um`. Up to ProbeSample::kMostExtra further columns are kept in
-/// ProbeSample::extra; readings of several probes are named like thumb_N, and need neither depth
-/// nor force. More pressures than that are the taxels of a tactile array. Lines that begin with '#'
-/// are comments. Times are strictly increasing, to the
-/// nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the validity of the
-/// samples after it (ProbeSample::valid_for); the comments of TimeBase::facts() before the header
-/// hold the start of the run that recorded it. Streams: memory is bounded.
+/// `depth_um`. Up to ProbeColumns::kMostFurther further columns are kept; readings of several
+/// probes are named like thumb_N, and need neither depth nor force. More pressures than that are
+/// the taxels of a tactile array. Lines that begin with '#' are comments. Times are strictly
+/// increasing, to the nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the
+/// validity of the samples after it (ProbeSample::valid_for); the comments of TimeBase::facts()
+/// before the header hold the start of the run that recorded it. Streams: memory is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
@@ -32,6 +31,10 @@ class TraceReader {
 
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
+  /// Of its rows.
+  [[nodiscard]] ProbeColumns columns() const noexcept {
+    return {.further = extra_columns_.size(), .taxels = taxels_.size()};
+  }
   /// True if a valid_for_s comment has been read.
   [[nodiscard]] bool has_validity() const noexcept { return valid_for_.has_value(); }
 
@@ -39,18 +42,19 @@ class TraceReader {
   /// after read(), because a trace without its beginning has another start.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> start() const noexcept;
 
-  /// Names of ProbeSample::extra, in order.
+  /// Names of the further columns, in order.
   [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
     return extra_columns_;
   }
   /// Names of the taxels of a tactile array, in order.
   [[nodiscard]] const std::vector<std::string>& taxels() const noexcept { return taxels_; }
-  /// Their pressures in a sample, kPa; valid for the last 8192 samples.
-  [[nodiscard]] std::span<const float> taxels_of(const ProbeSample& sample) const noexcept;
   /// Sentences for the user since the last call: columns that are not used or not kept.
   [[nodiscard]] std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
 
-  /// Reads up to samples.size() samples; 0 is the end. Fails with file, line and what to fix.
+  /// Adds up to `most` samples, with columns(); 0 is the end. Fails with file, line and what to
+  /// fix; the samples before that line are added.
+  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings, std::size_t most);
+  /// The same, without further columns and taxels.
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:
@@ -63,7 +67,8 @@ class TraceReader {
   };
   explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
   Expected<void, SetupError> read_header();
-  Expected<void, SetupError> parse_row(ProbeSample& sample);
+  [[nodiscard]] Expected<bool, SetupError> next_row(ReadingHead& head, std::span<double> row);
+  Expected<void, SetupError> parse_row(ReadingHead& head, std::span<double> row);
   [[nodiscard]] std::string listed_extra_columns() const;
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);
@@ -78,7 +83,6 @@ class TraceReader {
   std::vector<std::string> extra_columns_;
   std::vector<std::string> ignored_columns_;
   std::vector<std::string> taxels_;
-  std::vector<float> pressures_;  ///< a ring of rows
   std::vector<std::string> notices_;
   bool told_of_text_ = false;
   std::uint32_t channels_ = 0;
@@ -107,9 +111,9 @@ class TraceWriter {
   /// Completes the header: further comment lines, then the column names. If it was not called,
   /// write() does so.
   [[nodiscard]] Expected<void, SetupError> write_header(std::span<const std::string> comment);
-  /// \param pressures_kPa  of the taxels, a row for each sample
+  /// \param others  a row for each sample: the further columns, then the pressures of the taxels
   [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples,
-                                                 std::span<const float> pressures_kPa = {});
+                                                 std::span<const double> others = {});
   /// Writes out buffered rows. If this or write() is called ten times a second, rows are written
   /// out within 200 ms.
   [[nodiscard]] Expected<void, SetupError> flush();

@@ -1,6 +1,5 @@
 #include "drivers/probes/device_opening.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -12,9 +11,23 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kQuotedCharacters = 60;
+std::string_view text_of_bytes(std::span<const std::uint8_t> bytes) noexcept {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 }  // namespace
+
+std::string answer_and_expected(std::string_view answer, const std::string& expected) {
+  return quoted_answer(answer) + (expected.empty() ? "" : ", expected: " + expected);
+}
+
+std::string what_to_check(std::string_view answer, std::string_view scheme,
+                          const std::string& hint) {
+  const bool network = scheme == "tcp" || scheme == "udp";
+  const bool line = scheme == "serial" || scheme == "usb";
+  if (!network && !(line && is_text(answer))) return hint;
+  return "what it is set to send, and the protocol and its options";
+}
 
 SetupError no_valid_data(const FailedOpening& opening) {
   const auto& counts = opening.counts;
@@ -40,15 +53,23 @@ SetupError no_valid_data(const FailedOpening& opening) {
                  ": its data looks like " + std::string(likely) +
                  ", so use protocol=" + std::string(likely));
   }
-  if (counts.readings == 0 && counts.refused > 0) {
+  if (!opening.notices.empty()) {
+    return error(device + " cannot be read: " + printable_text(opening.notices.back()));
+  }
+  const std::string_view answer =
+      opening.rejected.empty() ? text_of_bytes(opening.heard) : std::string_view(opening.rejected);
+  const std::string sent = answer_and_expected(answer, opening.expected);
+  if (counts.readings == 0 && counts.refused > counts.without_value) {
     return error(device + " has sent " + std::to_string(counts.refused) +
-                 " readings, each beyond 10 kN or 1 m: check its units (is the unit mN or µm?)" +
+                 " readings, each beyond 10 kN or 1 m, such as " + quoted_answer(answer) +
+                 ": check its units (is the unit mN or µm?)" +
                  (opening.protocol == "csv" ? ", and name them, for example columns=force_mN; "
                                               "for raw counts, use that and merkel calibrate"
                                             : ""));
   }
   return error(device + " sent " + std::to_string(counts.bytes) + " bytes in " + seconds +
-               " that are not " + opening.protocol + " readings: check " + opening.hint);
+               " that are not " + opening.protocol + " readings: it sent " + sent + "; check " +
+               what_to_check(answer, opening.scheme, opening.hint));
 }
 
 Unexpected<SetupError> closed_while_opening(const FailedOpening& opening) {
@@ -61,13 +82,11 @@ Unexpected<SetupError> closed_while_opening(const FailedOpening& opening) {
                        "there serves " +
                        opening.protocol + " to this machine");
   }
-  const std::string text(opening.heard.begin(),
-                         std::find(opening.heard.begin(), opening.heard.end(), '\n'));
+  const std::string_view text = text_of_bytes(opening.heard);
   const std::string what = text.starts_with("HTTP/") ? ": it is a web server" : "";
   return unavailable(opening.name + " closed the connection after " +
                      std::to_string(opening.counts.bytes) + " bytes that are not " +
-                     opening.protocol + " readings, beginning with \"" +
-                     printable_text(text, kQuotedCharacters) + "\"" + what +
+                     opening.protocol + " readings, beginning with " + quoted_answer(text) + what +
                      "; check the host, the port and the protocol");
 }
 

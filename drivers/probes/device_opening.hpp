@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
@@ -20,8 +22,19 @@ struct FailedOpening {
   std::chrono::milliseconds waited{0};
   std::string protocol_error;  ///< what the protocol reported; empty for nothing
   ProtocolCounts counts;
-  std::span<const std::uint8_t> heard;  ///< the first bytes
+  std::span<const std::uint8_t> heard;    ///< the first bytes
+  std::string rejected = {};              ///< an answer that was not as expected; empty for none
+  std::string expected = {};              ///< what it should have been: Protocol::expected()
+  std::vector<std::string> notices = {};  ///< what the device reported
 };
+
+/// An answer and what was expected: "\"1,2\", expected: 3 values in a line".
+[[nodiscard]] std::string answer_and_expected(std::string_view answer, const std::string& expected);
+
+/// What to check after an answer that was not as expected: not the line or the address, if it is
+/// text or came over a network. \param hint  what to check after bytes of noise
+[[nodiscard]] std::string what_to_check(std::string_view answer, std::string_view scheme,
+                                        const std::string& hint);
 
 /// Describes what the device sent and what to do.
 [[nodiscard]] SetupError no_valid_data(const FailedOpening& opening);

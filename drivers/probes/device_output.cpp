@@ -15,25 +15,26 @@ constexpr std::chrono::milliseconds kSaturationPause{1000};
 
 }  // namespace
 
-DeviceOutput::Result DeviceOutput::take_taxels(const DeviceReading& reading) {
+DeviceOutput::Result DeviceOutput::take_taxels(const DeviceReading& reading,
+                                               const ProbeColumns& columns, std::span<double> row) {
   Result result;
-  result.taxels.resize(taxels_->size());
-  result.waiting = !taxels_->take(reading, result.taxels, result.notices);
+  const std::span<double> kPa = columns.taxels_in(row);
+  result.waiting = !taxels_->take(reading, kPa, result.notices);
   if (result.waiting) return result;
-  result.sample =
-      ProbeSample{.force_mN = taxels_->force_mN(result.taxels), .channels = ProbeSample::kForce};
+  columns.put({.force_mN = taxels_->force_mN(kPa), .channels = ProbeSample::kForce}, row);
+  result.measured = true;
   result.saturated = reading.saturated;
   return result;
 }
 
-DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading) {
-  if (taxels_) return take_taxels(reading);
+DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const ProbeColumns& columns,
+                                        std::span<double> row) {
+  if (taxels_) return take_taxels(reading, columns, row);
   Result result;
   if (tare_.pending()) {
     if (auto sentence = tare(reading)) result.notices.push_back(std::move(*sentence));
   }
-  ProbeSample sample = calibration_.apply(reading);
-  for (std::size_t i = 0; i < further_.size(); ++i) sample.extra[i] = reading[further_[i]];
+  const ProbeSample sample = calibration_.apply(reading);
   const bool lacks = !plausible(sample);
   if (lacks != lacks_value_ && !reading.named.empty()) {
     result.notices.push_back(info_.name +
@@ -43,7 +44,10 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading) {
   }
   lacks_value_ = lacks;
   if (lacks) return result;
-  result.sample = sample;
+  columns.put(sample, row);
+  const std::span<double> further = columns.further_in(row);
+  for (std::size_t i = 0; i < further_.size(); ++i) further[i] = reading[further_[i]];
+  result.measured = true;
   result.saturated = reading.saturated || calibration_.saturated(reading);
   // Reported at its start; at most once a second if it recurs.
   if (result.saturated && !saturated_ && reading.arrival >= saturation_again_) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,20 +14,19 @@
 
 namespace merkel {
 
-/// The samples of a device for one probe: some of its channels, calibrated. Thread: probe, except
+/// The readings of a device for one probe: some of its channels, calibrated. Thread: probe, except
 /// where noted.
 class DeviceOutput {
  public:
   /// What a reading gave.
   struct Result {
-    std::optional<ProbeSample> sample;  ///< not set: a value is missing or impossible
-    std::vector<float> taxels = {};     ///< of a tactile array, kPa
-    bool waiting = false;               ///< the zero of the array is being measured: no sample yet
+    bool measured = false;  ///< its row is set; if not, a value is missing or impossible,
+    bool waiting = false;   ///< or the zero of the array is being measured
     bool saturated = false;
     std::vector<std::string> notices = {};  ///< for the user
   };
 
-  /// \param further  channels that its samples carry beside its own: ProbeInfo::extra_columns
+  /// \param further  channels that its rows carry beside its own: ProbeInfo::extra_columns
   DeviceOutput(ProbeInfo info, ProbeCalibration calibration, std::vector<DeviceChannel> further)
       : info_(std::move(info)),
         calibration_(std::move(calibration)),
@@ -42,12 +42,14 @@ class DeviceOutput {
   /// Thread: any.
   void request_tare() noexcept { taxels_ ? taxels_->request_tare() : tare_.make(); }
 
-  /// Tares if requested, and converts a reading; the caller sets times and sequence.
-  [[nodiscard]] Result take(const DeviceReading& reading);
+  /// Tares if requested, and converts a reading to the columns of the probe in a row.
+  [[nodiscard]] Result take(const DeviceReading& reading, const ProbeColumns& columns,
+                            std::span<double> row);
 
  private:
   [[nodiscard]] std::optional<std::string> tare(const DeviceReading& reading);
-  [[nodiscard]] Result take_taxels(const DeviceReading& reading);
+  [[nodiscard]] Result take_taxels(const DeviceReading& reading, const ProbeColumns& columns,
+                                   std::span<double> row);
 
   ProbeInfo info_;
   ProbeCalibration calibration_;

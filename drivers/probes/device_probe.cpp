@@ -27,10 +27,11 @@ constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
 }  // namespace
 
-DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri& uri) {
+DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri& uri,
+                                                 const DeviceUri& device) {
   Settings settings{.uri = uri.text};
-  settings.parts = uri.parts;
-  settings.calibrations = uri.calibrations;
+  settings.parts = device.parts;
+  settings.calibrations = device.calibrations;
   const std::string times = options.word("clock", "mapped", "mapped|device|arrival");
   settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
                    : times == "device" ? ReadingTimes::Rule::kDevice
@@ -96,7 +97,10 @@ Expected<void, SetupError> DeviceProbe::listen() {
                          .waited = std::chrono::duration_cast<milliseconds>(now() - started),
                          .protocol_error = protocol_->error_message(),
                          .counts = stream_.counts,
-                         .heard = heard_}));
+                         .heard = heard_,
+                         .rejected = stream_.rejected,
+                         .expected = expected(),
+                         .notices = stream_.notices}));
     }
     if (!exchange(std::min(deadline, now() + milliseconds{20}))) {
       return closed_while_opening({.name = settings_.uri,
@@ -131,8 +135,8 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   const auto refuse = [&](const std::string& why) {
     return bad_input("\"" + settings_.uri + "\": " + why);
   };
-  const std::vector<std::string> parts =
-      settings_.parts.empty() ? std::vector<std::string>(1) : settings_.parts;
+  const std::vector<ProbeChannels> parts =
+      settings_.parts.empty() ? std::vector<ProbeChannels>(1) : settings_.parts;
   std::vector<std::string> files = settings_.calibrations;
   files.resize(parts.size());
   const bool in_scene = std::any_of(files.begin(), files.end(),
@@ -144,34 +148,31 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   }
   if (!in_scene) files.front() = settings_.calibration;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::string& part = parts[i];
-    const auto wanted = ProbeChannels::parse(part);
-    if (!wanted) return refuse(wanted.error());
-    if (wanted->taxels) {
+    const ProbeChannels& wanted = parts[i];
+    if (wanted.taxels) {
       if (!files[i].empty()) {
         return refuse("a tactile array measures its zero itself: remove its calibration");
       }
-      auto channels = taxel_channels(names, wanted->taxels->prefix);
-      if (const std::string why = wrong_taxels(channels.size(), *wanted->taxels); !why.empty()) {
+      auto channels = taxel_channels(names, wanted.taxels->prefix);
+      if (const std::string why = wrong_taxels(channels.size(), *wanted.taxels); !why.empty()) {
         return refuse(why);
       }
       ProbeInfo info = device;
-      info.uri += "#" + part;
+      info.uri += "#" + wanted.text();
       info.name += ", " + std::to_string(channels.size()) + " taxels";
       info.channels = ProbeSample::kForce;
       info.taxels = channels.size();
-      outputs_.emplace_back(std::move(info), std::move(channels), wanted->taxels->area_mm2);
+      outputs_.emplace_back(std::move(info), std::move(channels), wanted.taxels->area_mm2);
       continue;
     }
-    const auto chosen = wanted->among(names);
+    const auto chosen = wanted.among(names);
     if (!chosen) return refuse(chosen.error());
-    auto calibration =
-        read_calibration_of_device(files[i], device.serial_number, protocol_->channels(),
-                                   wanted->empty() ? nullptr : &*chosen);
+    auto calibration = read_calibration_of_device(
+        files[i], device.serial_number, protocol_->channels(), wanted.empty() ? nullptr : &*chosen);
     if (!calibration) return Unexpected<SetupError>(calibration.error());
     ProbeInfo info = device;
-    if (!part.empty()) {
-      info.uri += "#" + part;
+    if (!wanted.empty()) {
+      info.uri += "#" + wanted.text();
       info.name += ", " + names_of_channels(*chosen);
     }
     info.calibration_file = files[i];
@@ -179,9 +180,9 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
     info.calibration = calibration_text(*calibration, "of " + info.name);
     std::vector<DeviceChannel> further;
     for (const ChannelName& each : names) {
-      if (!wanted->empty() || !is_named(each.channel)) continue;
+      if (!wanted.empty() || !is_named(each.channel)) continue;
       info.device_channels.push_back(printable_text(in_unit_of_readings(each)));
-      if (further.size() == ProbeSample::kMostExtra) continue;
+      if (further.size() == ProbeColumns::kMostFurther) continue;
       further.push_back(each.channel);
       info.extra_columns.push_back(info.device_channels.back());
     }
@@ -197,6 +198,8 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
     }
     outputs_.emplace_back(std::move(info), std::move(*calibration), std::move(further));
   }
+  for (const DeviceOutput& each : outputs_) infos_.push_back(each.info());
+  ready_ = readings();
   return {};
 }
 
@@ -219,14 +222,33 @@ bool DeviceProbe::exchange(Time until) {
     const auto bytes = std::span<const std::uint8_t>(buffer_).first(*count);
     if (heard_.size() < kHeardBytes && !started_)
       heard_.insert(heard_.end(), bytes.begin(), bytes.end());
+    const std::uint64_t bad = stream_.counts.bad();
+    stream_.answer.clear();
     protocol_->take(bytes, arrival, stream_);
+    if (stream_.answer.empty()) {  // a protocol without lines, or no line is complete
+      stream_.answer.assign(bytes.begin(), bytes.end());
+      if (stream_.counts.bad() > bad) stream_.rejected = stream_.answer;
+    }
     log_.received(bytes, arrival, stream_.counts);
+  }
+  if (const TransportInfo& port = transport_->info(); port.rejected != rejected_datagrams_) {
+    rejected_datagrams_ = port.rejected;
+    stream_.counts.bytes += port.newest_rejected.size();
+    stream_.rejected = port.newest_rejected;
   }
   return send();
 }
 
-Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> samples,
-                                                    milliseconds patience) {
+std::string DeviceProbe::expected() const {
+  return protocol_->expected(stream_.rejected.empty() ? stream_.answer : stream_.rejected);
+}
+
+std::string DeviceProbe::to_check() const {
+  return what_to_check(stream_.rejected, settings_.uri.substr(0, settings_.uri.find(':')),
+                       settings_.hint);
+}
+
+Expected<std::size_t, ProbeError> DeviceProbe::read(Readings& readings, milliseconds patience) {
   const Time until = now() + patience;
   if (!started_) discard_old_input();
   do {
@@ -236,18 +258,19 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(std::span<ProbeSample> sampl
       continue;
     }
     take_readings();
-  } while (ready_.empty() && now() < until);
+  } while (ready_->empty() && now() < until);
   publish();
-  const std::size_t count = std::min(samples.size(), ready_.size());
-  delivered_taxels_.clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    samples[i] = ready_[i].sample;
-    if (ready_[i].taxels.empty()) continue;
-    samples[i].row = static_cast<std::uint32_t>(delivered_taxels_.size());
-    delivered_taxels_.push_back(std::move(ready_[i].taxels));
-  }
-  ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(count));
+  readings.clear();
+  const std::size_t count = std::min(readings.room(), ready_->size() - next_ready_);
+  readings.add(*ready_, next_ready_, count);
+  next_ready_ += count;
+  if (next_ready_ == ready_->size()) clear_ready();
   return count;
+}
+
+void DeviceProbe::clear_ready() {
+  ready_->clear();
+  next_ready_ = 0;
 }
 
 /// Input from the time without a reader is out of date.
@@ -264,6 +287,7 @@ void DeviceProbe::discard_old_input() {
   stream_.readings.clear();
   stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
   stream_.counts.without_value = stream_.counts.reordered = 0;
+  stream_.rejected.clear();
   judged_ = stream_.counts;
   protocol_->start(now(), stream_);
   log_.started(now(), stream_.counts);
@@ -339,7 +363,11 @@ void DeviceProbe::take_readings() {
   } else if (time - last_sense_ > settings_.silence && !silence_reported_) {
     notice(name_ + (stream_.counts.bytes == bytes_at_last_sense_
                         ? " has stopped sending: check that it is switched on and streaming"
-                        : " no longer sends valid data: check " + settings_.hint));
+                        : " no longer sends valid data, but " +
+                              answer_and_expected(
+                                  stream_.rejected.empty() ? stream_.answer : stream_.rejected,
+                                  expected()) +
+                              "; check " + to_check()));
     silence_reported_ = true;
   }
 }
@@ -356,11 +384,14 @@ void DeviceProbe::judge_quality() {
     return;
   }
   ++counts_.distrusted;
-  ready_.clear();
+  clear_ready();
   notice(name_ + ": " + std::to_string(std::lround(100.0 * quality_.bad_share())) +
          " % of what it sends is damaged, impossible or out of order: the press is released until "
-         "its data is clean; check " +
-         settings_.hint);
+         "its data is clean; " +
+         (stream_.rejected.empty()
+              ? ""
+              : "it sent " + answer_and_expected(stream_.rejected, expected()) + "; ") +
+         "check " + to_check());
 }
 
 /// Whether the connected device is the one that was opened: calibration and scene belong to that
@@ -387,23 +418,22 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   const std::uint32_t sequence = sequence_++;
   if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
   std::uint64_t refused = 0;
+  bool measured = false;
   bool saturated = false;
+  const std::span<double> row =
+      ready_->add({.time = time, .arrival = reading.arrival, .sequence = sequence});
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
-    DeviceOutput::Result result = outputs_[i].take(reading);
+    const ProbeColumns& columns = ready_->columns().of(i);
+    const DeviceOutput::Result result = outputs_[i].take(reading, columns, row);
     for (const std::string& sentence : result.notices) notice(sentence);
-    if (!result.sample) {
-      if (!result.waiting) ++refused;
-      continue;
-    }
+    if (!result.measured) columns.put_nothing(row);
+    if (!result.measured && !result.waiting) ++refused;
+    measured = measured || result.measured;
     saturated = saturated || result.saturated;
-    ready_.push_back({.sample = *result.sample, .taxels = std::move(result.taxels)});
-    ProbeSample& sample = ready_.back().sample;
-    sample.output = static_cast<std::uint32_t>(i);
-    sample.sequence = sequence;
-    sample.time = time;
-    sample.arrival = reading.arrival;
   }
+  if (!measured) ready_->resize(ready_->size() - 1);
   stream_.counts.refused += refused;
+  if (refused > 0) stream_.rejected = stream_.answer;
   if (refused == outputs_.size()) return;
   judged_.refused += refused;  // one sensor of several without a value is no damaged stream
   last_time_ = time;
@@ -431,15 +461,21 @@ void DeviceProbe::publish() {
   counts_.reordered = protocol.reordered;
   counts_.reboots = protocol.reboots;
   times_.describe(counts_);
+  if (counts_.unexpected.empty() && !stream_.rejected.empty()) {
+    counts_.unexpected = answer_and_expected(stream_.rejected, expected());
+  }
   const Time present_outage = connected_ ? Time{0} : now() - lost_since_;
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
   published_.outage_ns += static_cast<std::uint64_t>(present_outage.count());
 }
 
-std::optional<DeviceCounts> DeviceProbe::device_counts() const {
+ProbeStatus DeviceProbe::status() const {
+  ProbeStatus status{.connected = connected_.load(std::memory_order_relaxed),
+                     .calibration = &outputs_.front().calibration()};
   const std::scoped_lock lock(mutex_);
-  return published_;
+  status.device = published_;
+  return status;
 }
 
 std::vector<std::string> DeviceProbe::take_notices() { return notices_.take(); }

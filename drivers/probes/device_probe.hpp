@@ -15,6 +15,7 @@
 #include "drivers/probes/device_output.hpp"
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/reading_times.hpp"
 #include "drivers/probes/stream_quality.hpp"
 #include "drivers/protocols/protocol.hpp"
@@ -28,9 +29,9 @@ namespace merkel {
 class DeviceProbe final : public Probe {
  public:
   struct Settings {
-    std::string uri;                 ///< without what follows '#',
-    std::vector<std::string> parts;  ///< which is this, one for each probe that it feeds
-    std::string protocol;            ///< its name, for messages
+    std::string uri;                   ///< without what follows '#',
+    std::vector<ProbeChannels> parts;  ///< which is this, one for each probe that it feeds
+    std::string protocol;              ///< its name, for messages
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;                ///< file; empty: none
     std::vector<std::string> calibrations;  ///< of each probe that it feeds, instead
@@ -42,7 +43,8 @@ class DeviceProbe final : public Probe {
   };
   /// Reads the options common to all devices: clock, calibration, timeout_ms, bad_share,
   /// bad_window_ms.
-  [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri);
+  [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri,
+                                              const DeviceUri& device);
 
   /// Listens until the device has reported what it measures. Fails if it sends nothing, invalid
   /// data, or data of another protocol; the error identifies the case.
@@ -50,28 +52,15 @@ class DeviceProbe final : public Probe {
       std::unique_ptr<Transport> transport, std::unique_ptr<Protocol> protocol, Settings settings);
   ~DeviceProbe() override;
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_of(0); }
-  [[nodiscard]] std::size_t outputs() const noexcept override { return outputs_.size(); }
-  [[nodiscard]] const ProbeInfo& info_of(std::size_t output) const noexcept override {
-    return outputs_[output].info();
-  }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return infos_; }
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override {
-    return sample.row < delivered_taxels_.size() ? delivered_taxels_[sample.row]
-                                                 : std::span<const float>{};
-  }
-  [[nodiscard]] const ProbeCalibration* calibration() const noexcept override {
-    return &outputs_.front().calibration();
-  }
-  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
+  [[nodiscard]] ProbeStatus status() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
   [[nodiscard]] bool request_tare(std::size_t output) noexcept override {
     outputs_[output].request_tare();
     return true;
-  }
-  [[nodiscard]] bool connected() const noexcept override {
-    return connected_.load(std::memory_order_relaxed);
   }
   [[nodiscard]] std::size_t ports() const noexcept override { return 1; }
   void add_listener(std::size_t /*port*/, PortListener& listener) override { log_.add(listener); }
@@ -96,8 +85,11 @@ class DeviceProbe final : public Probe {
   void discard_old_input();
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
+  void clear_ready();
   [[nodiscard]] bool same_device();
   void judge_quality();
+  [[nodiscard]] std::string expected() const;
+  [[nodiscard]] std::string to_check() const;
   void notice(const std::string& sentence);
   void publish();
 
@@ -106,6 +98,7 @@ class DeviceProbe final : public Probe {
   std::unique_ptr<Protocol> protocol_;
   std::string name_;                  ///< of the device, for messages
   std::deque<DeviceOutput> outputs_;  ///< at least one
+  std::vector<ProbeInfo> infos_;      ///< of each
   ReadingTimes times_;
   DeviceStream stream_;
   StreamQuality quality_;
@@ -113,13 +106,9 @@ class DeviceProbe final : public Probe {
   PortLog log_;
   Bytes heard_;  ///< the first bytes, to recognise another protocol
   std::vector<std::uint8_t> buffer_;
-  /// A sample, and the pressures of a tactile array.
-  struct Ready {
-    ProbeSample sample;
-    std::vector<float> taxels;
-  };
-  std::deque<Ready> ready_;
-  std::vector<std::vector<float>> delivered_taxels_;  ///< of the last read, by ProbeSample::row
+  std::uint64_t rejected_datagrams_ = 0;  ///< of the port, as last seen
+  std::optional<Readings> ready_;         ///< set with outputs_
+  std::size_t next_ready_ = 0;            ///< those before it are delivered
 
   std::string opened_serial_number_;  ///< as reported by the protocol
   std::uint32_t opened_channels_ = 0;

@@ -24,7 +24,8 @@ constexpr std::array<std::pair<std::uint32_t, double ProbeSample::*>, 4> kFields
 
 }  // namespace
 
-Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view text) {
+Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view text,
+                                                              bool allow_remote) {
   std::vector<std::unique_ptr<Probe>> members;
   std::string_view rest = text.substr(kScheme.size());
   while (!rest.empty()) {
@@ -32,7 +33,7 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view t
     rest.remove_prefix(std::min(uri.size() + 1, rest.size()));
     if (uri.starts_with(kScheme))
       return bad_input("a fused probe cannot be a member of another one");
-    auto member = open_probe(uri);
+    auto member = open_probe(uri, allow_remote);
     if (!member) return member;
     members.push_back(std::move(*member));
   }
@@ -139,23 +140,22 @@ FusedProbe::Fill FusedProbe::fill(ProbeSample& sample) {
   return Fill::kFilled;
 }
 
-Expected<std::size_t, ProbeError> FusedProbe::read(std::span<ProbeSample> samples,
-                                                   milliseconds patience) {
+Expected<std::size_t, ProbeError> FusedProbe::read(Readings& readings, milliseconds patience) {
+  readings.clear();
   std::unique_lock lock(mutex_);
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  std::size_t count = 0;
   while (true) {
     auto& first = members_[0].samples;
-    while (count < samples.size() && !first.empty()) {
+    while (readings.room() > 0 && !first.empty()) {
       ProbeSample sample = first.front();
       const Fill filled = fill(sample);
       if (filled == Fill::kWait) break;
       first.pop_front();
       if (filled != Fill::kFilled) continue;
       sample.arrival = std::chrono::steady_clock::now().time_since_epoch();
-      samples[count++] = sample;
+      readings.add_sample(sample);
     }
-    if (count > 0) return count;
+    if (!readings.empty()) return readings.size();
     if (members_[0].ended && first.empty()) {
       return Unexpected<ProbeError>(members_[0].error_message.empty() ? ProbeError::kEndOfStream
                                                                       : ProbeError::kDisconnected);
@@ -172,10 +172,13 @@ std::string FusedProbe::error_message() const {
   return {};
 }
 
-std::optional<DeviceCounts> FusedProbe::device_counts() const {
-  std::optional<DeviceCounts> sum;
+ProbeStatus FusedProbe::status() const {
+  ProbeStatus status;
+  std::optional<DeviceCounts>& sum = status.device;
   for (const Member& member : members_) {
-    const auto counts = member.probe->device_counts();
+    const ProbeStatus of_member = member.probe->status();
+    status.connected = status.connected && of_member.connected;
+    const auto& counts = of_member.device;
     if (!counts) continue;
     if (!sum) {
       sum = counts;
@@ -183,6 +186,7 @@ std::optional<DeviceCounts> FusedProbe::device_counts() const {
     }
     sum->port += (sum->port.empty() || counts->port.empty() ? "" : " and ") + counts->port;
     merge(*sum, *counts);
+    if (sum->unexpected.empty()) sum->unexpected = counts->unexpected;
     sum->age_ms = std::max(sum->age_ms, counts->age_ms);
     sum->clock_mistrusted = sum->clock_mistrusted || counts->clock_mistrusted;
     if (std::abs(counts->clock_rate - 1.0) > std::abs(sum->clock_rate - 1.0)) {
@@ -192,7 +196,7 @@ std::optional<DeviceCounts> FusedProbe::device_counts() const {
       sum->uncertainty_us = std::max(sum->uncertainty_us.value_or(0.0), *counts->uncertainty_us);
     }
   }
-  return sum;
+  return status;
 }
 
 bool FusedProbe::request_tare(std::size_t /*output*/) noexcept {
@@ -205,11 +209,6 @@ bool FusedProbe::request_tare(std::size_t /*output*/) noexcept {
     if (!any || measures_force(member)) accepted = member.probe->request_tare(0) || accepted;
   }
   return accepted;
-}
-
-bool FusedProbe::connected() const noexcept {
-  return std::all_of(members_.begin(), members_.end(),
-                     [](const Member& member) { return member.probe->connected(); });
 }
 
 std::vector<std::string> FusedProbe::take_notices() {

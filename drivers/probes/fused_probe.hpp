@@ -24,22 +24,24 @@ class FusedProbe final : public Probe {
   static constexpr std::chrono::milliseconds kPatience{100};
 
   /// \param text  the URI, "fused:" and its members
-  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(std::string_view text);
+  /// \param allow_remote  as in open_probe()
+  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(std::string_view text,
+                                                                         bool allow_remote);
   /// Fuses probes that are already open; the first one gives the times.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> fuse(
       std::string_view uri, std::vector<std::unique_ptr<Probe>> members);
   ~FusedProbe() override;
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
   [[nodiscard]] std::string error_message() const override;
-  /// The sums of the members' counters; of times, the worst.
-  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
+  /// The sums of the members' counters; of times, the worst. Connected if all are.
+  [[nodiscard]] ProbeStatus status() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
   /// Tares the members that measure force or, if none does, all.
   [[nodiscard]] bool request_tare(std::size_t output) noexcept override;
-  [[nodiscard]] bool connected() const noexcept override;
   /// One per member, in their order.
   [[nodiscard]] std::size_t ports() const noexcept override { return members_.size(); }
   void add_listener(std::size_t port, PortListener& listener) override {

@@ -36,38 +36,42 @@ std::string name_at(const ProbeInfo& probe, std::chrono::nanoseconds time) {
 
 }  // namespace
 
-Expected<std::size_t, ProbeError> LimitedProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> LimitedProbe::read(Readings& readings,
                                                      std::chrono::milliseconds patience) {
   if (!error_message_.empty()) return Unexpected<ProbeError>(ProbeError::kBadData);
-  const auto count = ForwardingProbe::read(samples, patience);
-  if (!count) return count;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < *count; ++i) {
-    const std::size_t output = samples[i].output;
-    std::string why =
-        press_excess(samples[i], limits_[output], name_at(info_of(output), samples[i].time));
-    if (why.empty()) {
-      samples[kept++] = samples[i];
-      continue;
+  if (auto count = ForwardingProbe::read(readings, patience); !count) return count;
+  readings.drop_if([&](std::size_t i) {
+    bool measured = false;
+    for (std::size_t output = 0; output < limits_.size() && error_message_.empty(); ++output) {
+      const auto sample = readings.sample(i, output);
+      if (!sample) continue;
+      std::string why =
+          press_excess(*sample, limits_[output], name_at(outputs()[output], sample->time));
+      if (why.empty()) {
+        measured = true;
+      } else if (info().replayed) {
+        error_message_ = std::move(why);
+      } else {
+        readings.columns().of(output).put_nothing(readings.row(i));
+        const std::scoped_lock lock(mutex_);
+        ++refused_;
+        if (!reported_[output]) notices_.push_back(std::move(why));
+        reported_[output] = true;
+      }
     }
-    if (info().replayed) {
-      error_message_ = std::move(why);
-      if (kept == 0) return Unexpected<ProbeError>(ProbeError::kBadData);
-      break;
-    }
-    const std::scoped_lock lock(mutex_);
-    ++refused_;
-    if (!reported_[output]) notices_.push_back(std::move(why));
-    reported_[output] = true;
+    return !measured || !error_message_.empty();
+  });
+  if (!error_message_.empty() && readings.empty()) {
+    return Unexpected<ProbeError>(ProbeError::kBadData);
   }
-  return kept;
+  return readings.size();
 }
 
-std::optional<DeviceCounts> LimitedProbe::device_counts() const {
-  auto counts = ForwardingProbe::device_counts();
+ProbeStatus LimitedProbe::status() const {
+  ProbeStatus status = ForwardingProbe::status();
   const std::scoped_lock lock(mutex_);
-  if (counts) counts->refused += refused_;
-  return counts;
+  if (status.device) status.device->refused += refused_;
+  return status;
 }
 
 std::vector<std::string> LimitedProbe::take_notices() {

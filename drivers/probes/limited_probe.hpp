@@ -22,23 +22,24 @@ struct PressLimits {
 [[nodiscard]] std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
                                        const std::string& name);
 
-/// Keeps presses beyond the limits from the model. A recording ends with an error at such a sample;
-/// samples of a device are dropped, counted as refused and reported.
+/// Keeps presses beyond the limits from the model. A recording ends with an error at such a
+/// reading; of a device, the probe has no value in it, which is counted as refused and reported.
 class LimitedProbe final : public ForwardingProbe {
  public:
   /// \param limits  one for each of the probe's outputs; the default for others
   LimitedProbe(std::unique_ptr<Probe> probe, std::vector<PressLimits> limits)
       : ForwardingProbe(std::move(probe)), limits_(std::move(limits)) {
-    limits_.resize(outputs());
-    reported_.resize(outputs());
+    limits_.resize(outputs().size());
+    reported_.resize(outputs().size());
   }
 
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
   [[nodiscard]] std::string error_message() const override {
     return error_message_.empty() ? ForwardingProbe::error_message() : error_message_;
   }
-  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override;
+  [[nodiscard]] ProbeStatus status() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:

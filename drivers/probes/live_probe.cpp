@@ -16,36 +16,39 @@ std::chrono::nanoseconds now() noexcept {
 }  // namespace
 
 LiveProbe::LiveProbe(std::unique_ptr<Probe> recording)
-    : ForwardingProbe(std::move(recording)), info_(ForwardingProbe::info()) {
+    : ForwardingProbe(std::move(recording)),
+      info_(ForwardingProbe::outputs().front()),
+      ahead_(columns_of(ForwardingProbe::outputs()), kAhead) {
   info_.name += ", live";
   info_.replayed = false;
-  ahead_.reserve(kAhead);
 }
 
-Expected<std::size_t, ProbeError> LiveProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
                                                   std::chrono::milliseconds patience) {
+  readings.clear();
   if (next_ == ahead_.size()) {
-    ahead_.resize(kAhead);
-    const auto count = ForwardingProbe::read(ahead_, patience);
-    ahead_.resize(count.value_or(0));
     next_ = 0;
-    if (!count) return Unexpected<ProbeError>(count.error());
-    if (*count == 0) return 0;
+    const auto count = ForwardingProbe::read(ahead_, patience);
+    if (!count) ahead_.clear();
+    if (!count || *count == 0) return count;
   }
-  if (!shift_) shift_ = now() - ahead_.front().time;
-  const auto first_taken = ahead_[next_].time + *shift_;
+  if (!shift_) shift_ = now() - ahead_.head(0).time;
+  const auto first_taken = ahead_.head(next_).time + *shift_;
   const auto until = std::min(first_taken, now() + patience);
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(until));
 
-  std::size_t count = 0;
   const auto arrival = now();
-  while (count < samples.size() && next_ < ahead_.size() &&
-         ahead_[next_].time + *shift_ <= arrival) {
-    samples[count] = ahead_[next_++];
-    samples[count].time += *shift_;
-    samples[count++].arrival = arrival;
+  const std::size_t first = next_;
+  while (next_ - first < readings.room() && next_ < ahead_.size() &&
+         ahead_.head(next_).time + *shift_ <= arrival) {
+    ++next_;
   }
-  return count;
+  readings.add(ahead_, first, next_ - first);
+  for (ReadingHead& head : readings.heads()) {
+    head.time += *shift_;
+    head.arrival = arrival;
+  }
+  return readings.size();
 }
 
 }  // namespace merkel

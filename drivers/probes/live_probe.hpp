@@ -16,17 +16,15 @@ class LiveProbe final : public ForwardingProbe {
  public:
   explicit LiveProbe(std::unique_ptr<Probe> recording);
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  [[nodiscard]] const ProbeInfo& info_of(std::size_t /*output*/) const noexcept override {
-    return info_;
-  }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
 
  private:
   ProbeInfo info_;
-  std::vector<ProbeSample> ahead_;                 ///< read, but not yet due
-  std::size_t next_ = 0;                           ///< next sample of `ahead_`
+  Readings ahead_;                                 ///< read, but not yet due
+  std::size_t next_ = 0;                           ///< next one of `ahead_`
   std::optional<std::chrono::nanoseconds> shift_;  ///< host time − the recording's time
 };
 

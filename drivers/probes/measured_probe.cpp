@@ -7,9 +7,9 @@
 
 namespace merkel {
 
-Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> MeasuredProbe::read(Readings& readings,
                                                       std::chrono::milliseconds patience) {
-  auto count = ForwardingProbe::read(samples, patience);
+  auto count = ForwardingProbe::read(readings, patience);
   if (!count) {
     if (meter_.finish()) publish(true);
     return count;
@@ -17,12 +17,10 @@ Expected<std::size_t, ProbeError> MeasuredProbe::read(std::span<ProbeSample> sam
   // Until the first second is over, use the device's nominal period.
   const auto nominal =
       SampleMeter::stale_after(info().period.value_or(std::chrono::milliseconds{100}));
-  for (ProbeSample& sample : samples.first(*count)) {
+  for (ReadingHead& head : readings.heads()) {
     const bool first = !meter_.timing();
-    // The probes of a device share its readings: those of an instant count once.
-    if (sample.time != last_time_ && meter_.add(sample)) publish(first);
-    last_time_ = sample.time;
-    sample.valid_for = meter_.timing() ? meter_.timing()->stale_after : nominal;
+    if (meter_.add(head)) publish(first);
+    head.valid_for = meter_.timing() ? meter_.timing()->stale_after : nominal;
   }
   return count;
 }
@@ -42,9 +40,12 @@ void MeasuredProbe::publish(bool first) {
   timing_ = now;
 }
 
-std::optional<SampleTiming> MeasuredProbe::timing() const {
+ProbeStatus MeasuredProbe::status() const {
+  ProbeStatus status = ForwardingProbe::status();
+  status.timed = true;
   const std::scoped_lock lock(mutex_);
-  return timing_;
+  status.timing = timing_;
+  return status;
 }
 
 std::vector<std::string> MeasuredProbe::take_notices() {

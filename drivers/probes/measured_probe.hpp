@@ -19,18 +19,17 @@ class MeasuredProbe final : public ForwardingProbe {
  public:
   explicit MeasuredProbe(std::unique_ptr<Probe> probe) : ForwardingProbe(std::move(probe)) {}
 
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] bool is_timed() const noexcept override { return true; }
-  [[nodiscard]] std::optional<SampleTiming> timing() const override;
+  [[nodiscard]] ProbeStatus status() const override;
   [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
   void publish(bool first);
 
   SampleMeter meter_;
-  std::optional<std::chrono::nanoseconds> last_time_;  ///< of any output
-  mutable std::mutex mutex_;                           ///< guards the rest
+  mutable std::mutex mutex_;  ///< guards the rest
   std::optional<SampleTiming> timing_;
   std::vector<std::string> notices_;
 };

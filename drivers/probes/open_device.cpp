@@ -22,14 +22,27 @@ Unexpected<SetupError> about(const Uri& uri, const SetupError& error) {
       SetupError{.kind = error.kind, .sentence = "\"" + uri.text + "\": " + error.sentence});
 }
 
+/// The protocol that the options name. Without one, the device can be recognised.
+Expected<const ProtocolEntry*, SetupError> protocol_of(const Uri& uri, UriOptions& options) {
+  auto entry = find_protocol(options.text("protocol", ""));
+  if (entry) return entry;
+  auto error = about(uri, entry.error());
+  if (!options.given("protocol") && !uri.path.empty()) {
+    error.value().sentence += "; or let merkel connect " + uri.scheme + ":" + uri.path +
+                              " recognise the device and write a scene for it";
+  }
+  return error;
+}
+
 }  // namespace
 
-Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) {
+Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri,
+                                                                const DeviceUri& device) {
   UriOptions options(uri);
-  const auto entry = find_protocol(options.text("protocol", ""));
-  if (!entry) return about(uri, entry.error());
+  const auto entry = protocol_of(uri, options);
+  if (!entry) return Unexpected<SetupError>(entry.error());
   const auto baud = options.whole("baud", (*entry)->baud, 50, 12'000'000);
-  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   auto protocol = (*entry)->make(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (!protocol) return about(uri, protocol.error());
@@ -49,10 +62,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_serial_device(const Uri& uri) 
   return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
 }
 
-Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri) {
+Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri,
+                                                                 const DeviceUri& device) {
   UriOptions options(uri);
-  const auto entry = find_protocol(options.text("protocol", ""));
-  if (!entry) return about(uri, entry.error());
+  const auto entry = protocol_of(uri, options);
+  if (!entry) return Unexpected<SetupError>(entry.error());
   const bool udp = uri.scheme == "udp";
   const std::string_view name = (*entry)->name;
   if (!is_carried(**entry, uri.scheme)) {
@@ -60,7 +74,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri)
                      uri.scheme + ": write udp:HOST:PORT?protocol=ati_rdt, " +
                      "udp:HOST:PORT?protocol=csv or tcp:HOST:PORT?protocol=csv|hbf1");
   }
-  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   auto protocol = (*entry)->make(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (!protocol) return about(uri, protocol.error());
@@ -73,17 +87,19 @@ Expected<std::unique_ptr<Probe>, SetupError> open_network_device(const Uri& uri)
   settings.hint = "its address, and any firewall in between";
   auto port = udp ? open_udp_port({.address = *address,
                                    .listen = !(*entry)->datagrams,
+                                   .allow_remote = device.allow_remote,
                                    .datagram_bytes = (*entry)->datagrams ? kAtiRecordBytes : 0})
                   : open_tcp_port(*address);
   if (!port) return Unexpected<SetupError>(port.error());
   return DeviceProbe::open(std::move(*port), std::move(*protocol), std::move(settings));
 }
 
-Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
+Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri,
+                                                             const DeviceUri& device) {
   UriOptions options(uri);
   const std::string backend = options.word("backend", "hidraw", "hidraw|libusb");
   const auto name = UsbName::parse(uri.path, options.text("serial", ""));
-  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   auto map = read_hid_fields(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (!name) return Unexpected<SetupError>(name.error());
@@ -106,7 +122,8 @@ Expected<std::unique_ptr<Probe>, SetupError> open_hid_device(const Uri& uri) {
   return DeviceProbe::open(std::move(*port), make_hid_fields(std::move(*map)), std::move(settings));
 }
 
-Expected<std::unique_ptr<Probe>, SetupError> open_usb_device(const Uri& uri) {
+Expected<std::unique_ptr<Probe>, SetupError> open_usb_device(const Uri& uri,
+                                                             const DeviceUri& device) {
   UriOptions options(uri);
   const auto entry = find_protocol(options.text("protocol", ""));
   if (!entry) return about(uri, entry.error());
@@ -117,7 +134,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_usb_device(const Uri& uri) {
       .in = static_cast<std::uint8_t>(options.whole("in", 0x81, kIn + 1, kIn + 15)),
       .out = static_cast<std::uint8_t>(options.whole("out", 0x01, 0, 15)),
       .interrupt = options.word("transfer", "bulk", "bulk|interrupt") == "interrupt"};
-  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   auto protocol = (*entry)->make(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (!name) return Unexpected<SetupError>(name.error());

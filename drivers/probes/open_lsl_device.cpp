@@ -33,7 +33,8 @@ std::string columns_of(const LslStream& stream) {
 
 }  // namespace
 
-Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
+Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri,
+                                                             const DeviceUri& device) {
   if (uri.path.empty()) {
     return bad_input("\"" + uri.text + "\": name the stream, for example lsl:Gauge");
   }
@@ -52,7 +53,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri) {
     lines.options.try_emplace("rate_hz", shortest_decimal(stream->rate_Hz));
   }
   UriOptions options(lines);
-  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   // LSL stamps are on this machine's clock already, if need be by LSL's own offset.
   const auto rule = uri.options.find("clock");
   if (rule == uri.options.end() || settings.times == ReadingTimes::Rule::kDevice) {

@@ -13,7 +13,6 @@
 #include "drivers/probes/repeated_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
-#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
@@ -46,8 +45,9 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
 
 /// A recording or a simulated press: one or several probes are fed by its columns.
 Expected<std::unique_ptr<Probe>, SetupError> recorded(
-    const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
-  if (std::any_of(uri.calibrations.begin(), uri.calibrations.end(),
+    const Uri& uri, const DeviceUri& device,
+    Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
+  if (std::any_of(device.calibrations.begin(), device.calibrations.end(),
                   [](const std::string& file) { return !file.empty(); })) {
     return bad_input(
         "\"" + uri.text +
@@ -55,32 +55,29 @@ Expected<std::unique_ptr<Probe>, SetupError> recorded(
   }
   auto probe = played(uri, open);
   if (!probe) return probe;
-  return RecordedOutputs::split(std::move(*probe), uri.parts);
+  return RecordedOutputs::split(std::move(*probe), device.parts);
 }
 
-Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
-                                                      const DeviceUri& device) {
-  if (text.starts_with("fused:")) return FusedProbe::open(text);
+Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
+  const std::string& text = device.uri;
+  if (text.starts_with("fused:")) return FusedProbe::open(text, device.allow_remote);
   if (text.starts_with("/dev/")) {
-    const std::string port(text);
-    return bad_input("\"" + port + "\" is a port, not a probe URI: merkel connect " + port +
+    return bad_input("\"" + text + "\" is a port, not a probe URI: merkel connect " + text +
                      " recognises the device at it and writes its URI into a scene");
   }
   auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
-  uri->parts = device.parts;
-  uri->calibrations = device.calibrations;
-  if (uri->scheme == "replay") return recorded(*uri, ReplayProbe::open);
+  if (uri->scheme == "replay") return recorded(*uri, device, ReplayProbe::open);
   if (uri->scheme == "sim") {
-    return recorded(*uri, uri->path == "pad" ? PadProbe::open : SimProbe::open);
+    return recorded(*uri, device, uri->path == "pad" ? PadProbe::open : SimProbe::open);
   }
-  if (uri->scheme == "serial") return open_serial_device(*uri);
-  if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri);
-  if (uri->scheme == "hid") return open_hid_device(*uri);
-  if (uri->scheme == "usb") return open_usb_device(*uri);
+  if (uri->scheme == "serial") return open_serial_device(*uri, device);
+  if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri, device);
+  if (uri->scheme == "hid") return open_hid_device(*uri, device);
+  if (uri->scheme == "usb") return open_usb_device(*uri, device);
   if (uri->scheme == "redis") {
 #ifdef MERKEL_WITH_HIREDIS
-    return open_redis_device(*uri);
+    return open_redis_device(*uri, device);
 #else
     return bad_input("\"" + uri->text +
                      "\": this merkel was built without hiredis: install libhiredis-dev, then "
@@ -89,7 +86,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
   }
   if (uri->scheme == "lsl") {
 #ifdef MERKEL_WITH_LSL
-    return open_lsl_device(*uri);
+    return open_lsl_device(*uri, device);
 #else
     return bad_input("\"" + uri->text + "\": this merkel was built without " +
                      std::string(kLslLibrary) + ", then configure and build merkel again");
@@ -105,32 +102,16 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(std::string_view text,
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> open_device(const DeviceUri& device) {
-  auto probe = open_any(device.uri, device);
+  auto probe = open_any(device);
   if (!probe || (*probe)->info().replayed) return probe;
   return std::make_unique<MeasuredProbe>(std::move(*probe));
 }
 
-Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text) {
-  return open_device(DeviceUri::split(text));
-}
-
-std::vector<std::string> files_of_probe(std::string_view text) {
-  const auto uri = Uri::parse(DeviceUri::split(text).uri);
-  if (!uri) return {};
-  std::vector<std::string> files;
-  if (uri->scheme == "replay") files.push_back(split_rig(uri->path).first);
-  if (const auto calibration = uri->options.find("calibration");
-      calibration != uri->options.end()) {
-    files.push_back(calibration->second);
-  }
-  if (uri->scheme != "fused") return files;
-  std::string_view members = text.substr(text.find(':') + 1);
-  while (!members.empty()) {
-    const std::string_view member = members.substr(0, members.find('|'));
-    for (std::string& file : files_of_probe(member)) files.push_back(std::move(file));
-    members.remove_prefix(std::min(member.size() + 1, members.size()));
-  }
-  return files;
+Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view text, bool allow_remote) {
+  auto device = DeviceUri::parse(text);
+  if (!device) return Unexpected<SetupError>(device.error());
+  device->allow_remote = allow_remote;
+  return open_device(*device);
 }
 
 }  // namespace merkel

@@ -9,7 +9,8 @@
 
 namespace merkel {
 
-Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(const Uri& uri) {
+Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(const Uri& uri,
+                                                               const DeviceUri& device) {
   Uri lines = uri;  // with the options of the protocol csv
   const auto stream = lines.options.extract("stream");
   const auto named = lines.options.extract("fields");
@@ -30,7 +31,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(const Uri& uri) {
   const bool ruled = rule != lines.options.end();
   lines.options.emplace("columns", columns);
   UriOptions options(lines);
-  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri);
+  DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   // A node of this machine stamps its entries with the host's clock.
   if (!ruled || settings.times == ReadingTimes::Rule::kDevice) {
     settings.times = ReadingTimes::Rule::kHost;

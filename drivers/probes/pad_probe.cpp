@@ -63,7 +63,7 @@ Expected<std::unique_ptr<Probe>, SetupError> PadProbe::open(const Uri& uri) {
 }
 
 /// A raised cosine of the force; the ball rolls once to each side meanwhile.
-void PadProbe::press(double time_s, ProbeSample& sample, std::span<float> row) {
+double PadProbe::press(double time_s, std::span<double> kPa) {
   const double since = time_s - options_.wait_s;
   const double number =
       std::clamp(std::floor(since / options_.interval_s), 0.0, options_.count - 1.0);
@@ -93,37 +93,34 @@ void PadProbe::press(double time_s, ProbeSample& sample, std::span<float> row) {
       double noise = -6.0;
       for (int k = 0; k < 12 && options_.noise_kPa > 0.0; ++k) noise += random_.uniform();
       if (options_.noise_kPa > 0.0) mean = std::max(0.0, mean + options_.noise_kPa * noise);
-      row[static_cast<std::size_t>(r * options_.columns + c)] = static_cast<float>(mean);
+      // In single precision, as the records of pressures are.
+      kPa[static_cast<std::size_t>(r * options_.columns + c)] =
+          static_cast<double>(static_cast<float>(mean));
       sum_kPa += mean;
     }
   }
-  sample.force_mN = sum_kPa * options_.pitch_mm * options_.pitch_mm;
+  return sum_kPa * options_.pitch_mm * options_.pitch_mm;
 }
 
-Expected<std::size_t, ProbeError> PadProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> PadProbe::read(Readings& readings,
                                                  std::chrono::milliseconds /*patience*/) {
   constexpr std::size_t kAtOnce = 256;
-  const std::size_t wanted = std::min({samples.size(), kAtOnce, std::size_t{count_ - next_}});
-  rows_.resize(wanted * info_.taxels);
-  for (std::size_t i = 0; i < wanted; ++i) {
+  readings.clear();
+  const ProbeColumns& columns = readings.columns().of(0);
+  for (std::size_t left = std::min({readings.room(), kAtOnce, std::size_t{count_ - next_}});
+       left > 0; --left) {
     const double time_s = next_ / options_.rate_Hz;
-    ProbeSample& sample = samples[i];
-    sample = {.time = units::nanoseconds_from_s(time_s),
-              .arrival = units::nanoseconds_from_s(time_s),
-              .sequence = next_++,
-              .channels = info_.channels,
-              .row = static_cast<std::uint32_t>(i),
-              .valid_for = SampleMeter::stale_after(*info_.period)};
-    press(time_s, sample, std::span(rows_).subspan(i * info_.taxels, info_.taxels));
+    ProbeSample sample{.time = units::nanoseconds_from_s(time_s),
+                       .arrival = units::nanoseconds_from_s(time_s),
+                       .sequence = next_++,
+                       .channels = info_.channels,
+                       .valid_for = SampleMeter::stale_after(*info_.period)};
+    const std::span<double> row = readings.add(head_of(sample));
+    sample.force_mN = press(time_s, columns.taxels_in(row));
+    columns.put(sample, row);
   }
-  if (wanted > 0 || samples.empty()) return wanted;
+  if (!readings.empty() || readings.room() == 0) return readings.size();
   return Unexpected<ProbeError>(ProbeError::kEndOfStream);
-}
-
-std::span<const float> PadProbe::taxels(const ProbeSample& sample) const {
-  const std::size_t first = sample.row * info_.taxels;
-  if (first + info_.taxels > rows_.size()) return {};
-  return std::span(rows_).subspan(first, info_.taxels);
 }
 
 }  // namespace merkel

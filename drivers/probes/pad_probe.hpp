@@ -20,11 +20,11 @@ class PadProbe final : public Probe {
  public:
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(const Uri& uri);
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
   /// Never waits.
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override;
 
  private:
   struct Options {
@@ -40,14 +40,14 @@ class PadProbe final : public Probe {
     std::uint64_t seed = 1;
   };
   PadProbe(ProbeInfo info, const Options& options);
-  void press(double time_s, ProbeSample& sample, std::span<float> row);
+  /// \return the force, mN
+  [[nodiscard]] double press(double time_s, std::span<double> kPa);
 
   ProbeInfo info_;
   Options options_;
   Random random_;
   std::uint32_t next_ = 0;
   std::uint32_t count_;
-  std::vector<float> rows_;  ///< of the last read
 };
 
 }  // namespace merkel

@@ -210,14 +210,24 @@ std::string no_press_among(std::span<const std::string> channels) {
          "[[probe]]";
 }
 
-DeviceUri DeviceUri::split(std::string_view text) {
-  const auto mark = text.rfind('#');
-  const bool fused = text.starts_with("fused:");  // its members have parts of their own
+std::pair<std::string, std::optional<std::string>> split_fragment(std::string_view uri) {
+  const auto mark = uri.rfind('#');
+  const bool fused = uri.starts_with("fused:");  // its members have parts of their own
   if (fused || mark == std::string_view::npos ||
-      text.find_first_of("./?&", mark) != std::string_view::npos) {
-    return {.uri = std::string(text), .parts = {}};
+      uri.find_first_of("./?&", mark) != std::string_view::npos) {
+    return {std::string(uri), std::nullopt};
   }
-  return {.uri = std::string(text.substr(0, mark)), .parts = {std::string(text.substr(mark + 1))}};
+  return {std::string(uri.substr(0, mark)), std::string(uri.substr(mark + 1))};
+}
+
+Expected<DeviceUri, SetupError> DeviceUri::parse(std::string_view text) {
+  const auto [uri, part] = split_fragment(text);
+  DeviceUri device{.uri = uri};
+  if (!part) return device;
+  auto channels = ProbeChannels::parse(*part);
+  if (!channels) return bad_input("\"" + uri + "\": " + channels.error());
+  device.parts.push_back(std::move(*channels));
+  return device;
 }
 
 }  // namespace merkel

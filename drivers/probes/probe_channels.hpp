@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -59,14 +60,20 @@ struct ProbeChannels {
 /// \param channels  the names of those that it has
 [[nodiscard]] std::string no_press_among(std::span<const std::string> channels);
 
-/// A probe URI of one or more probes of a device.
-struct DeviceUri {
-  std::string uri;                 ///< without '#'
-  std::vector<std::string> parts;  ///< what followed '#', one for each probe; empty: no '#'
-  std::vector<std::string> calibrations = {};  ///< a file for each probe; empty: none
+/// A URI without what follows its '#', and that; empty: no '#'. A '#' within the name of a file is
+/// part of the name.
+[[nodiscard]] std::pair<std::string, std::optional<std::string>> split_fragment(
+    std::string_view uri);
 
-  /// Splits a URI. A '#' within the name of a file is no part.
-  [[nodiscard]] static DeviceUri split(std::string_view text);
+/// A device that feeds one or more probes.
+struct DeviceUri {
+  std::string uri;                             ///< without '#'
+  std::vector<ProbeChannels> parts = {};       ///< one for each probe; empty: none is chosen
+  std::vector<std::string> calibrations = {};  ///< a file for each probe; empty: none
+  bool allow_remote = false;                   ///< other machines may send its samples
+
+  /// Of a URI, with or without '#'.
+  [[nodiscard]] static Expected<DeviceUri, SetupError> parse(std::string_view text);
 };
 
 }  // namespace merkel

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/units.hpp"
+
 namespace merkel {
 namespace {
 
@@ -22,6 +24,8 @@ constexpr milliseconds kSpikeAhead{2};           ///< largest step back between 
 constexpr std::chrono::seconds kQuietAgain{10};  ///< between two notices of wrong times
 constexpr nanoseconds kRateWindow = std::chrono::seconds{2};
 constexpr double kSpanMargin = 1.25;
+constexpr milliseconds kWrongAnswers{50};      ///< between an answer of the clock and a reading
+constexpr double kAgeWeight = 1e-3;            ///< of a host time in the mean age
 constexpr milliseconds kOldestHostTime{2000};  ///< before the arrival
 constexpr milliseconds kForeign{60};  ///< impossible host times for that long: another clock
 
@@ -76,6 +80,7 @@ void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::ve
     last_time_ = times.back();
     return;
   }
+  check_answers(readings.back());
   // The last reading of a batch informs the clock most: check all, then compute the times.
   std::vector<Checked> checked;
   for (std::size_t i = 0; i < readings.size(); ++i) {
@@ -96,6 +101,20 @@ void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::ve
   last_batch_ = readings.back().arrival;
 }
 
+/// Before the first reading, the clock is known by the device's answers (SYNC) alone. If these
+/// put even the freshest reading far from its arrival, they are wrong.
+void ReadingTimes::check_answers(const DeviceReading& freshest) {
+  if (rule_ == Rule::kHost || clock_.has_frames() || !freshest.device_time) return;
+  const auto estimate = clock_.estimate(clock_.unwrapped(*freshest.device_time, freshest.arrival));
+  if (!estimate || std::chrono::abs(freshest.arrival - *estimate) <= kWrongAnswers) return;
+  restart();
+  rates_.reanchored(freshest.arrival);
+  ++anchors_;
+  notices_.emplace_back(
+      "its answers about its clock contradict the times of its samples and are not used; check its "
+      "firmware");
+}
+
 /// Whether the next reading of the batch shows that the first one's time is wrong: the next time
 /// lies before it, but not before the one that precedes it.
 bool ReadingTimes::is_ahead_of_next(std::span<const DeviceReading> readings,
@@ -113,7 +132,8 @@ ReadingTimes::Checked ReadingTimes::check_host_time(const DeviceReading& reading
       stamp <= reading.arrival + kLatest && stamp >= reading.arrival - kOldestHostTime;
   if (good) {
     foreign_since_.reset();
-    static_cast<void>(clock_.observe(stamp, reading.arrival));  // for its report
+    const double weight = std::max(kAgeWeight, 1.0 / static_cast<double>(++stamps_));
+    stamp_age_us_ += weight * (units::us_from(reading.arrival - stamp) - stamp_age_us_);
     return {.device = stamp, .arrival = reading.arrival};
   }
   ++outliers_;
@@ -241,7 +261,9 @@ void ReadingTimes::describe(DeviceCounts& counts) const {
   counts.clock_anchors = anchors_;
   counts.clock_rate = rates_.rate();
   counts.clock_mistrusted = !rates_.agrees();
-  if (by_clock_) {
+  if (by_clock_ && rule_ == Rule::kHost) {
+    counts.latency_us = stamp_age_us_;
+  } else if (by_clock_) {
     const DeviceClock::Report report = clock_.report();
     counts.drift_ppm = report.drift_ppm;
     counts.jitter_us = report.jitter_us;

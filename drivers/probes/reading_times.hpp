@@ -56,6 +56,7 @@ class ReadingTimes {
   void add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times);
   [[nodiscard]] bool is_ahead_of_next(std::span<const DeviceReading> readings,
                                       const std::vector<Checked>& before) const noexcept;
+  void check_answers(const DeviceReading& freshest);
   [[nodiscard]] Checked check(const DeviceReading& reading);
   [[nodiscard]] Checked check_host_time(const DeviceReading& reading);
   [[nodiscard]] Time time_of(const Checked& reading);
@@ -77,6 +78,8 @@ class ReadingTimes {
   Time last_time_{0};         ///< of any reading
   Time step_{1'000'000};      ///< between the last two good times
   double interval_ns_ = 0.0;  ///< mean between readings, by their arrivals; 0: not known
+  std::uint64_t stamps_ = 0;
+  double stamp_age_us_ = 0.0;  ///< mean age of the host times on arrival
   double round_trip_us_ = 0.0;
   std::uint64_t outliers_ = 0;
   std::optional<Time> wrong_time_;  ///< arrival of the last reading with an impossible time

@@ -14,8 +14,6 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kAtOnce = 256;
-
 constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels = {
     {{ProbeSample::kDepth, DeviceChannel::kDepth},
      {ProbeSample::kForce, DeviceChannel::kForce},
@@ -25,7 +23,7 @@ constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels 
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
-    std::unique_ptr<Probe> recording, const std::vector<std::string>& parts) {
+    std::unique_ptr<Probe> recording, const std::vector<ProbeChannels>& parts) {
   const ProbeInfo whole = recording->info();
   if (parts.empty()) return recording;
   const auto refuse = [&](const std::string& why) {
@@ -49,20 +47,18 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
                      .pressure = column->pressure});
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
-  for (const std::string& part : parts) {
-    const auto wanted = ProbeChannels::parse(part);
-    if (!wanted) return refuse(wanted.error());
+  for (const ProbeChannels& wanted : parts) {
     Array array;
-    if (wanted->taxels) {
+    if (wanted.taxels) {
       array.columns = whole.taxels > 0 ? std::vector<ChannelName>{}
-                                       : taxel_channels(names, wanted->taxels->prefix);
-      array.area_mm2 = wanted->taxels->area_mm2;
+                                       : taxel_channels(names, wanted.taxels->prefix);
+      array.area_mm2 = wanted.taxels->area_mm2;
       const std::size_t count = whole.taxels > 0 ? whole.taxels : array.columns.size();
-      if (const std::string why = wrong_taxels(count, *wanted->taxels); !why.empty()) {
+      if (const std::string why = wrong_taxels(count, *wanted.taxels); !why.empty()) {
         return refuse(why);
       }
       ProbeInfo info = whole;
-      info.uri += "#" + part;
+      info.uri += "#" + wanted.text();
       info.channels = ProbeSample::kForce;
       info.extra_columns.clear();
       info.taxels = count;
@@ -71,11 +67,11 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
       outputs->arrays_.push_back(std::move(array));
       continue;
     }
-    auto chosen = wanted->among(names);
+    auto chosen = wanted.among(names);
     if (!chosen) return refuse(chosen.error());
     outputs->arrays_.push_back(std::move(array));
     ProbeInfo info = whole;
-    info.uri += "#" + part;
+    info.uri += "#" + wanted.text();
     info.name += ", " + names_of_channels(*chosen);
     info.channels = chosen->sample_channels();
     info.extra_columns.clear();
@@ -85,68 +81,62 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
   return outputs;
 }
 
-Expected<std::size_t, ProbeError> RecordedOutputs::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
                                                         std::chrono::milliseconds patience) {
-  // The samples of an instant are returned together: nobody sees one probe without the others.
-  const std::size_t most = samples.size() / infos_.size();
-  if (most == 0) return std::size_t{0};
-  waiting_.resize(std::min(most, kAtOnce));
-  const auto read = ForwardingProbe::read(waiting_, patience);
-  if (!read) return read;
-  std::size_t count = 0;
-  rows_.clear();
+  readings.clear();
+  if (next_ == waiting_.size()) {
+    next_ = 0;
+    const auto read = ForwardingProbe::read(waiting_, patience);
+    if (!read) waiting_.clear();
+    if (!read || *read == 0) return read;
+  }
+  const ProbeColumns& whole = waiting_.columns().of(0);
   DeviceReading reading;
-  for (const ProbeSample& from : std::span(waiting_).first(*read)) {
+  for (; next_ < waiting_.size() && readings.room() > 0; ++next_) {
+    const ProbeSample from = whole.sample(waiting_.head(next_), waiting_.row(next_));
     reading.set(DeviceChannel::kDepth, from.depth_mm);
     reading.set(DeviceChannel::kForce, units::N_from_mN(from.force_mN));
     reading.set(DeviceChannel::kX, from.x_mm);
     reading.set(DeviceChannel::kY, from.y_mm);
+    const auto further = waiting_.further(next_);
     for (std::size_t i = 0; i < factors_.size(); ++i) {
-      reading.set(named_channel(i), from.extra[i] * factors_[i]);
+      reading.set(named_channel(i), further[i] * factors_[i]);
     }
+    const std::span<double> row = readings.add(waiting_.head(next_));
     for (std::size_t i = 0; i < infos_.size(); ++i) {
-      ProbeSample sample =
-          infos_[i].taxels > 0 ? array_sample(i, reading, from) : calibrations_[i].apply(reading);
-      if (!plausible(sample)) sample = {.channels = infos_[i].channels, .row = sample.row};
-      sample.time = from.time;
-      sample.arrival = from.arrival;
-      sample.sequence = from.sequence;
-      sample.valid_for = from.valid_for;
-      sample.output = static_cast<std::uint32_t>(i);
-      samples[count++] = sample;
+      const ProbeColumns& columns = readings.columns().of(i);
+      const ProbeSample sample = infos_[i].taxels > 0
+                                     ? array_sample(i, reading, next_, columns.taxels_in(row))
+                                     : calibrations_[i].apply(reading);
+      columns.put(plausible(sample) ? sample : ProbeSample{.channels = infos_[i].channels}, row);
     }
   }
-  return count;
+  return readings.size();
 }
 
 /// The sample of an array. Pressures that are missing, or no pressures, are 0.
+/// \param from  of waiting_. \param kPa  gets the pressures, in single precision
 ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReading& reading,
-                                          const ProbeSample& from) {
+                                          std::size_t from, std::span<double> kPa) const {
   const Array& array = arrays_[output];
-  ProbeSample sample{.force_mN = from.force_mN, .channels = ProbeSample::kForce, .row = from.row};
+  ProbeSample sample{.channels = ProbeSample::kForce};
   if (array.columns.empty()) {
-    if (from.has(ProbeSample::kForce)) return sample;
-    for (const float kPa : ForwardingProbe::taxels(from)) {
-      sample.force_mN += static_cast<double>(kPa) * array.area_mm2;
+    std::ranges::copy(waiting_.taxels(from), kPa.begin());
+    const ProbeSample whole = *waiting_.sample(from);
+    if (whole.has(ProbeSample::kForce)) {
+      sample.force_mN = whole.force_mN;
+      return sample;
     }
-    return sample;
   }
-  sample.row = static_cast<std::uint32_t>(rows_.size());
-  std::vector<float>& row = rows_.emplace_back();
-  sample.force_mN = 0.0;
-  for (const ChannelName& column : array.columns) {
+  for (std::size_t i = 0; i < array.columns.size(); ++i) {
+    const ChannelName& column = array.columns[i];
     const double value = reading[column.channel];
-    const double kPa = column.force ? units::mN_from_N(value) / array.area_mm2 : value;
-    row.push_back(kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa ? static_cast<float>(kPa) : 0.0F);
-    sample.force_mN += static_cast<double>(row.back()) * array.area_mm2;
+    const double pressure = column.force ? units::mN_from_N(value) / array.area_mm2 : value;
+    const bool touched = pressure > 0.0 && pressure <= SampleLimits::kPressure_kPa;
+    kPa[i] = touched ? static_cast<double>(static_cast<float>(pressure)) : 0.0;
   }
+  for (const double pressure : kPa) sample.force_mN += pressure * array.area_mm2;
   return sample;
-}
-
-std::span<const float> RecordedOutputs::taxels(const ProbeSample& sample) const {
-  if (infos_[sample.output].taxels == 0) return {};
-  if (arrays_[sample.output].columns.empty()) return ForwardingProbe::taxels(sample);
-  return sample.row < rows_.size() ? rows_[sample.row] : std::span<const float>{};
 }
 
 }  // namespace merkel

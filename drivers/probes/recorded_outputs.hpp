@@ -17,22 +17,21 @@ class RecordedOutputs final : public ForwardingProbe {
  public:
   /// \param parts  the columns of each probe (ProbeChannels); empty: the recording as it is
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> split(
-      std::unique_ptr<Probe> recording, const std::vector<std::string>& parts);
+      std::unique_ptr<Probe> recording, const std::vector<ProbeChannels>& parts);
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return infos_.front(); }
-  [[nodiscard]] std::size_t outputs() const noexcept override { return infos_.size(); }
-  [[nodiscard]] const ProbeInfo& info_of(std::size_t output) const noexcept override {
-    return infos_[output];
-  }
-  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override;
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return infos_; }
+  using Probe::read;
   /// A value that is missing or impossible is no press: its sample is 0.
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
 
  private:
-  using ForwardingProbe::ForwardingProbe;
+  explicit RecordedOutputs(std::unique_ptr<Probe> recording)
+      : ForwardingProbe(std::move(recording)),
+        waiting_(columns_of(ForwardingProbe::outputs()), kAtOnce) {}
+  static constexpr std::size_t kAtOnce = 256;
   [[nodiscard]] ProbeSample array_sample(std::size_t output, const DeviceReading& reading,
-                                         const ProbeSample& from);
+                                         std::size_t from, std::span<double> kPa) const;
 
   std::vector<ProbeInfo> infos_;
   std::vector<ProbeCalibration> calibrations_;
@@ -42,9 +41,9 @@ class RecordedOutputs final : public ForwardingProbe {
     double area_mm2 = 1.0;
   };
   std::vector<Array> arrays_;
-  std::vector<std::vector<float>> rows_;  ///< of the arrays with columns, since the last read
-  std::vector<double> factors_;           ///< of the further columns, to N or mm; 0: neither
-  std::vector<ProbeSample> waiting_;      ///< read, but not yet split
+  std::vector<double> factors_;  ///< of the further columns, to N or mm; 0: neither
+  Readings waiting_;             ///< read, but not yet split
+  std::size_t next_ = 0;         ///< of those
 };
 
 }  // namespace merkel

@@ -16,20 +16,20 @@ RepeatedProbe::RepeatedProbe(std::unique_ptr<Probe> first, Open open, std::uint6
       endless_(rounds == 0),
       round_(std::move(first)) {}
 
-Expected<std::size_t, ProbeError> RepeatedProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> RepeatedProbe::read(Readings& readings,
                                                       std::chrono::milliseconds patience) {
-  auto count = round_->read(samples, patience);
+  auto count = round_->read(readings, patience);
   if (!count && count.error() == ProbeError::kEndOfStream && first_ && (endless_ || left_ > 0)) {
     if (!start_again()) return Unexpected<ProbeError>(ProbeError::kBadData);
-    count = round_->read(samples, patience);
+    count = round_->read(readings, patience);
   }
   if (!count) return count;
-  for (ProbeSample& sample : samples.first(*count)) {
-    if (!first_) first_ = sample.time;
-    sample.time += shift_;
-    sample.arrival += shift_;
-    sample.sequence = next_sequence_++;
-    last_ = sample.time;
+  for (ReadingHead& head : readings.heads()) {
+    if (!first_) first_ = head.time;
+    head.time += shift_;
+    head.arrival += shift_;
+    head.sequence = next_sequence_++;
+    last_ = head.time;
   }
   if (auto notices = round_->take_notices(); !notices.empty()) {
     const std::scoped_lock lock(mutex_);

@@ -23,12 +23,10 @@ class RepeatedProbe final : public Probe {
   /// \param rounds  0: without end
   RepeatedProbe(std::unique_ptr<Probe> first, Open open, std::uint64_t rounds);
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override {
-    return round_->taxels(sample);
-  }
   [[nodiscard]] std::string error_message() const override {
     return error_message_.empty() ? round_->error_message() : error_message_;
   }

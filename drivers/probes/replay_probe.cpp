@@ -22,7 +22,7 @@ constexpr nanoseconds kSparse{50'000'000};
 constexpr nanoseconds kLongGap = std::chrono::minutes{1};
 
 /// The median time step, which dropouts and jitter do not affect.
-std::optional<nanoseconds> median_period(std::span<const ProbeSample> samples) {
+std::optional<nanoseconds> median_period(std::span<const ReadingHead> samples) {
   if (samples.size() < 2) return std::nullopt;
   std::vector<nanoseconds> distances;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -35,7 +35,7 @@ std::optional<nanoseconds> median_period(std::span<const ProbeSample> samples) {
 
 /// Validity of the samples of a trace without valid_for_s. A regular recording has an outage where
 /// it is silent for several periods; a sparse one is interpolated.
-nanoseconds validity_of(std::span<const ProbeSample> samples, std::optional<nanoseconds> period) {
+nanoseconds validity_of(std::span<const ReadingHead> samples, std::optional<nanoseconds> period) {
   if (!period || samples.size() < kFewestSamples || *period > kSparse) return nanoseconds{0};
   std::size_t regular = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -59,17 +59,15 @@ class TraceSource final : public SampleSource {
   }
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return reader_.channels(); }
+  [[nodiscard]] ProbeColumns columns() const override { return reader_.columns(); }
   [[nodiscard]] bool has_validity() const noexcept override { return reader_.has_validity(); }
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return reader_.extra_columns();
   }
-  [[nodiscard]] std::size_t taxels() const noexcept override { return reader_.taxels().size(); }
-  [[nodiscard]] std::span<const float> taxels_of(const ProbeSample& sample) const override {
-    return reader_.taxels_of(sample);
-  }
   [[nodiscard]] std::vector<std::string> take_notices() override { return reader_.take_notices(); }
-  [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples) override {
-    return reader_.read(samples);
+  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings,
+                                                       std::size_t most) override {
+    return reader_.read(readings, most);
   }
 
  private:
@@ -92,8 +90,8 @@ Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::strin
 
 }  // namespace
 
-ReplayProbe::ReplayProbe(std::unique_ptr<SampleSource> source, std::vector<ProbeSample> first,
-                         ProbeInfo info, std::size_t chunk)
+ReplayProbe::ReplayProbe(std::unique_ptr<SampleSource> source, Readings first, ProbeInfo info,
+                         std::size_t chunk)
     : source_(std::move(source)), first_(std::move(first)), info_(std::move(info)), chunk_(chunk) {}
 
 Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
@@ -119,47 +117,52 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
 
 Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<SampleSource> source,
                                                                const About& about) {
-  std::vector<ProbeSample> first(kFirst);
-  const auto count = source->read(first);
+  const ProbeColumns columns = source->columns();
+  Readings first(ReadingColumns(columns), kFirst);
+  const auto count = source->read(first, kFirst);
   if (!count) return Unexpected<SetupError>(count.error());
   if (*count == 0) {
     return bad_input(about.name + " has no samples: there is nothing below its header");
   }
-  first.resize(*count);
   ProbeInfo info{.uri = about.uri,
                  .name = about.name,
                  .serial_number = {},
                  .channels = source->channels() & about.use,
-                 .period = median_period(first),
+                 .period = median_period(first.heads()),
                  .replayed = true};
   info.extra_columns = source->extra_columns();
   info.run = source->run();
-  info.taxels = source->taxels();
+  info.taxels = columns.taxels;
   const bool has_validity = source->has_validity();
   std::unique_ptr<ReplayProbe> probe(
       new ReplayProbe(std::move(source), std::move(first), std::move(info), about.chunk));
-  if (!has_validity) probe->valid_for_ = validity_of(probe->first_, probe->info_.period);
-  probe->take_over(probe->first_);
+  if (!has_validity) probe->valid_for_ = validity_of(probe->first_.heads(), probe->info_.period);
+  probe->take_over(probe->first_, 0);
   return probe;
 }
 
-/// Converts samples of the recording to samples of the probe, and collects its notices.
-void ReplayProbe::take_over(std::span<ProbeSample> samples) {
-  for (ProbeSample& sample : samples) {
-    if (valid_for_) sample.valid_for = *valid_for_;
+/// Converts readings of the recording, from one on, to those of the probe; collects its notices.
+void ReplayProbe::take_over(Readings& readings, std::size_t from) {
+  const ProbeColumns own = columns_of(info_);
+  for (std::size_t i = from; i < readings.size(); ++i) {
+    ReadingHead& head = readings.head(i);
+    if (valid_for_) head.valid_for = *valid_for_;
+    ProbeSample sample = own.sample(head, readings.row(i));
     sample.channels &= info_.channels;
     if (!sample.has(ProbeSample::kForce)) sample.force_mN = 0.0;
     if (!sample.has(ProbeSample::kDepth)) sample.depth_mm = 0.0;
+    own.put(sample, readings.row(i));
   }
   std::vector<std::string> notices = source_->take_notices();
-  if (auto gap = gap_in(samples); !gap.empty()) notices.push_back(std::move(gap));
+  if (auto gap = gap_in(readings.heads().subspan(from)); !gap.empty())
+    notices.push_back(std::move(gap));
   const std::lock_guard lock(mutex_);
   for (std::string& notice : notices) notices_.push_back(std::move(notice));
 }
 
 /// The first long gap in time, as a notice: all of it is simulated, and often it is a wrong unit.
-std::string ReplayProbe::gap_in(std::span<const ProbeSample> samples) {
-  for (const ProbeSample& sample : samples) {
+std::string ReplayProbe::gap_in(std::span<const ReadingHead> heads) {
+  for (const ReadingHead& sample : heads) {
     const auto before = std::exchange(last_time_, sample.time);
     if (gap_noted_ || !before || sample.time - *before <= kLongGap) continue;
     gap_noted_ = true;
@@ -175,22 +178,19 @@ std::vector<std::string> ReplayProbe::take_notices() {
   return std::exchange(notices_, {});
 }
 
-Expected<std::size_t, ProbeError> ReplayProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> ReplayProbe::read(Readings& readings,
                                                     std::chrono::milliseconds /*patience*/) {
-  const auto wanted = samples.first(std::min(samples.size(), chunk_));
-  std::size_t count = std::min(wanted.size(), first_.size() - next_of_first_);
-  std::copy_n(first_.begin() + static_cast<std::ptrdiff_t>(next_of_first_), count, wanted.begin());
-  next_of_first_ += count;
-  if (count < wanted.size() && error_message_.empty()) {
-    const auto more = source_->read(wanted.subspan(count));
-    if (more) {
-      take_over(wanted.subspan(count, *more));
-      count += *more;
-    } else {
-      error_message_ = more.error().sentence;  // reported after the samples before it
-    }
+  readings.clear();
+  const std::size_t wanted = std::min(readings.room(), chunk_);
+  const std::size_t before = std::min(wanted, first_.size() - next_of_first_);
+  readings.add(first_, next_of_first_, before);
+  next_of_first_ += before;
+  if (before < wanted && error_message_.empty()) {
+    const auto more = source_->read(readings, wanted - before);
+    take_over(readings, before);
+    if (!more) error_message_ = more.error().sentence;  // reported after the samples before it
   }
-  if (count > 0) return count;
+  if (!readings.empty()) return readings.size();
   return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
                                                        : ProbeError::kBadData);
 }

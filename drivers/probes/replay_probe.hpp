@@ -40,23 +40,21 @@ class ReplayProbe final : public Probe {
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> play(
       std::unique_ptr<SampleSource> source, const About& about);
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
-  [[nodiscard]] std::span<const float> taxels(const ProbeSample& sample) const override {
-    return source_->taxels_of(sample);
-  }
   [[nodiscard]] std::string error_message() const override { return error_message_; }
   [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
-  ReplayProbe(std::unique_ptr<SampleSource> source, std::vector<ProbeSample> first, ProbeInfo info,
+  ReplayProbe(std::unique_ptr<SampleSource> source, Readings first, ProbeInfo info,
               std::size_t chunk);
-  void take_over(std::span<ProbeSample> samples);
-  [[nodiscard]] std::string gap_in(std::span<const ProbeSample> samples);
+  void take_over(Readings& readings, std::size_t from);
+  [[nodiscard]] std::string gap_in(std::span<const ReadingHead> heads);
 
   std::unique_ptr<SampleSource> source_;
-  std::vector<ProbeSample> first_;  ///< read at opening, not yet handed over
+  Readings first_;  ///< read at opening, not yet handed over
   std::size_t next_of_first_ = 0;
   ProbeInfo info_;
   std::size_t chunk_;

@@ -37,12 +37,12 @@ nanoseconds SampleMeter::stale_after(nanoseconds delay) noexcept {
   return std::max<nanoseconds>(kLeastStale, kStaleDelays * delay);
 }
 
-bool SampleMeter::window_is_over(const ProbeSample& sample) const noexcept {
+bool SampleMeter::window_is_over(const ReadingHead& sample) const noexcept {
   if (steps_.size() >= kMost) return true;
   return steps_.size() >= kFewestSteps && sample.arrival - window_begin_ >= kStepWindow;
 }
 
-bool SampleMeter::add(const ProbeSample& sample) {
+bool SampleMeter::add(const ReadingHead& sample) {
   bool changed = false;
   if (!last_) {
     window_begin_ = sample.arrival;
@@ -85,7 +85,9 @@ SampleTiming SampleMeter::timing_of_window() const {
                       .jitter = jitter,
                       .delay = period + jitter + margin,
                       .delay_of_newest = latency + margin};
-  timing.stale_after = stale_after(timing.delay);
+  // Of samples that arrive in bursts, the loop waits for a part only.
+  timing.stale_after =
+      stale_after(std::min(timing.delay, SampleTiming::delay_ceiling(timing.period)));
   return timing;
 }
 

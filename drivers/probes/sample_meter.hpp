@@ -21,7 +21,7 @@ namespace merkel {
 class SampleMeter {
  public:
   /// Adds the next sample. True if timing() has changed.
-  bool add(const ProbeSample& sample);
+  bool add(const ReadingHead& sample);
   /// Ends the stream; computes the timing from the samples so far.
   bool finish();
   /// Not set until the first second is over.
@@ -38,12 +38,12 @@ class SampleMeter {
     Time need{0};      ///< from the previous sample to this one's arrival
     Time latency{0};   ///< from this sample to its arrival
   };
-  [[nodiscard]] bool window_is_over(const ProbeSample& sample) const noexcept;
+  [[nodiscard]] bool window_is_over(const ReadingHead& sample) const noexcept;
   [[nodiscard]] SampleTiming timing_of_window() const;
   bool close_window();
 
   std::optional<SampleTiming> timing_;
-  std::optional<ProbeSample> last_;
+  std::optional<ReadingHead> last_;
   Time window_begin_{0};  ///< arrival
   Time opened_{0};        ///< arrival after which samples count
   std::vector<Step> steps_;

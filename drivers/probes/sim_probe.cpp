@@ -200,18 +200,19 @@ double SimProbe::normal() noexcept {
 }
 
 /// Each finger presses a little later than the one before it.
-void SimProbe::grasp(double time_s, ProbeSample& sample) {
+void SimProbe::grasp(double time_s, std::span<double> further) {
   for (std::size_t i = 0; i < kHand.size(); ++i) {
     const Press press = press_(time_s - static_cast<double>(i) * *finger_delay_s_);
     const double noise = faults_.noise > 0.0 ? faults_.noise * normal() : 0.0;
-    sample.extra[i] = amplitude_ * kHand[i].share * press.level + noise;
+    further[i] = amplitude_ * kHand[i].share * press.level + noise;
   }
 }
 
-Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
+Expected<std::size_t, ProbeError> SimProbe::read(Readings& readings,
                                                  std::chrono::milliseconds /*patience*/) {
-  std::size_t count = 0;
-  while (count < samples.size() && next_ < count_) {
+  readings.clear();
+  const ProbeColumns& columns = readings.columns().of(0);
+  while (readings.room() > 0 && next_ < count_) {
     const std::uint32_t number = next_++;
     const double nominal_s = number / rate_hz_;
     const bool falls = random_.uniform() * rate_hz_ < faults_.dropouts_per_s;
@@ -223,14 +224,14 @@ Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
     const double taken_s = nominal_s + jitter_s;
     const Press press = press_(taken_s);
     const double value = amplitude_ * press.level + noise;
-    ProbeSample& sample = samples[count++];
-    sample = {.time = units::nanoseconds_from_s(taken_s),
-              .arrival = units::nanoseconds_from_s(taken_s),
-              .sequence = number,
-              .channels = info_.channels,
-              .valid_for = SampleMeter::stale_after(*info_.period)};
+    ProbeSample sample{.time = units::nanoseconds_from_s(taken_s),
+                       .arrival = units::nanoseconds_from_s(taken_s),
+                       .sequence = number,
+                       .channels = info_.channels,
+                       .valid_for = SampleMeter::stale_after(*info_.period)};
+    const std::span<double> row = readings.add(head_of(sample));
     if (finger_delay_s_) {
-      grasp(taken_s, sample);
+      grasp(taken_s, columns.further_in(row));
     } else {
       (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
     }
@@ -242,8 +243,9 @@ Expected<std::size_t, ProbeError> SimProbe::read(std::span<ProbeSample> samples,
       sample.x_mm = press.x_mm;
       sample.y_mm = press.y_mm;
     }
+    columns.put(sample, row);
   }
-  if (count > 0) return count;
+  if (!readings.empty()) return readings.size();
   return Unexpected<ProbeError>(ProbeError::kEndOfStream);
 }
 

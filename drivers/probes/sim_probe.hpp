@@ -50,9 +50,10 @@ class SimProbe final : public Probe {
  public:
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(const Uri& uri);
 
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
   /// Never waits.
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  using Probe::read;
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
 
  private:
@@ -83,7 +84,7 @@ class SimProbe final : public Probe {
   SimProbe(ProbeInfo info, std::function<Press(double)> press, double amplitude, double duration_s,
            double rate_hz, const Faults& faults);
   double normal() noexcept;
-  void grasp(double time_s, ProbeSample& sample);
+  void grasp(double time_s, std::span<double> further);
 
   /// One of several presses, in a further column.
   struct Finger {

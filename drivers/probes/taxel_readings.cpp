@@ -99,8 +99,10 @@ void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
                          " taxels measured over " + std::to_string(zeroed_) +
                          " readings: " + three_digits(noise_kPa) + " kPa rms";
   if (moved_mN > kPressed_mN) {
-    sentence += "; their zero has changed by " + three_digits(units::N_from_mN(moved_mN)) +
-                " N in all: if the array was pressed, lift it and tare again";
+    sentence +=
+        "; their zero has changed by " + three_digits(units::N_from_mN(moved_mN)) +
+        " N in all: if the array was pressed, lift it and tare it: by the live page (--sink "
+        "'view:8080?control=1'), by tare() of a Bridge in Python, or by starting again";
   }
   notices.push_back(std::move(sentence));
   name_absent(absent, notices);
@@ -145,7 +147,7 @@ void TaxelReadings::name_absent(const std::vector<std::string>& absent,
                     ": taken as 0; check its wiring");
 }
 
-bool TaxelReadings::take(const DeviceReading& reading, std::span<float> kPa,
+bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
                          std::vector<std::string>& notices) {
   if (tare_.pending()) {
     tare_.cancel();
@@ -166,15 +168,15 @@ bool TaxelReadings::take(const DeviceReading& reading, std::span<float> kPa,
     const double pressure = above * taxel.to_kPa;
     // Also false for NaN.
     const bool touched = above > taxel.least && pressure <= SampleLimits::kPressure_kPa;
-    kPa[i] = touched ? static_cast<float>(pressure) : 0.0F;
+    kPa[i] = touched ? static_cast<double>(static_cast<float>(pressure)) : 0.0;
   }
   if (changed_) name_stuck(notices);
   return true;
 }
 
-double TaxelReadings::force_mN(std::span<const float> kPa) const noexcept {
+double TaxelReadings::force_mN(std::span<const double> kPa) const noexcept {
   double sum = 0.0;
-  for (const float pressure : kPa) sum += static_cast<double>(pressure);
+  for (const double pressure : kPa) sum += pressure;
   return sum * area_mm2_;
 }
 

@@ -27,11 +27,12 @@ class TaxelReadings {
   [[nodiscard]] std::size_t size() const noexcept { return channels_.size(); }
   /// Thread: any.
   void request_tare() noexcept { tare_.make(); }
-  /// Converts a reading. False while the zero is measured. \param kPa  gets a value per taxel
-  [[nodiscard]] bool take(const DeviceReading& reading, std::span<float> kPa,
+  /// Converts a reading. False while the zero is measured.
+  /// \param kPa  gets a value per taxel, in single precision, as the records of pressures are
+  [[nodiscard]] bool take(const DeviceReading& reading, std::span<double> kPa,
                           std::vector<std::string>& notices);
   /// The force of a row of pressures.
-  [[nodiscard]] double force_mN(std::span<const float> kPa) const noexcept;
+  [[nodiscard]] double force_mN(std::span<const double> kPa) const noexcept;
 
  private:
   struct Taxel {

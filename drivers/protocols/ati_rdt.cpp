@@ -63,6 +63,9 @@ class AtiRdt final : public Protocol {
     return std::max(heard_, requested_) + kRdtQuiet + milliseconds{1};
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    return "records of 36 bytes";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return bit_of(DeviceChannel::kForceX) | bit_of(DeviceChannel::kForceY) |
            bit_of(DeviceChannel::kForceZ);
@@ -143,7 +146,8 @@ class AtiRdtDevice final : public SimulatedDevice {
       request_.clear();
     }
   }
-  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
+  void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
+               Bytes& out) override {
     if (!streaming_) return;
     const double force_N = units::N_from_mN(sample.force_mN);
     const auto counts = static_cast<std::int32_t>(

@@ -40,13 +40,13 @@ class CsvDevice final : public SimulatedDevice {
   }
 
   [[nodiscard]] bool set_taxels(const std::vector<std::string>& names,
-                                std::span<const float> pressures_kPa) override {
+                                double /*largest_kPa*/) override {
     taxels_ = names;
-    pressures_kPa_ = pressures_kPa;
     return true;
   }
 
-  void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) override {
+  void measure(const ProbeSample& sample, std::span<const double> others,
+               std::chrono::nanoseconds now, Bytes& out) override {
     const auto time_us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
     append(std::to_string(static_cast<std::uint32_t>(time_us)), out);
     const auto add = [&out](const std::string& number) {
@@ -58,18 +58,14 @@ class CsvDevice final : public SimulatedDevice {
     if (has(ProbeSample::kDepth)) add(shortest_decimal(sample.depth_mm));
     if (has(ProbeSample::kX)) add(shortest_decimal(sample.x_mm));
     if (has(ProbeSample::kY)) add(shortest_decimal(sample.y_mm));
-    for (std::size_t i = 0; i < further_.size(); ++i) add(shortest_decimal(sample.extra[i]));
-    for (const float kPa : row_of(sample)) add(pressure_text(kPa));
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      add(i < further_.size() ? shortest_decimal(others[i])
+                              : pressure_text(static_cast<float>(others[i])));
+    }
     append("\r\n", out);
   }
 
  private:
-  /// The trace's pressures are in kPa, whatever the unit of its columns was.
-  [[nodiscard]] std::span<const float> row_of(const ProbeSample& sample) const {
-    const std::size_t first = sample.row * taxels_.size();
-    if (first + taxels_.size() > pressures_kPa_.size()) return {};
-    return pressures_kPa_.subspan(first, taxels_.size());
-  }
   [[nodiscard]] std::string header() const {
     return std::string("time_us,seq") + (has(ProbeSample::kForce) ? ",force_N" : "") +
            (has(ProbeSample::kDepth) ? ",depth_mm" : "") + (has(ProbeSample::kX) ? ",x_mm" : "") +
@@ -83,7 +79,6 @@ class CsvDevice final : public SimulatedDevice {
   std::uint32_t channels_;
   std::vector<std::string> further_;
   std::vector<std::string> taxels_;
-  std::span<const float> pressures_kPa_;
   std::uint32_t sequence_ = 0;
 };
 

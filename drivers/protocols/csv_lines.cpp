@@ -44,6 +44,26 @@ class CsvLines final : public LineProtocol {
   /// What was sent while nobody read is not lost.
   void start(nanoseconds /*now*/, DeviceStream& /*stream*/) override { sequence_.forget(); }
 
+  [[nodiscard]] std::string expected(std::string_view answer) const override {
+    if (answer.size() >= LineSplitter::kLongestLine) {
+      return "lines of less than " + std::to_string(LineSplitter::kLongestLine) + " bytes";
+    }
+    if (columns_.empty()) return "lines of numbers";
+    std::vector<std::string> names;
+    for (const CsvColumn& column : columns_)
+      names.push_back(column.name.empty() ? "-" : column.name);
+    const auto values = [](std::size_t count) {
+      return std::to_string(count) + (count == 1 ? " value" : " values");
+    };
+    std::vector<CsvStyle> styles = csv_styles({std::string(answer)});
+    if (style_) styles.assign(1, *style_);
+    std::size_t count = 0;
+    for (; !styles.empty() && !answer.empty(); ++count) {
+      static_cast<void>(take_csv_part(answer, styles.front().separator));
+    }
+    return values(columns_.size()) + " in a line (" + csv_list_of(names) + ")" +
+           (count == columns_.size() || count == 0 ? "" : ", but this one has " + values(count));
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return measures_; }
   [[nodiscard]] std::vector<ChannelName> channel_names() const override {
@@ -190,6 +210,11 @@ class CsvLines final : public LineProtocol {
   }
 
   static std::string unnamed(const std::string& line) {
+    if (line.front() == '{' || line.front() == '[') {
+      return "its lines, such as \"" + line +
+             "\", are JSON, which is not read: send the numbers alone, separated by commas, after a "
+             "header such as time_s,force_N";
+    }
     const std::vector<CsvStyle> styles = csv_styles({line});
     const CsvStyle style = styles.empty() ? CsvStyle{',', false} : styles.front();
     // The first number with decimals is the likeliest force; whole numbers count or tell time.

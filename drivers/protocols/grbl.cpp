@@ -56,6 +56,9 @@ class Grbl final : public LineProtocol {
     return timer_.next();
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    return "a status report, such as \"<Idle|MPos:0.000,0.000,0.000|WCO:0.000,0.000,0.000>\"";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return kChannels; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
@@ -153,7 +156,8 @@ class GrblDevice final : public SimulatedDevice {
     }
   }
 
-  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
+  void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
+               Bytes& /*out*/) override {
     if (sample.has(ProbeSample::kX)) position_[0] = sample.x_mm;
     if (sample.has(ProbeSample::kY)) position_[1] = sample.y_mm;
     position_[2] = -sample.depth_mm;

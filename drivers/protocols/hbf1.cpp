@@ -82,6 +82,9 @@ class Hbf1Protocol final : public Protocol {
     return sync_.due();
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    return "frames of version 1 of HBF1, each ended by a zero byte";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return layout_ ? layout_->channels() : 0U;
   }

@@ -59,13 +59,10 @@ class Hbf1Device final : public SimulatedDevice {
   }
 
   [[nodiscard]] bool set_taxels(const std::vector<std::string>& names,
-                                std::span<const float> pressures_kPa) override {
+                                double largest_kPa) override {
     if (names.empty()) return true;
-    const float largest_kPa = pressures_kPa.empty()
-                                  ? 1.0F
-                                  : *std::max_element(pressures_kPa.begin(), pressures_kPa.end());
     constexpr double kRange = 32'000.0;  // of 16 bits
-    const double scale = std::max(static_cast<double>(largest_kPa), 1.0) / kRange;
+    const double scale = std::max(largest_kPa, 1.0) / kRange;
     Entry entry{.kind = kHbf1Pressure,
                 .format = Hbf1Format::kInt16,
                 .unit = kHbf1Kilopascal,
@@ -84,7 +81,6 @@ class Hbf1Device final : public SimulatedDevice {
     }
     taxel_scale_ = entry.scale;
     taxels_ = names.size();
-    pressures_kPa_ = pressures_kPa;
     return true;
   }
 
@@ -118,7 +114,8 @@ class Hbf1Device final : public SimulatedDevice {
     }
   }
 
-  void measure(const ProbeSample& sample, nanoseconds now, Bytes& out) override {
+  void measure(const ProbeSample& sample, std::span<const double> others, nanoseconds now,
+               Bytes& out) override {
     if (!started_) return;
     Bytes body;
     append_u16(0, body);
@@ -126,10 +123,8 @@ class Hbf1Device final : public SimulatedDevice {
     if (sample.has(ProbeSample::kDepth)) append_f32(sample.depth_mm, body);
     if (sample.has(ProbeSample::kX)) append_f32(sample.x_mm, body);
     if (sample.has(ProbeSample::kY)) append_f32(sample.y_mm, body);
-    for (const std::size_t column : further_) append_f32(sample.extra[column], body);
-    const std::size_t first = sample.row * taxels_;
-    for (std::size_t i = first; i < first + taxels_; ++i) {
-      const double kPa = i < pressures_kPa_.size() ? static_cast<double>(pressures_kPa_[i]) : 0.0;
+    for (const std::size_t column : further_) append_f32(others[column], body);
+    for (const double kPa : others.last(taxels_)) {
       append_u16(static_cast<std::uint16_t>(std::lround(kPa / taxel_scale_)), body);
     }
     send(Hbf1Type::kSample, now, body, out);

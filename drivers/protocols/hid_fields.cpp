@@ -151,6 +151,12 @@ class HidFields final : public Protocol {
     stream.accept(reading);
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    std::size_t bits = 0;
+    for (const HidField& field : fields_) bits = std::max(bits, field.offset + field.bits);
+    return "reports" + (report_id_ == 0 ? "" : " with the id " + std::to_string(report_id_)) +
+           " of at least " + std::to_string((bits + 7) / 8 + (report_id_ == 0 ? 0 : 1)) + " bytes";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return true; }
   [[nodiscard]] std::vector<ChannelName> channel_names() const override {

@@ -13,9 +13,17 @@ class LineProtocol : public Protocol {
             DeviceStream& stream) final {
     stream.counts.bytes += bytes.size();
     for (const std::uint8_t byte : bytes) {
-      if (const auto line = lines_.take(byte)) read_line(*line, arrival, stream);
+      const auto line = lines_.take(byte);
+      if (lines_.take_too_long() > 0) {
+        ++stream.counts.damaged;
+        stream.rejected = stream.answer = lines_.beginning();
+      }
+      if (!line) continue;
+      const std::uint64_t bad = stream.counts.bad();
+      stream.answer = *line;
+      read_line(*line, arrival, stream);
+      if (stream.counts.bad() > bad) stream.rejected = stream.answer;
     }
-    stream.counts.damaged += lines_.take_too_long();
   }
 
  protected:

@@ -39,6 +39,9 @@ class LineSplitter {
     return std::string_view(line_.data(), length);
   }
 
+  /// The beginning of the line that is arriving.
+  [[nodiscard]] std::string_view beginning() const noexcept { return {line_.data(), length_}; }
+
   /// The number of too long lines since the last call.
   [[nodiscard]] std::size_t take_too_long() noexcept {
     const std::size_t count = too_long_;

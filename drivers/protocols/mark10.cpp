@@ -89,6 +89,9 @@ class Mark10 final : public LineProtocol {
     return std::max(heard_, requested_) + kMark10Quiet + milliseconds{1};
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    return "a force with its unit, such as \"1.250 N\"";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return bit_of(DeviceChannel::kForce);
   }
@@ -153,6 +156,9 @@ class EsmStand final : public LineProtocol {
     return timer_.next();
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    return "travel and force with their units, such as \"1.250 mm 0.300 N\"";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] const std::string& error_message() const noexcept override {
     return error_message_;
@@ -199,7 +205,8 @@ class Mark10Device final : public SimulatedDevice {
       }
     }
   }
-  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
+  void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
+               Bytes& out) override {
     reading_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N\r\n";
     if (rate_Hz_ > 0) append_text(reading_, out);
   }
@@ -225,7 +232,8 @@ class EsmDevice final : public SimulatedDevice {
       append_text(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
     }
   }
-  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
+  void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
+               Bytes& /*out*/) override {
     travel_ = displayed(sample.depth_mm, 3) + " mm";
     load_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N";
   }

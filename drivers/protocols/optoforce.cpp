@@ -112,6 +112,9 @@ class OptoForce final : public Protocol {
     return std::max(heard_, requested_) + kOptoForceQuiet + milliseconds{1};
   }
 
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
+    return "frames of 16 bytes that begin with AA 07 08 0A";
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return bit_of(DeviceChannel::kForceX) | bit_of(DeviceChannel::kForceY) |
            bit_of(DeviceChannel::kForceZ);
@@ -207,7 +210,8 @@ class OptoForceDevice final : public SimulatedDevice {
     }
   }
 
-  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& out) override {
+  void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
+               Bytes& out) override {
     if (speed_ == 0) return;
     const auto counts = std::clamp(
         std::lround(units::N_from_mN(sample.force_mN) * kSimulatedCounts_per_N), -32768L, 32767L);

@@ -49,6 +49,8 @@ struct DeviceStream {
   std::vector<std::string> notices;  ///< messages for the user
   Bytes outgoing;                    ///< to be sent to the device
   ProtocolCounts counts;
+  std::string answer;    ///< the newest line, or else the newest bytes
+  std::string rejected;  ///< the newest answer that was not as expected, to be quoted; empty: none
 
   /// Passes a reading on, unless it has a value beyond SampleLimits.
   void accept(const DeviceReading& reading) {
@@ -144,6 +146,9 @@ class Protocol {
   /// True if the device reports its channels. For other devices, the first reading is the first
   /// sign that the protocol is right.
   [[nodiscard]] virtual bool describes_itself() const noexcept { return false; }
+  /// What the device should send, to be named beside what it sent instead ("records of 36 bytes").
+  /// \param answer  the line or bytes that it sent
+  [[nodiscard]] virtual std::string expected(std::string_view answer) const = 0;
   /// A permanent error, such as an unknown unit; empty if none.
   [[nodiscard]] virtual const std::string& error_message() const noexcept { return kNone; }
   /// Nominal period of the readings, if known.

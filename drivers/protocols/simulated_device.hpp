@@ -27,22 +27,23 @@ class SimulatedDevice {
   virtual void take(std::span<const std::uint8_t> /*bytes*/, std::chrono::nanoseconds /*now*/,
                     Bytes& /*out*/) {}
   /// Takes a measurement. Streaming devices send it at once, others on request.
-  virtual void measure(const ProbeSample& sample, std::chrono::nanoseconds now, Bytes& out) = 0;
+  /// \param others  values of the columns of set_columns(), then of the taxels of set_taxels(), kPa
+  virtual void measure(const ProbeSample& sample, std::span<const double> others,
+                       std::chrono::nanoseconds now, Bytes& out) = 0;
   /// True if the press may start: the host listens, so that no sample is lost.
   [[nodiscard]] virtual bool started() const noexcept { return true; }
   /// The measuring period, if the host or the protocol sets it; default: the trace's.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> period() const noexcept {
     return std::nullopt;
   }
-  /// Names the further columns of the played trace (ProbeSample::extra). False if the protocol
-  /// cannot send them.
+  /// Names the further columns of the played trace. False if the protocol cannot send them.
   [[nodiscard]] virtual bool set_columns(const std::vector<std::string>& names) {
     return names.empty();
   }
-  /// Names the taxels of a tactile array, and gives their pressures: a row for each
-  /// ProbeSample::row. False if the protocol cannot send them.
+  /// Names the taxels of a tactile array. \param largest_kPa  pressure of the trace
+  /// False if the protocol cannot send them.
   [[nodiscard]] virtual bool set_taxels(const std::vector<std::string>& names,
-                                        std::span<const float> /*pressures_kPa*/) {
+                                        double /*largest_kPa*/) {
     return names.empty();
   }
   /// Sets the rate of the played trace, for a device that reports a rate.

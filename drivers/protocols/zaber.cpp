@@ -83,6 +83,16 @@ class Zaber final : public LineProtocol {
     return timer_.next();
   }
 
+  [[nodiscard]] std::string expected(std::string_view answer) const override {
+    std::array<char, 128> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "a reply of address %d and axis %d (stage_axis), such as \"@%02d %d OK IDLE -- "
+        "1024\"%s",
+        address_, axis_, address_, axis_,
+        answer.empty() || take_checksum(answer) ? "" : ", and this one's checksum is wrong");
+    return text.data();
+  }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return bit_of(channel_); }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
@@ -109,7 +119,8 @@ class Zaber final : public LineProtocol {
                     (warning.starts_with('F') ? " (fault; see the stage's manual)" : ""));
     }
     warning_ = warning;
-    if (*axis != axis_) return true;
+    // A device with one axis may answer as a whole, by axis 0: with one number, as its axis does.
+    if (*axis != axis_ && (*axis != 0 || (verdict == "OK" && !parse_number(rest)))) return true;
     if (verdict == "RJ") {
       timer_.answered();
       ++stream.counts.lost;
@@ -157,7 +168,8 @@ class ZaberDevice final : public SimulatedDevice {
       out.insert(out.end(), reply.begin(), reply.end());
     }
   }
-  void measure(const ProbeSample& sample, nanoseconds /*now*/, Bytes& /*out*/) override {
+  void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
+               Bytes& /*out*/) override {
     steps_ = std::lround(sample.depth_mm * kSimulatedSteps_per_mm);
   }
   [[nodiscard]] bool started() const noexcept override { return requested_; }

@@ -73,6 +73,11 @@ inline constexpr std::size_t kSessionStreams = 8;
 inline constexpr std::uint32_t kMarkStreamId = kSessionStreams + 1;
 inline constexpr std::string_view kMarkStreamName = "merkel.marks";
 
+/// The stream of readings of the host's clocks, of runs in real time: monotonic_ns, on which the
+/// run's times are, and utc_ns. Older sessions have none.
+inline constexpr std::uint32_t kClockStreamId = kMarkStreamId + 1;
+inline constexpr std::string_view kClockStreamName = "merkel.clocks";
+
 /// The number of a probe's stream, and of its stream of states, in files of this version.
 [[nodiscard]] std::uint32_t stream_number(const SessionStream& stream,
                                           std::uint32_t probe) noexcept;

@@ -32,6 +32,10 @@ std::string xml_of(const pugi::xml_document& document) {
   return text.str();
 }
 
+std::string_view format_of(const SessionStream& stream) {
+  return stream.integers ? "int64" : "double64";
+}
+
 /// A stream's header, whose channels and description are added to `description`.
 struct StreamHeader {
   pugi::xml_document document;
@@ -41,12 +45,12 @@ struct StreamHeader {
   pugi::xml_node channels;
   std::size_t added = 0;
 
-  StreamHeader(std::string_view name, std::string_view type, double rate_Hz, bool integers) {
+  StreamHeader(std::string_view name, std::string_view type, std::string_view format) {
     add(info, "name", name);
     add(info, "type", type);
     count = info.append_child("channel_count");
-    add(info, "nominal_srate", shortest_decimal(rate_Hz));
-    add(info, "channel_format", integers ? "int64" : "double64");
+    add(info, "nominal_srate", "0");  // irregular: each sample has its stamp
+    add(info, "channel_format", format);
     add(info, "source_id", name);
     description = info.append_child("desc");
     channels = description.append_child("channels");
@@ -86,6 +90,16 @@ void add_afferents(pugi::xml_node description, const std::vector<AfferentRow>& a
 
 }  // namespace
 
+bool is_live(const RunDescription& run, const RunOrigin& origin) {
+  constexpr std::chrono::seconds kClose{1};
+  for (const auto& [name, value] : run.facts) {
+    if (name == "clock_monotonic_ns") return false;
+  }
+  const ClockPair now = read_clock_pair();
+  return origin.utc.count() != 0 &&
+         std::chrono::abs((now.utc - now.monotonic) - (origin.utc - origin.start)) < kClose;
+}
+
 std::string session_header(const RunDescription& run, const RunOrigin& origin,
                            const std::string& afferents) {
   pugi::xml_document document;
@@ -98,6 +112,7 @@ std::string session_header(const RunDescription& run, const RunOrigin& origin,
     if (!value.empty() && !facts.child(name)) add(facts, name, value);
   };
   add_missing("afferents", afferents);
+  if (is_live(run, origin)) add_missing("live", "1");
   // An export keeps the clocks of the recording.
   add_missing("start_device_ns", std::to_string(origin.start.count()));
   if (origin.utc.count() != 0) add_missing("start_utc_ns", std::to_string(origin.utc.count()));
@@ -109,17 +124,16 @@ std::string session_header(const RunDescription& run, const RunOrigin& origin,
   return xml_of(document);
 }
 
-std::string stream_header(const SessionStream& stream, double rate_Hz,
-                          const std::vector<AfferentRow>& afferents) {
-  StreamHeader header(stream.name, stream.type, rate_Hz, stream.integers);
+std::string stream_header(const SessionStream& stream, const std::vector<AfferentRow>& afferents) {
+  StreamHeader header(stream.name, stream.type, format_of(stream));
   for (const SessionStream::Channel& each : stream.channels) header.channel(each);
   if (stream.id == SessionStream::Id::kSpikes) add_afferents(header.description, afferents);
   return header.text();
 }
 
-std::string probe_stream_header(const SessionStream& stream, double rate_Hz, std::uint32_t number,
+std::string probe_stream_header(const SessionStream& stream, std::uint32_t number,
                                 const ProbeInfo& probe) {
-  StreamHeader header(stream_name(stream, number), stream.type, rate_Hz, stream.integers);
+  StreamHeader header(stream_name(stream, number), stream.type, format_of(stream));
   for (const SessionStream::Channel& each : stream.channels) {
     if (is_free(each, probe.channels)) header.channel(each);
   }
@@ -134,7 +148,7 @@ std::string probe_stream_header(const SessionStream& stream, double rate_Hz, std
 }
 
 std::string states_header(const SessionStream& stream) {
-  StreamHeader header(stream.states, "States", 0.0, stream.integers);
+  StreamHeader header(stream.states, "States", format_of(stream));
   for (const SessionStream::Channel& each : stream.channels) {
     if (!is_free(each, 0)) header.channel(each);
   }
@@ -142,15 +156,17 @@ std::string states_header(const SessionStream& stream) {
 }
 
 std::string mark_header() {
-  pugi::xml_document document;
-  pugi::xml_node info = document.append_child("info");
-  add(info, "name", kMarkStreamName);
-  add(info, "type", "Markers");
-  add(info, "channel_count", "1");
-  add(info, "nominal_srate", "0");
-  add(info, "channel_format", "string");
-  add(info, "source_id", kMarkStreamName);
-  return xml_of(document);
+  StreamHeader header(kMarkStreamName, "Markers", "string");
+  header.channel("label");
+  return header.text();
+}
+
+std::string clock_header() {
+  StreamHeader header(kClockStreamName, "Clocks", "int64");
+  header.channel(
+      {.label = "monotonic_ns", .unit = "ns", .meaning = "of the host, as all times here"});
+  header.channel({.label = "utc_ns", .unit = "ns", .meaning = "at the same instant, since 1970"});
+  return header.text();
 }
 
 std::string stream_footer(const StreamTally& tally) {

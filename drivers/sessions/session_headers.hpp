@@ -17,16 +17,21 @@ namespace merkel {
 /// The file header: the facts of the run. \param afferents  as CSV
 [[nodiscard]] std::string session_header(const RunDescription& run, const RunOrigin& origin,
                                          const std::string& afferents);
-/// The header of one of session_streams(). \param rate_Hz  nominal; 0: irregular
-[[nodiscard]] std::string stream_header(const SessionStream& stream, double rate_Hz,
+/// Whether a run's times are those of the host's clock: its origin is on both clocks then. A copy
+/// of a session has the clocks of its recording. A session of such a run has the fact `live`.
+[[nodiscard]] bool is_live(const RunDescription& run, const RunOrigin& origin);
+
+/// The header of one of session_streams().
+[[nodiscard]] std::string stream_header(const SessionStream& stream,
                                         const std::vector<AfferentRow>& afferents);
 /// The header of a probe's stream.
-[[nodiscard]] std::string probe_stream_header(const SessionStream& stream, double rate_Hz,
-                                              std::uint32_t number, const ProbeInfo& probe);
+[[nodiscard]] std::string probe_stream_header(const SessionStream& stream, std::uint32_t number,
+                                              const ProbeInfo& probe);
 /// The header of the stream of states of such streams.
 [[nodiscard]] std::string states_header(const SessionStream& stream);
 /// The header of the stream of marks.
 [[nodiscard]] std::string mark_header();
+[[nodiscard]] std::string clock_header();
 
 /// The samples of a stream.
 struct StreamTally {

@@ -82,9 +82,9 @@ bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout
     }
     if (!to_item(values, items.emplace_back())) return false;
     if constexpr (std::is_same_v<Item, DeliveredSample>) {
-      auto& extra = items.back().sample.extra;
-      std::fill_n(extra.begin(), layout.extra_columns, std::numeric_limits<double>::quiet_NaN());
-      for (const auto& [place, column] : layout.extra) extra[column] = in_file[place];
+      auto& further = items.back().further;
+      further.assign(layout.extra_columns, std::numeric_limits<double>::quiet_NaN());
+      for (const auto& [place, column] : layout.extra) further[column] = in_file[place];
     }
     return true;
   };
@@ -154,6 +154,21 @@ bool decode_marks(std::string_view content, SessionChunk& chunk) {
     chunk.marks.push_back({.time = time, .label = std::string(label)});
   }
   return bytes.left() == 0;
+}
+
+bool decode_clock_readings(std::string_view content, std::vector<ClockReading>& readings) {
+  constexpr std::int64_t kLargestTime_ns = std::int64_t{1} << 62U;
+  ByteSpan bytes(content);
+  std::uint64_t count = 0;
+  if (!bytes.take_count(count) || count > bytes.left()) return false;
+  return for_each_sample_row<std::int64_t>(
+      bytes, count, 2, [&](const ItemValues<std::int64_t>& values) {
+        for (const std::int64_t time_ns : {values[0], values[1]}) {
+          if (time_ns < -kLargestTime_ns || time_ns > kLargestTime_ns) return false;
+        }
+        readings.push_back({.from = nanoseconds{values[0]}, .to = nanoseconds{values[1]}});
+        return true;
+      });
 }
 
 }  // namespace merkel

@@ -3,7 +3,9 @@
 #include <chrono>
 #include <span>
 #include <string_view>
+#include <vector>
 
+#include "drivers/clock/clock_map.hpp"
 #include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/session_layout.hpp"
 
@@ -27,5 +29,9 @@ struct FollowingItem {
 
 /// The same for marks, which are strings.
 [[nodiscard]] bool decode_marks(std::string_view content, SessionChunk& chunk);
+
+/// Appends readings of the clocks.
+[[nodiscard]] bool decode_clock_readings(std::string_view content,
+                                         std::vector<ClockReading>& readings);
 
 }  // namespace merkel

@@ -4,7 +4,7 @@
 
 #include <pugixml.hpp>
 
-#include "core/records/probe_sample.hpp"
+#include "core/records/readings.hpp"
 
 namespace merkel {
 
@@ -51,7 +51,7 @@ Expected<StreamLayout, std::string> layout_of(const NamedStream& named, const pu
     if (samples && !known) {
       const auto found = std::find(extra_columns.begin(), extra_columns.end(), label);
       const auto column = static_cast<std::size_t>(found - extra_columns.begin());
-      if (column < ProbeSample::kMostExtra) {
+      if (column < ProbeColumns::kMostFurther) {
         layout.extra.push_back(
             {static_cast<std::uint8_t>(place), static_cast<std::uint8_t>(column)});
         if (found == extra_columns.end()) extra_columns.emplace_back(label);

@@ -33,7 +33,7 @@ struct NamedStream {
 /// and additional channels do not matter.
 struct StreamLayout : NamedStream {
   static constexpr std::uint8_t kMissing = 0xFF;
-  /// A further column of samples: its place in the file and in ProbeSample::extra.
+  /// A further column of samples: its place in the file and in DeliveredSample::further.
   struct Extra {
     std::uint8_t place;
     std::uint8_t column;

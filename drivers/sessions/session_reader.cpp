@@ -51,6 +51,11 @@ std::vector<std::string> SessionReader::facts(std::string_view name) const {
   return all;
 }
 
+void SessionReader::read_only(std::initializer_list<SessionStream::Id> streams) {
+  decoded_ = 0;
+  for (const SessionStream::Id each : streams) decoded_ |= 1U << static_cast<std::uint32_t>(each);
+}
+
 Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pugi::xml_node& info) {
   const auto named = stream_named(info.child_value("name"));
   if (!named) return {};
@@ -81,6 +86,24 @@ std::span<FollowingItem> SessionReader::following(const SessionStream& stream) {
   return items;
 }
 
+/// The header of a stream, which comes at the latest with its first samples.
+Expected<void, SetupError> SessionReader::read_stream_header() {
+  std::uint32_t id = 0;
+  ByteSpan bytes(raw_.content);
+  pugi::xml_document document;
+  if (!bytes.take(id) || !document.load_buffer(raw_.content.data() + sizeof id, bytes.left())) {
+    return file_.damaged("a stream's header is not XML");
+  }
+  const pugi::xml_node info = document.child("info");
+  if (auto added = add_stream(id, info); !added) return added;
+  const std::string_view name = info.child_value("name");
+  if (name == kMarkStreamName) mark_stream_ = id;
+  if (name == kClockStreamName) clock_stream_ = id;
+  const auto layout = layouts_.find(id);
+  if (layout != layouts_.end()) layout->second.extra_columns = extra_columns_.size();
+  return {};
+}
+
 Expected<void, SetupError> SessionReader::read_headers(std::string_view rig) {
   while (!raw_pending_) {
     const auto read = file_.next(raw_);
@@ -95,29 +118,17 @@ Expected<void, SetupError> SessionReader::read_headers(std::string_view rig) {
         facts_.emplace_back(node.name(), node.child_value());
       }
     } else if (raw_.tag == XdfTag::kStreamHeader) {
-      std::uint32_t id = 0;
-      ByteSpan bytes(raw_.content);
-      if (!bytes.take(id) || !document.load_buffer(raw_.content.data() + sizeof id, bytes.left())) {
-        return file_.damaged("a stream's header is not XML");
-      }
-      if (auto added = add_stream(id, document.child("info")); !added) return added;
-      if (document.child("info").child_value("name") == kMarkStreamName) mark_stream_ = id;
+      if (auto added = read_stream_header(); !added) return added;
     } else {
       raw_pending_ = true;
     }
   }
-  // Sessions of older versions have no stimulation commands, and those without a tactile array no
-  // pressures of taxels.
-  const auto complete = [this](const SessionStream& stream) {
-    return stream.id == SessionStream::Id::kStimulation ||
-           stream.id == SessionStream::Id::kTaxels ||
-           std::any_of(layouts_.begin(), layouts_.end(), [&](const auto& layout) {
-             return layout.second.stream == &stream && !layout.second.states;
-           });
-  };
+  // The other streams begin with their first samples.
+  const bool samples = std::any_of(layouts_.begin(), layouts_.end(), [](const auto& each) {
+    return each.second.stream->id == SessionStream::Id::kSamples && !each.second.states;
+  });
   for (auto& [id, layout] : layouts_) layout.extra_columns = extra_columns_.size();
-  if (facts_.empty() ||
-      !std::all_of(session_streams().begin(), session_streams().end(), complete)) {
+  if (facts_.empty() || !samples) {
     rig_ = std::make_unique<RigRecording>();
     const auto found = rig_->read(file_, rig);
     if (!found) return Unexpected<SetupError>(found.error());
@@ -146,9 +157,14 @@ Expected<void, SetupError> SessionReader::decode(std::string_view content, Sessi
     if (decode_marks(rows, chunk)) return {};
     return file_.damaged("a mark cannot be read");
   }
+  if (id == clock_stream_) {
+    if (decode_clock_readings(rows, clock_readings_)) return {};
+    return file_.damaged("a reading of the clocks cannot be read");
+  }
   const auto found = layouts_.find(id);
   if (found == layouts_.end()) return {};  // a stream of another program
   const StreamLayout& layout = found->second;
+  if ((decoded_ >> static_cast<std::uint32_t>(layout.stream->id) & 1U) == 0U) return {};
   const auto next = following(*layout.stream);
   const bool decoded = layout.states ? decode_states(layout, rows, next)
                                      : decode_items(layout, rows, next[layout.probe], chunk);
@@ -201,6 +217,9 @@ Expected<bool, SetupError> SessionReader::next(SessionChunk& chunk) {
       if (!read || !*read) return read;
     }
     if (raw_.tag == XdfTag::kStreamFooter) ++footers_;
+    if (raw_.tag == XdfTag::kStreamHeader && !rig_) {
+      if (auto added = read_stream_header(); !added) return Unexpected<SetupError>(added.error());
+    }
     if (raw_.tag != XdfTag::kSamples) continue;
     if (auto decoded = decode(raw_.content, chunk); !decoded) {
       return Unexpected<SetupError>(decoded.error());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/clock/clock_map.hpp"
 #include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sessions/session_chunk.hpp"
 #include "drivers/sessions/session_format.hpp"
@@ -42,7 +44,7 @@ class SessionReader {
   [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& facts() const noexcept {
     return facts_;
   }
-  /// Names of ProbeSample::extra of the samples, in order.
+  /// Names of DeliveredSample::further of the samples, in order.
   [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
     return extra_columns_;
   }
@@ -50,6 +52,14 @@ class SessionReader {
   [[nodiscard]] bool has_validity() const noexcept { return has_validity_; }
   /// All of that name, in order.
   [[nodiscard]] std::vector<std::string> facts(std::string_view name) const;
+
+  /// From now on decodes only these streams, besides marks and readings of clocks.
+  void read_only(std::initializer_list<SessionStream::Id> streams);
+  /// The readings of clocks so far, in order: from the run's clock, which is the host's monotonic
+  /// one, to UTC. Only sessions of live runs have them.
+  [[nodiscard]] const std::vector<ClockReading>& clock_readings() const noexcept {
+    return clock_readings_;
+  }
 
   /// Reads the next chunk that holds items. False at the end.
   [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);
@@ -60,6 +70,7 @@ class SessionReader {
  private:
   SessionReader(std::string path, XdfFile file) : path_(std::move(path)), file_(std::move(file)) {}
   Expected<void, SetupError> read_headers(std::string_view rig);
+  Expected<void, SetupError> read_stream_header();
   Expected<void, SetupError> add_stream(std::uint32_t id, const pugi::xml_node& info);
   Expected<void, SetupError> decode(std::string_view content, SessionChunk& chunk);
   /// The expected items of the probes, of ticks or samples.
@@ -74,8 +85,11 @@ class SessionReader {
   std::map<SessionStream::Id, std::vector<FollowingItem>> following_;
   std::uint32_t tick_streams_ = 0;
   XdfChunk raw_;
-  bool raw_pending_ = false;  ///< raw_ was read ahead
+  bool raw_pending_ = false;     ///< raw_ was read ahead
+  std::uint32_t decoded_ = ~0U;  ///< a bit for each SessionStream::Id
   std::optional<std::uint32_t> mark_stream_;
+  std::optional<std::uint32_t> clock_stream_;
+  std::vector<ClockReading> clock_readings_;
   bool has_validity_ = false;
   std::vector<std::string> extra_columns_;
   int footers_ = 0;

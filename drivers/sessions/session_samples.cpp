@@ -12,11 +12,6 @@
 #include "core/contact/taxel_array.hpp"
 
 namespace merkel {
-namespace {
-
-constexpr std::size_t kKeptRows = 8192;
-
-}  // namespace
 
 bool SessionSamples::is_session(const std::string& path) {
   std::array<char, 4> magic{};
@@ -47,13 +42,13 @@ Expected<std::unique_ptr<SampleSource>, SetupError> SessionSamples::open(const s
     samples->taxels_ = std::min(taxels, TaxelArray::kMost);
     samples->pressures_.resize(samples->taxels_);
   }
+  samples->waiting_ = Readings(ReadingColumns(samples->columns()));
   const auto found = samples->refill();
   if (!found) return Unexpected<SetupError>(found.error());
   if (!*found) {
     return bad_input(path + " has no samples of probe " + std::to_string(probe) +
                      ": select another probe with ?probe=N, counted from 0");
   }
-  samples->channels_ = samples->waiting_.front().channels;
   return samples;
 }
 
@@ -72,7 +67,12 @@ Expected<bool, SetupError> SessionSamples::refill() {
     for (const DeliveredSample& item : chunk_.samples) {
       if (item.probe != probe_ || (last_ && item.sample.time <= *last_)) continue;
       last_ = item.sample.time;
-      waiting_.push_back(item.sample);
+      if (!std::exchange(found_, true)) channels_ = item.sample.channels;
+      const std::span<double> row = waiting_.add_sample(item.sample);
+      row[0] = static_cast<double>(channels_);
+      const auto further = waiting_.columns().of(0).further_in(row);
+      std::copy_n(item.further.begin(), std::min(item.further.size(), further.size()),
+                  further.begin());
     }
   }
   return true;
@@ -90,42 +90,29 @@ void SessionSamples::take_taxels(const TickRecord& tick) {
     block = later ? std::next(block) : blocks_.erase(block);
   }
   last_ = tick.time;
-  if (rows_.size() == kKeptRows) rows_.pop_front();
-  rows_.push_back(pressures_);
-  waiting_.push_back({.time = tick.time,
-                      .arrival = tick.time,
-                      .force_mN = tick.contact.force_mN,
-                      .sequence = next_row_,
-                      .channels = ProbeSample::kForce,
-                      .row = next_row_});
-  ++next_row_;
+  channels_ = ProbeSample::kForce;
+  const std::span<double> row = waiting_.add_sample({.time = tick.time,
+                                                     .force_mN = tick.contact.force_mN,
+                                                     .sequence = next_row_++,
+                                                     .channels = channels_});
+  std::ranges::copy(pressures_, waiting_.columns().of(0).taxels_in(row).begin());
 }
 
-std::span<const float> SessionSamples::taxels_of(const ProbeSample& sample) const {
-  const std::uint32_t back = next_row_ - sample.row;  // 1: the newest
-  if (back == 0 || back > rows_.size()) return {};
-  return rows_[rows_.size() - back];
-}
-
-Expected<std::size_t, SetupError> SessionSamples::read(std::span<ProbeSample> samples) {
+Expected<std::size_t, SetupError> SessionSamples::read(Readings& readings, std::size_t most) {
   std::size_t count = 0;
-  while (count < samples.size()) {
+  while (count < most) {
     if (next_ == waiting_.size()) {
       const auto more = refill();
       if (!more) return Unexpected<SetupError>(more.error());
       if (!*more) break;
     }
-    const std::size_t part = std::min(samples.size() - count, waiting_.size() - next_);
-    const auto first = waiting_.begin() + static_cast<std::ptrdiff_t>(next_);
-    std::copy_n(first, part, samples.begin() + static_cast<std::ptrdiff_t>(count));
+    const std::size_t part = std::min(most - count, waiting_.size() - next_);
+    readings.add(waiting_, next_, part);
     next_ += part;
     count += part;
   }
   // A recording has arrived when it was made; a replay has its samples at once.
-  for (ProbeSample& sample : samples.first(count)) {
-    sample.arrival = sample.time;
-    sample.channels = channels_;
-  }
+  for (ReadingHead& head : readings.heads().last(count)) head.arrival = head.time;
   return count;
 }
 

@@ -32,16 +32,18 @@ class SessionSamples final : public SampleSource {
   [[nodiscard]] static bool is_session(const std::string& path);
 
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] ProbeColumns columns() const override {
+    return {.further = session_.extra_columns().size(), .taxels = taxels_};
+  }
   [[nodiscard]] bool has_validity() const noexcept override {
     return taxels_ > 0 || session_.has_validity();
   }
   [[nodiscard]] std::optional<RecordedRun> run() const override { return run_; }
-  [[nodiscard]] std::size_t taxels() const noexcept override { return taxels_; }
-  [[nodiscard]] std::span<const float> taxels_of(const ProbeSample& sample) const override;
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return session_.extra_columns();
   }
-  [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples) override;
+  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings,
+                                                       std::size_t most) override;
 
  private:
   SessionSamples(SessionReader session, std::uint32_t probe, const RecordedRun& run)
@@ -54,14 +56,14 @@ class SessionSamples final : public SampleSource {
   RecordedRun run_;
   std::uint32_t channels_ = 0;
   SessionChunk chunk_;
-  std::vector<ProbeSample> waiting_;
+  Readings waiting_{ReadingColumns()};
   std::size_t next_ = 0;
+  bool found_ = false;  ///< a sample, whose channels are those of all
   std::optional<std::chrono::nanoseconds> last_;
   // Of a tactile array:
   std::size_t taxels_ = 0;
   std::deque<TaxelBlock> blocks_;
-  std::vector<float> pressures_;         ///< of the last tick
-  std::deque<std::vector<float>> rows_;  ///< of the last samples
+  std::vector<double> pressures_;  ///< of the last tick
   std::uint32_t next_row_ = 0;
 };
 

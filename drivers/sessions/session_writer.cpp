@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 #include <limits>
@@ -14,6 +15,7 @@
 #include "drivers/sessions/xdf_chunks.hpp"
 #include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/file_sink.hpp"
+#include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
@@ -68,6 +70,7 @@ class SessionWriter final : public FileSink {
       : FileSink(std::move(uri), std::move(file)),
         run_(setup.run),
         afferents_(afferents_of(setup)),
+        journal_(setup.session_journal),
         frames_(frames) {
     const std::size_t probes = std::clamp<std::size_t>(
         std::max(run_.probes.size(), run_.model.indenters.size()), 1, kMostSessionProbes);
@@ -76,6 +79,10 @@ class SessionWriter final : public FileSink {
         probe_streams_.push_back({&stream, probe, info_of(run_, probe)});
       }
     }
+  }
+
+  ~SessionWriter() override {
+    if (journal_) journal_->fail("the session " + file().path() + " was not completed");
   }
 
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
@@ -96,7 +103,8 @@ class SessionWriter final : public FileSink {
     if (!started()) return {};
     if (auto written = write_waiting(); !written) return written;
     const bool boundary_due = ++flushes_ % kFlushesPerBoundary == 0;
-    if (flushes_ % kFlushesPerClockOffset == 1 && !chunks_.write_clock_offsets()) {
+    if (flushes_ % kFlushesPerClockOffset == 1 &&
+        !(write_clocks() && chunks_.write_clock_offsets())) {
       return settle(false);
     }
     if (boundary_due && !chunks_.write_boundary()) return settle(false);
@@ -106,8 +114,12 @@ class SessionWriter final : public FileSink {
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (auto started = begin({}); !started) return started;
     if (auto written = write_waiting(); !written) return written;
-    if (!chunks_.write_clock_offsets() || !chunks_.write_footers()) return settle(false);
-    return settle(file().close());
+    if (!write_clocks() || !chunks_.write_clock_offsets() || !chunks_.write_footers()) {
+      return settle(false);
+    }
+    auto closed = settle(file().close());
+    if (closed && journal_) journal_->complete(file().path());
+    return closed;
   }
 
  private:
@@ -121,30 +133,41 @@ class SessionWriter final : public FileSink {
                        session_header(run, origin, afferent_csv(afferents_)))) {
       return false;
     }
-    for (const SessionStream& stream : session_streams()) {
-      // Those of taxels only for scenes with a tactile array.
-      if (stream.id == Id::kTaxels && !run.model.has_arrays()) continue;
-      const bool written = stream.of_probe()
-                               ? chunks_.write_header(states_number(stream), states_header(stream))
-                               : chunks_.write_header(stream_number(stream, 0),
-                                                      stream_header(stream, 0.0, afferents_));
-      if (!written) return false;
-    }
-    for (const ProbeStream& each : probe_streams_) {
-      if (!chunks_.write_header(
-              each.number(),
-              probe_stream_header(*each.stream, rate_Hz(each.stream->id), each.probe, each.info))) {
-        return false;
-      }
-    }
-    if (!chunks_.write_header(kMarkStreamId, mark_header())) return false;
+    live_ = is_live(run, origin);
+    // Those of the samples come first: they name the columns of a recording.
+    if (!begin_streams(Id::kSamples)) return false;
     file().end_header();
     return file().flush();
   }
 
-  /// Ticks have a regular rate.
-  [[nodiscard]] double rate_Hz(Id id) const {
-    return id == Id::kTicks ? 1.0 / units::s_from(run_.model.tick) : 0.0;
+  /// Writes the headers of the streams of a kind, with its first samples: some readers take a
+  /// stream without samples for damage.
+  bool begin_streams(Id id) {
+    if (std::exchange(begun_[static_cast<std::size_t>(id)], true)) return true;
+    const SessionStream& stream = stream_with(id);
+    if (!stream.of_probe()) {
+      return chunks_.write_header(stream_number(stream, 0), stream_header(stream, afferents_));
+    }
+    return chunks_.write_header(states_number(stream), states_header(stream)) &&
+           std::all_of(probe_streams_.begin(), probe_streams_.end(), [&](const ProbeStream& each) {
+             return each.stream != &stream ||
+                    chunks_.write_header(each.number(),
+                                         probe_stream_header(stream, each.probe, each.info));
+           });
+  }
+
+  /// Writes a reading of the clocks, with which sessions of several hosts are aligned.
+  bool write_clocks() {
+    if (!live_) return true;
+    if (!std::exchange(begun_[kClockStreamId], true) &&
+        !chunks_.write_header(kClockStreamId, clock_header())) {
+      return false;
+    }
+    const ClockPair now = read_clock_pair();
+    chunks_.begin_sample(kClockStreamId, now.monotonic, true);
+    chunks_.append(std::int64_t{now.monotonic.count()});
+    chunks_.append(std::int64_t{now.utc.count()});
+    return chunks_.end_samples(kClockStreamId);
   }
 
   /// Writes the records that wait. Ticks come last: a reader that has the ticks of a time has
@@ -164,6 +187,8 @@ class SessionWriter final : public FileSink {
 
   template <class Record>
   bool write_kind(const std::vector<Record>& records) {
+    if (records.empty()) return true;
+    if (!begin_streams(SessionStreamOf<Record>::kId)) return false;
     if constexpr (kOfProbe<Record>) {
       return std::all_of(probe_streams_.begin(), probe_streams_.end(), [&](ProbeStream& each) {
         return each.stream->id != SessionStreamOf<Record>::kId || write_of_probe(each, records);
@@ -188,15 +213,14 @@ class SessionWriter final : public FileSink {
         append_values(*to.stream, values, [](const auto& each) { return !is_free(each, 0); });
         if (!chunks_.end_samples(states)) return false;
       }
-      // Readers count on from the stamp of a chunk's first tick by the nominal rate.
-      chunks_.begin_sample(number, time_of(item),
-                           chunks_.samples() == 0 || rate_Hz(to.stream->id) == 0.0);
+      // Each has its stamp: readers bend the times of a stream of a nominal rate around gaps.
+      chunks_.begin_sample(number, time_of(item), true);
       append_values(*to.stream, values,
                     [&](const auto& each) { return is_free(each, to.info.channels); });
       if constexpr (std::is_same_v<Item, DeliveredSample>) {
         for (std::size_t i = 0; i < to.info.extra_columns.size(); ++i) {
-          chunks_.append(i < item.sample.extra.size() ? item.sample.extra[i]
-                                                      : std::numeric_limits<double>::quiet_NaN());
+          chunks_.append(i < item.further.size() ? item.further[i]
+                                                 : std::numeric_limits<double>::quiet_NaN());
         }
       }
       to.next = values;
@@ -234,6 +258,10 @@ class SessionWriter final : public FileSink {
 
   /// Written as a stream of strings, where XDF readers look for markers.
   bool write_marks(const std::vector<Mark>& marks) {
+    if (!marks.empty() && !std::exchange(begun_[kMarkStreamId], true) &&
+        !chunks_.write_header(kMarkStreamId, mark_header())) {
+      return false;
+    }
     for (const Mark& mark : marks) {
       chunks_.begin_sample(kMarkStreamId, mark.time, true);
       chunks_.append_text(mark.label);
@@ -241,13 +269,23 @@ class SessionWriter final : public FileSink {
     return chunks_.end_samples(kMarkStreamId);
   }
 
+  /// Those that wait for this session learn of its error.
+  [[nodiscard]] Expected<void, SinkError> settle(bool written, std::size_t spikes = 0) {
+    auto settled = FileSink::settle(written, spikes);
+    if (!settled && journal_) journal_->fail(settled.error().sentence);
+    return settled;
+  }
+
   RunDescription run_;
   std::vector<AfferentRow> afferents_;
+  std::shared_ptr<SessionJournal> journal_;  ///< null: no sink waits for this session
   bool frames_;
   std::vector<ProbeStream> probe_streams_;
   RecordLists<RecordVector> waiting_;
   XdfChunks chunks_{file()};
+  std::array<bool, kClockStreamId + 1> begun_{};  ///< by the number of a stream or kind
   int flushes_ = 0;
+  bool live_ = false;  ///< in real time, on the host's clock
 };
 
 }  // namespace

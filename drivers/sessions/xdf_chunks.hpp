@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
@@ -45,11 +46,10 @@ class XdfChunks {
   /// All streams share one clock, so every offset is 0. Readers complain if these chunks are
   /// missing, and pyxdf if two of a stream have the same time.
   [[nodiscard]] bool write_clock_offsets() {
-    if (offset_time_ == newest()) return true;
-    offset_time_ = newest();
     for (const auto& [stream, tally] : tallies_) {
+      if (std::exchange(offset_times_[stream], newest()) == newest()) continue;
       std::string content;
-      append_raw(content, units::s_from(*offset_time_));
+      append_raw(content, units::s_from(newest()));
       append_raw(content, 0.0);
       if (!write_of(XdfTag::kClockOffset, stream, content)) return false;
     }
@@ -114,10 +114,10 @@ class XdfChunks {
   OutputFile& file_;
   std::string content_;  ///< of samples that are not written yet
   std::uint32_t samples_ = 0;
-  std::map<std::uint32_t, StreamTally> tallies_;  ///< of all streams, by number
-  std::optional<Time> start_;                     ///< of the first item
-  Time newest_{0};                                ///< of all items
-  std::optional<Time> offset_time_;               ///< of the last offsets of the clocks
+  std::map<std::uint32_t, StreamTally> tallies_;               ///< of all streams, by number
+  std::optional<Time> start_;                                  ///< of the first item
+  Time newest_{0};                                             ///< of all items
+  std::map<std::uint32_t, std::optional<Time>> offset_times_;  ///< of the last offset, by stream
 };
 
 }  // namespace merkel

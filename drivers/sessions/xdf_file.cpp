@@ -7,6 +7,8 @@
 
 #include <sys/stat.h>
 
+#include "drivers/files/input_file.hpp"
+
 namespace merkel {
 namespace {
 
@@ -23,6 +25,7 @@ Expected<XdfFile, SetupError> XdfFile::open(const std::string& path) {
     return bad_input("cannot read the session " + path + ": " + std::strerror(errno));
   }
   if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: use a session (.xdf)");
+  ReadFiles::note(path);
   XdfFile file(path, std::move(opened), static_cast<std::uint64_t>(status.st_size));
   std::array<char, kXdfMagic.size()> magic{};
   if (!file.read_bytes(magic.data(), magic.size()) ||

@@ -38,14 +38,22 @@ DeviceSimulator::DeviceSimulator(Settings settings)
 
 Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(Settings settings) {
   std::uint32_t channels = settings.trace.empty() ? 0 : settings.trace.front().channels;
+  settings.others.resize((settings.extra_columns.size() + settings.taxels.size()) *
+                         settings.trace.size());
   const std::string name(settings.protocol->name);
   const std::uint32_t plays = settings.protocol->plays;
   std::unique_ptr<DeviceSimulator> simulator(new DeviceSimulator(std::move(settings)));
   simulator->device_ = simulator->settings_.protocol->simulate(channels);
   const auto& further = simulator->settings_.extra_columns;
   const bool sends_further = simulator->device_->set_columns(further) && !further.empty();
-  const bool sends_taxels = simulator->device_->set_taxels(simulator->settings_.taxels,
-                                                           simulator->settings_.pressures_kPa);
+  double largest_kPa = 0.0;
+  for (std::size_t i = 0; i < simulator->settings_.trace.size(); ++i) {
+    for (const double kPa : simulator->others_of(i).subspan(further.size())) {
+      largest_kPa = std::max(largest_kPa, kPa);
+    }
+  }
+  const bool sends_taxels =
+      simulator->device_->set_taxels(simulator->settings_.taxels, largest_kPa);
   if (!sends_taxels) {
     return bad_input("devices of the protocol " + name + " cannot send the " +
                      std::to_string(simulator->settings_.taxels.size()) +
@@ -162,28 +170,36 @@ nanoseconds DeviceSimulator::next_sample() const noexcept {
   return round_ + (trace[next_].time - trace.front().time);
 }
 
-/// The trace, interpolated.
-ProbeSample DeviceSimulator::sample_at(Time trace_time) const noexcept {
+std::span<const double> DeviceSimulator::others_of(std::size_t sample) const noexcept {
+  const std::size_t width = settings_.extra_columns.size() + settings_.taxels.size();
+  return std::span(settings_.others).subspan(sample * width, width);
+}
+
+/// The trace, interpolated; sets others_.
+ProbeSample DeviceSimulator::interpolate(Time trace_time) {
   const auto& trace = settings_.trace;
   const Time length = trace.back().time - trace.front().time;
   if (settings_.repeat && length.count() > 0) trace_time %= length;
   const Time time = trace.front().time + trace_time;
-  const auto after =
+  const auto found =
       std::lower_bound(trace.begin(), trace.end(), time,
                        [](const ProbeSample& sample, Time t) { return sample.time < t; });
-  if (after == trace.end()) return trace.back();
-  if (after == trace.begin() || after->time == time) return *after;
-  const ProbeSample& before = *(after - 1);
+  const auto next = std::min(static_cast<std::size_t>(found - trace.begin()), trace.size() - 1);
+  const std::span<const double> to = others_of(next);
+  others_.assign(to.begin(), to.end());
+  const ProbeSample& after = trace[next];
+  if (next == 0 || after.time <= time) return after;
+  const ProbeSample& before = trace[next - 1];
   const double fraction = static_cast<double>((time - before.time).count()) /
-                          static_cast<double>((after->time - before.time).count());
+                          static_cast<double>((after.time - before.time).count());
+  const auto between = [fraction](double a, double b) { return a + fraction * (b - a); };
   ProbeSample sample = before;
   for (double ProbeSample::*const field :
        {&ProbeSample::depth_mm, &ProbeSample::force_mN, &ProbeSample::x_mm, &ProbeSample::y_mm}) {
-    sample.*field += fraction * (*after.*field - before.*field);
+    sample.*field = between(before.*field, after.*field);
   }
-  for (std::size_t i = 0; i < sample.extra.size(); ++i) {
-    sample.extra[i] += fraction * (after->extra[i] - before.extra[i]);
-  }
+  const std::span<const double> from = others_of(next - 1);
+  for (std::size_t i = 0; i < others_.size(); ++i) others_[i] = between(from[i], to[i]);
   sample.time = time;
   return sample;
 }
@@ -200,8 +216,13 @@ void DeviceSimulator::play(Time now) {
     if (trace_start_ + next > device_time(now)) return;
     const bool over = !period() && next_ == trace.size();
     Bytes out;
-    device_->measure(period() ? sample_at(next) : trace[over ? next_ - 1 : next_],
-                     trace_start_ + next, out);
+    const std::size_t place = over ? next_ - 1 : next_;
+    if (period()) {
+      const ProbeSample sample = interpolate(next);
+      device_->measure(sample, others_, trace_start_ + next, out);
+    } else {
+      device_->measure(trace[place], others_of(place), trace_start_ + next, out);
+    }
     ++counts_.measured;
     if (!plugged_ || !device_->started()) ++counts_.unsent;
     send(out, true);

@@ -40,11 +40,13 @@ class DeviceSimulator {
   struct Settings {
     const ProtocolEntry* protocol = nullptr;
     std::vector<ProbeSample> trace;               ///< in order of time; at least one
-    std::vector<std::string> extra_columns = {};  ///< names of ProbeSample::extra
+    std::vector<std::string> extra_columns = {};  ///< names of further columns
     std::vector<std::string> taxels = {};         ///< names of a tactile array's channels
-    std::vector<float> pressures_kPa = {};        ///< a row for each sample: ProbeSample::row
-    int baud = 115200;                            ///< a host with another rate reads garbage
-    std::string link;                             ///< symbolic link to the terminal; empty: none
+    /// A row for each sample: the further columns, then the pressures of the taxels in kPa. Those
+    /// that are missing are 0.
+    std::vector<double> others = {};
+    int baud = 115200;  ///< a host with another rate reads garbage
+    std::string link;   ///< symbolic link to the terminal; empty: none
     /// Network address instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".
     std::string network;
     bool repeat = false;            ///< start again at the end of the trace
@@ -82,7 +84,8 @@ class DeviceSimulator {
   void play(Time now);
   [[nodiscard]] Time next_sample() const noexcept;
   [[nodiscard]] std::optional<Time> period() const noexcept;
-  [[nodiscard]] ProbeSample sample_at(Time trace_time) const noexcept;
+  [[nodiscard]] std::span<const double> others_of(std::size_t sample) const noexcept;
+  ProbeSample interpolate(Time trace_time);
   void boot(Time now);
   void pass_faults(Time now);
   void listen(Time patience);
@@ -110,6 +113,7 @@ class DeviceSimulator {
   Time stalled_until_{0};
   Time next_batch_{0};
   Bytes held_;
+  std::vector<double> others_;  ///< of interpolate()
 };
 
 }  // namespace merkel

@@ -40,7 +40,9 @@ Expected<void, SetupError> PtyMaster::plug_in() {
   unplug();
   master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0) {
-    return unavailable(std::string("cannot make a pseudo-terminal: ") + std::strerror(errno));
+    return unavailable(std::string("cannot make a pseudo-terminal: ") + std::strerror(errno) +
+                       "; mount the file system devpts at /dev/pts (in a container, as its runtime "
+                       "does by default), or allow more of them (sysctl kernel.pty.max)");
   }
   char terminal[64];
   if (::ptsname_r(master_, terminal, sizeof terminal) != 0) {

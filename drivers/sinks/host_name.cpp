@@ -40,11 +40,12 @@ bool HostAndPort::known() const {
   return true;
 }
 
-Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host) {
+Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host,
+                                      const std::string& action) {
   return bad_input(
       "\"" + uri + "\": " + host +
-      " is not a loopback address of this machine: add --allow-remote if other machines may "
-      "receive the data, or use 127.0.0.1");
+      " is not a loopback address of this machine: add --allow-remote if other machines may " +
+      action + ", or use 127.0.0.1");
 }
 
 }  // namespace merkel

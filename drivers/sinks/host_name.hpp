@@ -24,7 +24,8 @@ struct HostAndPort {
 };
 
 /// The error for an address that --allow-remote would allow.
-[[nodiscard]] Unexpected<SetupError> remote_refused(const std::string& uri,
-                                                    const std::string& host);
+/// \param action  of other machines
+[[nodiscard]] Unexpected<SetupError> remote_refused(const std::string& uri, const std::string& host,
+                                                    const std::string& action = "receive the data");
 
 }  // namespace merkel

@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
 
-#include "drivers/files/csv_text.hpp"
+#include "core/units.hpp"
 #include "drivers/files/hdf5_file.hpp"
-#include "drivers/files/line_reader.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/sinks/nwb_objects.hpp"
 #include "drivers/sinks/nwb_series.hpp"
 
@@ -66,13 +64,7 @@ std::vector<std::string> parts_of(const std::string& text, char separator) {
   }
 }
 
-template <class Whole>
-bool take_whole(std::string_view& row, Whole& value) {
-  const std::string_view field = take_field(row);
-  return std::from_chars(field.data(), field.data() + field.size(), value).ec == std::errc{};
-}
-
-/// The result of reading all rows once.
+/// The result of reading the journal once.
 struct NwbTotals {
   std::vector<std::uint64_t> spikes_of;  ///< by neuron, from 0
   std::vector<Interval> contacts;
@@ -82,24 +74,16 @@ struct NwbTotals {
   double last_s = 0.0;
 };
 
-/// Calls `take` with the letter, the time and the rest of each row. False if a row cannot be read.
-bool for_each_row(const std::string& path,
-                  const std::function<bool(char, double, std::string_view)>& take) {
-  auto lines = LineReader::open(path);
-  if (!lines) return false;
-  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
-  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
-    std::string_view row = lines->line();
-    if (row.empty() || row.front() == '#') continue;
-    const std::string_view letter = take_field(row);
-    const auto time_s = parse_number(take_field(row));
-    if (letter.size() != 1 || !time_s || !take(letter.front(), *time_s, row)) return false;
-  }
-  return outcome == LineReader::Outcome::kEnd;
-}
+/// The file being written, and what it is made from.
+struct Source {
+  const NwbContent& content;
+  const TimeBase& time;
+  RunJournal& journal;
+};
 
-/// Reads all rows and writes the samples and the stimulation commands.
-bool write_stimulus(Hdf5File& file, const NwbContent& content, NwbTotals& found) {
+/// Reads the whole journal and writes the samples and the stimulation commands.
+void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
+  const NwbContent& content = source.content;
   std::vector<std::unique_ptr<nwb::ProbeSeries>> probes;
   for (const NwbContent::Probe& probe : content.probes) {
     probes.push_back(
@@ -111,52 +95,47 @@ bool write_stimulus(Hdf5File& file, const NwbContent& content, NwbTotals& found)
   }
   found.spikes_of.assign(content.afferents.size(), 0);
   std::optional<double> first_s;
-  const bool read =
-      for_each_row(content.rows, [&](char letter, double time_s, std::string_view row) {
-        first_s = std::min(first_s.value_or(time_s), time_s);
-        found.last_s = std::max(found.last_s, time_s);
-        std::size_t number = 0;
-        Interval event{.start_s = time_s, .stop_s = time_s, .label = {}};
-        switch (letter) {
-          case 's':
-            if (!take_whole(row, number) || number == 0 || number > found.spikes_of.size())
-              return false;
-            ++found.spikes_of[number - 1];
-            return true;
-          case 'p':
-            return take_whole(row, number) && number < probes.size() &&
-                   probes[number]->add(time_s, row, found.contacts);
-          case 'c':
-            return take_whole(row, number) && number < electrodes.size() &&
-                   electrodes[number]->add(time_s, row);
-          case 'm':
-            event.label = row;
-            found.marks.push_back(event);
-            return true;
-          case 'e': {
-            const auto length_s = parse_number(take_field(row));
-            const auto subject = parse_number(take_field(row));
-            if (!length_s || !subject) return false;
-            event.stop_s += *length_s;
-            event.subject = *subject;
-            event.label = row;
-            found.events.push_back(event);
-            return true;
-          }
-          default:
-            return false;
-        }
-      });
+  const auto time_s = [&](const auto& record) {
+    const double at_s = source.time.s(time_of(record));
+    first_s = std::min(first_s.value_or(at_s), at_s);
+    found.last_s = std::max(found.last_s, at_s);
+    return at_s;
+  };
+  file.take(source.journal.read([&](const RecordBatch& batch) {
+    for (const DeliveredSample& item : batch.samples) {
+      if (item.probe >= probes.size()) continue;
+      probes[item.probe]->add(time_s(item), item, found.contacts);
+    }
+    for (const SpikeEvent& spike : batch.spikes) {
+      static_cast<void>(time_s(spike));
+      if (spike.neuron - 1 < found.spikes_of.size()) ++found.spikes_of[spike.neuron - 1];
+    }
+    for (const StimulationCommand& command : batch.commands) {
+      if (command.electrode >= electrodes.size()) continue;
+      electrodes[command.electrode]->add(time_s(command), command);
+    }
+    for (const LoopEvent& event : batch.events) {
+      const double start_s = time_s(event);
+      found.events.push_back({.start_s = start_s,
+                              .stop_s = start_s + units::s_from(event.length),
+                              .label = std::string(name_of(event.kind)),
+                              .subject = static_cast<double>(event.subject)});
+    }
+    for (const Mark& mark : batch.marks) {
+      const double at_s = time_s(mark);
+      found.marks.push_back({.start_s = at_s, .stop_s = at_s, .label = printable_text(mark.label)});
+    }
+    return file.ok();
+  }));
   found.first_s = first_s.value_or(0.0);
   for (const auto& each : probes) each->end_contact(found.last_s, found.contacts);
-  return read;
 }
 
-/// The spike times, unit by unit: the rows are read again for as many units as fit into memory.
-bool write_spike_times(const NwbContent& content, const NwbTotals& found,
+/// The spike times, unit by unit: the journal is read again for as many units as fit into memory.
+void write_spike_times(Hdf5File& file, const Source& source, const NwbTotals& found,
                        Hdf5File::Column& spike_times) {
   std::size_t first = 0;
-  while (first < found.spikes_of.size()) {
+  while (first < found.spikes_of.size() && file.ok()) {
     std::size_t last = first;
     std::uint64_t spikes = 0;
     while (last < found.spikes_of.size() &&
@@ -165,25 +144,25 @@ bool write_spike_times(const NwbContent& content, const NwbTotals& found,
     }
     std::vector<std::vector<double>> times(last - first);
     for (std::size_t i = first; i < last; ++i) times[i - first].reserve(found.spikes_of[i]);
-    const bool read = spikes == 0 || for_each_row(content.rows, [&](char letter, double time_s,
-                                                                    std::string_view row) {
-                        if (letter != 's') return true;
-                        std::size_t number = 0;
-                        if (!take_whole(row, number)) return false;
-                        if (number > first && number <= last)
-                          times[number - 1 - first].push_back(time_s);
-                        return true;
-                      });
-    if (!read) return false;
+    if (spikes > 0) {
+      file.take(source.journal.read([&](const RecordBatch& batch) {
+        for (const SpikeEvent& spike : batch.spikes) {
+          if (spike.neuron > first && spike.neuron <= last) {
+            times[spike.neuron - 1 - first].push_back(source.time.s(spike.time));
+          }
+        }
+        return true;
+      }));
+    }
     for (const auto& train : times) {
       for (const double time_s : train) spike_times.append(time_s);
     }
     first = last;
   }
-  return true;
 }
 
-bool write_units(Hdf5File& file, const NwbContent& content, const NwbTotals& found) {
+void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
+  const NwbContent& content = source.content;
   Table table(
       file, "/units", "Units", nwb::kCore,
       {"spike_times", "obs_intervals", "x_mm", "y_mm", "field_radius_mm", "patch", "patch_name"},
@@ -222,7 +201,7 @@ bool write_units(Hdf5File& file, const NwbContent& content, const NwbTotals& fou
     names.push_back(row.patch < content.patches.size() ? content.patches[row.patch] : "");
   }
   table.texts("patch_name", names, "Name of the patch of skin");
-  return write_spike_times(content, found, *spike_times);
+  write_spike_times(file, source, found, *spike_times);
 }
 
 /// What the user tells of the experiment.
@@ -284,12 +263,14 @@ std::vector<Interval> trials_of(const NwbTotals& found) {
 }  // namespace
 
 Expected<void, std::string> write_nwb(const std::string& path, const NwbContent& content,
-                                      bool overwrite) {
+                                      const TimeBase& time, RunJournal& journal, bool overwrite) {
   return write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
+    const Source source{content, time, journal};
     write_head(file, content);
     NwbTotals found;
-    if (!write_stimulus(file, content, found)) return file.fail();
-    if (!content.afferents.empty() && !write_units(file, content, found)) return file.fail();
+    write_stimulus(file, source, found);
+    if (!file.ok()) return;
+    if (!content.afferents.empty()) write_units(file, source, found);
     write_intervals(file, "trials", "from mark to mark; without marks, the contacts",
                     trials_of(found), "label", nullptr);
     write_intervals(file, "contacts", "contacts of a probe with the skin", found.contacts, "label",

@@ -9,6 +9,8 @@
 
 #include "core/expected.hpp"
 #include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sinks/run_journal.hpp"
+#include "drivers/sinks/time_base.hpp"
 
 namespace merkel {
 
@@ -25,6 +27,10 @@ struct NwbContent {
     std::string unit;         ///< NWB's name of it: meters, newtons
     float conversion = 1.0F;  ///< from the values to that unit
     std::string meaning;
+    /// Its value in a sample: one of the members, or a further column.
+    double (*value)(const ProbeSample& sample) = nullptr;
+    std::size_t extra = 0;  ///< index in DeliveredSample::further, without `value`
+    bool presses = false;   ///< above 0 during a contact
   };
   struct Probe {
     std::string name;  ///< for display
@@ -44,11 +50,6 @@ struct NwbContent {
   std::vector<AfferentRow> afferents;
   std::vector<std::string> patches;  ///< their names
 
-  /// File of rows, each a letter and its fields, times in s of the file:
-  /// `s,TIME,NEURON` a spike; `p,TIME,PROBE,VALUE…` a sample, with a value for each channel;
-  /// `c,TIME,ELECTRODE,KIND,AMPLITUDE,FREQUENCY,STOP` a stimulation command; `m,TIME,LABEL` a mark;
-  /// `e,TIME,LENGTH,SUBJECT,KIND` an event. Lines with '#' are comments.
-  std::string rows;
   std::chrono::nanoseconds start{0};  ///< of the run since 1970-01-01 UTC
   std::chrono::nanoseconds zero{0};   ///< time 0 of the file since 1970-01-01 UTC
 };
@@ -58,6 +59,7 @@ struct NwbContent {
 /// trials (from mark to mark; without marks, the contacts) and events as intervals. Uses bounded
 /// memory. On failure, leaves no file of that name and returns the reason.
 [[nodiscard]] Expected<void, std::string> write_nwb(const std::string& path,
-                                                    const NwbContent& content, bool overwrite);
+                                                    const NwbContent& content, const TimeBase& time,
+                                                    RunJournal& journal, bool overwrite);
 
 }  // namespace merkel

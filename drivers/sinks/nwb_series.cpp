@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
-
-#include "core/records/stimulation_command.hpp"
-#include "drivers/files/csv_text.hpp"
+#include <limits>
 
 namespace merkel::nwb {
 namespace {
@@ -38,7 +36,7 @@ TimeSeries::Description current(const NwbContent::Electrode& electrode, const st
 
 ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number,
                          bool only)
-    : number_(number) {
+    : known_(probe.channels), number_(number) {
   for (const NwbContent::Channel& channel : probe.channels) {
     std::string name = channel.name;
     std::replace(name.begin(), name.end(), '/', '_');
@@ -51,21 +49,22 @@ ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::si
     channels_.push_back(channels_.empty() ? std::make_unique<TimeSeries>(file, path, description)
                                           : std::make_unique<TimeSeries>(file, path, description,
                                                                          *channels_.front()));
-    presses_.push_back(channel.name == "depth" || channel.name == "force");
   }
 }
 
-bool ProbeSeries::add(double time_s, std::string_view values, std::vector<Interval>& contacts) {
+void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts) {
   bool touches = false;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
-    const auto value = parse_number(take_field(values));
-    if (!value) return false;
-    channels_[i]->append(time_s, *value);
-    touches = touches || (presses_[i] && *value > 0.0);
+    const NwbContent::Channel& channel = known_[i];
+    const double value = channel.value != nullptr ? channel.value(item.sample)
+                         : channel.extra < item.further.size()
+                             ? item.further[channel.extra]
+                             : std::numeric_limits<double>::quiet_NaN();
+    channels_[i]->append(time_s, value);
+    touches = touches || (channel.presses && value > 0.0);
   }
   if (touches && !touched_s_) touched_s_ = time_s;
   if (!touches) end_contact(time_s, contacts);
-  return values.empty();
 }
 
 void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
@@ -100,26 +99,19 @@ ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& el
               .comments = electrode.description},
              amplitude_) {}
 
-bool ElectrodeSeries::add(double time_s, std::string_view fields) {
-  const std::string_view kind = take_field(fields);
-  const auto amplitude_uA = parse_number(take_field(fields));
-  const auto frequency_Hz = parse_number(take_field(fields));
-  const auto stop = parse_number(take_field(fields));
-  if (!amplitude_uA || !frequency_Hz || !stop || !fields.empty()) return false;
-  if (kind == name_of(StimulationCommand::Kind::kPulse)) {
+void ElectrodeSeries::add(double time_s, const StimulationCommand& command) {
+  if (command.kind == StimulationCommand::Kind::kPulse) {
     if (!pulses_) {
       pulses_ = std::make_unique<TimeSeries>(
           file_, path_of(electrode_, "pulses"),
           current(electrode_, "amplitude of one phase of each single pulse, in µA"));
     }
-    pulses_->append(time_s, *amplitude_uA);
-    return true;
+    pulses_->append(time_s, command.amplitude_uA);
+    return;
   }
-  if (!(*stop >= 0.0 && *stop <= static_cast<double>(Stop::kStale))) return false;
-  amplitude_.append(time_s, *amplitude_uA);
-  frequency_.append(time_s, *frequency_Hz);
-  stops_.append(time_s, *stop);
-  return kind == name_of(StimulationCommand::Kind::kUpdate);
+  amplitude_.append(time_s, command.amplitude_uA);
+  frequency_.append(time_s, command.frequency_Hz);
+  stops_.append(time_s, static_cast<double>(command.stop));
 }
 
 }  // namespace merkel::nwb

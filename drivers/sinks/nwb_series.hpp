@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "core/records/record_batch.hpp"
 #include "drivers/sinks/nwb_file.hpp"
 #include "drivers/sinks/nwb_objects.hpp"
 
@@ -26,15 +26,14 @@ class ProbeSeries {
   /// \param only  the run has one probe, so the names of its series need no number
   ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number, bool only);
 
-  /// Appends a sample from the values of its row. A contact that ends there is added to `contacts`.
-  /// False if the row has other fields.
-  [[nodiscard]] bool add(double time_s, std::string_view values, std::vector<Interval>& contacts);
+  /// Appends a sample. A contact that ends there is added to `contacts`.
+  void add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts);
   /// Ends the contact that lasts, if any.
   void end_contact(double time_s, std::vector<Interval>& contacts);
 
  private:
   std::vector<std::unique_ptr<TimeSeries>> channels_;
-  std::vector<bool> presses_;  ///< by channel: it is above 0 during a contact
+  std::vector<NwbContent::Channel> known_;
   std::size_t number_;
   std::optional<double> touched_s_;  ///< start of the contact
 };
@@ -47,8 +46,7 @@ class ElectrodeSeries {
  public:
   ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode);
 
-  /// Appends a command from the fields of its row. False if the row has other fields.
-  [[nodiscard]] bool add(double time_s, std::string_view fields);
+  void add(double time_s, const StimulationCommand& command);
 
  private:
   Hdf5File& file_;

@@ -1,45 +1,57 @@
-#include <array>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/printable_text.hpp"
-#include "drivers/sinks/afferent_json.hpp"
+#include "drivers/sinks/export_sink.hpp"
 #include "drivers/sinks/nwb_file.hpp"
-#include "drivers/sinks/rows_sink.hpp"
-#include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {
 
-// The description of a run at the head of its rows, as JSON.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Channel, name, unit, conversion, meaning)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Probe, name, channels)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent::Electrode, name, description)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NwbContent, scene, scene_text, notes, general, probes,
-                                   electrodes, afferents, patches)
-
 namespace {
 
-using std::chrono::nanoseconds;
-
-/// A channel of samples, and how its value stands in a row.
+/// A channel of samples.
 struct ChannelOf {
   std::uint32_t bit;
   NwbContent::Channel channel;
 };
 
+/// The decimals of the force, in N: a change of unit adds no rounding error.
+double force_N(const ProbeSample& sample) {
+  return parse_number(shortest_decimal(sample.force_mN), -3).value_or(0.0);
+}
+
 const std::vector<ChannelOf>& known_channels() {
+  using Sample = ProbeSample;
   static const std::vector<ChannelOf> channels = {
-      {ProbeSample::kDepth, {"depth", "meters", 1e-3F, "indentation depth, in mm"}},
-      {ProbeSample::kForce, {"force", "newtons", 1.0F, "normal force, in N"}},
-      {ProbeSample::kX, {"x", "meters", 1e-3F, "position on the patch along the finger, in mm"}},
-      {ProbeSample::kY, {"y", "meters", 1e-3F, "position on the patch across the finger, in mm"}}};
+      {Sample::kDepth,
+       {.name = "depth",
+        .unit = "meters",
+        .conversion = 1e-3F,
+        .meaning = "indentation depth, in mm",
+        .value = [](const Sample& sample) { return sample.depth_mm; },
+        .presses = true}},
+      {Sample::kForce,
+       {.name = "force",
+        .unit = "newtons",
+        .meaning = "normal force, in N",
+        .value = force_N,
+        .presses = true}},
+      {Sample::kX,
+       {.name = "x",
+        .unit = "meters",
+        .conversion = 1e-3F,
+        .meaning = "position on the patch along the finger, in mm",
+        .value = [](const Sample& sample) { return sample.x_mm; }}},
+      {Sample::kY,
+       {.name = "y",
+        .unit = "meters",
+        .conversion = 1e-3F,
+        .meaning = "position on the patch across the finger, in mm",
+        .value = [](const Sample& sample) { return sample.y_mm; }}}};
   return channels;
 }
 
@@ -48,26 +60,28 @@ NwbContent::Probe describe(const ProbeInfo& info) {
   for (const ChannelOf& each : known_channels()) {
     if ((info.channels & each.bit) != 0U) probe.channels.push_back(each.channel);
   }
-  for (const std::string& name : info.extra_columns) {
-    probe.channels.push_back({.name = name,
+  for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
+    probe.channels.push_back({.name = info.extra_columns[i],
                               .unit = "unknown",
-                              .conversion = 1.0F,
-                              .meaning = "a column of the recording, not used by the model"});
+                              .meaning = "a column of the recording, not used by the model",
+                              .extra = i});
   }
   return probe;
 }
 
-NwbContent::Electrode describe(const Electrode& electrode, const StimulationParameters& limits) {
-  return {.name = electrode.name,
-          .description = "field of radius " + shortest_decimal(electrode.field_mm[2]) +
-                         " mm around x = " + shortest_decimal(electrode.field_mm[0]) +
-                         " mm, y = " + shortest_decimal(electrode.field_mm[1]) + " mm on patch " +
-                         std::to_string(electrode.patch) + "; one phase lasts " +
-                         shortest_decimal(units::us_from(limits.phase)) + " µs"};
+NwbContent::Electrode describe(const Electrode& electrode, const StimulationParameters& scene) {
+  return {
+      .name = electrode.name,
+      .description = "field of radius " + shortest_decimal(electrode.field_mm[2]) +
+                     " mm around x = " + shortest_decimal(electrode.field_mm[0]) +
+                     " mm, y = " + shortest_decimal(electrode.field_mm[1]) + " mm on patch " +
+                     std::to_string(electrode.patch) + "; one phase lasts " +
+
+                     shortest_decimal(units::us_from(ElectrodeLimits::of(electrode, scene).phase)) +
+                     " µs"};
 }
 
-NwbContent content_of(const SinkSetup& setup, NwbContent content, std::string rows) {
-  content.rows = std::move(rows);
+NwbContent content_of(const SinkSetup& setup, NwbContent content) {
   for (const ProbeInfo& info : setup.run.probes) content.probes.push_back(describe(info));
   for (const Electrode& electrode : setup.run.encoding.electrodes) {
     content.electrodes.push_back(describe(electrode, setup.run.encoding.stimulation));
@@ -88,111 +102,11 @@ NwbContent content_of(const SinkSetup& setup, NwbContent content, std::string ro
   return content;
 }
 
-/// Sets the file's origin of time: probe time = time in the file + offset.
-void set_time(const RunOrigin& origin, nanoseconds offset, NwbContent& content) {
-  content.start = origin.utc;
-  content.zero = origin.utc + (offset - origin.start);
-}
-
-/// Rows of NwbContent: NWB groups spikes by unit, which are known at the end only.
-class NwbSink final : public RowsSink {
- public:
-  NwbSink(std::string uri, OutputFile rows, TimeBase time, const SinkSetup& setup,
-          NwbContent content)
-      : RowsSink(std::move(uri), std::move(rows), time, setup.overwrite, "the run is"),
-        content_(content_of(setup, std::move(content), this->rows())),
-        probes_(setup.run.probes) {}
-
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, DeliveredSample, LoopEvent, Mark> |
-           (content_.electrodes.empty() ? 0U : kKinds<StimulationCommand>);
-  }
-
-  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
-    text_.clear();
-    for (const DeliveredSample& item : batch.samples) add(item);
-    for (const SpikeEvent& spike : batch.spikes) {
-      begin_row('s', spike.time);
-      text_ += "," + std::to_string(spike.neuron) + "\n";
-    }
-    for (const StimulationCommand& command : batch.commands) add(command);
-    for (const LoopEvent& event : batch.events) {
-      begin_row('e', event.time);
-      text_ += ",";
-      append_seconds(text_, event.length);
-      text_ += "," + std::to_string(event.subject) + ",";
-      text_.append(name_of(event.kind)).append("\n");
-    }
-    for (const Mark& mark : batch.marks) {
-      begin_row('m', mark.time);
-      text_ += "," + printable_text(mark.label) + "\n";
-    }
-    return write_rows(text_, batch.spikes.size());
-  }
-
- private:
-  void add(const DeliveredSample& item) {
-    if (item.probe >= probes_.size()) return;
-    const ProbeInfo& info = probes_[item.probe];
-    const ProbeSample& sample = item.sample;
-    begin_row('p', sample.time);
-    text_ += "," + std::to_string(item.probe);
-    const std::array<std::pair<std::uint32_t, std::string>, 4> values = {
-        {{ProbeSample::kDepth, shifted_decimal(sample.depth_mm, 0)},
-         {ProbeSample::kForce, shifted_decimal(sample.force_mN, -3)},
-         {ProbeSample::kX, shifted_decimal(sample.x_mm, 0)},
-         {ProbeSample::kY, shifted_decimal(sample.y_mm, 0)}}};
-    for (const auto& [bit, value] : values) {
-      if ((info.channels & bit) != 0U) text_ += "," + value;
-    }
-    for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
-      text_ += "," + shifted_decimal(sample.extra[i], 0);
-    }
-    text_ += "\n";
-  }
-  void add(const StimulationCommand& command) {
-    begin_row('c', command.time);
-    text_ += "," + std::to_string(command.electrode) + ",";
-    text_.append(name_of(command.kind)).append(",");
-    text_ += shortest_decimal(command.amplitude_uA) + ",";
-    text_ += shortest_decimal(command.frequency_Hz) + ",";
-    text_ += std::to_string(static_cast<int>(command.stop)) + "\n";
-  }
-  [[nodiscard]] std::string head(const RunOrigin& origin) override {
-    set_time(origin, time().offset(), content_);
-    for (const auto& [name, value] : time().facts()) content_.notes += name + " = " + value + "\n";
-    return content_lines(content_);
-  }
-  [[nodiscard]] Expected<void, std::string> convert(const std::string& path,
-                                                    bool overwrite) override {
-    return write_nwb(path, content_, overwrite);
-  }
-  void begin_row(char letter, nanoseconds at) {
-    text_ += letter;
-    text_ += ',';
-    append_seconds(text_, time()(at));
-  }
-
-  NwbContent content_;
-  std::vector<ProbeInfo> probes_;
-  std::string text_;
-};
-
 }  // namespace
-
-void convert_recovered_nwb(const std::string& recovered, const SinkSetup& setup) {
-  RowsSink::convert_recovered(recovered, "the data of the run is", setup,
-                              [&](const RowsSink::Recovered& run) {
-                                auto content = run.content.get<NwbContent>();
-                                content.rows = run.rows;
-                                set_time(run.origin, run.offset, content);
-                                return write_nwb(recovered, content, false);
-                              });
-}
 
 OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
-  const TimeBase time = TimeBase::read(options, setup);
+  TimeBase time = TimeBase::read(options, setup);
   NwbContent content;
   for (const std::string_view name : kNwbFacts) {
     if (std::string value = options.text(name, ""); !value.empty()) {
@@ -200,10 +114,18 @@ OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup) {
     }
   }
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto rows = RowsSink::open_rows(uri, setup);
-  if (!rows) return Unexpected<SetupError>(rows.error());
-  if (!rows->recovered().empty()) convert_recovered_nwb(rows->recovered(), setup);
-  return std::make_unique<NwbSink>(uri.text, std::move(*rows), time, setup, std::move(content));
+  return ExportSink::open(
+      uri, setup,
+      [path = uri.path, content = content_of(setup, std::move(content)), time,
+       overwrite = setup.overwrite](RunJournal& journal, const RunOrigin& origin) mutable {
+        time.set(origin);
+        content.start = origin.utc;
+        content.zero = origin.utc + (time.offset() - origin.start);
+        for (const auto& [name, value] : time.facts()) {
+          content.notes += name + " = " + value + "\n";
+        }
+        return write_nwb(path, content, time, journal, overwrite);
+      });
 }
 
 }  // namespace merkel

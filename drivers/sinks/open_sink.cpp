@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
+
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "drivers/files/dated_name.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/lsl_library.hpp"
-#include "drivers/probes/open_probe.hpp"
-#include "drivers/sinks/phy_sink.hpp"
+#include "drivers/sinks/export_sink.hpp"
+#include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/text_sink.hpp"
 
@@ -26,24 +30,23 @@ struct Scheme {
   OpenedSink (*open)(const Uri&, const SinkSetup&);  ///< null if the library is missing
   std::string_view remedy;                           ///< how to get the library
   bool file = false;                                 ///< writes a file, so that %t is the time
-  /// Converts the renamed rows of a killed run; null if they are the file.
-  void (*convert)(const std::string&, const SinkSetup&) = nullptr;
+  bool exported = false;                             ///< made from the run's journal (ExportSink)
 };
 
 constexpr Scheme kSchemes[] = {
     {"csv", "csv:FILE", "time", open_text_sink<TextSink::Form::kCsv>, "", true},
     {"gdf", "gdf:FILE", "time", open_text_sink<TextSink::Form::kGdf>, "", true},
     {"trace", "trace:FILE.csv", "time", open_trace_sink, "", true},
-    {"phy", "phy:DIR", "sample_rate (1000000), time", PhySink::open, "", true},
+    {"phy", "phy:DIR", "sample_rate (1000000), time", open_phy_sink, "", true, true},
     {"sonata", "sonata:FILE.h5", "population (merkel), time",
 #ifdef MERKEL_WITH_HDF5
-     open_sonata_sink, "", true, convert_recovered_sonata},
+     open_sonata_sink, "", true, true},
 #else
      nullptr, "HDF5: install libhdf5-dev", true},
 #endif
     {"nwb", "nwb:FILE.nwb", "time",
 #ifdef MERKEL_WITH_HDF5
-     open_nwb_sink, "", true, convert_recovered_nwb},
+     open_nwb_sink, "", true, true},
 #else
      nullptr, "HDF5: install libhdf5-dev", true},
 #endif
@@ -97,20 +100,11 @@ constexpr Scheme kSchemes[] = {
 
 /// Recovers the files of killed runs with the same pattern of names.
 void recover_runs(const Scheme& scheme, const Uri& uri, const SinkSetup& setup) {
-  for (const std::string& name : unfinished_names(uri.path)) {
-    if (uri.scheme == "phy" || recover_file(name, setup.notice).empty()) continue;
-    if (scheme.convert != nullptr) scheme.convert(name, setup);
+  const auto notice = scheme.exported ? ExportSink::recovering(uri, setup).notice : setup.notice;
+  const std::string pattern = scheme.exported ? ExportSink::journal_name(uri.path) : uri.path;
+  for (const std::string& name : unfinished_names(pattern)) {
+    static_cast<void>(recover_file(name, notice));
   }
-}
-
-/// The files that a run reads.
-std::vector<std::string> inputs_of(const SinkSetup& setup) {
-  std::vector<std::string> files = setup.inputs;
-  for (const ProbeInfo& probe : setup.run.probes) {
-    for (std::string& file : files_of_probe(probe.uri)) files.push_back(std::move(file));
-    if (!probe.calibration_file.empty()) files.push_back(probe.calibration_file);
-  }
-  return files;
 }
 
 }  // namespace
@@ -130,6 +124,19 @@ std::string sink_options_help() {
   return text + "\n  time is run, unix or device; %t in a file's name becomes the date and time";
 }
 
+bool writes_standard_output(std::string_view sink) {
+  const auto uri = Uri::parse(sink);
+  const bool file =
+      uri && std::any_of(std::begin(kSchemes), std::end(kSchemes), [&](const Scheme& scheme) {
+        return scheme.file && scheme.name == uri->scheme;
+      });
+  if (!file || uri->path == "-") return file;
+  struct stat named {};
+  struct stat output {};
+  return ::stat(uri->path.c_str(), &named) == 0 && ::fstat(STDOUT_FILENO, &output) == 0 &&
+         named.st_dev == output.st_dev && named.st_ino == output.st_ino;
+}
+
 Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view text,
                                                       const SinkSetup& setup) {
   auto uri = Uri::parse(text);
@@ -143,14 +150,29 @@ Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view text,
     if (scheme.file) {
       recover_runs(scheme, *uri, setup);
       uri->path = dated_name(uri->path, std::chrono::system_clock::now());
-      if (auto safe = check_not_input(uri->path, inputs_of(setup)); !safe) {
-        return Unexpected<SetupError>(safe.error());
-      }
     }
     return scheme.open(*uri, setup);
   }
   return bad_input("\"" + uri->text + "\": there is no sink scheme \"" + uri->scheme +
                    "\"; the known ones are " + sink_schemes());
+}
+
+Expected<std::vector<std::unique_ptr<Sink>>, SetupError> open_sinks(
+    std::span<const std::string> uris, SinkSetup setup) {
+  const auto session = std::find_if(uris.begin(), uris.end(), [](const std::string& text) {
+    const auto uri = Uri::parse(text);
+    return uri && uri->scheme == "xdf" && !is_special_output(uri->path);
+  });
+  const auto journal = std::make_shared<SessionJournal>();
+  if (session != uris.end()) setup.journal = journal;
+  std::vector<std::unique_ptr<Sink>> sinks;
+  for (auto uri = uris.begin(); uri != uris.end(); ++uri) {
+    setup.session_journal = uri == session ? journal : nullptr;
+    auto sink = open_sink(*uri, setup);
+    if (!sink) return Unexpected<SetupError>(sink.error());
+    sinks.push_back(std::move(*sink));
+  }
+  return sinks;
 }
 
 Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view uri, std::uint32_t neurons,

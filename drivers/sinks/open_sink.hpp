@@ -1,8 +1,10 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/sink.hpp"
@@ -16,10 +18,18 @@ namespace merkel {
 [[nodiscard]] Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view uri,
                                                                     const SinkSetup& setup);
 
-/// The same for a run without a description. \param neurons  number of the model's neurons
+/// Opens the sinks of one run, in order. If it records a session, the files whose format needs the
+/// whole run are made from that session, after it is closed. Thread: each sink its own.
+[[nodiscard]] Expected<std::vector<std::unique_ptr<Sink>>, SetupError> open_sinks(
+    std::span<const std::string> uris, SinkSetup setup);
+
+/// A sink of a run without a description. \param neurons  number of the model's neurons
 [[nodiscard]] Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view uri,
                                                                     std::uint32_t neurons,
                                                                     bool overwrite);
+
+/// True if the sink of this URI writes the program's standard output: csv:-, csv:/dev/stdout.
+[[nodiscard]] bool writes_standard_output(std::string_view uri);
 
 /// "csv:FILE, gdf:FILE, …": all schemes, for help texts.
 [[nodiscard]] std::string sink_schemes();

@@ -25,6 +25,7 @@ class SessionOnRequest final : public Sink {
   SessionOnRequest(std::shared_ptr<RecordingSwitch> recording, SinkSetup setup)
       : recording_(std::move(recording)), setup_(std::move(setup)) {
     setup_.overwrite = false;
+    setup_.session_journal = nullptr;
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }

@@ -23,17 +23,14 @@ using OpenedSink = Expected<std::unique_ptr<Sink>, SetupError>;
 /// OSC bundles with time tags over UDP, through liblo: HOST:PORT. Options: path.
 [[nodiscard]] OpenedSink open_osc_sink(const Uri& uri, const SinkSetup& setup);
 
+/// Spikes as a folder for Phy and Neo: DIR. Options: sample_rate, time.
+[[nodiscard]] OpenedSink open_phy_sink(const Uri& uri, const SinkSetup& setup);
+
 /// SONATA spikes, through HDF5: FILE.h5. Options: population.
 [[nodiscard]] OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup);
 
-/// Converts a killed run's rows of text, already renamed, to a SONATA file.
-void convert_recovered_sonata(const std::string& recovered, const SinkSetup& setup);
-
 /// A Neurodata Without Borders file, through HDF5: FILE.nwb. Options: time.
 [[nodiscard]] OpenedSink open_nwb_sink(const Uri& uri, const SinkSetup& setup);
-
-/// Converts a killed run's rows of text, already renamed, to an NWB file.
-void convert_recovered_nwb(const std::string& recovered, const SinkSetup& setup);
 
 /// A Lab Streaming Layer outlet, through liblsl: NAME. Options: wait_s (for an inlet, at start).
 [[nodiscard]] OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup);

@@ -15,6 +15,8 @@
 namespace merkel {
 
 class RecordingSwitch;
+class RunJournal;
+class SessionJournal;
 struct SessionPosition;
 
 /// The description of a run, for sinks that record it.
@@ -43,11 +45,15 @@ struct SinkSetup {
   RunDescription run;
   /// Receives messages of a sink while it opens. May be empty.
   std::function<void(const std::string&)> notice = {};
-  /// Files that the run reads, besides those of its probes: they are never replaced.
-  std::vector<std::string> inputs = {};
+  /// Receives how far a long export has come. Thread: any. May be empty.
+  std::function<void(const std::string&)> progress = {};
   TimeZero time_zero = TimeZero::kRun;  ///< for file sinks without the option `time`
   std::shared_ptr<RecordingSwitch> recording = nullptr;  ///< null: no recording on request
-  std::shared_ptr<SessionPosition> session = nullptr;    ///< of a played session; else null
+  /// What files are made from whose format needs the whole run; null: each writes a session for it.
+  std::shared_ptr<RunJournal> journal = nullptr;
+  /// Learns when a session is complete; null: no sink waits for it.
+  std::shared_ptr<SessionJournal> session_journal = nullptr;
+  std::shared_ptr<SessionPosition> session = nullptr;  ///< of a played session; else null
 };
 
 }  // namespace merkel

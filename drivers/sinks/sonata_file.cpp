@@ -1,15 +1,10 @@
 #include "drivers/sinks/sonata_file.hpp"
 
 #include <array>
-#include <charconv>
 #include <cstdint>
-#include <string_view>
 
-#include "drivers/files/csv_text.hpp"
 #include "drivers/files/hdf5_file.hpp"
-#include "drivers/files/line_reader.hpp"
 #include "drivers/files/output_file.hpp"
-#include "drivers/sinks/rows_sink.hpp"
 
 namespace merkel {
 namespace {
@@ -20,41 +15,22 @@ constexpr std::uint32_t kMagic = 0x0A7A;  ///< of every SONATA file
 constexpr std::array<std::uint32_t, 2> kVersion{0, 1};
 constexpr std::array<const char*, 3> kSorting{"none", "by_id", "by_time"};
 
-/// The comment lines and the header of the rows.
-bool read_head(LineReader& lines, Hdf5File& file, const std::string& group) {
-  while (lines.next() == LineReader::Outcome::kLine) {
-    const std::string line(lines.line());
-    if (!line.starts_with("# ")) return true;
-    if (line.starts_with(RowsSink::kContentMark)) continue;
-    const auto equals = line.find('=');
-    if (equals == std::string::npos) return false;
-    file.attribute(group, line.substr(2, equals - 2).c_str(), line.substr(equals + 1));
-  }
-  return false;
-}
-
-/// The spikes, from their rows. False where the rows cannot be read.
-bool write_spikes(Hdf5File& file, const SonataContent& content) {
+void write_spikes(Hdf5File& file, const SonataContent& content, const TimeBase& time,
+                  RunJournal& journal) {
   const std::string group = "/spikes/" + content.population;
   file.group(group);
   file.word(group, "sorting", kSorting, 2);
-  auto lines = LineReader::open(content.rows);
-  if (!lines || !read_head(*lines, file, group)) return false;
+  for (const auto& [name, value] : time.facts()) file.attribute(group, name.c_str(), value);
   Hdf5File::Column timestamps(file, group + "/timestamps", Type::kDouble);
   Hdf5File::Column node_ids(file, group + "/node_ids", Type::kUint64);
   file.attribute(group + "/timestamps", "units", std::string("ms"));
-  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
-  while (file.ok() && (outcome = lines->next()) == LineReader::Outcome::kLine) {
-    std::string_view row = lines->line();
-    const auto time_ms = parse_number(take_field(row));
-    std::uint64_t node = 0;
-    if (!time_ms || std::from_chars(row.data(), row.data() + row.size(), node).ec != std::errc{}) {
-      return false;
+  file.take(journal.read([&](const RecordBatch& batch) {
+    for (const SpikeEvent& spike : batch.spikes) {
+      timestamps.append(time.ms(spike.time));
+      node_ids.append(std::uint64_t{spike.neuron} - 1);
     }
-    timestamps.append(*time_ms);
-    node_ids.append(node);
-  }
-  return outcome == LineReader::Outcome::kEnd;
+    return file.ok();
+  }));
 }
 
 /// The table of node types, which SONATA's readers want with the file of nodes:
@@ -103,11 +79,12 @@ std::string node_types_name(const std::string& path) {
 }
 
 Expected<void, std::string> write_sonata(const std::string& path, const SonataContent& content,
+                                         const TimeBase& time, RunJournal& journal,
                                          bool overwrite) {
   auto written = write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
     file.attribute("/", "magic", kMagic);
     file.attribute("/", "version", kVersion);
-    if (!write_spikes(file, content)) file.fail();
+    write_spikes(file, content, time, journal);
     write_nodes(file, content);
   });
   return written ? write_node_types(path, content, overwrite) : written;

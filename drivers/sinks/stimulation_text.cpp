@@ -1,5 +1,7 @@
 #include "drivers/sinks/stimulation_text.hpp"
 
+#include <cmath>
+
 #include "core/parameters/parameter_error.hpp"
 #include "core/records/columns.hpp"
 #include "core/units.hpp"
@@ -17,12 +19,23 @@ std::string json_list(const std::vector<double>& values) {
   return text + "]";
 }
 
+std::string phase_us(std::chrono::nanoseconds phase) {
+  return shortest_decimal(units::us_from(phase));
+}
+
+std::string json_limit(double value) {
+  return std::isinf(value) ? "null" : shortest_decimal(value);
+}
+
 }  // namespace
 
-StimulationText::StimulationText(const EncodingParameters& encoding)
-    : phase_us_(shortest_decimal(units::us_from(encoding.stimulation.phase))) {
-  for (const Electrode& each : encoding.electrodes) names_.push_back(each.name);
+StimulationText::StimulationText(const EncodingParameters& encoding) {
+  for (const Electrode& each : encoding.electrodes) {
+    names_.push_back(each.name);
+    phases_us_.push_back(phase_us(ElectrodeLimits::of(each, encoding.stimulation).phase));
+  }
   names_.emplace_back("unknown");
+  phases_us_.push_back(phase_us(encoding.stimulation.phase));
 }
 
 std::string StimulationText::csv_header() { return merkel::csv_header(kCommandColumns); }
@@ -44,7 +57,7 @@ void StimulationText::append_members(std::string& text, const StimulationCommand
   text.append(R"(","electrode":)").append(json_string(name(command)));
   text.append(R"(,"amplitude_uA":)").append(shortest_decimal(command.amplitude_uA));
   text.append(R"(,"frequency_Hz":)").append(shortest_decimal(command.frequency_Hz));
-  text.append(R"(,"phase_us":)").append(phase_us_);
+  text.append(R"(,"phase_us":)").append(phases_us_[index_of(command)]);
   text.append(R"(,"heartbeat":)").append(std::to_string(command.heartbeat));
   text.append(R"(,"stop":")").append(name_of(command.stop)).append(R"(","timestamp":)");
   append_seconds(text, command.time);
@@ -59,11 +72,16 @@ std::string encoding_members(const EncodingParameters& encoding) {
     text.append(R"(,"patch":)").append(std::to_string(each.patch));
     text.append(R"(,"field_mm":)").append(json_list(each.field_mm));
     text.append(R"(,"amplitude_uA":)").append(json_list(each.amplitude_uA));
-    text.append(R"(,"frequency_Hz":)").append(json_list(each.frequency_Hz)).append("}");
+    text.append(R"(,"frequency_Hz":)").append(json_list(each.frequency_Hz));
+    const ElectrodeLimits own = ElectrodeLimits::of(each, encoding.stimulation);
+    text.append(R"(,"phase_us":)").append(phase_us(own.phase));
+    text.append(R"(,"max_charge_nC":)").append(json_limit(own.max_charge_nC));
+    text.append(R"(,"max_amplitude_uA":)").append(json_limit(own.max_amplitude_uA));
+    text.append(R"(,"max_slope_uA_per_s":)").append(json_limit(own.max_slope_uA_per_s)).append("}");
   }
   const StimulationParameters& limits = encoding.stimulation;
   text.append(R"(],"update_ms":)").append(shortest_decimal(units::ms_from(limits.update)));
-  text.append(R"(,"phase_us":)").append(shortest_decimal(units::us_from(limits.phase)));
+  text.append(R"(,"phase_us":)").append(phase_us(limits.phase));
   text.append(R"(,"max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
   text.append(R"(,"max_total_uA":)").append(shortest_decimal(limits.max_total_uA));
   text.append(R"(,"max_slope_uA_per_s":)");

@@ -26,13 +26,17 @@ class StimulationText {
   void append_members(std::string& text, const StimulationCommand& command) const;
   /// The name of its electrode; "unknown" if the scene of a damaged session has no such electrode.
   [[nodiscard]] const std::string& name(const StimulationCommand& command) const {
-    return names_[std::min<std::size_t>(command.electrode, electrodes())];
+    return names_[index_of(command)];
   }
   [[nodiscard]] std::size_t electrodes() const noexcept { return names_.size() - 1; }
 
  private:
-  std::vector<std::string> names_;  ///< by electrode, and the unknown one's
-  std::string phase_us_;
+  [[nodiscard]] std::size_t index_of(const StimulationCommand& command) const {
+    return std::min<std::size_t>(command.electrode, electrodes());
+  }
+
+  std::vector<std::string> names_;      ///< by electrode, and the unknown one's
+  std::vector<std::string> phases_us_;  ///< the same
 };
 
 /// `"electrodes":[{"name":"E12",…}],"update_ms":10,…`: the electrodes and limits of a scene as the

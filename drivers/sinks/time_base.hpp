@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,14 @@ class TimeBase {
     return time - offset_;
   }
 
+  /// The same in seconds or milliseconds, as the double next to the nanosecond.
+  [[nodiscard]] double s(std::chrono::nanoseconds time) const noexcept {
+    return nearest((*this)(time).count(), 1'000'000'000);
+  }
+  [[nodiscard]] double ms(std::chrono::nanoseconds time) const noexcept {
+    return nearest((*this)(time).count(), 1'000'000);
+  }
+
   /// Facts that convert a file's times back: `time_zero` (run, unix or device),
   /// `time_offset_ns` (probe time = time in the file + offset), `start_device_ns` and, if known,
   /// `start_utc_ns` of the run.
@@ -37,6 +46,16 @@ class TimeBase {
   [[nodiscard]] bool plain() const noexcept { return offset_.count() == 0; }
 
  private:
+  [[nodiscard]] static double nearest(std::int64_t count, std::int64_t per) noexcept {
+    // A count beyond 2^53, such as one since 1970, is not a double: its parts are.
+    constexpr std::int64_t kExact = std::int64_t{1} << 53U;
+    if (count > -kExact && count < kExact) {
+      return static_cast<double>(count) / static_cast<double>(per);
+    }
+    const std::int64_t whole = count / per;
+    return static_cast<double>(whole) + static_cast<double>(count % per) / static_cast<double>(per);
+  }
+
   TimeZero zero_;
   RunOrigin origin_;
   std::chrono::nanoseconds offset_{0};

@@ -56,7 +56,7 @@ class TraceSink final : public Sink {
       shifted_.push_back(item.sample);
       shifted_.back().time = time_(item.sample.time);
       ++written_;
-      if (pressures_kPa_.empty()) continue;
+      rows_.insert(rows_.end(), item.further.begin(), item.further.end());
       for (; block != batch.taxels.end() && block->tick <= written_; ++block) {
         if (block->first + std::size_t{block->count} > pressures_kPa_.size()) continue;
         std::copy_n(block->pressure_kPa.begin(), block->count,
@@ -90,7 +90,7 @@ class TraceSink final : public Sink {
   std::uint64_t delivered_ = 0;
   std::uint64_t written_ = 0;         ///< samples
   std::vector<float> pressures_kPa_;  ///< of the taxels of an array, in the last sample
-  std::vector<float> rows_;
+  std::vector<double> rows_;          ///< further columns and pressures
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "drivers/files/hdf5_file.hpp"
 #include "drivers/files/hdf5_handle.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/spike_files/recorded_zero.hpp"
 #include "drivers/spike_files/spike_file.hpp"
 
@@ -173,6 +174,7 @@ Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are printed by the caller
   const Hdf5Handle hdf5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!hdf5.valid()) return bad_input("cannot read " + path + ": HDF5 refused");
+  ReadFiles::note(path);
   SpikeFile file;
   RecordedZero zero;
   const auto read = has_object(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)

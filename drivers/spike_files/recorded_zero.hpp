@@ -4,11 +4,12 @@
 #include <charconv>
 #include <chrono>
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "drivers/files/input_file.hpp"
 
 namespace merkel {
 
@@ -31,11 +32,7 @@ class RecordedZero {
 
   /// Uses the file NAME.time beside a text file, if there is one.
   void take_file_beside(const std::string& path) {
-    std::ifstream file(path + ".time");
-    std::string text(kLongestFile, '\0');
-    file.read(text.data(), kLongestFile);
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    take_all(text);
+    take_all(read_whole_file(path + ".time", "zero of the times", kMaxBytes).value_or(""));
   }
   /// Uses a fact if it describes the zero.
   void take(std::string_view name, std::string_view value) {
@@ -57,7 +54,7 @@ class RecordedZero {
   }
 
  private:
-  static constexpr std::streamsize kLongestFile = 4096;
+  static constexpr std::size_t kMaxBytes = 4096;
 
   static std::optional<std::chrono::nanoseconds> whole(std::string_view text) {
     std::int64_t value = 0;

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sessions/session_samples.hpp"
@@ -54,6 +55,7 @@ Expected<std::vector<std::int64_t>, SetupError> read_npy(const std::string& path
   if (!file.read(head.data(), head.size()) || std::memcmp(head.data(), "\x93NUMPY\x01", 7) != 0) {
     return bad_input("cannot read " + path + ": it is missing, or not a NumPy file");
   }
+  ReadFiles::note(path);
   const std::size_t header_bytes =
       static_cast<unsigned char>(head[8]) + 256U * static_cast<unsigned char>(head[9]);
   std::string header(header_bytes, ' ');
@@ -135,8 +137,9 @@ Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path) {
 }
 
 Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder) {
-  std::ifstream parameters_file(folder + "/params.py");
-  const std::string parameters(std::istreambuf_iterator<char>(parameters_file), {});
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 20U;
+  const std::string parameters =
+      read_whole_file(folder + "/params.py", "parameters", kMaxBytes).value_or("");
   const auto rate_text = noted_value(parameters, "sample_rate");
   const auto rate_Hz = rate_text ? parse_number(*rate_text) : std::nullopt;
   if (!rate_Hz || !(*rate_Hz > 0.0)) {

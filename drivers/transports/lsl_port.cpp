@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <span>
@@ -22,9 +23,10 @@ namespace {
 constexpr double kPatience_s = 2.0;
 constexpr int kInletBuffer_s = 10;  ///< of samples that are not read yet
 constexpr std::size_t kMostChannels = 64;
-constexpr double kSilent_s = 1.0;   ///< without samples: is the stream still announced?
-constexpr double kForgets_s = 2.0;  ///< a stream that does not answer for that long is gone
-constexpr double kWatched_s = 3.0;  ///< of the network, before that is decided
+constexpr double kOwnClock_s = 0.01;  ///< largest offset that liblsl measures to a clock itself
+constexpr double kSilent_s = 1.0;     ///< without samples: is the stream still announced?
+constexpr double kForgets_s = 2.0;    ///< a stream that does not answer for that long is gone
+constexpr double kWatched_s = 3.0;    ///< of the network, before that is decided
 
 std::string lsl_time(double time_s) {
   std::array<char, 32> text{};
@@ -99,7 +101,7 @@ class LslPort final : public Transport {
       if (!info) return Unexpected<SetupError>(info.error());
       // Without liblsl's own recovery, so that an outage is noticed and the press released.
       inlet_ = std::make_unique<lsl::stream_inlet>(*info, kInletBuffer_s, 0, false);
-      inlet_->set_postprocessing(lsl::post_clocksync);  // times in this machine's clock
+      if (!has_own_clock()) inlet_->set_postprocessing(lsl::post_clocksync);
       inlet_->open_stream(kPatience_s);
       lsl::stream_info whole = inlet_->info(kPatience_s);
       opened_ = true;
@@ -118,6 +120,18 @@ class LslPort final : public Transport {
   }
 
  private:
+  /// Whether the stamps are in this machine's clock. liblsl measures an offset of some microseconds
+  /// even to an outlet of this machine, by which its correction would falsify them; a large one is
+  /// that of a container with a clock of its own.
+  [[nodiscard]] bool has_own_clock() {
+    if (host_ != own_host()) return false;
+    try {
+      return std::fabs(inlet_->time_correction(kPatience_s)) < kOwnClock_s;
+    } catch (const lsl::timeout_error&) {
+      return true;  // stamps of another clock are noticed by their arrival
+    }
+  }
+
   /// Whether the outlet has left. liblsl itself notices only a connection that is closed, which
   /// neither a lost network nor every outlet that ends does.
   [[nodiscard]] bool is_gone() {

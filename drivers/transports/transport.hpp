@@ -16,6 +16,9 @@ struct TransportInfo {
   std::string name;           ///< device name as given, or VID:PID
   std::string serial_number;  ///< of the USB device; empty if none
   std::string note;           ///< how it was opened: latency timer, fallback
+  /// Datagrams of the device that cannot be of its protocol, by their length, and the newest one.
+  std::uint64_t rejected = 0;
+  std::string newest_rejected;
   /// Of a HID device, if the system provides it; else empty.
   std::vector<std::uint8_t> report_descriptor;
 };

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <optional>
@@ -45,10 +46,15 @@ class UdpPort final : public Transport {
                                                       : length == settings_.datagram_bytes;
       const auto now = std::chrono::steady_clock::now();
       if (!peer_ || started_again(sender, now)) peer_ = sender;
-      if (sender.same_as(*peer_) && fits) {
+      if (sender.same_as(*peer_)) {
         heard_ = now;
         ignored_in_a_row_ = 0;
-        return length;
+        if (fits) return length;
+        ++info_.rejected;
+        info_.newest_rejected.assign(
+            bytes.begin(),
+            bytes.begin() + static_cast<std::ptrdiff_t>(std::min(length, bytes.size())));
+        continue;
       }
       ++ignored_;
       describe();
@@ -141,6 +147,10 @@ class UdpPort final : public Transport {
 Expected<std::unique_ptr<Transport>, SetupError> open_udp_port(const UdpSettings& settings) {
   auto port = std::make_unique<UdpPort>(settings);
   if (auto done = port->reopen(); !done) return Unexpected<SetupError>(done.error());
+  if (settings.listen && !settings.allow_remote && !settings.address.loopback()) {
+    return remote_refused("udp:" + text_of(settings.address), settings.address.host,
+                          "send samples, the first of them as the device");
+  }
   return port;
 }
 

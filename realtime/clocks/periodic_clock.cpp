@@ -12,6 +12,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+constexpr int kRestShare = 10;
 constexpr int kCalibrationSleeps = 64;
 constexpr nanoseconds kCalibrationSleep{200'000};
 
@@ -38,9 +39,12 @@ void PeriodicClock::wait_until(nanoseconds time) noexcept {
     host_sleep_until(time);
     return;
   }
-  // Every wait includes a sleep, however short: a real-time thread that never sleeps starves its
-  // core, and the kernel throttles it.
-  sleep_measured(time - std::min(margin_.margin(), (time - started) * 9 / 10));
+  // A real-time thread that never sleeps starves its core, and the kernel throttles it: a tenth of
+  // each period is slept, or all of a shorter wait.
+  const nanoseconds wait = time - started;
+  const nanoseconds sleep =
+      std::max(wait / kRestShare, std::min(wait, parameters_.period / kRestShare));
+  sleep_measured(time - std::min(margin_.margin(), wait - sleep));
   while (now() < time) pause_core();
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/realtime_tag.hpp"
 #include "core/records/probe_sample.hpp"
+#include "drivers/probe.hpp"
 #include "realtime/queues/latency_histogram.hpp"
 
 namespace merkel {
@@ -32,7 +33,7 @@ class DelayEstimate {
   struct Parameters {
     bool interpolate = true;
     double held_share = 0.001;      ///< share of the needs that may exceed the estimate
-    std::optional<Time> max_delay;  ///< default: see ceiling()
+    std::optional<Time> max_delay;  ///< default: SampleTiming::delay_ceiling()
   };
 
   explicit DelayEstimate(const Parameters& parameters)
@@ -91,13 +92,9 @@ class DelayEstimate {
     return kMargin;
   }
 
-  /// The longest delay that the loop accepts: by default 50 ms for a device faster than 100 Hz,
-  /// else three of its periods.
+  /// The longest delay that the loop accepts.
   [[nodiscard]] Time ceiling() const noexcept MERKEL_REALTIME {
-    return parameters_.max_delay.value_or(ceiling(period_));
-  }
-  [[nodiscard]] static constexpr Time ceiling(Time period) noexcept {
-    return period < kSlowPeriod ? kUsualCeiling : kSlowPeriods * period;
+    return parameters_.max_delay.value_or(SampleTiming::delay_ceiling(period_));
   }
 
  private:
@@ -107,9 +104,6 @@ class DelayEstimate {
   /// While a device is opened, its first samples wait for their reader.
   static constexpr Time kOpening{100'000'000};
   static constexpr Time kMargin{20'000};
-  static constexpr Time kSlowPeriod{10'000'000};
-  static constexpr Time kUsualCeiling{50'000'000};
-  static constexpr int kSlowPeriods = 3;
 
   struct Stall {
     Time begin{0};

@@ -3,43 +3,60 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <optional>
+#include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 
-#include "core/records/probe_sample.hpp"
+#include "core/records/readings.hpp"
 #include "core/records/tick_record.hpp"
-#include "realtime/queues/bounded_queue.hpp"
 #include "realtime/queues/counter.hpp"
-#include "realtime/queues/taxel_rows.hpp"
+#include "realtime/queues/reading_ring.hpp"
 
 namespace merkel {
 
-/// State shared by the thread of one probe and the simulation thread.
+/// State shared by the thread of a device and the simulation thread, for one of its probes.
 struct ProbeChannel {
-  /// \param taxels  of a tactile array; 0: another probe
-  explicit ProbeChannel(std::size_t capacity, std::size_t taxels = 0) : samples(capacity) {
-    if (taxels > 0) rows.emplace(taxels, std::min(capacity, kMostRows));
-  }
+  /// \param the_ring  of the device. \param the_place  of the probe among those that it feeds
+  ProbeChannel(std::shared_ptr<ReadingRing> the_ring, std::size_t the_place)
+      : ring(std::move(the_ring)), place(the_place) {}
+  /// Of a device that feeds no other probe. \param taxels  of a tactile array
+  explicit ProbeChannel(std::size_t capacity, std::size_t taxels = 0)
+      : ProbeChannel(
+            std::make_shared<ReadingRing>(ReadingColumns(ProbeColumns{.taxels = taxels}), capacity),
+            0) {}
 
-  /// Queues a sample with the pressures of its array, if it is one; false when full. Thread: probe.
-  [[nodiscard]] bool try_push(const ProbeSample& sample, std::span<const float> taxels) noexcept {
-    if (!rows) return samples.try_push(sample);
-    const std::span<float> row = rows->next();
+  /// Queues a sample of a device that feeds no other probe; false when full. Thread: probe.
+  [[nodiscard]] bool try_push(const ProbeSample& sample,
+                              std::span<const float> taxels = {}) noexcept {
+    const std::span<double> row = ring->next_row();
     if (row.empty()) return false;
-    const bool whole = taxels.size() == row.size();
-    if (whole) std::copy(taxels.begin(), taxels.end(), row.begin());
-    if (!whole) std::fill(row.begin(), row.end(), 0.0F);
-    if (!samples.try_push(sample)) return false;
-    rows->push();
+    const std::span<double> to = columns().taxels_in(row);
+    columns().put(sample, row);
+    const bool whole = taxels.size() == to.size();
+    if (whole) std::copy(taxels.begin(), taxels.end(), to.begin());
+    if (!whole) std::fill(to.begin(), to.end(), 0.0);
+    ring->push(head_of(sample));
     return true;
   }
 
-  static constexpr std::size_t kMostRows = 8192;
-  BoundedQueue<ProbeSample> samples;  ///< probe thread → simulation thread
-  std::optional<TaxelRows> rows;      ///< those of a tactile array, beside the samples
-  Counter delivered;                  ///< samples put into the queue
-  Counter dropped;                    ///< samples dropped because the queue was full
-  std::atomic<bool> ended{false};     ///< set after the last sample; none will follow
+  [[nodiscard]] const ProbeColumns& columns() const noexcept { return ring->columns().of(place); }
+  /// The head of the oldest sample that waits, or null. Thread: simulation, here and below.
+  [[nodiscard]] const ReadingHead* front() const noexcept { return ring->front(place); }
+  /// That sample.
+  [[nodiscard]] ProbeSample front_sample() const noexcept {
+    return columns().sample(*front(), ring->front_row(place));
+  }
+  [[nodiscard]] std::span<const double> front_taxels() const noexcept {
+    return columns().taxels_in(ring->front_row(place));
+  }
+  void pop() const noexcept { ring->pop(place); }
+
+  std::shared_ptr<ReadingRing> ring;  ///< device's thread → simulation thread
+  std::size_t place;
+  Counter delivered;               ///< samples put into the ring
+  Counter dropped;                 ///< samples dropped because the ring was full
+  std::atomic<bool> ended{false};  ///< set after the last sample; none will follow
   /// Host time of the newest sample: its acquisition, at the latest its arrival.
   std::atomic<std::int64_t> newest_ns{0};
 

@@ -15,28 +15,25 @@ constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 
 ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
     : channel_(channel), parameters_(parameters) {
-  if (!channel.rows) return;
-  last_taxels_.resize(channel.rows->taxels());
-  taxels_.resize(channel.rows->taxels());
+  last_taxels_.resize(channel.columns().taxels);
+  taxels_.resize(channel.columns().taxels);
 }
 
 void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
-  for (const ProbeSample* next = channel_.samples.front(); next != nullptr && next->time <= time;
-       next = channel_.samples.front()) {
+  for (const ReadingHead* next = channel_.front(); next != nullptr && next->time <= time;
+       next = channel_.front()) {
     (next->time <= simulated_ ? channel_.late : channel_.used).add();
-    last_ = *next;
+    last_ = channel_.front_sample();
     if (estimate_) estimate_->add(*last_);
-    channel_.samples.pop();
-    if (!channel_.rows) continue;
-    const std::span<const float> row = channel_.rows->front();
-    std::copy(row.begin(), row.end(), last_taxels_.begin());
-    channel_.rows->pop();
+    std::ranges::transform(channel_.front_taxels(), last_taxels_.begin(),
+                           [](double kPa) { return static_cast<float>(kPa); });
+    channel_.pop();
   }
 }
 
 bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
   consume_until(time);
-  if (channel_.samples.front() != nullptr) return true;
+  if (channel_.front() != nullptr) return true;
   // The flag is set after the last sample, so check the queue again after reading the flag.
   if (!channel_.ended.load(std::memory_order_acquire)) return false;
   consume_until(time);
@@ -44,11 +41,11 @@ bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
 }
 
 bool ProbeInput::exhausted() const noexcept {
-  return channel_.ended.load(std::memory_order_acquire) && channel_.samples.front() == nullptr;
+  return channel_.ended.load(std::memory_order_acquire) && channel_.front() == nullptr;
 }
 
 std::optional<std::chrono::nanoseconds> ProbeInput::first_time() const noexcept {
-  const ProbeSample* const first = channel_.samples.front();
+  const ReadingHead* const first = channel_.front();
   return first == nullptr ? std::nullopt : std::optional(first->time);
 }
 
@@ -76,7 +73,7 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
     apply_threshold(reading.contact);
     if (!touching_) last_share_ = next_share_ = 0.0F;
   }
-  if (channel_.rows) blend_taxels();
+  blend_taxels();
   const bool touches = reading.contact.depth_mm > 0.0 || reading.contact.force_mN > 0.0;
   if (!touches) touch_began_.reset();
   if (touches && !touch_began_) touch_began_ = time;
@@ -88,11 +85,13 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
 }
 
 void ProbeInput::blend_taxels() noexcept {
-  // The next sample's row exists only while that sample waits.
-  const float* const next =
-      next_share_ > 0.0F ? channel_.rows->front().data() : last_taxels_.data();
+  if (taxels_.empty()) return;
+  // The next sample exists only if it has a share.
+  const std::span<const double> next =
+      next_share_ > 0.0F ? channel_.front_taxels() : std::span<const double>{};
   for (std::size_t i = 0; i < taxels_.size(); ++i) {
-    taxels_[i] = last_share_ * last_taxels_[i] + next_share_ * next[i];
+    const float after = next.empty() ? last_taxels_[i] : static_cast<float>(next[i]);
+    taxels_[i] = last_share_ * last_taxels_[i] + next_share_ * after;
   }
 }
 
@@ -108,13 +107,13 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
   const bool ended = channel_.ended.load(std::memory_order_acquire);
   consume_until(time);  // a sample may have arrived just before the flag was set
   simulated_ = time;
-  const ProbeSample* const next = channel_.samples.front();
+  const ReadingHead* const next = channel_.front();
   last_share_ = next_share_ = 0.0F;
 
   if (!last_) {
     if (next != nullptr) {
       next_share_ = 1.0F;
-      return {contact_of(*next), State::kFollowing};
+      return {contact_of(channel_.front_sample()), State::kFollowing};
     }
     channel_.released_ticks.add();
     return {{.x_mm = parameters_.x_mm, .y_mm = parameters_.y_mm}, State::kReleased};
@@ -126,7 +125,7 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
   const bool unlimited = valid_for.count() == 0;
   if (next != nullptr && (unlimited || next->time - last_->time <= valid_for)) {
     if (!parameters_.interpolate) return {before, State::kFollowing};
-    const ContactInput after = contact_of(*next);
+    const ContactInput after = contact_of(channel_.front_sample());
     const double fraction = static_cast<double>((time - last_->time).count()) /
                             static_cast<double>((next->time - last_->time).count());
     next_share_ = static_cast<float>(fraction);

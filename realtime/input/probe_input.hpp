@@ -34,7 +34,7 @@ class ProbeInput {
     /// Whether to interpolate linearly between two samples; if not, the first of them is held.
     bool interpolate = true;
     double held_share = 0.001;  ///< share of the ticks that the delay of the loop may hold
-    std::optional<std::chrono::nanoseconds> max_delay;  ///< default: DelayEstimate::ceiling()
+    std::optional<std::chrono::nanoseconds> max_delay;  ///< default: SampleTiming::delay_ceiling()
     /// Position of the probe if its samples have no position.
     double x_mm = 15.0;
     double y_mm = 10.0;

@@ -25,51 +25,63 @@ void ProbeReader::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-bool ProbeReader::deliver(ProbeChannel& channel, const ProbeSample& sample,
+bool ProbeReader::deliver(const ReadingHead& head, std::span<const double> row,
                           const std::stop_token& stop) {
-  const std::span<const float> taxels = probe_.taxels(sample);
-  while (!channel.try_push(sample, taxels)) {
-    if (!probe_.info().replayed) {
-      channel.dropped.add();
-      return true;
-    }
+  ReadingRing& ring = *receivers_.front().channel->ring;
+  bool pushed = ring.try_push(head, row);
+  while (!pushed && probe_.info().replayed) {
     if (stop.stop_requested()) return false;
     std::this_thread::sleep_for(std::chrono::microseconds{100});
+    pushed = ring.try_push(head, row);
   }
-  channel.delivered.add();
+  for (const Receivers& each : receivers_) {
+    ProbeChannel& channel = *each.channel;
+    if (channel.columns().measured_in(row)) (pushed ? channel.delivered : channel.dropped).add();
+  }
   return true;
 }
 
-void ProbeReader::push_to_feed(Feed<DeliveredSample>& feed, const DeliveredSample& item,
-                               const std::stop_token& stop) {
-  while (!feed.try_push(item)) {
-    if (!parameters_.wait_for_sinks || stop.stop_requested()) return feed.drop();
-    std::this_thread::sleep_for(std::chrono::microseconds{100});
+void ProbeReader::push_to_feeds(const ReadingHead& head, std::span<const double> row,
+                                const std::stop_token& stop) {
+  for (const Receivers& each : receivers_) {
+    const ProbeColumns& columns = each.channel->columns();
+    if (!columns.measured_in(row)) continue;
+    for (auto* const feed : each.feeds) {
+      while (!feed->try_push(head, row.subspan(columns.first))) {
+        if (!parameters_.wait_for_sinks || stop.stop_requested()) {
+          feed->drop();
+          break;
+        }
+        std::this_thread::sleep_for(std::chrono::microseconds{100});
+      }
+    }
   }
 }
 
 void ProbeReader::read_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-probe");
   ServingPriority priority(parameters_.realtime);
-  std::vector<ProbeSample> samples(1024);
+  Readings readings = probe_.readings();
   while (!stop.stop_requested()) {
     priority.check(host_now());
-    const auto count = probe_.read(samples, std::chrono::milliseconds{50});
+    const auto count = probe_.read(readings, std::chrono::milliseconds{50});
     if (!count) {
       if (count.error() != ProbeError::kEndOfStream) error_message_ = probe_.error_message();
       bad_input_ = count.error() == ProbeError::kBadData;
       return;
     }
-    for (std::size_t i = 0; i < *count; ++i) {
-      samples[i].time += parameters_.shift;
-      samples[i].arrival += parameters_.shift;
-      const Receivers& of = receivers_[samples[i].output];
-      of.channel->newest_ns.store(std::min(samples[i].time, samples[i].arrival).count(),
-                                  std::memory_order_relaxed);
-      if (!deliver(*of.channel, samples[i], stop)) return;
-      for (auto* const feed : of.feeds) {
-        push_to_feed(*feed, {.probe = of.probe, .sample = samples[i]}, stop);
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      ReadingHead& head = readings.head(i);
+      const std::span<const double> row = readings.row(i);
+      head.time += parameters_.shift;
+      head.arrival += parameters_.shift;
+      for (const Receivers& each : receivers_) {
+        if (!each.channel->columns().measured_in(row)) continue;
+        each.channel->newest_ns.store(std::min(head.time, head.arrival).count(),
+                                      std::memory_order_relaxed);
       }
+      if (!deliver(head, row, stop)) return;
+      push_to_feeds(head, row, stop);
     }
   }
 }

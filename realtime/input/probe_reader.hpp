@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,14 +17,13 @@
 
 namespace merkel {
 
-/// The thread of one device: reads its samples and puts those of each of its outputs into the
-/// loop's queue for that probe. A recording waits while a queue is full. Samples of a device are
-/// dropped and counted when a queue is full.
+/// The thread of one device: reads its readings and puts them into the ring to the loop, and the
+/// samples of its probes into the sinks' feeds. A recording waits while the ring is full. Readings
+/// of a device are dropped and counted when it is full.
 class ProbeReader {
  public:
   /// The receivers of one output.
   struct Receivers {
-    std::uint32_t probe = 0;  ///< its number
     ProbeChannel* channel = nullptr;
     std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples
   };
@@ -53,9 +53,9 @@ class ProbeReader {
 
  private:
   void read_all(const std::stop_token& stop);
-  bool deliver(ProbeChannel& channel, const ProbeSample& sample, const std::stop_token& stop);
-  void push_to_feed(Feed<DeliveredSample>& feed, const DeliveredSample& item,
-                    const std::stop_token& stop);
+  bool deliver(const ReadingHead& head, std::span<const double> row, const std::stop_token& stop);
+  void push_to_feeds(const ReadingHead& head, std::span<const double> row,
+                     const std::stop_token& stop);
 
   Probe& probe_;
   std::vector<Receivers> receivers_;

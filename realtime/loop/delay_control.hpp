@@ -22,10 +22,17 @@ class DelayControl {
  public:
   using Time = std::chrono::nanoseconds;
 
-  /// \param current  in ns; read and written; other threads may read it
-  /// \param wanted   in ns; what the slowest device needs, also beyond its ceiling; written
-  DelayControl(std::atomic<std::int64_t>& current, std::atomic<std::int64_t>& wanted) noexcept
-      : current_(current), wanted_(wanted) {}
+  /// What the samples of a device need beyond the ceiling of its delay, ns; 0: nothing. Thread:
+  /// any.
+  struct Shortage {
+    std::atomic<std::int64_t> needed_ns{0};
+    std::atomic<std::int64_t> ceiling_ns{0};
+  };
+
+  /// \param current   in ns; read and written; other threads may read it
+  /// \param shortage  written
+  DelayControl(std::atomic<std::int64_t>& current, Shortage& shortage) noexcept
+      : current_(current), shortage_(shortage) {}
 
   /// The delay of the next tick.
   /// \param catches_up  at the start, when no tick is on time: the delay is at once what is needed
@@ -58,7 +65,7 @@ class DelayControl {
 
   void look(std::span<ProbeInput> inputs, Time now) noexcept {
     Time needed{0};
-    Time wanted{0};
+    Time beyond{0};
     bool known = false;
     for (ProbeInput& input : inputs) {
       if (input.estimate() == nullptr) continue;
@@ -67,15 +74,18 @@ class DelayControl {
       const Time ceiling = input.estimate()->ceiling();
       // Until enough samples are measured, the delay of the start applies.
       const Time need = of_probe.value_or(std::min(now, ceiling));
-      if (need > ceiling) wanted = std::max(wanted, need);
+      if (need > std::max(ceiling, beyond)) {
+        beyond = need;
+        shortage_.ceiling_ns.store(ceiling.count(), std::memory_order_relaxed);
+      }
       needed = std::max(needed, std::min(need, ceiling));
     }
-    wanted_.store(wanted.count(), std::memory_order_relaxed);
+    shortage_.needed_ns.store(beyond.count(), std::memory_order_relaxed);
     target_ = known ? needed : now;
   }
 
   std::atomic<std::int64_t>& current_;
-  std::atomic<std::int64_t>& wanted_;
+  Shortage& shortage_;
   Time target_{0};
   std::uint64_t ticks_ = 0;
 };

@@ -38,7 +38,8 @@ namespace merkel {
 /// This class alone decides what happens when the loop falls behind. Up to `max_catch_up_ticks`
 /// due ticks run back to back. Beyond that, all due ticks are skipped, counted and recorded as a
 /// gap event, and the loop continues at the next point of the same grid. The membranes keep their
-/// state across a gap.
+/// state across a gap. A loop that catches up rests for a ninth of the time, so that other threads
+/// of its core go on.
 template <Clock C>
 class FixedStepLoop {
  public:
@@ -83,7 +84,7 @@ class FixedStepLoop {
   void run(const std::atomic<bool>& stop) noexcept MERKEL_REALTIME {
     const auto tick = model_.parameters().tick;
     const std::int64_t last_tick = parameters_.duration ? *parameters_.duration / tick : INT64_MAX;
-    now_ = clock_.now();
+    rested_ = now_ = clock_.now();
     bool behind_at_start = parameters_.starts_behind;
     for (std::int64_t k = 1; k <= last_tick && !stop.load(std::memory_order_relaxed); ++k) {
       if (exhausted()) break;
@@ -92,7 +93,9 @@ class FixedStepLoop {
       const auto started = wait_for(due, tick, stop);
       if (started < due) break;  // stopped
       const std::int64_t behind = std::max<std::int64_t>(0, (started - due) / tick);
-      behind_at_start = behind_at_start && behind > 0 && k < kMostTicksBehind;
+      behind_at_start = behind_at_start && !waited_ && k < kMostTicksBehind;
+      statistics_.behind_at_start_ns.store(behind_at_start ? (started - due).count() : 0,
+                                           std::memory_order_relaxed);
       if (behind_at_start) DelayControl::add_stall(inputs_, parameters_.starting_since, now_);
       if (behind > parameters_.max_catch_up_ticks && !behind_at_start) {
         const std::int64_t ticks = std::min(behind, last_tick - k + 1);
@@ -113,6 +116,9 @@ class FixedStepLoop {
 
  private:
   static constexpr std::int64_t kMostTicksBehind = 20'000;
+  /// A loop that is behind works for at most this long, or one tick, then rests for a part of it.
+  static constexpr std::chrono::nanoseconds kMaxWithoutRest{20'000'000};
+  static constexpr int kRestShare = 8;
 
   /// The delay of the next tick.
   [[nodiscard]] std::chrono::nanoseconds delay(std::chrono::nanoseconds tick,
@@ -136,10 +142,13 @@ class FixedStepLoop {
       now_ = clock_.now();
     }
     if (due - now_ > 2 * tick) return now_;
-    const bool waits = now_ < due;
-    clock_.wait_until(due);
+    waited_ = now_ < due;
+    const auto worked = now_ - rested_;
+    const bool rests = waited_ || worked >= kMaxWithoutRest;
+    clock_.wait_until(waited_ || !rests ? due : now_ + worked / kRestShare);
     now_ = clock_.now();
-    if (waits) {
+    if (rests) rested_ = now_;
+    if (waited_) {
       statistics_.wake_up.record(now_ - due);
       if (now_ - due > DelayControl::kStall) DelayControl::add_stall(inputs_, due, now_);
     }
@@ -330,10 +339,12 @@ class FixedStepLoop {
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   RunTally tally_;
-  std::chrono::nanoseconds now_{0};  ///< when the clock was last read
-  bool overran_ = false;             ///< whether the previous tick overran
-  bool on_time_ = true;              ///< whether the backlog of the start is caught up
-  bool late_wake_up_ = false;        ///< cause of the last overrun
+  std::chrono::nanoseconds now_{0};     ///< when the clock was last read
+  std::chrono::nanoseconds rested_{0};  ///< when the loop last waited
+  bool waited_ = false;                 ///< for the present tick to be due
+  bool overran_ = false;                ///< whether the previous tick overran
+  bool on_time_ = true;                 ///< whether the backlog of the start is caught up
+  bool late_wake_up_ = false;           ///< cause of the last overrun
 };
 
 }  // namespace merkel

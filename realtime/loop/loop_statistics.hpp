@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "core/records/run_counters.hpp"
@@ -21,6 +23,10 @@ struct LoopStatistics : RunCountersOf<Counter> {
     }
     return counters;
   }
+
+  /// By how much the loop is late while it catches up with the first samples of its devices; else
+  /// 0.
+  std::atomic<std::int64_t> behind_at_start_ns{0};
 
   /// From the arrival of the last sample before a tick's end to the publication of its spikes;
   /// only ticks with spikes.

@@ -24,9 +24,9 @@ struct ConsumerChannel {
   explicit ConsumerChannel(const PublishBeat& the_beat) : beat(the_beat) {}
 
   /// Adds a feed. Call it before the loop starts.
-  template <class Record>
-  Feed<Record>& add(std::size_t capacity) {
-    return *feeds.of<Record>().emplace_back(std::make_unique<Feed<Record>>(capacity));
+  template <class Record, class... Of>
+  Feed<Record>& add(std::size_t capacity, const Of&... of) {
+    return *feeds.of<Record>().emplace_back(std::make_unique<Feed<Record>>(capacity, of...));
   }
   /// The first feed of a kind that the consumer takes.
   template <class Record>

@@ -19,7 +19,9 @@ constexpr std::chrono::milliseconds kWatchEvery{1};
 }  // namespace
 
 SinkWriter::SinkWriter(Sink& sink, Sources sources)
-    : sink_(sink), sources_(std::move(sources)), thread_([this] { write_all(); }) {}
+    : sink_(sink),
+      sources_(std::move(sources)),
+      thread_([this](const std::stop_token& stop) { write_all(stop); }) {}
 
 void SinkWriter::keep(const Expected<void, SinkError>& result) {
   if (result || !healthy()) return;
@@ -98,12 +100,12 @@ bool SinkWriter::all_ended() const {
          std::all_of(frames.begin(), frames.end(), ended);
 }
 
-void SinkWriter::write_until_ended() {
+void SinkWriter::write_until_ended(const std::stop_token& stop) {
   std::uint64_t seen = 0;
   auto next_flush = std::chrono::steady_clock::now() + kFlushEvery;
   for (;;) {
     // Read the flags before the queues: they are set after the last item.
-    const bool ended = all_ended();
+    const bool ended = all_ended() || stop.stop_requested();
     if (!started_) {
       const RunOrigin* const origin = sources_.origin == nullptr ? nullptr : sources_.origin->get();
       if (sources_.origin == nullptr || origin != nullptr || ended) {
@@ -129,7 +131,7 @@ void SinkWriter::write_until_ended() {
   if (healthy()) write_status();
 }
 
-void SinkWriter::write_all() {
+void SinkWriter::write_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-sink");
   waiting_.spikes.reserve(kBatch);
   const RunWatch* const watch = sources_.watch;
@@ -139,7 +141,7 @@ void SinkWriter::write_all() {
     newest_.resize(watch->patches());
   }
   if (gate_) priority_.emplace(sources_.realtime, sink_.transport_threads());
-  write_until_ended();
+  write_until_ended(stop);
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
   if (started_) write_waiting();  // marks set after the last item
   const bool complete = ending_.load(std::memory_order_acquire) == Ending::kClose;

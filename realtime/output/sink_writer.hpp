@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -60,7 +61,8 @@ class SinkWriter {
   SinkWriter(Sink& sink, Sources sources);
   SinkWriter(const SinkWriter&) = delete;
   SinkWriter& operator=(const SinkWriter&) = delete;
-  /// Ends without closing the sink, unless end() was called.
+  /// Ends without closing the sink, unless end() was called; does not wait for the queues to end,
+  /// because a run that could not start never ends them.
   ~SinkWriter();
 
   /// Ends the thread: once all queues have ended and the last item is written, it closes the sink.
@@ -80,8 +82,8 @@ class SinkWriter {
 
  private:
   enum class Ending : std::uint8_t { kNotYet, kClose, kAbandon };
-  void write_all();
-  void write_until_ended();
+  void write_all(const std::stop_token& stop);
+  void write_until_ended(const std::stop_token& stop);
   void write(const RecordBatch& batch);
   std::size_t write_waiting();
   [[nodiscard]] std::span<const StimulationCommand> leaving();

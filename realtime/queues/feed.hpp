@@ -5,13 +5,16 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "core/realtime_tag.hpp"
 #include "core/records/mark.hpp"
+#include "core/records/record_batch.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/queues/counter.hpp"
+#include "realtime/queues/reading_ring.hpp"
 
 namespace merkel {
 
@@ -48,6 +51,45 @@ class Feed {
 
  private:
   BoundedQueue<Record> queue_;
+  Counter dropped_;
+  std::atomic<bool> ended_{false};
+};
+
+/// Of the samples of one probe, with their further columns.
+template <>
+class Feed<DeliveredSample> {
+ public:
+  /// \param columns  of the probe; its taxels are not passed on
+  Feed(std::size_t capacity, std::uint32_t probe, const ProbeColumns& columns)
+      : probe_(probe), ring_(ReadingColumns(ProbeColumns{.further = columns.further}), capacity) {}
+
+  /// \param row  as it begins with the press of the probe. Thread: the producer.
+  [[nodiscard]] bool try_push(const ReadingHead& head, std::span<const double> row) noexcept {
+    return ring_.try_push(head, row.first(ring_.columns().width()));
+  }
+  void drop(std::uint64_t records = 1) noexcept { dropped_.add(records); }
+  void end() noexcept { ended_.store(true, std::memory_order_release); }
+
+  /// Appends waiting records, at most `most`. Thread: the consumer.
+  void take(std::vector<DeliveredSample>& records, std::size_t most = SIZE_MAX) {
+    const ProbeColumns& columns = ring_.columns().of(0);
+    for (const ReadingHead* head = nullptr; most > 0 && (head = ring_.front(0)) != nullptr;
+         --most) {
+      const std::span<const double> row = ring_.front_row(0);
+      const auto further = columns.further_in(row);
+      records.push_back({.probe = probe_,
+                         .sample = columns.sample(*head, row),
+                         .further = {further.begin(), further.end()}});
+      ring_.pop(0);
+    }
+  }
+  [[nodiscard]] std::size_t waiting() const noexcept { return ring_.size_approx(); }
+  [[nodiscard]] bool ended() const noexcept { return ended_.load(std::memory_order_acquire); }
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_.value(); }
+
+ private:
+  std::uint32_t probe_;
+  ReadingRing ring_;
   Counter dropped_;
   std::atomic<bool> ended_{false};
 };

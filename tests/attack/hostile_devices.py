@@ -12,6 +12,7 @@ import threading
 import time
 
 CLEAN_S, HOSTILE_S = 2.0, 3.0
+SYNC_RESPONSE = 4  # type of a frame of HBF1
 CHARACTERS = b"0123456789.,;- \t\r\nNmxyzE+/:|<>@!"
 
 
@@ -167,20 +168,42 @@ def between(program, protocol, change, trace):
     return serve
 
 
+def whole_frames(rest, chunk):
+    """The frames of HBF1 that a chunk completes. \\param rest: of the chunks before; keeps what is incomplete"""
+    rest.extend(chunk)
+    while (end := rest.find(0)) >= 0:
+        frame = bytearray(uncobs(bytes(rest[:end])))
+        del rest[:end + 1]
+        yield frame
+
+
 def renumbered():
     """Gives every frame of HBF1 a random sequence number."""
     numbers, rest = random.Random(1), bytearray()
 
     def change(chunk):
         out = b""
-        rest.extend(chunk)
-        while (end := rest.find(0)) >= 0:
-            frame = bytearray(uncobs(bytes(rest[:end])))
-            del rest[:end + 1]
+        for frame in whole_frames(rest, chunk):
             if len(frame) >= 10:
                 frame[2:4] = struct.pack("<H", numbers.randrange(1 << 16))
                 frame[-2:] = struct.pack("<H", crc16(frame[:-2]))
                 out += cobs(bytes(frame))
+        return out
+    return change
+
+
+def missynchronised():
+    """Moves the clock in every answer to a SYNC of HBF1 by 3 s."""
+    rest = bytearray()
+
+    def change(chunk):
+        out = b""
+        for frame in whole_frames(rest, chunk):
+            if len(frame) >= 18 and frame[0] & 15 == SYNC_RESPONSE:
+                for at in (4, 12):
+                    frame[at:at + 4] = struct.pack("<I", (struct.unpack_from("<I", frame, at)[0] + 3_000_000) & 0xFFFFFFFF)
+                frame[-2:] = struct.pack("<H", crc16(frame[:-2]))
+            out += cobs(bytes(frame)) if frame else b"\0"
         return out
     return change
 
@@ -238,6 +261,7 @@ def touch_attacks(program, trace):
         ("one old record in ten", "protocol=ati_rdt", rdt(lambda k: [k + 1, k - 4] if k % 10 == 9 else k + 1), socket.SOCK_DGRAM, "kept", []),
         ("random sequence numbers", "protocol=ati_rdt", rdt(lambda k: late.randrange(1 << 32)), socket.SOCK_DGRAM, "kept", ["make no sense"]),
         ("random sequence numbers of hbf1", "protocol=hbf1", between(program, "hbf1", renumbered(), trace), tcp, "kept", ["make no sense"]),
+        ("answers to SYNC that are 3 s off", "protocol=hbf1", between(program, "hbf1", missynchronised(), trace), tcp, "kept", ["contradict"]),
         ("times 100 years ahead", timed, clock(lambda s: s + (3.2e9 if s > CLEAN_S else 0)), tcp, "kept", []),
         ("times of 40 digits", timed, clock(lambda s: ("1" * 40 if s > CLEAN_S else "") + f"{s:.3f}"), tcp, "kept", []),
         ("negative times", timed, clock(lambda s: -s), tcp, "kept", []),

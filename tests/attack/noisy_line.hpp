@@ -101,7 +101,7 @@ class NoisyLine final : public Transport {
     if (!device_->started() || host_.time < next_) return;
     next_ = host_.time + std::chrono::milliseconds{4};
     device_->measure(
-        {.time = host_.time, .depth_mm = 1.0, .force_mN = 1000.0, .channels = kChannels},
+        {.time = host_.time, .depth_mm = 1.0, .force_mN = 1000.0, .channels = kChannels}, {},
         host_.time, wire_);
   }
 

@@ -4,16 +4,21 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "drivers/files/output_file.hpp"
+#include "drivers/files/input_file.hpp"
+#include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
 namespace {
 
-std::string refusal_of(const std::string& sink, const SinkSetup& setup) {
-  const auto opened = open_sink(sink, setup);
+std::string refusal_of(const std::string& sink) {
+  const auto opened = open_sink(sink, 1, true);
   return opened ? "" : opened.error().sentence;
+}
+
+bool destroys(const std::string& sink) {
+  return refusal_of(sink).find("would destroy its input") != std::string::npos;
 }
 
 TEST(Overwrite, AnOutputThatIsAnInputIsRefusedByItsIdentity) {
@@ -22,29 +27,61 @@ TEST(Overwrite, AnOutputThatIsAnInputIsRefusedByItsIdentity) {
   std::filesystem::create_directories(folder.path("sub"));
   std::filesystem::create_symlink(input, folder.path("link.csv"));
   std::filesystem::create_hard_link(input, folder.path("hard.csv"));
-  const std::vector<std::string> names = {input, folder.path("sub/../in.csv"),
-                                          folder.path("./in.csv"), folder.path("link.csv"),
-                                          folder.path("hard.csv")};
-  SinkSetup of_probe{.neurons = 1, .overwrite = true, .run = {}};
-  of_probe.run.probes = {{.uri = "replay:" + input + "?live=1"}};
-  SinkSetup of_fused = of_probe;
-  of_fused.run.probes = {{.uri = "fused:sim:ramp|replay:" + input}};
-  SinkSetup of_calibration{.neurons = 1, .overwrite = true, .run = {}};
-  of_calibration.run.probes = {{.uri = "sim:ramp", .calibration_file = input}};
-  const SinkSetup of_scene{.neurons = 1, .overwrite = true, .run = {}, .inputs = {input}};
-  SinkSetup of_option = of_probe;
-  of_option.run.probes = {{.uri = "serial:/dev/ttyS9?protocol=hbf1&calibration=" + input}};
-  for (const SinkSetup& setup : {of_probe, of_fused, of_calibration, of_option, of_scene}) {
+  const std::string names[] = {input, folder.path("sub/../in.csv"), folder.path("./in.csv"),
+                               folder.path("link.csv"), folder.path("hard.csv")};
+  for (const std::string& read : names) {
+    const ReadFiles files;
+    ASSERT_TRUE(open_probe("replay:" + read + "?live=1"));
     for (const std::string& name : names) {
-      for (const char* scheme : {"csv:", "gdf:", "xdf:", "stim-csv:"}) {
-        EXPECT_NE(refusal_of(scheme + name, setup).find("would destroy its input"),
-                  std::string::npos)
-            << scheme << name;
+      for (const char* scheme : {"csv:", "gdf:", "xdf:", "trace:"}) {
+        EXPECT_TRUE(destroys(scheme + name)) << scheme << name << ": " << refusal_of(scheme + name);
       }
     }
-    EXPECT_EQ(refusal_of("csv:" + folder.path("out.csv"), setup), "");
+    EXPECT_EQ(refusal_of("csv:" + folder.path("out.csv")), "");
   }
   EXPECT_EQ(std::filesystem::file_size(input), 24U);
+}
+
+TEST(Overwrite, OnlyFilesOfTheCommandAreProtected) {
+  const TemporaryFolder folder;
+  const std::string early = folder.file("early.csv", "1");
+  const std::string own = folder.file("own.csv", "1");
+  const std::string late = folder.file("late.csv", "1");
+  ASSERT_TRUE(read_whole_file(early, "file", 1));
+  {
+    ReadFiles files;
+    ASSERT_TRUE(read_whole_file(own, "file", 1));
+    files.complete();
+    ASSERT_TRUE(read_whole_file(late, "file", 1));
+    EXPECT_FALSE(destroys("csv:" + early));
+    EXPECT_TRUE(destroys("csv:" + own));
+    EXPECT_FALSE(destroys("csv:" + late));
+  }
+  EXPECT_FALSE(destroys("csv:" + own));
+}
+
+TEST(Overwrite, AnInputThatWasRemovedProtectsNothing) {
+  const TemporaryFolder folder;
+  const ReadFiles files;
+  const std::string input = folder.file("in.csv", "1");
+  ASSERT_TRUE(read_whole_file(input, "file", 1));
+  std::filesystem::rename(input, folder.path("moved.csv"));
+  EXPECT_FALSE(destroys("csv:" + input));
+}
+
+TEST(Overwrite, WholeFilesAreReadWithinTheirLimitOrRefused) {
+  const TemporaryFolder folder;
+  const std::string exact = folder.file("exact", "abc");
+  const auto refusal = [](const std::string& path, std::size_t limit) {
+    const auto read = read_whole_file(path, "scene", limit);
+    return read ? "" : read.error().sentence;
+  };
+  EXPECT_EQ(read_whole_file(exact, "scene", 3).value_or(""), "abc");
+  EXPECT_NE(refusal(exact, 2).find("larger than"), std::string::npos);
+  EXPECT_NE(refusal("/dev/zero", 1U << 20U).find("larger than 1 MiB"), std::string::npos);
+  EXPECT_NE(refusal(folder.path(""), 9).find("is a directory"), std::string::npos);
+  EXPECT_NE(refusal("/proc/self/mem", 9).find("is it a regular file?"), std::string::npos);
+  EXPECT_NE(refusal(folder.path("none"), 9).find("No such file"), std::string::npos);
 }
 
 }  // namespace

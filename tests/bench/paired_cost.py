@@ -21,10 +21,10 @@ REST = "sim:ramp?depth_mm=1.5&wait_s=200"
 # name: (scene, seconds short and long, limit) of the first and what it is compared with
 COMPARISONS = {
     "exact layer / half-space": (
-        f'preset = "paper"\n[probe]\nuri = "{PRESS}"\n[skin]\nthickness_mm = 4\nlayer_law = "exact"\n',
+        f'preset = "paper"\n[probe]\nuri = "{PRESS}"\n[skin]\nthickness_mm = 4\n',
         f'preset = "paper"\n[probe]\nuri = "{PRESS}"\n', 1.5),
     "exact layer / half-space, afferents of goodwin": (
-        f'preset = "goodwin"\n[probe]\nuri = "{PRESS}"\n[skin]\nthickness_mm = 4\nlayer_law = "exact"\n',
+        f'preset = "goodwin"\n[probe]\nuri = "{PRESS}"\n[skin]\nthickness_mm = 4\n',
         f'preset = "goodwin"\n[probe]\nuri = "{PRESS}"\n', 1.5),
     "goodwin at rest / pressed": (
         f'preset = "goodwin"\n[probe]\nuri = "{REST}"\n', f'preset = "goodwin"\n[probe]\nuri = "{PRESS}"\n', 0.05),

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <thread>
 
+#include <merkel/input_file.hpp>
 #include <merkel/pipeline.hpp>
 #include <merkel/prepared_run.hpp>
 #include <merkel/sample_stream.hpp>
@@ -25,6 +26,7 @@ std::size_t spikes_of_pushes(const merkel::Scene& scene) {
 }
 
 int main() {
+  const merkel::ReadFiles inputs;  // no output replaces one of them
   auto scene = merkel::scene_named("paper");
   if (!scene) return 1;
   if (!scene->set_probes({"sim:ramp?depth_mm=1.5&hold_s=0.5"})) return 1;

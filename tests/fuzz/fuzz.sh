@@ -55,7 +55,7 @@ fuzz() {
 
 sessions=(drivers/sessions/{rig_recording,session_format,session_items,session_reader,xdf_file}.cpp drivers/clock/clock_line.cpp)
 words=(core/parameters/{field,nearest_name,parameter_error,range}.cpp drivers/files/csv_text.cpp)
-protocols=("${words[@]}" drivers/{printable_text,uri}.cpp drivers/files/{trace_file,line_reader,output_file,file_rename}.cpp)
+protocols=("${words[@]}" drivers/{printable_text,uri}.cpp drivers/files/{trace_file,line_reader,input_file,output_file,file_rename}.cpp)
 for file in "$source"/drivers/protocols/*.cpp; do protocols+=("drivers/protocols/${file##*/}"); done
 for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/protocols/protocol_table.cpp"); do
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
@@ -87,7 +87,7 @@ scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
   "${sessions[@]}" drivers/sessions/session_{headers,layout,writer}.cpp drivers/sinks/afferent_table.cpp \
-  drivers/clock/clock_pair.cpp drivers/files/{file_rename,output_file}.cpp
+  drivers/clock/clock_pair.cpp drivers/files/{file_rename,input_file,output_file}.cpp
 fuzz scene 2048 -lhwy scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
 # A single run may take 10 s and 2 GB.
 limits=(-timeout=10 -rss_limit_mb=2048)

@@ -40,7 +40,6 @@ def cases():
     yield "pin.taps", LATTICE + '[probe]\ntip = "pin"\ndiameter_mm = 1\n', "taps"
     yield "bars.taps", LATTICE + '[probe]\ntip = "bars"\n', "taps"
     yield "thin-skin.taps", "[skin]\nthickness_mm = 4\n", "taps"
-    yield "thin-skin-exact.taps", '[skin]\nthickness_mm = 4\nlayer_law = "exact"\n', "taps"
     yield "sneddon-full.taps", '[skin]\ncontact_law = "sneddon"\nenergy_density = "full"\n', "taps"
 
 

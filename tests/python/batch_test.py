@@ -197,6 +197,12 @@ class Program(Case):
         for row in self.table(out):
             self.assertEqual((out / row["file"]).read_bytes()[:4], b"\x89HDF")
 
+    def test_a_table_that_no_batch_has_written_is_kept(self):
+        (self.folder / "results.csv").write_text("mine")
+        with self.assertRaisesRegex(merkel.Error, "no batch has written it"):
+            merkel.batch(JOBS[:1], out=self.folder)
+        self.assertEqual((self.folder / "results.csv").read_text(), "mine")
+
     def test_failures_are_rows_and_the_exit_code_is_1(self):
         jobs = self.jobs([{"probe": "replay:" + TRACE}, {"probe": "replay:" + TRACE, "skin.radus_mm": 8},
                           {"scene": "gudwin"}, {"seed": "a,b"}])

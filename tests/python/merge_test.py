@@ -64,7 +64,8 @@ class Merge(unittest.TestCase):
     def test_spikes_of_both_are_on_the_first_one_s_clock(self):
         a, b = self.two()
         error = self.merkel("merge", a, b, "--sink", "csv:" + self.path("all.csv"), "--sink", "nwb:" + self.path("all.nwb"))
-        self.assertIn("b.xdf: +1.250000000 s by UTC of the hosts, residual 3 ms", error)
+        # 3 ms are the errors of the hosts' UTC; each clock may drift by 500 ppm of the run's duration.
+        self.assertIn("b.xdf: +1.250000000 s by UTC of the hosts, residual 5.9", error)
         left, right = merkel.load(a), merkel.load(b)
         expected = [(round(t * 1e9), int(n)) for t, n in zip(left.spikes["time_s"], left.spikes["neuron"])]
         expected += [(round(t * 1e9) + 1_250_000_000, int(n) + len(left.afferents))
@@ -88,8 +89,9 @@ class Merge(unittest.TestCase):
         a, b = self.two(error_b=9_000_000)
         sink = ("--sink", "csv:" + self.path("all.csv"))
         error = self.merkel("merge", a, b, *sink, exit_code=2)
-        self.assertIn("only to within 11 ms, and the limit is 10 ms: align by a mark", error)
-        self.merkel("merge", a, b, *sink, "--limit-ms", "12")
+        self.assertIn("only to within 13.9", error)
+        self.assertIn("and the limit is 10 ms: align by a mark", error)
+        self.merkel("merge", a, b, *sink, "--limit-ms", "15")
         c = with_facts(b, self.folder / "c.xdf", utc_error_ns=None)
         error = self.merkel("merge", a, c, *sink, "--overwrite", exit_code=2)
         self.assertIn("a host's clock was not synchronised", error)

@@ -245,6 +245,74 @@ print(os.waitstatus_to_exitcode(status), bridge.counters["ticks"] > 0)
         self.assertIn("not in this fork of it", done.stdout)
         self.assertEqual(done.stdout.splitlines()[1:], ["True", "7 True"])
 
+    def test_threads_inside_do_not_abort_the_exit(self):
+        loops = {
+            "a bridge": "for output in bridge: pass",
+            "reads with a timeout": "while True: bridge.read(timeout_s=0.02)",
+            "reads that wait": "while True: bridge.read(timeout_s=60)",
+            "marks and counters": "while True: bridge.mark('x'); bridge.counters; bridge.notices",
+            "a stream": "stream = merkel.Scene('paper').stream()\n    k = 0\n    while True: k += 1; stream.push(k / 10, depth_mm=1.0)",
+            "runs": "while True: merkel.Scene('hand').run(duration_s=5)",
+            "one long run": "merkel.Scene('paper').run(probe='sim:taps?count=1000000')",
+            "connections": "while True: merkel.connect(LIVE, 'paper').read(timeout_s=0.1)",
+        }
+        for name, loop in loops.items():
+            for end in ("", "raise ValueError('on purpose')", "sys.exit(5)"):
+                with self.subTest(name=name, end=end), tempfile.TemporaryDirectory(prefix="merkel-") as folder:
+                    file = os.path.join(folder, "s.xdf")
+                    done = run_python(f"""
+import threading
+LIVE = {LIVE!r}
+bridge = merkel.connect(LIVE, "paper", sinks=["xdf:{file}"])
+def loop():
+    {loop}
+for _ in range(3):
+    threading.Thread(target=loop, daemon=True).start()
+bridge.read(timeout_s=5)
+{end}
+""")
+                    self.assertEqual(done.returncode, {"": 0, "r": 1, "s": 5}[end[:1]], done.stderr)
+                    self.assertNotIn("terminate", done.stderr)
+                    self.assertNotIn("Fatal", done.stderr)
+                    self.assertTrue(merkel.load(file).complete)
+
+    def test_an_exception_in_a_with_block_ends_the_readers(self):
+        done = run_python(f"""
+import threading
+with merkel.connect({LIVE!r}, "paper") as bridge:
+    readers = [threading.Thread(target=lambda: [None for _ in bridge]) for _ in range(3)]
+    for reader in readers:
+        reader.start()
+    bridge.read(timeout_s=5)
+    raise ValueError("on purpose")
+""")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("ValueError: on purpose", done.stderr)
+        self.assertNotIn("terminate", done.stderr)
+
+    def test_a_fork_ends_while_threads_of_its_parent_read(self):
+        done = run_python(f"""
+import threading
+bridge = merkel.connect({LIVE!r}, "paper")
+for _ in range(3):
+    threading.Thread(target=lambda: [bridge.read(timeout_s=60) for _ in iter(int, 1)], daemon=True).start()
+bridge.mark("one")
+for _ in range(5):
+    child = os.fork()
+    if child == 0:
+        for use in (lambda: bridge.ended, lambda: bridge.counters, lambda: bridge.notices, bridge.tare):
+            try:
+                use()
+                sys.exit(8)
+            except merkel.Error as error:
+                assert "fork" in str(error)
+        sys.exit(7)
+    _, status = os.waitpid(child, 0)
+    print(os.waitstatus_to_exitcode(status))
+""")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout.split(), ["7"] * 5, done.stderr)
+
     def test_exit_without_stop_ends_the_run_and_its_files(self):
         with tempfile.TemporaryDirectory(prefix="merkel-") as folder:
             file = os.path.join(folder, "s.xdf")

@@ -163,9 +163,10 @@ class Files(merkel_program.TestCase):
         program = merkel_program.start(
             "run", "--probe", "sim:taps?interval_s=0.1&tap_s=0.08&count=1000",
             *(word for uri in uris for word in ("--sink", uri)))
-        times = self.path("k/spike_times.npy.part")
+        part = self.path("k.csv.part")
         self.assertTrue(merkel_program.wait_for(
-            lambda: os.path.exists(times) and os.path.getsize(times) > 128 + 8 * 30))
+            lambda: os.path.exists(part) and os.path.getsize(part) > 14 * 30))
+        time.sleep(0.5)
         program.send_signal(signal.SIGKILL)
         program.communicate()
         spikes = spikes_of_csv(self.path("k.csv.part"))
@@ -174,19 +175,25 @@ class Files(merkel_program.TestCase):
             rows = [(round(float(t) * 1e6), int(n)) for n, t in map(str.split, lines)]
         both = min(len(rows), len(spikes))
         self.assertEqual(rows[:both], spikes[:both])
-        self.assertGreater(len(np.load(times)), 20)
-        self.assertGreater(len(np.load(self.path("k/spike_clusters.npy.part"))), 20)
-        # The next run with these names keeps everything and makes a SONATA file of the rows.
-        self.merkel("run", "--fast", "--probe", TRACE,
-                    *(word for uri in uris for word in ("--sink", uri)))
-        kept, = glob.glob(self.path("k.recovered-*.h5"))
+        # Of the formats that need the whole run, a session is left, from which they are made.
+        for uri, journal in ((uris[2], "k.journal.xdf.part"), (uris[3], "k.h5.journal.xdf.part")):
+            self.merkel("export", self.path(journal), "--sink", uri)
+        clusters = np.load(self.path("k/spike_clusters.npy"))
+        self.assertGreater(len(clusters), 20)
+        both = min(len(clusters), len(spikes))
+        self.assertEqual(list(clusters[:both]), [n for _, n in spikes[:both]])
+        kept = self.path("k.h5")
         with h5py.File(kept, "r") as file:
             sonata = [(round(t * 1e6), int(n) + 1) for t, n in zip(
                 file["spikes/merkel/timestamps"], file["spikes/merkel/node_ids"])]
         both = min(len(sonata), len(spikes))
         self.assertGreater(both, 20)
         self.assertEqual(sonata[:both], spikes[:both])
-        for pattern in ("k.recovered-*[0-9].csv", "k.recovered-*.gdf", "k.recovered-*/spike_times.npy.part"):
+        # The next run with these names keeps everything.
+        self.merkel("run", "--fast", "--overwrite", "--probe", TRACE,
+                    *(word for uri in uris for word in ("--sink", uri)))
+        for pattern in ("k.recovered-*[0-9].csv", "k.recovered-*.gdf", "k.journal.recovered-*.xdf",
+                        "k.h5.journal.recovered-*.xdf"):
             self.assertEqual(len(glob.glob(self.path(pattern))), 1, pattern)
 
     def test_times_count_from_the_run_from_1970_or_from_the_device(self):

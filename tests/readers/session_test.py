@@ -66,8 +66,12 @@ class Session(merkel_program.TestCase):
             self.assertGreaterEqual(last, ticks.stamps[-1] - 1e-6)
             for stamp in xdf.streams["merkel.status"].stamps:
                 self.assertTrue(first <= stamp <= last)
-            self.assertEqual(ticks.rate, 1000)
             for stream in xdf.streams.values():
+                # Readers bend the stamps of a regular stream around gaps, refuse a stream without a
+                # description (FieldTrip), and crash on one without samples (libxdf 0.99.8).
+                self.assertEqual(stream.rate, 0)
+                self.assertIsNotNone(stream.description.find("channels/channel/label"))
+                self.assertGreater(len(stream.samples), 0)
                 # EEGLAB treats a stream of this type as markers of one channel: there must be only one.
                 self.assertEqual(stream.type in ("Events", "Markers"), stream.name == "merkel.marks")
                 self.assertGreaterEqual(len(stream.clock_offsets), 1)
@@ -87,14 +91,13 @@ class Session(merkel_program.TestCase):
         self.assertEqual([",".join(field.text for field in each) for each in described], rows[1:])
         self.assertEqual(",".join(field.tag for field in described[0]), rows[0])
 
-    def test_each_probe_has_ticks_at_their_rate_and_its_own_samples(self):
+    def test_each_probe_has_its_own_ticks_and_samples(self):
         session = self.path("two.xdf")
         self.merkel("run", "finger", "--probe", "sim:taps?force_N=0.5&count=4&live=1", "--probe",
                     "sim:ramp?force_N=0.3&hold_s=1&live=1", "--sink", "xdf:" + session)
         xdf = Xdf(session)
         for name in ("merkel.ticks", "merkel.ticks.1"):
             ticks = xdf.streams[name]
-            self.assertEqual(ticks.rate, 1000)
             self.assertGreater(len(ticks.samples), 1000)
             self.assertLess(max(abs(b - a - 0.001) for a, b in zip(ticks.stamps, ticks.stamps[1:])), 1e-6)
         self.assertEqual(len(xdf.streams["merkel.ticks"].samples), len(ticks.samples))
@@ -108,7 +111,7 @@ class Session(merkel_program.TestCase):
         part = session + ".part"
         self.assertTrue(merkel_program.wait_for(
             lambda: os.path.exists(part) and os.path.getsize(part) > 10_000 and
-            len(Xdf(part).streams["merkel.ticks.1"].samples) > 300))
+            "merkel.ticks.1" in Xdf(part).streams and len(Xdf(part).streams["merkel.ticks.1"].samples) > 300))
         program.send_signal(signal.SIGKILL)
         program.communicate()
         self.assertIn("bit-identical", self.merkel("replay", part).stdout)
@@ -139,7 +142,7 @@ class Session(merkel_program.TestCase):
         samples = xdf.streams["merkel.samples"]
         self.assertGreater(len(samples.samples), 500)
         self.assertAlmostEqual(max(samples.column("force_mN")), 500, places=0)
-        self.assertEqual(xdf.streams["merkel.ticks"].samples, [])
+        self.assertNotIn("merkel.ticks", xdf.streams)
         done = self.merkel("replay", session, exit_code=2)
         self.assertIn("without a simulation", done.stderr)
 
@@ -201,7 +204,7 @@ class Session(merkel_program.TestCase):
         part = session + ".part"
         # The file can also be read during the run.
         self.assertTrue(merkel_program.wait_for(
-            lambda: os.path.exists(part) and os.path.getsize(part) > 10_000 and
+            lambda: os.path.exists(part) and os.path.getsize(part) > 10_000 and "merkel.ticks" in Xdf(part).streams and
             len(Xdf(part).streams["merkel.ticks"].samples) > 300))
         program.send_signal(signal.SIGKILL)
         program.communicate()

@@ -70,7 +70,7 @@ class Protocol(Page):
 
     def test_pages_of_other_sites_are_kept_out(self):
         program = self.serve()
-        for origin, status in (("http://evil.example", 403), (f"http://127.0.0.1:{self.port}", 101)):
+        for origin, status in (("http://evil.example", 403), ("", 403), (f"http://127.0.0.1:{self.port}", 101)):
             with WebSocket(self.port, origin) as client:
                 self.assertEqual(client.status, status)
         # A name that resolves to this host, as in DNS rebinding.

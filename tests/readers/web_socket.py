@@ -25,7 +25,7 @@ class WebSocket:
         self.socket.settimeout(20)
         self.socket.connect(("127.0.0.1", port))
         key = base64.b64encode(os.urandom(16)).decode()
-        origin = origin or f"http://127.0.0.1:{port}"
+        origin = f"http://127.0.0.1:{port}" if origin is None else origin
         target = "/socket" + (f"?token={token}" if token else "")
         self.socket.sendall((f"GET {target} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\n"
                              f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nOrigin: {origin}\r\n"

@@ -36,7 +36,7 @@ class DriftingDevice {
   void deliver(nanoseconds now, ProbeChannel& channel) {
     while (next_.arrival <= now && next_.time < kLength) {
       if (!lost_) {
-        (channel.samples.try_push(next_) ? channel.delivered : channel.dropped).add();
+        (channel.try_push(next_) ? channel.delivered : channel.dropped).add();
         last_ = next_.time;
       }
       make_next();

@@ -25,24 +25,23 @@ class MemoryProbe final : public Probe {
     info_.period = std::chrono::milliseconds{1};
     info_.replayed = true;
   }
-  /// What device_counts() returns.
+  /// What status() returns.
   void counts(const DeviceCounts& counts) { counts_ = counts; }
-  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override { return counts_; }
+  [[nodiscard]] ProbeStatus status() const override { return {.device = counts_}; }
   /// Delivers at most `samples` samples until `until` returns true.
   void wait_after(std::size_t samples, std::function<bool()> until) {
     wait_after_ = samples;
     until_ = std::move(until);
   }
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out,
-                                         std::chrono::milliseconds) override {
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  Expected<std::size_t, ProbeError> read(Readings& readings, std::chrono::milliseconds) override {
+    readings.clear();
     if (until_ && next_ >= wait_after_ && !until_()) {
       std::this_thread::sleep_for(std::chrono::milliseconds{1});
       return 0;
     }
-    const std::size_t count = std::min({chunk_, out.size(), samples_.size() - next_});
-    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, out.begin());
-    next_ += count;
+    const std::size_t count = std::min({chunk_, readings.room(), samples_.size() - next_});
+    for (std::size_t i = 0; i < count; ++i) readings.add_sample(samples_[next_++]);
     if (count > 0) return count;
     return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
                                                          : ProbeError::kBadData);

@@ -27,8 +27,9 @@ using std::chrono::nanoseconds;
 class SilentProbe final : public Probe {
  public:
   SilentProbe() { info_.uri = "silent:"; }
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  Expected<std::size_t, ProbeError> read(std::span<ProbeSample>, milliseconds patience) override {
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  Expected<std::size_t, ProbeError> read(Readings& readings, milliseconds patience) override {
+    readings.clear();
     std::this_thread::sleep_for(patience);
     return 0;
   }
@@ -441,12 +442,15 @@ TEST(Pipeline, AfterARefusedStartNoProbeIsReadWhileItsSinksEnd) {
   class TalkingProbe final : public Probe {
    public:
     TalkingProbe() { info_.channels = ProbeSample::kDepth; }
-    [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-    Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+    [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override {
+      return {&info_, 1};
+    }
+    Expected<std::size_t, ProbeError> read(Readings& readings, milliseconds) override {
+      readings.clear();
       if (sink_gone) ++reads_without_sink;
       std::this_thread::sleep_for(milliseconds{1});
       time_ += milliseconds{1};
-      out[0] = {.time = time_, .channels = ProbeSample::kDepth};
+      readings.add_sample({.time = time_, .channels = ProbeSample::kDepth});
       return 1;
     }
 

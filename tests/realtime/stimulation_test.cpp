@@ -262,16 +262,16 @@ class DyingDevice final : public Probe {
     info_.channels = ProbeSample::kDepth;
     info_.period = milliseconds{1};
   }
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  Expected<std::size_t, ProbeError> read(std::span<ProbeSample> out, milliseconds) override {
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  Expected<std::size_t, ProbeError> read(Readings& readings, milliseconds) override {
+    readings.clear();
     std::this_thread::sleep_for(milliseconds{1});
     if (next_ == nanoseconds{0}) next_ = host_now() - milliseconds{800};
-    std::size_t count = 0;
-    for (; next_ <= host_now() && count < out.size() && sent_ < 1400; next_ += kTick, ++sent_) {
-      out[count++] = {
-          .time = next_, .arrival = host_now(), .depth_mm = 1.5, .channels = ProbeSample::kDepth};
+    for (; next_ <= host_now() && readings.room() > 0 && sent_ < 1400; next_ += kTick, ++sent_) {
+      readings.add_sample(
+          {.time = next_, .arrival = host_now(), .depth_mm = 1.5, .channels = ProbeSample::kDepth});
     }
-    return count;
+    return readings.size();
   }
   [[nodiscard]] std::string error_message() const override { return {}; }
 

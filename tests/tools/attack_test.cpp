@@ -169,6 +169,20 @@ TEST(Attack, FewDescriptorsOrLittleMemoryIsASentence) {
     const ProgramRun run = run_with(RLIMIT_AS, mebibytes << 20U);
     EXPECT_EQ(run.ended_by, 0) << mebibytes << run.err;
   }
+  // Enough for some of the threads of a run, but not for all.
+  const TemporaryFolder folder;
+  for (rlim_t mebibytes = 60; mebibytes <= 130; mebibytes += 5) {
+    std::optional<StartedProgram> program;
+    {
+      const LowerLimit limit(RLIMIT_AS, mebibytes << 20U);
+      program.emplace(std::vector<std::string>{"run", "--probe", "sim:taps?live=1", "--duration-s",
+                                               "0.2", "--overwrite", "--sink",
+                                               "xdf:" + folder.path("s.xdf")});
+    }
+    const ProgramRun run = program->finish();
+    EXPECT_EQ(run.ended_by, 0) << mebibytes << run.err;
+    EXPECT_TRUE(run.exit_code == 0 || has(run.err, "ulimit -v")) << mebibytes << run.err;
+  }
 #endif
 }
 
@@ -285,8 +299,8 @@ TEST(Attack, ManyProbesAreReportedOrRefusedWithTheirCost) {
   const ProgramRun many =
       run_program({"run", probes(300, "sim:ramp"), "--fast", "--duration-s", "0.01"});
   EXPECT_EQ(many.exit_code, 0) << many.err;
-  EXPECT_TRUE(has(many.err, "300 probes on 300 devices take 300 threads and 0.4 GB")) << many.err;
-  // Each has a queue of four seconds: 1.3 MB at 1 kHz, 131 MB at 100 kHz.
+  EXPECT_TRUE(has(many.err, "300 probes on 300 devices take 300 threads and 0.1 GB")) << many.err;
+  // Each has a ring of four seconds: 0.3 MB at 1 kHz, 29 MB at 100 kHz.
   const ProgramRun too_many = run_program(
       {"run", probes(9000, "sim:ramp?rate_hz=100000"), "--fast", "--duration-s", "0.01"});
   EXPECT_EQ(too_many.exit_code, 3) << too_many.err;

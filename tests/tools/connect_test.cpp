@@ -178,17 +178,16 @@ TEST(Connect, TakesTheNamesOfItsChannelsFromTheFirmware) {
 
 TEST(Connect, TakesAnArrayOfTheFirmware) {
   const TemporaryFolder folder;
-  std::vector<ProbeSample> trace(1000);
-  std::vector<float> pressures;
+  std::vector<ProbeSample> trace(1800);
+  std::vector<double> pressures;
   for (std::size_t i = 0; i < trace.size(); ++i) {
     trace[i].time = milliseconds{5 * i};
-    trace[i].row = static_cast<std::uint32_t>(i);
-    for (int t = 0; t < 100; ++t) pressures.push_back(i > 400 && t == 55 ? 20.0F : 0.0F);
+    for (int t = 0; t < 100; ++t) pressures.push_back(i > 1000 && t == 55 ? 20.0 : 0.0);
   }
   const DeviceSimulator::Settings settings{.protocol = *find_protocol("hbf1"),
                                            .trace = trace,
                                            .taxels = csv_names_of("taxel_kPa*100"),
-                                           .pressures_kPa = pressures,
+                                           .others = pressures,
                                            .baud = 500'000,
                                            .link = folder.path("pad")};
   {
@@ -199,7 +198,7 @@ TEST(Connect, TakesAnArrayOfTheFirmware) {
     EXPECT_NE(connected.out.find("taken as 10 x 10"), std::string::npos) << connected.out;
   }
   const RunningDevice pad(settings);  // its trace begins again, without a press
-  const auto run = run_program({"run", folder.path("s.toml"), "--duration-s", "3", "--json"});
+  const auto run = run_program({"run", folder.path("s.toml"), "--duration-s", "6", "--json"});
   EXPECT_NE(run.exit_code, 2) << run.err;
   const auto probe = nlohmann::json::parse(run.out)["probes"][0];
   ASSERT_FALSE(probe["deepest_press"].is_null()) << run.out;

@@ -356,5 +356,25 @@ TEST(Devices, ASetUpThatWaitsForADeviceSaysSo) {
   EXPECT_NE(run.err.find("has sent nothing for 3.5 s"), std::string::npos) << run.err;
 }
 
+TEST(Devices, AFieldThatIsEmptyFromTheStartIsNamed) {
+  const LinePrinter hand("0.5,,0.25");
+  const TemporaryFolder folder;
+  const std::string uri = "serial:" + hand.name() + "?protocol=csv&columns=thumb_N,index_N,palm_N";
+  const auto scene_of = [&](const std::string& probes) {
+    return folder.file("hand.toml", "preset = \"hand\"\n[[device]]\nname = \"hand\"\nuri = \"" +
+                                        uri + "\"\n" + probes);
+  };
+  const auto probe_of = [](const std::string& patch) {
+    return "[[probe]]\npatch = \"" + patch + "\"\ndevice = \"hand\"\nforce = \"" + patch + "_N\"\n";
+  };
+  for (const std::string& probes : {probe_of("thumb") + probe_of("index"), probe_of("index")}) {
+    const auto run = run_program({"run", scene_of(probes), "--duration-s", "1"});
+    EXPECT_EQ(run.exit_code, 3) << run.err;
+    for (const char* words : {"#force=index_N", "\"0.5,,0.25\"", "check its sensor"}) {
+      EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace merkel

@@ -30,11 +30,19 @@ DeviceSimulator::Settings cable(const std::string& trace, const SimulatedFaults&
                                 std::string link = {}, std::string_view protocol = "csv") {
   auto reader = TraceReader::open(trace);
   EXPECT_TRUE(reader) << reader.error().sentence;
-  std::vector<ProbeSample> samples(100'000);
-  samples.resize(*reader->read(samples));
+  constexpr std::size_t kMost = 100'000;
+  Readings readings(ReadingColumns(reader->columns()), kMost);
+  EXPECT_TRUE(reader->read(readings, kMost));
+  std::vector<ProbeSample> samples;
+  std::vector<double> others;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    samples.push_back(*readings.sample(i));
+    others.insert(others.end(), readings.further(i).begin(), readings.further(i).end());
+  }
   return {.protocol = *find_protocol(protocol),
           .trace = std::move(samples),
           .extra_columns = reader->extra_columns(),
+          .others = std::move(others),
           .baud = (*find_protocol(protocol))->baud,
           .link = std::move(link),
           .faults = faults};

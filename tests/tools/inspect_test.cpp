@@ -135,7 +135,7 @@ TEST(Inspect, PrintsTheReceptorsAndAfferentsThatTheModelHas) {
   const auto afferents = table(run_program({"inspect", "afferents", "goodwin"}).out);
   ASSERT_EQ(afferents.size(), 450U);
   for (const auto& afferent : afferents) {
-    EXPECT_EQ(afferent[3], 1.0);
+    EXPECT_EQ(afferent[3], 1.4);
     EXPECT_EQ(afferent[4], 28.0);
     EXPECT_EQ(afferent.at(5), 0.0);  // a single patch without a name
   }
@@ -176,8 +176,7 @@ TEST(Inspect, FieldTakesBothSidesOfTheAxis) {
 
 TEST(Inspect, FieldOfAnExactLayerIsItsOwn) {
   const TemporaryFolder folder;
-  const std::string scene =
-      folder.file("layer.toml", "[skin]\nthickness_mm = 4\nlayer_law = \"exact\"\n");
+  const std::string scene = folder.file("layer.toml", "[skin]\nthickness_mm = 4\n");
   const auto run = run_program({"inspect", "field", "--scene", scene, "--radius-mm", "5",
                                 "--depth-mm", "1", "--r-mm", "0", "--z-mm", "0.65"});
   EXPECT_EQ(run.exit_code, 0) << run.err;

@@ -148,7 +148,7 @@ int connected_to(std::uint16_t port) {
 
 TEST(Misbehaviour, IdleConnectionsDoNotKeepADeviceFromComingBack) {
   const TemporaryFolder folder;
-  RunningDevice device("hbf1", {.unplug_at = milliseconds{3000}, .unplug_for = milliseconds{300}},
+  RunningDevice device("hbf1", {.unplug_at = milliseconds{6000}, .unplug_for = milliseconds{300}},
                        folder.path("tty"));
   const auto ports = free_ports(2);
   const std::uint16_t page = ports[0];
@@ -157,7 +157,7 @@ TEST(Misbehaviour, IdleConnectionsDoNotKeepADeviceFromComingBack) {
   {
     const LowerLimit few(RLIMIT_NOFILE, 300);
     program.emplace(std::vector<std::string>{
-        "run", "--probe", device.uri(), "--duration-s", "8", "--json", "--sink",
+        "run", "--probe", device.uri(), "--duration-s", "10", "--json", "--sink",
         "view:" + std::to_string(page), "--sink", "zmq:tcp://127.0.0.1:" + std::to_string(zmq)});
   }
   // 290 that say nothing, at the page and at the publisher.
@@ -175,8 +175,8 @@ TEST(Misbehaviour, IdleConnectionsDoNotKeepADeviceFromComingBack) {
   const auto summary = Json::parse(run.out);
   const auto& counts = summary["probes"][0]["device"];
   EXPECT_EQ(counts["outages"], 1) << run.out;
-  // At most 3000 before it was unplugged.
-  EXPECT_GT(count_of(counts, "readings"), 3500U) << run.out;
+  // At most 6000 before it was unplugged.
+  EXPECT_GT(count_of(counts, "readings"), 6500U) << run.out;
 }
 
 /// All at once: each gives up after two seconds, or after five without a byte: a board may reset
@@ -214,6 +214,19 @@ TEST(Misbehaviour, AWrongProtocolGetsTheLikelyOneSuggested) {
       EXPECT_NE(run.err.find("so use protocol=csv"), std::string::npos) << asked << run.err;
     });
   }
+}
+
+TEST(Misbehaviour, BetweenBurstsOfHalfASecondThePressIsReleasedLiveAndInTheReplay) {
+  const TemporaryFolder folder;
+  RunningDevice device("hbf1", {.batch = milliseconds{500}});
+  const std::string session = folder.path("s.xdf");
+  const auto run = run_program({"run", "goodwin", "--probe", device.uri(), "--duration-s", "4",
+                                "--json", "--sink", "xdf:" + session});
+  const Json json = Json::parse(run.out);
+  EXPECT_GE(json["releases"], 4) << run.out;
+  EXPECT_GT(json["released_ticks"], 500) << run.out;
+  const auto replay = run_program({"replay", session});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out;
 }
 
 }  // namespace

@@ -128,7 +128,7 @@ TEST(OutputSafety, AFolderOfPhyHasOneWriter) {
   const TemporaryFolder folder;
   const std::string phy = "phy:" + folder.path("p");
   StartedProgram first({"run", "--probe", kLong, "--sink", phy});
-  ASSERT_TRUE(wait_for_bytes(folder.path("p/spike_times.npy.part"), 200));
+  ASSERT_TRUE(wait_for_bytes(folder.path("p.journal.xdf.part"), 200));
   const auto second = run_program({"run", "--fast", "--sink", phy, "--overwrite"});
   EXPECT_EQ(second.exit_code, 2);
   EXPECT_TRUE(has(second.err, "or merkel process")) << second.err;
@@ -196,6 +196,127 @@ TEST(OutputSafety, AnUnreadPipeDoesNotKeepTheProgramOrOtherSinksFromEnding) {
     EXPECT_TRUE(has(ended.err, "stopped reading")) << ended.err;
     EXPECT_TRUE(std::filesystem::exists(spikes));
     EXPECT_FALSE(std::filesystem::exists(spikes + ".part"));
+  }
+}
+
+TEST(OutputSafety, NoOutputReplacesAFileThatItsCommandReads) {
+  const TemporaryFolder folder;
+  const std::string shape = folder.file("shape.csv", "0,1\n1,2\n");
+  const std::string scene =
+      folder.file("k.toml", "[probe]\ntip = \"shape\"\nshape = \"shape.csv\"\npixel_mm = 0.2\n");
+  const std::string trace = folder.file(
+      "t.csv",
+      "time_s,depth_mm,force_N\n0,0,0\n0.1,0.2,0.01\n0.2,0.4,0.04\n0.3,0.6,0.1\n0.4,0.8,"
+      "0.2\n0.5,1,0.3\n");
+  const std::string session = folder.path("s.xdf");
+  ASSERT_EQ(
+      run_program({"run", "--fast", "--duration-s", "0.1", "--sink", "xdf:" + session}).exit_code,
+      0);
+  const auto kept = [&](const std::string& file, const std::vector<std::string>& arguments) {
+    const std::string before = read_file(file);
+    const ProgramRun run = run_program(arguments);
+    EXPECT_EQ(run.exit_code, 2) << arguments[0] << run.err;
+    EXPECT_TRUE(has(run.err, "would destroy its input")) << arguments[0] << run.err;
+    EXPECT_EQ(read_file(file), before) << arguments[0];
+  };
+  for (const char* const scheme : {"csv:", "gdf:", "trace:", "xdf:", "nwb:", "sonata:"}) {
+    for (const std::string& file : {scene, shape}) {
+      kept(file, {"run", scene, "--fast", "--sink", scheme + file, "--overwrite"});
+    }
+  }
+  kept(shape,
+       {"fit", "skin", scene, "--trace", trace, "--radius-mm", "2", "--out", shape, "--overwrite"});
+  kept(trace, {"record", "replay:" + trace, trace, "--overwrite"});
+  kept(session, {"replay", session, "--sink", "csv:" + session, "--overwrite"});
+  kept(session, {"export", session, "--sink", "csv:" + session, "--overwrite"});
+  kept(session, {"merge", session, session, "--sink", "csv:" + session, "--overwrite"});
+  const std::string jobs = folder.file("results.csv", "seed,duration_s\n1,0.1\n");
+  kept(jobs, {"batch", jobs, "--out", folder.path("")});
+}
+
+TEST(OutputSafety, ABatchReplacesNoFileThatItHasNotWritten) {
+  const TemporaryFolder folder;
+  const std::string jobs = folder.file("jobs.csv", "name,seed,duration_s\na,1,0.1\n,2,0.1\n");
+  const std::string table = folder.file("results.csv", "mine");
+  auto run = run_program({"batch", jobs, "--out", folder.path("")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(has(run.err, "no batch has written it")) << run.err;
+  EXPECT_EQ(read_file(table), "mine");
+  const std::string out = folder.path("out");
+  std::filesystem::create_directories(out);
+  static_cast<void>(folder.file("out/a.csv", "mine"));
+  run = run_program({"batch", jobs, "--out", out, "--keep", "csv"});
+  EXPECT_TRUE(has(run.err, "no batch has written it")) << run.err;
+  EXPECT_EQ(read_file(out + "/a.csv"), "mine");
+}
+
+TEST(OutputSafety, ABatchNamesItsFilesAsItsJobs) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  const auto batch = [&](const std::string& jobs) {
+    return run_program({"batch", folder.file("jobs.csv", jobs), "--out", out, "--keep", "csv"});
+  };
+  const std::string first = "name,seed\nslow press,1\n,2\n";
+  ASSERT_EQ(batch(first).exit_code, 0);
+  const std::string spikes = read_file(out + "/slow press.csv");
+  EXPECT_TRUE(has(spikes, "time_s,neuron"));
+  EXPECT_TRUE(has(read_file(out + "/results.csv"), ",slow press.csv,"));
+  // Another job of this name replaces the file, so that the first one runs again.
+  ASSERT_EQ(batch("name,seed\nslow press,7\n").exit_code, 0);
+  EXPECT_NE(read_file(out + "/slow press.csv"), spikes);
+  ASSERT_EQ(batch(first).exit_code, 0);
+  EXPECT_EQ(read_file(out + "/slow press.csv"), spikes);
+  EXPECT_TRUE(has(batch("name,seed\na,1\na,2\n").err, "give them different names"));
+  EXPECT_TRUE(has(batch("seed,seed\n1,2\n").err, "two columns \"seed\""));
+  for (const char* const name : {"../a", "results", ".a", "a?b", "a%t"}) {
+    const auto run = batch("name,seed\n" + std::string(name) + ",1\n");
+    EXPECT_EQ(run.exit_code, 2) << name;
+    EXPECT_TRUE(has(run.err, "cannot be that of its kept file")) << run.err;
+  }
+}
+
+TEST(OutputSafety, TheSummaryIsNotAmongTheDataOfStandardOutput) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  ASSERT_EQ(run_program({"run", "--fast", "--sink", "xdf:" + session}).exit_code, 0);
+  for (const char* const sink :
+       {"csv:-", "csv:-?time=device", "csv:/dev/stdout?time=unix", "gdf:-?time=device", "trace:-",
+        "csv:/proc/self/fd/1?time=device"}) {
+    std::vector<std::vector<std::string>> commands = {{"run", "--fast", "--sink", sink}};
+    if (!has(sink, "trace")) commands.push_back({"replay", session, "--sink", sink});
+    for (const auto& command : commands) {
+      const std::string line = std::string(MERKEL_PROGRAM) + " " + command[0] + " " + command[1] +
+                               " " + (command.size() > 3 ? command[2] + " '" + command[3] : "'") +
+                               "' 2>" + folder.path("err") + " | tail -n 1 >" + folder.path("out");
+      ASSERT_EQ(std::system(line.c_str()), 0) << line;
+      const std::string last = read_file(folder.path("out"));
+      EXPECT_TRUE(!last.empty() && last.find_first_not_of("0123456789.,\t-\n") == last.npos)
+          << line << "\n"
+          << last;
+      EXPECT_FALSE(read_file(folder.path("err")).empty()) << line;
+    }
+  }
+}
+
+TEST(OutputSafety, WhatIsNoFileIsRefusedInASentence) {
+  const TemporaryFolder folder;
+  const auto refused = [](const std::vector<std::string>& arguments, const std::string& words) {
+    const ProgramRun run = run_program(arguments);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_TRUE(has(run.err, words)) << run.err;
+    EXPECT_LT(run.peak_memory_MiB, 700.0) << words;
+  };
+  refused({"batch", folder.path(""), "--out", folder.path("o")}, "it is a directory; use a file");
+  refused({"batch", "/dev/zero", "--out", folder.path("o")}, "it is larger than");
+  refused({"run", "/dev/zero"}, "it is larger than 1 MiB");
+  refused({"run", folder.path("")}, "it is a directory");
+  for (const auto& [shape, words] : {std::pair("/proc/self/mem", "is it a regular file?"),
+                                     std::pair("/dev/zero", "it is not a file")}) {
+    refused(
+        {"run", "--fast",
+         folder.file("k.toml", std::string("[probe]\ntip = \"shape\"\npixel_mm = 1\nshape = \"") +
+                                   shape + "\"\n")},
+        words);
   }
 }
 

@@ -228,6 +228,29 @@ TEST(Plan, ShortensATickThatIsTooLong) {
             std::string::npos);
 }
 
+TEST(Plan, TakesTheMostAccurateMethodIfNothingFires) {
+  Scene scene = scene_of(
+      "[network]\ngain = 0\n[accuracy]\nspike_time_us = 0.5\n[probe]\nuri = "
+      "\"sim:ramp?depth_mm=0.001\"\n");
+  const auto plan = make_plan(scene);
+  ASSERT_TRUE(plan) << plan.error().sentence;
+  EXPECT_EQ(plan->spikes, 0U);
+  EXPECT_EQ(plan->chosen.method, IntegrationMethod::kRk4);
+  EXPECT_LE(plan->chosen.step, std::chrono::nanoseconds{12'500});
+  EXPECT_FALSE(plan->chosen.meets(0.5));
+  EXPECT_NE(plan_text(*plan).find("nothing fired"), std::string::npos) << plan_text(*plan);
+  EXPECT_NE(plan_json(*plan).find("\"error_us\": null"), std::string::npos);
+}
+
+TEST(Plan, AcceptsTheSlidingScenesThatARunAccepts) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.file(
+      "slow.toml", read_file("tools/examples/dots_scanned.toml") + "\n[neuron]\nstep_us = 100\n");
+  const auto run = run_program({"plan", scene});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("at 100 µs, tick 1 ms"), std::string::npos) << run.out;
+}
+
 TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   const auto run = run_program({"plan", "paper", "--json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;

@@ -83,16 +83,16 @@ TEST(RecordedPress, ColumnsThatTheModelDoesNotUseReachTheSession) {
   EXPECT_EQ(reader->extra_columns(),
             (std::vector<std::string>{"skin_temperature_C", "column_sequence", "remark"}));
   EXPECT_TRUE(reader->has_validity());
-  std::vector<ProbeSample> samples;
+  std::vector<DeliveredSample> samples;
   for (SessionChunk chunk; reader->next(chunk).value_or(false);) {
-    for (const auto& each : chunk.samples) samples.push_back(each.sample);
+    samples.insert(samples.end(), chunk.samples.begin(), chunk.samples.end());
   }
   ASSERT_EQ(samples.size(), 50U);
-  EXPECT_EQ(samples[10].extra[0], 40.0);
-  EXPECT_EQ(samples[10].extra[1], 7.0);
-  EXPECT_TRUE(std::isnan(samples[3].extra[2]));
-  EXPECT_TRUE(std::isnan(samples[4].extra[2]));
-  EXPECT_EQ(samples[5].extra[2], 1.5);
+  EXPECT_EQ(samples[10].further[0], 40.0);
+  EXPECT_EQ(samples[10].further[1], 7.0);
+  EXPECT_TRUE(std::isnan(samples[3].further[2]));
+  EXPECT_TRUE(std::isnan(samples[4].further[2]));
+  EXPECT_EQ(samples[5].further[2], 1.5);
   const std::string printed =
       run_program({"inspect", "session", session, "--stream", "merkel.samples"}).out;
   EXPECT_NE(

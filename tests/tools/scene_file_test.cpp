@@ -8,6 +8,7 @@
 
 #include "core/math/random.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
@@ -28,6 +29,23 @@ TEST(SceneFile, AnEmptySceneIsTheBuiltInOne) {
   EXPECT_EQ(scene->model.indenters[0].radius_mm, 2.0);
   EXPECT_EQ(scene->model.tick, std::chrono::milliseconds{1});
   EXPECT_EQ(scene->probes[0].input.x_mm, 15.0);
+}
+
+TEST(SceneFile, AnInfiniteRadiusMeansFlatSkinWhateverThePreset) {
+  const auto along = [](const std::string& skin) {
+    return parse_scene("preset = \"goodwin\"\n[skin]\n" + skin, "s.toml")
+        ->model.skin.finger_along_mm();
+  };
+  EXPECT_TRUE(std::isinf(along("radius_mm = inf\n")));
+  EXPECT_EQ(along("radius_mm = 8\n"), 10.0);
+  EXPECT_EQ(along("radius_mm = inf\nradius_along_mm = 9\n"), 9.0);
+  const Scene goodwin = *preset_scene("goodwin");
+  const auto flat = with_overrides(goodwin, {{"skin.radius_mm", "inf"}});
+  ASSERT_TRUE(flat) << flat.error().sentence;
+  EXPECT_TRUE(std::isinf(flat->model.skin.finger_along_mm()));
+  const auto cylinder =
+      with_overrides(goodwin, {{"skin.radius_along_mm", "9"}, {"skin.radius_mm", "inf"}});
+  EXPECT_EQ(cylinder->model.skin.finger_along_mm(), 9.0);
 }
 
 TEST(SceneFile, EveryKeyReachesItsParameter) {
@@ -137,7 +155,6 @@ bar_length_mm = 12
 [skin]
 thickness_mm = 4
 contact_law = "sneddon"
-layer_law = "exact"
 energy_density = "full"
 )",
                                  "s.toml");
@@ -150,7 +167,6 @@ energy_density = "full"
   EXPECT_EQ(indenter.bars.length_mm, 12.0);
   EXPECT_EQ(scene->model.skin.thickness_mm, 4.0);
   EXPECT_EQ(scene->model.skin.contact_law, ContactLaw::kSneddon);
-  EXPECT_EQ(scene->model.skin.layer_law, LayerLaw::kExact);
   EXPECT_EQ(scene->model.skin.energy_density, EnergyDensity::kFull);
 }
 
@@ -295,6 +311,9 @@ TEST(SceneFile, NamesFaultsOfAfferentsAndNoise) {
   EXPECT_EQ(fault_of_scene("preset = \"goodwin\"\n[receptors]\nfield_radius_mm = 11\n"),
             "s.toml:3: receptors.field_radius_mm must be at most half of the patch's shorter side: "
             "reduce it, or increase receptors.length_mm and width_mm");
+  EXPECT_EQ(fault_of_scene("[skin]\nthickness_mm = 4\nlayer_law = \"exact\"\n"),
+            "s.toml:3: skin.layer_law no longer exists: skin on bone is always solved, as with "
+            "\"exact\"; remove the key");
   EXPECT_EQ(fault_of_scene("[receptors]\ncentres_mm = [[15, 10]]\n"),
             "s.toml:2: receptors.centres_mm applies only to afferents with receptive fields: set "
             "layout = \"fields\"");

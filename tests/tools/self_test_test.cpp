@@ -1,9 +1,11 @@
 #include "tools/self_test/self_test.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
 
 #include "core/simd/simd_target.hpp"
 #include "tests/temporary_folder.hpp"
@@ -41,6 +43,24 @@ TEST(SelfTest, AnInstructionSetThatTheProcessorLacksFails) {
   const SelfCheck check = check_golden_spikes("no-such-set", folder.path(""));
   EXPECT_FALSE(check.passed);
   EXPECT_NE(check.finding.find("does not support"), std::string::npos) << check.finding;
+}
+
+TEST(SelfTest, AHostWithoutPseudoTerminalsIsNotAFaultOfTheCopy) {
+  // A namespace whose /dev/ptmx is no terminal; where the host allows no namespaces, nothing is
+  // shown.
+  const std::string hidden =
+      "unshare --user --map-root-user --mount sh -c 'mount --bind /dev/null /dev/ptmx && ";
+  if (std::system((hidden + "true' 2>/dev/null").c_str()) != 0) GTEST_SKIP();
+  const TemporaryFolder folder;
+  const std::string command =
+      hidden + MERKEL_PROGRAM + " self-test' >" + folder.path("out") + " 2>" + folder.path("err");
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_NE(
+      read_file(folder.path("out")).find("not run a device on a pseudo-terminal: cannot make"),
+      std::string::npos)
+      << read_file(folder.path("out"));
+  EXPECT_NE(read_file(folder.path("err")).find("the host refused a check"), std::string::npos);
 }
 
 TEST(SelfTest, AFolderThatCannotBeWrittenFails) {

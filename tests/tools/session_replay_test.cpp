@@ -56,7 +56,7 @@ std::string record_faulty_session(const TemporaryFolder& folder, LoopStatistics&
   std::size_t next = 0;
   const auto deliver = [&](nanoseconds now) {
     while (next < samples.size() && samples[next].arrival <= now) {
-      EXPECT_TRUE(probe.samples.try_push(samples[next++]));
+      EXPECT_TRUE(probe.try_push(samples[next++]));
     }
     probe.ended = next == samples.size();
   };

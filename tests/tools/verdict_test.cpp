@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/text_has.hpp"
 #include "tools/number_text.hpp"
 #include "tools/run/endless_touch.hpp"
 
@@ -202,6 +203,41 @@ TEST(NumberText, HasNoExponentAndNoPluralOfOne) {
   EXPECT_EQ(number_text(3.154), "3.15");
   EXPECT_EQ(counted(1, "tick"), "1 tick");
   EXPECT_EQ(counted(0, "tick"), "0 ticks");
+}
+
+/// The remedy for late and skipped ticks of a run whose slowest hundredth of ticks took a time.
+std::string remedy(std::chrono::microseconds tick) {
+  return findings([tick](RunReport& report) {
+           report.overruns = report.skipped_ticks = 5;
+           report.host_time.emplace().tick = {.count = 1000, .p99 = tick, .p999 = tick};
+         })
+      .front()
+      .remedy;
+}
+
+TEST(Verdict, LateTicksOfAFastModelAreTheHosts) {
+  EXPECT_TRUE(has(remedy(std::chrono::microseconds{225}), "merkel doctor"));
+  EXPECT_FALSE(has(remedy(std::chrono::microseconds{225}), "simplify"));
+  EXPECT_TRUE(has(remedy(std::chrono::microseconds{1400}),
+                  "simplify the scene (merkel plan): 1 % of its ticks took over 1.4 ms, and a tick "
+                  "lasts 1 ms"));
+}
+
+TEST(Verdict, LateSamplesNameTheKeyThatLimitsTheDelay) {
+  const auto remedy = [](bool measured, std::chrono::milliseconds ceiling) {
+    return findings([&](RunReport& report) {
+             report.delay_measured = measured;
+             report.delay_ceiling = ceiling;
+             report.probes[0].samples_in = 1000;
+             report.probes[0].counts.late = 200;
+             report.probes[0].timing.emplace();
+           })
+        .front()
+        .remedy;
+  };
+  EXPECT_TRUE(has(remedy(false, {}), "increase [probe] delay_ms, or remove the key"));
+  EXPECT_TRUE(has(remedy(true, std::chrono::milliseconds{50}), "[probe] max_delay_ms above 50"));
+  EXPECT_TRUE(has(remedy(true, {}), "merkel doctor"));
 }
 
 TEST(Verdict, LateTicksFailStrictRunsOnly) {

@@ -9,6 +9,8 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "drivers/files/file_rename.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/files/output_file.hpp"
 
 namespace merkel {
@@ -21,9 +23,22 @@ std::string cell_of(const Json& value) {
 
 }  // namespace
 
-Expected<BatchFolder, SetupError> BatchFolder::open(const std::string& path) {
+Expected<BatchFolder, SetupError> BatchFolder::open(const std::string& path,
+                                                    const std::vector<BatchJob>& jobs) {
   std::error_code failed;
   std::filesystem::create_directories(path, failed);
+  const std::string table = path + "/" + BatchKeep::kTable;
+  const std::string journal = path + "/rows.jsonl";
+  for (const std::string& output : {table, journal}) {
+    if (auto unread = ReadFiles::check_not_read(output); !unread) {
+      return Unexpected<SetupError>(unread.error());
+    }
+  }
+  const auto foreign = [](const std::string& file) {
+    return bad_input("cannot write " + file +
+                     ": it exists, and no batch has written it; move it, or use another folder");
+  };
+  if (!file_exists(journal) && file_exists(table)) return foreign(table);
   OwnedDescriptor file(
       ::open((path + "/rows.jsonl").c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (file.get() < 0) {
@@ -35,6 +50,10 @@ Expected<BatchFolder, SetupError> BatchFolder::open(const std::string& path) {
   }
   BatchFolder folder(path, std::move(file));
   folder.refresh();
+  for (const BatchJob& job : jobs) {
+    if (job.name.empty() || job.file.empty() || folder.job_of_file_.contains(job.file)) continue;
+    if (file_exists(path + "/" + job.file)) return foreign(path + "/" + job.file);
+  }
   // A line that a killed process left unfinished.
   const off_t size = ::lseek(folder.file_.get(), 0, SEEK_END);
   char last = '\n';
@@ -52,6 +71,9 @@ void BatchFolder::refresh() {
     if (!row.is_object() || !row["id"].is_string() || !row["status"].is_string()) continue;
     const auto id = row["id"].get<std::string>();
     row.erase("id");
+    if (const std::string name = cell_of(row.value("file", Json(""))); !name.empty()) {
+      job_of_file_[name] = id;
+    }
     outcomes_[id] = std::move(row);
   }
 }
@@ -65,8 +87,10 @@ Json BatchFolder::finished(const std::string& id) const {
   const Json* const found = outcome(id);
   if (found == nullptr || found->at("status") != "done") return {};
   const std::string file = cell_of(found->value("file", Json("")));
-  std::error_code ignored;
-  return file.empty() || std::filesystem::exists(path_ + "/" + file, ignored) ? *found : Json();
+  if (file.empty()) return *found;
+  // A job of the same name may have replaced the file since.
+  const bool own = job_of_file_.at(file) == id;
+  return own && file_exists(path_ + "/" + file) ? *found : Json();
 }
 
 bool BatchFolder::add(const std::string& id, const Json& outcome) const {
@@ -79,7 +103,7 @@ bool BatchFolder::add(const std::string& id, const Json& outcome) const {
 
 Expected<void, SetupError> BatchFolder::write_table(const TextTable& jobs,
                                                     const std::vector<BatchJob>& ids) const {
-  auto file = OutputFile::create(path_ + "/results.csv", true);
+  auto file = OutputFile::create(path_ + "/" + BatchKeep::kTable, true);
   if (!file) return Unexpected<SetupError>(file.error());
   std::vector<std::string> cells = {"job", "id"};
   const auto add = [&](const std::vector<std::string>& more) {

@@ -15,8 +15,10 @@ namespace merkel {
 /// finished job, results.csv the table.
 class BatchFolder {
  public:
-  /// Creates the folder and reads the outcomes of an earlier batch. Fails if another batch uses it.
-  [[nodiscard]] static Expected<BatchFolder, SetupError> open(const std::string& path);
+  /// Creates the folder and reads the outcomes of an earlier batch. Fails if another batch uses it,
+  /// or if it has a table or a file of the name of a kept one that no batch has written there.
+  [[nodiscard]] static Expected<BatchFolder, SetupError> open(const std::string& path,
+                                                              const std::vector<BatchJob>& jobs);
 
   /// The outcome of a job that was done, with its file; null otherwise.
   [[nodiscard]] Json finished(const std::string& id) const;
@@ -37,6 +39,7 @@ class BatchFolder {
   std::string path_;
   OwnedDescriptor file_;
   std::map<std::string, Json> outcomes_;
+  std::map<std::string, std::string> job_of_file_;  ///< that wrote it last, by its id
 };
 
 }  // namespace merkel

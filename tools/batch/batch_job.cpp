@@ -4,14 +4,17 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <memory>
-#include <sstream>
+#include <set>
+#include <system_error>
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/output/spike_callback.hpp"
 #include "tools/run/stop_signal.hpp"
@@ -35,22 +38,22 @@ std::string file_of(const std::string& probe) {
   return probe.substr(kReplay.size(), probe.find('?') - kReplay.size());
 }
 
-/// The content of a file; empty if it cannot be read, which its run reports.
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  if (file) content << file.rdbuf();
-  return content.str();
-}
-
 /// Hashes of files by name: many jobs share a recording.
 class FileHashes {
  public:
   const std::string& operator()(const std::string& path) {
     const auto [at, added] = known_.try_emplace(path);
-    if (added && !path.empty()) {
+    std::error_code ignored;
+    // The run of a file that cannot be read says so.
+    if (added && std::filesystem::is_regular_file(path, ignored)) {
+      ReadFiles::note(path);
       SpikeHash hash;
-      hash.add(content_of(path));
+      std::ifstream file(path, std::ios::binary);
+      std::string piece(std::size_t{1} << 20U, '\0');
+      while (file.good()) {
+        file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+        hash.add(piece.substr(0, static_cast<std::size_t>(file.gcount())));
+      }
       at->second = hash.text();
     }
     return at->second;
@@ -70,7 +73,8 @@ std::string id_of(const BatchJob& job, const BatchKeep& keep, FileHashes& files)
                     files(file_of(job.probe)),
                     job.seed ? std::to_string(*job.seed) : std::string(),
                     job.duration_s ? shortest_decimal(*job.duration_s) : std::string(),
-                    keep.format};
+                    keep.format,
+                    keep.format.empty() ? std::string() : job.name};
   for (const std::string& each : all) hash.add(each);
   for (const auto& [name, value] : job.overrides) {
     hash.add(name);
@@ -80,10 +84,12 @@ std::string id_of(const BatchJob& job, const BatchKeep& keep, FileHashes& files)
 }
 
 void set_cell(const std::string& column, const std::string& cell, BatchJob& job) {
-  if (cell.empty() || column == "name") return;
+  if (cell.empty()) return;
   const auto number = parse_number(cell);
   if (column == "scene") {
     job.scene = cell;
+  } else if (column == "name") {
+    job.name = cell;
   } else if (column == "probe") {
     job.probe = cell;
   } else if (column == "seed") {
@@ -101,6 +107,21 @@ void set_cell(const std::string& column, const std::string& cell, BatchJob& job)
   } else {
     job.overrides.emplace_back(column, cell);
   }
+}
+
+/// Names the file that a job keeps.
+Expected<void, SetupError> name_file(const BatchKeep& keep, BatchJob& job) {
+  constexpr std::size_t kMaxBytes = 200;
+  const std::string& name = job.name;
+  const bool fits = name.size() <= kMaxBytes && !name.starts_with('.') &&
+                    name.find_first_of("/?#&%|\\\"") == std::string::npos &&
+                    std::none_of(name.begin(), name.end(),
+                                 [](char c) { return static_cast<unsigned char>(c) < 0x20; });
+  job.file = (name.empty() ? job.id : name) + "." + keep.extension;
+  if (fits && job.file != BatchKeep::kTable) return {};
+  return bad_input("the name \"" + name +
+                   "\" of a job cannot be that of its kept file: use at most 200 letters, digits, "
+                   "blanks, - and _, no dot at its start, and not results");
 }
 
 Json failure(const std::string& sentence) { return {{"status", "failed"}, {"error", sentence}}; }
@@ -142,8 +163,12 @@ Expected<BatchKeep, SetupError> keep_in(const std::string& folder, const std::st
 }
 
 Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, const BatchKeep& keep) {
+  std::set<std::string> columns;
   for (const std::string& column : table.columns) {
     const auto& known = job_columns();
+    if (!columns.insert(column).second) {
+      return bad_input("the jobs have two columns \"" + column + "\": remove one, or rename it");
+    }
     if (column.find('.') != std::string::npos ||
         std::find(known.begin(), known.end(), column) != known.end()) {
       continue;
@@ -155,11 +180,19 @@ Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, cons
                                       : ": did you mean " + nearest + "?"));
   }
   std::vector<BatchJob> jobs;
+  std::map<std::string, std::string> names;  // of kept files, with the job of each
   FileHashes files;
   for (const auto& row : table.rows) {
     BatchJob job{.scene = "paper"};
     for (std::size_t i = 0; i < row.size(); ++i) set_cell(table.columns[i], row[i], job);
     job.id = id_of(job, keep, files);
+    if (!keep.format.empty()) {
+      if (auto named = name_file(keep, job); !named) return Unexpected<SetupError>(named.error());
+      if (names.try_emplace(job.file, job.id).first->second != job.id) {
+        return bad_input("two different jobs have the name \"" + job.name +
+                         "\", but each keeps a file of its name: give them different names");
+      }
+    }
     jobs.push_back(std::move(job));
   }
   return jobs;
@@ -182,16 +215,12 @@ Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& model
   run->add_probes_to(pipeline);
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
                         .overwrite = true,
-                        .run = std::move(run->description),
-                        .inputs = {job.scene}};
+                        .run = std::move(run->description)};
   std::vector<std::string> sinks = run->scene.sinks;
-  const std::string file = keep.format.empty() ? "" : job.id + "." + keep.extension;
-  if (!file.empty()) sinks.push_back(keep.format + ":" + keep.folder + "/" + file);
-  for (const std::string& uri : sinks) {
-    auto sink = open_sink(uri, setup);
-    if (!sink) return failure(sink.error().sentence);
-    pipeline.add_sink(std::move(*sink));
-  }
+  if (!job.file.empty()) sinks.push_back(keep.format + ":" + keep.folder + "/" + job.file);
+  auto opened = open_sinks(sinks, setup);
+  if (!opened) return failure(opened.error().sentence);
+  for (auto& sink : *opened) pipeline.add_sink(std::move(sink));
   SpikeHash hash;
   pipeline.add_sink(std::make_unique<SpikeCallback>(
       "hash", [&](std::span<const SpikeEvent> spikes) { hash.add(spikes); }));
@@ -229,7 +258,7 @@ Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& model
                   {"verdict", findings_text(verdict_of(*report, model))},
                   {"version", std::string(MERKEL_VERSION) + " " + kGitHash},
                   {"spike_hash", hash.text()},
-                  {"file", file}};
+                  {"file", job.file}};
   models.keep(run->model_key, std::move(run->model));
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   outcome["run_s"] = rounded(took.count());

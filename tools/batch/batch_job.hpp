@@ -17,6 +17,8 @@ namespace merkel {
 struct BatchJob {
   std::string id = {};     ///< a hash of everything that determines its result, files included
   std::string scene;       ///< preset or file
+  std::string name = {};   ///< of its kept file; empty: the id
+  std::string file = {};   ///< kept, in the folder; empty: none
   std::string probe = {};  ///< URI; empty: the scene's
   std::optional<std::uint64_t> seed = std::nullopt;
   std::optional<double> duration_s = std::nullopt;
@@ -26,6 +28,8 @@ struct BatchJob {
 
 /// What becomes of the runs of a batch.
 struct BatchKeep {
+  static constexpr const char* kTable = "results.csv";  ///< of all jobs, in the folder
+
   std::string folder;
   std::string format;     ///< scheme of a file sink; empty: only the row of the table
   std::string extension;  ///< of its files
@@ -36,7 +40,7 @@ struct BatchKeep {
 
 /// The jobs of a table with the columns scene, probe, seed, duration_s and name, and keys of scenes
 /// such as skin.radius_mm; an empty cell keeps the scene's own value. Fails where a column is none
-/// of these.
+/// of these or occurs twice, and where two different jobs would keep files of the same name.
 [[nodiscard]] Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table,
                                                                   const BatchKeep& keep);
 

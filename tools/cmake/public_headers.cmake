@@ -11,6 +11,7 @@ set(merkel_public_headers
   core/records/contact_input.hpp
   core/records/loop_event.hpp
   core/records/probe_sample.hpp
+  core/records/readings.hpp
   core/records/record_batch.hpp
   core/records/spike_event.hpp
   core/records/stimulation_command.hpp
@@ -21,6 +22,7 @@ set(merkel_public_headers
   # drivers: probes and sinks
   drivers/probe.hpp
   drivers/probes/open_probe.hpp
+  drivers/files/input_file.hpp
   drivers/files/trace_file.hpp
   drivers/sessions/session_reader.hpp
   drivers/sinks/open_sink.hpp

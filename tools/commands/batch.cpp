@@ -3,13 +3,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "drivers/files/input_file.hpp"
 #include "tools/batch/batch_folder.hpp"
 #include "tools/batch/batch_job.hpp"
 #include "tools/batch/batch_workers.hpp"
@@ -29,10 +28,10 @@ struct BatchOptions {
 };
 
 Expected<TextTable, SetupError> read_table(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return bad_input("cannot read the jobs " + path + ": give a CSV file with a header");
-  return parse_table(text, path);
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 28U;
+  const auto text = read_whole_file(path, "table of jobs", kMaxBytes);
+  if (!text) return Unexpected<SetupError>(text.error());
+  return parse_table(*text, path);
 }
 
 /// Runs the jobs that have no result yet. \return whether all were run
@@ -80,7 +79,7 @@ int batch(const BatchOptions& options) {
   if (!table) return refuse(table.error());
   const auto jobs = jobs_of(*table, *keep);
   if (!jobs) return refuse(jobs.error());
-  auto folder = BatchFolder::open(options.out);
+  auto folder = BatchFolder::open(options.out, *jobs);
   if (!folder) return refuse(folder.error());
   const auto complete = run_missing(options, *keep, *jobs, *folder);
   if (!complete) return refuse(complete.error());

@@ -31,6 +31,7 @@ struct CalibrateOptions {
   double seconds = 2.0;
   std::optional<double> saturation;
   bool overwrite = false;
+  bool allow_remote = false;
 };
 
 std::string today() {
@@ -46,7 +47,7 @@ std::string today() {
 Expected<std::vector<double>, SetupError> measure(Probe& probe, std::size_t channel, double seconds,
                                                   std::optional<double> saturation,
                                                   TerminalLine& terminal) {
-  const ChannelCalibration& natural = *probe.calibration()->channels[channel];
+  const ChannelCalibration& natural = *probe.status().calibration->channels[channel];
   std::vector<double> readings;
   std::vector<ProbeSample> samples(1024);
   // Discards samples from before the load was applied.
@@ -82,10 +83,10 @@ Expected<std::vector<double>, SetupError> measure(Probe& probe, std::size_t chan
 }
 
 int calibrate(const CalibrateOptions& options) {
-  auto opened = open_probe(options.uri);
+  auto opened = open_probe(options.uri, options.allow_remote);
   if (!opened) return refuse(opened.error());
   Probe* const probe = opened->get();
-  if (probe->calibration() == nullptr) {
+  if (probe->status().calibration == nullptr) {
     return refuse("\"" + options.uri +
                   "\" is not a single device: only a device can be calibrated");
   }
@@ -98,12 +99,9 @@ int calibrate(const CalibrateOptions& options) {
   }
   const std::size_t channel = force ? 1 : 0;
   const char* const unit = force ? "N" : "mm";
-  const ProbeCalibration calibration = *probe->calibration();
+  const ProbeCalibration calibration = *probe->status().calibration;
   if (!calibration.channels[channel]) {
     return refuse("the device at " + options.uri + " does not measure " + options.channel);
-  }
-  if (const auto safe = check_not_input(options.file, files_of_probe(options.uri)); !safe) {
-    return refuse(safe.error());
   }
   auto file = OutputFile::create(options.file, options.overwrite);
   if (!file) return refuse(file.error());
@@ -169,6 +167,8 @@ void add_calibrate_command(CommandLine& program) {
       .option("--saturation", options->saturation,
               "Readings of at least this magnitude count as saturated", {1e-9, 1e6})
       .flag("--overwrite", options->overwrite, "Replace an existing file")
+      .flag("--allow-remote", options->allow_remote,
+            "Allow other machines to send the samples (udp:0.0.0.0:PORT)")
       .runs([options] { return calibrate(*options); });
 }
 

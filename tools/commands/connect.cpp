@@ -13,10 +13,12 @@
 #include <unistd.h>
 
 #include "core/units.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
+#include "drivers/uri.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/connect/array_scene.hpp"
 #include "tools/connect/hand_scene.hpp"
@@ -29,14 +31,13 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kShownCharacters = 100;  ///< of a line
-
 struct ConnectOptions {
   std::string target;
   std::string out = "connected.toml";
   double wait_s = 30.0;
   bool yes = false;
   bool overwrite = false;
+  bool allow_remote = false;
 };
 
 /// Waits for a serial port until it exists.
@@ -90,13 +91,9 @@ Expected<std::string, SetupError> address_of(const ConnectOptions& options) {
 Expected<std::string, SetupError> recognised(const std::string& address,
                                              const ConnectOptions& options) {
   std::fprintf(stderr, "listening at %s …\n", address.c_str());
-  const auto found = recognise(address);
+  const auto found = recognise(address, options.allow_remote);
   if (!found) return Unexpected<SetupError>(found.error());
-  const std::string& line = found->received;
-  const bool cut = line.size() > kShownCharacters;
-  std::printf("received: %s%s\n",
-              line.substr(0, cut ? line.rfind(',', kShownCharacters) : line.npos).c_str(),
-              cut ? " …" : "");
+  std::printf("received: %s\n", found->received.c_str());
   const auto reading = choose_reading(*found, options.yes);
   if (!reading) return Unexpected<SetupError>(reading.error());
   std::printf("read as: %s\n", reading->meaning.c_str());
@@ -108,8 +105,8 @@ struct Measurement {
   ProbeInfo info;
   std::optional<SampleTiming> timing;
   std::optional<DeviceCounts> counts;
-  ProbeSample last;
-  std::vector<FoundChannel> channels;
+  ProbeSample last = {};
+  std::vector<FoundChannel> channels = {};
 
   /// Several channels, which are not force and depth of one probe.
   [[nodiscard]] bool is_hand() const {
@@ -128,7 +125,9 @@ struct ChannelValue {
 };
 
 /// The channels of a probe that are forces or depths, with their values in a sample.
-std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sample = {}) {
+/// \param further  values of its further columns
+std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sample,
+                                    std::span<const double> further) {
   std::vector<ChannelValue> values;
   if ((info.channels & ProbeSample::kForce) != 0U) {
     values.push_back({.name = "force_N", .value = units::N_from_mN(sample.force_mN)});
@@ -137,20 +136,20 @@ std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sa
     values.push_back({.name = "depth_mm", .value = sample.depth_mm});
   }
   for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
-    values.push_back({.name = info.extra_columns[i], .value = sample.extra[i]});
+    values.push_back({.name = info.extra_columns[i], .value = further[i]});
   }
   return values;
 }
 
 /// Opens a device; a tactile array, by the names of its channels, as an array.
-Expected<std::unique_ptr<Probe>, SetupError> open_found(const std::string& uri) {
-  const auto open_array = [&uri](std::size_t taxels) {
-    return open_probe(uri + "#taxels=" + std::to_string(taxels));
+Expected<std::unique_ptr<Probe>, SetupError> open_found(const std::string& uri, bool allow_remote) {
+  const auto open_array = [&](std::size_t taxels) {
+    return open_probe(uri + "#taxels=" + std::to_string(taxels), allow_remote);
   };
   if (const std::size_t taxels = taxels_among(channels_of(uri)); taxels > 0) {
     return open_array(taxels);
   }
-  auto probe = open_probe(uri);
+  auto probe = open_probe(uri, allow_remote);
   if (!probe) return probe;
   const ProbeInfo& info = (*probe)->info();
   std::vector<std::string> channels = info.device_channels;
@@ -162,27 +161,29 @@ Expected<std::unique_ptr<Probe>, SetupError> open_found(const std::string& uri) 
   return open_array(taxels);
 }
 
-Expected<Measurement, SetupError> measure(const std::string& uri) {
-  auto probe = open_found(uri);
+Expected<Measurement, SetupError> measure(const std::string& uri, bool allow_remote) {
+  auto probe = open_found(uri, allow_remote);
   if (!probe) return Unexpected<SetupError>(probe.error());
   if ((*probe)->info().replayed) {
     return bad_input("\"" + uri +
                      "\" is a recording or simulation: there is nothing to connect to");
   }
-  Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}, .last = {}};
-  std::vector<ProbeSample> samples(1024);
+  Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}};
+  Readings readings = (*probe)->readings();
   std::vector<std::vector<double>> values;  // by channel
-  for (const ChannelValue& each : values_of(measured.info)) {
+  const std::vector<double> none(measured.info.extra_columns.size());
+  for (const ChannelValue& each : values_of(measured.info, {}, none)) {
     measured.channels.push_back({.name = each.name});
   }
   values.resize(measured.channels.size());
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{6};
   while (!measured.timing && std::chrono::steady_clock::now() < end) {
-    const auto count = (*probe)->read(samples, std::chrono::milliseconds{50});
+    const auto count = (*probe)->read(readings, std::chrono::milliseconds{50});
     if (!count) return unavailable((*probe)->error_message());
-    if (*count > 0) measured.last = samples[*count - 1];
     for (std::size_t i = 0; i < *count; ++i) {
-      const std::vector<ChannelValue> now = values_of(measured.info, samples[i]);
+      measured.last = readings.sample(i).value_or(measured.last);
+      const std::vector<ChannelValue> now =
+          values_of(measured.info, measured.last, readings.further(i));
       for (std::size_t k = 0; k < now.size(); ++k) {
         if (std::isfinite(now[k].value)) values[k].push_back(now[k].value);
       }
@@ -285,8 +286,17 @@ std::string scene_text(const std::string& uri, const ChosenModel& model, const s
   return text;
 }
 
+/// The device reads its calibration only once it is reached: too late for a question about --out.
+void note_calibration(const std::string& address) {
+  const auto uri = Uri::parse(address);
+  if (!uri) return;
+  const auto calibration = uri->options.find("calibration");
+  if (calibration != uri->options.end()) ReadFiles::note(calibration->second);
+}
+
 int connect(const ConnectOptions& options) {
-  if (const auto free = check_not_taken(options.out, options.overwrite); !free) {
+  note_calibration(options.target);
+  if (const auto free = check_writable(options.out, options.overwrite); !free) {
     return refuse(free.error().sentence + " with --out");
   }
   const auto address = address_of(options);
@@ -297,10 +307,7 @@ int connect(const ConnectOptions& options) {
     uri = recognised(*address, options);
   }
   if (!uri) return refuse(uri.error());
-  if (const auto safe = check_not_input(options.out, files_of_probe(*uri)); !safe) {
-    return refuse(safe.error());
-  }
-  const auto measured = measure(*uri);
+  const auto measured = measure(*uri, options.allow_remote);
   if (!measured) return refuse(measured.error());
   print(*measured);
   const std::vector<std::string> lacking = missing(*measured, *uri);
@@ -330,7 +337,8 @@ int connect(const ConnectOptions& options) {
   auto file = OutputFile::create(options.out, options.overwrite);
   if (!file) return refuse(file.error());
   if (!file->write(text) || !file->close()) return fail(file->error());
-  std::printf("wrote %s: run it with\n  merkel run %s\n", options.out.c_str(), options.out.c_str());
+  std::printf("wrote %s: run it with\n  merkel run %s%s\n", options.out.c_str(),
+              options.out.c_str(), options.allow_remote ? " --allow-remote" : "");
   return kDone;
 }
 
@@ -352,6 +360,8 @@ void add_connect_command(CommandLine& program) {
               {0, 86'400})
       .flag("--yes", options->yes, "Do not ask: take the likeliest interpretation")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
+      .flag("--allow-remote", options->allow_remote,
+            "Allow other machines to send the samples (udp:0.0.0.0:PORT)")
       .runs([options] { return connect(*options); });
 }
 

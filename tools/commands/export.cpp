@@ -1,13 +1,11 @@
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/scene/session_scene.hpp"
+#include "tools/run/recorded_session.hpp"
 
 namespace merkel {
 namespace {
@@ -25,71 +23,31 @@ int export_session(const ExportOptions& options) {
       options.time_zero != "device") {
     return refuse("--time-zero " + options.time_zero + " is not one of session, unix, device");
   }
-  auto session = SessionReader::open(options.session);
-  if (!session) return refuse(session.error());
-  // Samples that were recorded without a simulation have no scene, and no spikes.
-  std::optional<Scene> scene;
-  std::optional<TactileModel> model;
-  std::optional<SessionNumbering> numbering;
-  if (!session->fact("scene_text").empty()) {
-    auto of_session = scene_of_session(*session);
-    if (!of_session) return refuse(of_session.error());
-    scene = std::move(*of_session);
-    auto made = TactileModel::create(scene->model);
-    if (!made) return refuse(scene->sentence(made.error()));
-    model = std::move(*made);
-    numbering.emplace(*session, *model);
-  }
-  const auto run = describe_session(options.session, *session, scene ? &*scene : nullptr,
-                                    model ? &*model : nullptr);
-  if (!run) return refuse(run.error());
-  const auto neurons = static_cast<std::uint32_t>(model ? model->neurons() : 0);
+  auto opened = RecordedSession::open(options.session);
+  if (!opened) return refuse(opened.error());
+  const std::shared_ptr<RecordedSession> session = std::move(*opened);
   std::vector<std::unique_ptr<Sink>> sinks;
   for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, {.neurons = neurons,
+    auto sink = open_sink(uri, {.neurons = session->neurons(),
                                 .overwrite = options.overwrite,
                                 .allow_remote = options.allow_remote,
-                                .run = *run,
+                                .run = session->run(),
                                 .notice = warn,
-                                .inputs = {split_rig(options.session).first},
+                                .progress = warn,
                                 .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
                                              : options.time_zero == "device" ? TimeZero::kDevice
-                                                                             : TimeZero::kRun});
+                                                                             : TimeZero::kRun,
+                                .journal = session});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
-  const auto origin = session_origin(*session);
-  if (!origin) return refuse(origin.error());
-  for (const auto& sink : sinks) {
-    if (auto started = sink->begin(*origin); !started) return fail(started.error().sentence);
-  }
-  SessionChunk chunk;
   std::uint64_t spikes = 0;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) break;
-    if (numbering) numbering->apply(chunk);
-    for (const SpikeEvent& spike : chunk.spikes) {
-      if (spike.neuron >= 1 && spike.neuron <= neurons) continue;
-      return refuse(options.session + " has a spike of neuron " + std::to_string(spike.neuron) +
-                    ", which its scene does not have: the session is damaged");
-    }
-    for (const StimulationCommand& command : chunk.commands) {
-      if (scene && command.electrode < scene->encoding.electrodes.size()) continue;
-      return refuse(options.session + " has a command for electrode " +
-                    std::to_string(command.electrode + 1) +
-                    ", which its scene does not have: the session is damaged");
-    }
-    spikes += chunk.spikes.size();
-    for (const auto& sink : sinks) {
-      if (auto written = sink->write(batch_of(chunk)); !written) {
-        return fail(written.error().sentence);
-      }
-    }
+  if (const auto written = write_run(*session, session->origin(), sinks, spikes); !written) {
+    return written.error().kind == SetupError::Kind::kBadInput ? refuse(written.error())
+                                                               : fail(written.error().sentence);
   }
+  const bool complete = session->complete();
   for (const auto& sink : sinks) {
-    if (auto closed = sink->close(); !closed) return fail(closed.error().sentence);
     if (sink->takes<SpikeEvent>() && sink->delivered() < spikes) {
       std::fprintf(stderr, "merkel: %s: %llu of %llu spikes did not arrive\n", sink->uri().c_str(),
                    static_cast<unsigned long long>(spikes - sink->delivered()),
@@ -97,7 +55,7 @@ int export_session(const ExportOptions& options) {
     }
   }
   std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
-               session->complete() ? "" : "; the recording is incomplete and ends there");
+               complete ? "" : "; the recording is incomplete and ends there");
   return kDone;
 }
 

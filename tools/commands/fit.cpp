@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -107,8 +106,6 @@ int fit_command(const FitCommand& command) {
   if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());
-  const std::string inputs[] = {command.scene, command.data};
-  if (const auto safe = check_not_input(command.out, inputs); !safe) return refuse(safe.error());
   const bool compares = !recordings->trials.empty();
   if (!command.report.empty() && !compares) {
     return refuse(
@@ -125,9 +122,7 @@ int fit_command(const FitCommand& command) {
     std::filesystem::create_directories(folder.folder, ignored);
     for (const char* const table : kTrialTables) {
       const std::string path = folder.path(table);
-      auto free = check_not_taken(path, command.overwrite);
-      if (free) free = check_not_input(path, inputs);
-      if (!free) return refuse(free.error());
+      if (auto free = check_writable(path, command.overwrite); !free) return refuse(free.error());
     }
   }
   auto out = OutputFile::create(command.out, command.overwrite);

@@ -113,8 +113,6 @@ int fit_skin_command(const FitSkinCommand& command) {
                       ? "the tip's " + error.key.substr(6) + " " + error.reason
                       : scene->sentence(error));
   }
-  const std::string inputs[] = {command.scene, command.trace};
-  if (const auto safe = check_not_input(command.out, inputs); !safe) return refuse(safe.error());
   const auto press = read_force_depth(command.trace);
   if (!press) return refuse(press.error());
   const auto fit = fit_skin(*press, tip, scene->model.skin);

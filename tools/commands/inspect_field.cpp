@@ -28,7 +28,7 @@ class StressOnALine {
       at.receptor_depth_mm = z;
       if (inspected.indenter.surface.slides) {
         surfaces_.push_back(settled(inspected, at));
-      } else if (!inspected.indenter.closed_form(at)) {
+      } else if (!inspected.indenter.circular(at)) {
         solved_.emplace_back(inspected.indenter, at, contact.depth_mm);
       }
     }
@@ -65,16 +65,17 @@ Expected<void, SetupError> check_depths(const InspectOptions& options,
   if (options.printed == !options.z_mm.empty()) {
     return bad_input("give --z-mm, or --printed for the depth z = U(r)");
   }
-  const bool solved = !inspected.indenter.closed_form(inspected.skin);
+  const bool solved = !inspected.indenter.circular(inspected.skin);
   if (solved && options.printed) {
-    return bad_input("--printed is for a sphere on skin without layers: give --z-mm");
+    return bad_input(
+        "--printed is for a circular contact: a sphere on a half-space with one radius; give --z-mm");
   }
   const double least =
       options.printed ? 0.0 : *std::min_element(options.z_mm.begin(), options.z_mm.end());
   if (solved && least < Indenter::kLeastDepth_mm) {
-    return bad_input("for a solved contact, --z-mm must be at least " +
+    return bad_input("for this contact, --z-mm must be at least " +
                      shortest_decimal(Indenter::kLeastDepth_mm) +
-                     ": the pressure at sharp rims is infinite");
+                     ": pressures vary from pixel to pixel");
   }
   const double bone_mm = inspected.skin.bone_depth_mm();
   if (solved && !(*std::max_element(options.z_mm.begin(), options.z_mm.end()) < bone_mm)) {

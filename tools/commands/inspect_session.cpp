@@ -80,7 +80,9 @@ std::string row_of(const RunStatus& status) {
 }
 
 std::string row_of(const Mark& mark) {
-  return seconds(mark.time) + "," + printable_lines(mark.label);
+  std::string row = seconds(mark.time) + ",";
+  append_field(row, printable_lines(mark.label));
+  return row;
 }
 
 /// Calls work(chunk) for each chunk of a session. \return the exit code
@@ -125,7 +127,7 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
   const std::size_t extra =
       stream.id == SessionStream::Id::kSamples ? session.extra_columns().size() : 0;
   for (std::size_t k = 0; k < extra; ++k) {
-    header += "," + printable_column(session.extra_columns()[k]);
+    append_field(header += ",", printable_column(session.extra_columns()[k]));
   }
   std::puts(header.c_str());
   return for_each_chunk(session, [&](const SessionChunk& chunk) {
@@ -136,7 +138,7 @@ int print_stream(SessionReader& session, const SessionStream& stream) {
           std::string row = row_of(record);
           if constexpr (std::is_same_v<Record, DeliveredSample>) {
             for (std::size_t k = 0; k < extra; ++k) {
-              row += "," + shortest_decimal(record.sample.extra[k]);
+              row += "," + shortest_decimal(record.further[k]);
             }
           }
           std::puts(row.c_str());
@@ -163,9 +165,9 @@ int print_overview(SessionReader& session) {
   std::puts("name,value");
   for (const auto& [name, value] : session.facts()) {
     const auto lines = std::count(value.begin(), value.end(), '\n');
-    std::printf("%s,%s\n", shown(name).c_str(),
-                lines == 0 ? shown(value).c_str()
-                           : (std::to_string(lines) + " lines: --fact " + name).c_str());
+    std::string row = shown(name) + ",";
+    append_field(row, lines == 0 ? shown(value) : std::to_string(lines) + " lines: --fact " + name);
+    std::puts(row.c_str());
   }
   std::vector<std::uint64_t> items(session_streams().size());
   std::uint64_t marks = 0;

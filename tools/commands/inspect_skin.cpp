@@ -67,7 +67,13 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
                           {.contact = {.depth_mm = depth_mm,
                                        .stiffening = skin.stiffening_at(depth_mm, pressure_kPa)}}};
   }
-  const Press press = TipContact(indenter, skin).press(input);
+  Press press;
+  if (indenter.closed_form(skin)) {
+    const SphereLaw law(skin, indenter.radius_mm);
+    press.contact = options.depth_mm ? law.at_depth(input.depth_mm) : law.at_force(input.force_mN);
+  } else {
+    press = TipContact(indenter, skin).press(input);
+  }
   if (indenter.tip == Indenter::Tip::kSphere && options.force_N &&
       press.contact.depth_mm > indenter.radius_mm) {
     return bad_input("--force-N " + shortest_decimal(*options.force_N) + " would need a depth of " +
@@ -204,7 +210,7 @@ int inspect_contact(const InspectOptions& given) {
   }
   if (!options.folder.empty()) {
     return refuse(
-        "--draw is for solved contacts: all tips but a sphere, or skin with [[skin.layer]]");
+        "--draw is for solved contacts: all tips but a sphere, or skin on bone or with [[skin.layer]]");
   }
   const ContactValidity validity =
       validity_of(contact, inspected->skin, inspected->indenter.radius_mm);

@@ -7,7 +7,6 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
-#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/number_text.hpp"
@@ -28,7 +27,7 @@ struct MergeOptions {
 /// Prints how the sessions were aligned. Fails if they were not aligned well enough.
 Expected<void, SetupError> check_alignment(const MergeOptions& options,
                                            const MergedSessions& merged) {
-  for (const MergedSessions::Alignment& each : merged.alignments) {
+  for (const MergedSessions::Alignment& each : merged.alignments()) {
     const std::string offset = fmt::format("{:+.9f}", units::s_from(each.offset));
     if (!each.residual) {
       if (!options.accept_unknown) {
@@ -53,8 +52,10 @@ Expected<void, SetupError> check_alignment(const MergeOptions& options,
           options.mark.empty() ? "align by a mark that all sessions have, --by-mark LABEL"
                                : "check that the marks are the same events"));
     }
-    std::fprintf(stderr, "%s: %s s by %s, residual %s ms\n", each.session.c_str(), offset.c_str(),
-                 each.how.c_str(), number_text(residual_ms).c_str());
+    const std::string rate =
+        each.rate == 0.0 ? "" : fmt::format(", rate {:+.3f} ppm", each.rate * 1e6);
+    std::fprintf(stderr, "%s: %s s by %s, residual %s ms%s\n", each.session.c_str(), offset.c_str(),
+                 each.how.c_str(), number_text(residual_ms).c_str(), rate.c_str());
   }
   return {};
 }
@@ -67,32 +68,30 @@ int merge(const MergeOptions& options) {
         "a session holds one scene, so merged sessions cannot be written as one: use another "
         "sink, such as nwb:FILE");
   }
-  const auto merged = merge_sessions(options.sessions, options.mark);
-  if (!merged) return refuse(merged.error());
+  const auto opened =
+      MergedSessions::open(options.sessions, {.mark = options.mark, .progress = warn});
+  if (!opened) return refuse(opened.error());
+  const std::shared_ptr<MergedSessions>& merged = *opened;
   if (auto aligned = check_alignment(options, *merged); !aligned) return refuse(aligned.error());
-  std::vector<std::string> inputs;
-  for (const std::string& session : options.sessions) inputs.push_back(split_rig(session).first);
   std::vector<std::unique_ptr<Sink>> sinks;
   for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, {.neurons = merged->neurons,
+    auto sink = open_sink(uri, {.neurons = merged->neurons(),
                                 .overwrite = options.overwrite,
-                                .run = merged->run,
-                                .notice =
-                                    [](const std::string& line) {
-                                      std::fprintf(stderr, "merkel: %s\n", line.c_str());
-                                    },
-                                .inputs = inputs});
+                                .run = merged->run(),
+                                .notice = warn,
+                                .progress = warn,
+                                .journal = merged});
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
-  for (const auto& sink : sinks) {
-    if (auto written = write_merged(*merged, *sink); !written) {
-      return fail(written.error().sentence);
-    }
-  }
-  std::fprintf(stderr, "%zu spikes of %u afferents of %zu sessions merged%s\n",
-               merged->records.spikes.size(), merged->neurons, options.sessions.size(),
-               merged->complete ? "" : "; one recording is incomplete and ends earlier");
+  std::uint64_t spikes = 0;
+  const auto written = write_run(*merged, merged->origin(), sinks, spikes);
+  if (!written)
+    return written.error().kind == SetupError::Kind::kBadInput ? refuse(written.error())
+                                                               : fail(written.error().sentence);
+  std::fprintf(stderr, "%llu spikes of %u afferents of %zu sessions merged%s\n",
+               static_cast<unsigned long long>(spikes), merged->neurons(), options.sessions.size(),
+               merged->complete() ? "" : "; one recording is incomplete and ends earlier");
   return kDone;
 }
 

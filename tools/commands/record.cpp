@@ -29,6 +29,7 @@ struct RecordOptions {
   std::optional<double> duration_s;
   bool frames = false;
   bool overwrite = false;
+  bool allow_remote = false;
   bool json = false;
 };
 
@@ -68,8 +69,8 @@ class Recording {
     if (!sink) return Unexpected<SetupError>(sink.error());
     recording.sink_ = std::move(*sink);
     recording.replayed_ = probe.info().replayed;
-    recording.probe_ = &probe;
     if (probe.info().taxels > 0) recording.taxels_.emplace(probe.info().taxels);
+    recording.pressures_.resize(probe.info().taxels);
     if (!recording.sink_->takes<PortFrame>()) return recording;
     for (std::uint32_t port = 0; port < probe.ports(); ++port) {
       auto& feed =
@@ -78,19 +79,19 @@ class Recording {
     }
     return recording;
   }
-  /// Writes the samples, and everything that has waited for longer than 100 ms. \return the error,
+  /// Writes the readings, and everything that has waited for longer than 100 ms. \return the error,
   /// or an empty string
-  std::string write(std::span<const ProbeSample> samples) {
-    if (samples.empty() && !started_) return {};
+  std::string write(const Readings& readings) {
+    if (readings.empty() && !started_) return {};
     if (!started_) {
       started_ = true;
       const ClockPair clocks = read_clock_pair();
-      const auto first = samples.front().time;
+      const auto first = readings.head(0).time;
       const auto zero = replayed_ ? std::chrono::nanoseconds{0} : first;
       const auto zero_on_host = replayed_ ? clocks.monotonic - first : first;
       keep(sink_->begin({.start = zero, .utc = clocks.utc - (clocks.monotonic - zero_on_host)}));
     }
-    write_all(samples, {});
+    write_all(&readings, {});
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_flush_) {
       keep(sink_->flush());
@@ -101,7 +102,7 @@ class Recording {
   std::string close() {
     for (const auto& tap : taps_) tap->end();
     const RunStatus status{.counters = {}, .losses = {.frames = lost_frames()}, .rights = {}};
-    write_all({}, {&status, 1});
+    write_all(nullptr, {&status, 1});
     if (error_.empty()) keep(sink_->close());
     return error_;
   }
@@ -116,20 +117,24 @@ class Recording {
   void keep(const Expected<void, SinkError>& result) {
     if (!result && error_.empty()) error_ = result.error().sentence;
   }
-  /// Writes the waiting frames of the ports with these samples.
-  void write_all(std::span<const ProbeSample> samples, std::span<const RunStatus> status) {
+  /// Writes the waiting frames of the ports with these readings.
+  void write_all(const Readings* readings, std::span<const RunStatus> status) {
     clear_all(records_);
     for (const auto& feed : feeds_) feed->take(records_.frames);
-    for (const ProbeSample& sample : samples) {
-      records_.samples.push_back({.sample = sample});
+    for (std::size_t i = 0; readings != nullptr && i < readings->size(); ++i) {
+      const auto sample = readings->sample(i);
+      if (!sample) continue;
+      const auto further = readings->further(i);
+      records_.samples.push_back({.sample = *sample, .further = {further.begin(), further.end()}});
+      ++taken_;
       if (!taxels_) continue;
-      const auto row = probe_->taxels(sample);
-      if (row.empty()) continue;
+      const auto row = readings->taxels(i);
+      std::ranges::transform(row, pressures_.begin(),
+                             [](double kPa) { return static_cast<float>(kPa); });
       // Without ticks, a block belongs to the sample of its number.
-      const auto blocks = taxels_->changed(row, sample.time, taken_ + records_.samples.size(), 0);
+      const auto blocks = taxels_->changed(pressures_, sample->time, taken_, 0);
       records_.taxels.insert(records_.taxels.end(), blocks.begin(), blocks.end());
     }
-    taken_ += samples.size();
     RecordBatch batch = batch_of(records_);
     batch.status = status;
     keep(sink_->write(batch));
@@ -139,9 +144,9 @@ class Recording {
   Feeds<PortFrame> feeds_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
   RecordLists<RecordVector> records_;
-  const Probe* probe_ = nullptr;
   std::optional<TaxelBlocks> taxels_;
-  std::uint64_t taken_ = 0;  ///< samples
+  std::vector<float> pressures_;  ///< of the last sample
+  std::uint64_t taken_ = 0;       ///< samples
   bool replayed_ = false;
   bool started_ = false;
   std::chrono::steady_clock::time_point next_flush_{};
@@ -149,7 +154,7 @@ class Recording {
 };
 
 int record(const RecordOptions& options) {
-  auto probe = open_probe(options.uri);
+  auto probe = open_probe(options.uri, options.allow_remote);
   if (!probe) return refuse(probe.error());
   std::string command = "merkel record '" + options.uri + "' " + options.file;
   if (options.duration_s) command += " --duration-s " + shortest_decimal(*options.duration_s);
@@ -158,7 +163,7 @@ int record(const RecordOptions& options) {
 
   std::atomic<bool> stop{false};
   const StopSignal stop_signal(stop);
-  std::vector<ProbeSample> samples(1024);
+  Readings readings = (*probe)->readings();
   std::optional<std::chrono::nanoseconds> end;
   std::uint64_t written = 0;
   TerminalLine terminal;
@@ -168,7 +173,7 @@ int record(const RecordOptions& options) {
   const bool device = !(*probe)->info().replayed;
   std::optional<ProbeError> broken;
   while (!stop.load()) {
-    const auto count = (*probe)->read(samples, std::chrono::milliseconds{100});
+    const auto count = (*probe)->read(readings, std::chrono::milliseconds{100});
     for (const std::string& sentence : (*probe)->take_notices()) {
       terminal.print_line("merkel: " + sentence);
     }
@@ -178,8 +183,8 @@ int record(const RecordOptions& options) {
     }
     std::size_t wanted = *count;
     if (options.duration_s && *count > 0) {
-      if (!end) end = samples[0].time + units::nanoseconds_from_s(*options.duration_s);
-      while (wanted > 0 && samples[wanted - 1].time > *end) --wanted;
+      if (!end) end = readings.head(0).time + units::nanoseconds_from_s(*options.duration_s);
+      while (wanted > 0 && readings.head(wanted - 1).time > *end) --wanted;
     }
     // A device that has gone sends no sample after the end.
     if (options.duration_s && *count == 0 && device &&
@@ -187,12 +192,13 @@ int record(const RecordOptions& options) {
             end.value_or(opened + units::nanoseconds_from_s(*options.duration_s)) + kFarewell) {
       break;
     }
-    const std::string error = recording->write(std::span(samples).first(wanted));
+    readings.resize(wanted);
+    const std::string error = recording->write(readings);
     if (!error.empty()) return fail(error);
     written += wanted;
     if (wanted > 0 && std::chrono::steady_clock::now() >= show_again) {
       show_again += std::chrono::milliseconds{200};
-      const ProbeSample& last = samples[wanted - 1];
+      const ProbeSample last = readings.sample(wanted - 1).value_or(ProbeSample{});
       LiveReading reading;
       if (last.has(ProbeSample::kForce)) reading.force_N = units::N_from_mN(last.force_mN);
       if (last.has(ProbeSample::kDepth)) reading.depth_mm = last.depth_mm;
@@ -242,6 +248,8 @@ void add_record_command(CommandLine& program) {
       .option("--duration-s", options->duration_s, "Stop after this time, s", {1e-6, 1e9})
       .flag("--frames", options->frames, "Keep the bytes of the devices too, in a session")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
+      .flag("--allow-remote", options->allow_remote,
+            "Allow other machines to send the samples (udp:0.0.0.0:PORT)")
       .flag("--json", options->json, "Print a summary with the device's counters as JSON")
       .runs([options] { return record(*options); });
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <memory>
@@ -199,8 +200,7 @@ int replay(const ReplayOptions& options) {
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model->neurons()),
                         .overwrite = options.overwrite,
                         .allow_remote = options.allow_remote,
-                        .run = std::move(run),
-                        .inputs = {split_rig(options.session).first}};
+                        .run = std::move(run)};
   const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
   if (options.realtime) return play(options, *scene, numbering, setup, *origin);
@@ -245,8 +245,10 @@ int replay(const ReplayOptions& options) {
                   " contains no tick inputs: it was recorded without a simulation, or ended "
                   "early");
   }
+  const bool data_on_stdout =
+      std::any_of(options.sinks.begin(), options.sinks.end(), writes_standard_output);
   std::fputs((options.json ? json_of(*session, verdict) : text_of(*session, verdict)).c_str(),
-             stdout);
+             data_on_stdout ? stderr : stdout);
   return verdict.identical() ? kDone : kFailed;
 }
 

@@ -46,7 +46,7 @@ Expected<void, SetupError> repeat(Scene& scene, bool bounded) {
   const auto set = [&any](std::string& uri) {
     if (!is_recorded(uri)) return;
     any = true;
-    const std::string whole = DeviceUri::split(uri).uri;
+    const std::string whole = split_fragment(uri).first;
     const auto parsed = Uri::parse(whole);
     if (!parsed || parsed->options.contains("repeat")) return;
     uri = whole + (parsed->options.empty() ? "?" : "&") + "repeat=0" + uri.substr(whole.size());
@@ -106,12 +106,12 @@ void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Paramet
 
 Expected<void, SetupError> add_sinks(const std::vector<std::string>& uris, const SinkSetup& setup,
                                      Pipeline& pipeline) {
-  for (const std::string& uri : uris) {
-    auto sink = open_sink(uri, setup);
-    if (!sink) return Unexpected<SetupError>(sink.error());
-    const std::string address = (*sink)->address();
+  auto sinks = open_sinks(uris, setup);
+  if (!sinks) return Unexpected<SetupError>(sinks.error());
+  for (auto& sink : *sinks) {
+    const std::string address = sink->address();
     if (!address.empty()) std::fprintf(stderr, "live page: %s\n", address.c_str());
-    pipeline.add_sink(std::move(*sink));
+    pipeline.add_sink(std::move(sink));
   }
   if (setup.recording->offered()) pipeline.add_sink(session_on_request(setup.recording, setup));
   return {};
@@ -124,10 +124,7 @@ int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan*
   const std::string summary = options.json ? summary_json(report, model, plan)
                                            : summary_text(report, model, plan, options.all);
   const auto& sinks = prepared.scene.sinks;
-  const bool data_on_stdout = std::any_of(sinks.begin(), sinks.end(), [](const std::string& uri) {
-    return uri == "csv:-" || uri == "csv:/dev/stdout" || uri == "stim-csv:-" ||
-           uri == "stim-csv:/dev/stdout";
-  });
+  const bool data_on_stdout = std::any_of(sinks.begin(), sinks.end(), writes_standard_output);
   std::fputs(summary.c_str(), data_on_stdout ? stderr : stdout);
   const bool page = std::any_of(sinks.begin(), sinks.end(),
                                 [](const std::string& uri) { return uri.starts_with("view:"); });
@@ -171,7 +168,8 @@ int run_scene(Scene scene, const RunOptions& options) {
   }
   auto prepared = [&] {
     const LongWork notice(set_up_notice(scene));
-    return prepare_run(std::move(scene), {.fast = options.fast});
+    return prepare_run(std::move(scene),
+                       {.fast = options.fast, .allow_remote = options.allow_remote});
   }();
   if (!prepared) return refuse(prepared.error());
   for (const std::string& notice : prepared->notices) warn("note: " + notice);
@@ -193,7 +191,7 @@ int run_scene(Scene scene, const RunOptions& options) {
                         .allow_remote = options.allow_remote,
                         .run = std::move(description),
                         .notice = parameters.on_notice,
-                        .inputs = {options.scene},
+                        .progress = warn,
                         .recording = std::make_shared<RecordingSwitch>()};
   if (auto added = add_sinks(prepared->scene.sinks, setup, pipeline); !added) {
     return refuse(added.error());
@@ -244,7 +242,8 @@ void add_run_command(CommandLine& program) {
           "ticks ended late")
       .flag("--overwrite", options->overwrite, "Replace existing files")
       .flag("--allow-remote", options->allow_remote,
-            "Allow sinks to send to other machines and to be reached from them")
+            "Allow sinks to send to other machines and to be reached from them, and other machines "
+            "to send samples (udp:0.0.0.0:PORT)")
       .notes(std::string(kSimProbeHelp) + "\n" + kReplayProbeHelp + "\n" + sink_options_help())
       .runs([options] {
         auto scene = scene_of(*options);

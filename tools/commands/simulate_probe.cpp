@@ -47,8 +47,8 @@ struct SimulateOptions {
 struct PlayedTrace {
   std::vector<ProbeSample> samples;
   std::vector<std::string> extra_columns;
-  std::vector<std::string> taxels;   ///< in kPa
-  std::vector<float> pressures_kPa;  ///< a row for each sample
+  std::vector<std::string> taxels;  ///< in kPa
+  std::vector<double> others;       ///< a row of both for each sample
 };
 
 /// The names of taxels with the unit of the pressures that are sent.
@@ -58,15 +58,17 @@ Expected<PlayedTrace, SetupError> read_trace(const std::string& path) {
   auto reader = TraceReader::open(path);
   if (!reader) return Unexpected<SetupError>(reader.error());
   PlayedTrace trace;
-  std::vector<ProbeSample> chunk(4096);
+  constexpr std::size_t kAtOnce = 4096;
+  Readings chunk(ReadingColumns(reader->columns()), kAtOnce);
   while (true) {
-    const auto count = reader->read(chunk);
+    chunk.clear();
+    const auto count = reader->read(chunk, kAtOnce);
     if (!count) return Unexpected<SetupError>(count.error());
     if (*count == 0) break;
-    for (const ProbeSample& sample : std::span(chunk).first(*count)) {
-      const std::span<const float> row = reader->taxels_of(sample);
-      trace.pressures_kPa.insert(trace.pressures_kPa.end(), row.begin(), row.end());
-      trace.samples.push_back(sample);
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      trace.samples.push_back(*chunk.sample(i));
+      const auto others = std::as_const(chunk).row(i).subspan(ProbeColumns::kPress);
+      trace.others.insert(trace.others.end(), others.begin(), others.end());
     }
   }
   if (trace.samples.empty()) return bad_input(path + " holds no samples to play");
@@ -88,7 +90,7 @@ int simulate(const SimulateOptions& options) {
       .trace = std::move(trace->samples),
       .extra_columns = std::move(trace->extra_columns),
       .taxels = std::move(trace->taxels),
-      .pressures_kPa = std::move(trace->pressures_kPa),
+      .others = std::move(trace->others),
       .baud = options.baud ? static_cast<int>(*options.baud) : (*protocol)->baud,
       .link = options.link,
       .network = options.network,

@@ -215,7 +215,7 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
       }
     }
     const auto several = unnamed_measurements(columns);
-    if (several.size() >= kSeveral && several.size() <= ProbeSample::kMostExtra) {
+    if (several.size() >= kSeveral && several.size() <= ProbeColumns::kMostFurther) {
       const std::string unit = heavy ? "_g" : "_N";
       std::vector<std::string> names = names_with(columns, "", "N");
       for (std::size_t k = 0; k < several.size(); ++k) {

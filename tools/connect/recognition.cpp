@@ -39,7 +39,6 @@ constexpr milliseconds kListeningToSlowLines{2500};
 constexpr std::ptrdiff_t kEnoughLines = 8;
 constexpr milliseconds kAsking{900};
 constexpr milliseconds kAtOnce{400};  ///< a device that streams is heard by then
-constexpr double kReadable = 0.95;    ///< share of printable bytes in text
 
 nanoseconds now() {
   return std::chrono::duration_cast<nanoseconds>(
@@ -53,8 +52,8 @@ struct Heard {
 };
 
 /// Opens the port of an address at a baud rate.
-Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int baud,
-                                                           bool datagrams) {
+Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int baud, bool datagrams,
+                                                           bool allow_remote) {
   if (uri.scheme == "serial") return open_serial({.device = uri.path, .baud = baud});
   const auto address = HostAndPort::parse(uri.path);
   if (!address) {
@@ -64,6 +63,7 @@ Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int b
   if (uri.scheme == "tcp") return open_tcp_port(*address);
   return open_udp_port({.address = *address,
                         .listen = !datagrams,
+                        .allow_remote = allow_remote,
                         .datagram_bytes = datagrams ? kAtiRecordBytes : 0});
 }
 
@@ -78,11 +78,8 @@ std::vector<std::string> lines_of(std::span<const std::uint8_t> bytes, bool whol
   return lines;
 }
 
-bool is_text(std::span<const std::uint8_t> bytes) {
-  const auto readable = std::count_if(bytes.begin(), bytes.end(), [](std::uint8_t byte) {
-    return (byte >= 0x20 && byte < 0x7F) || byte == '\n' || byte == '\r' || byte == '\t';
-  });
-  return static_cast<double>(readable) >= kReadable * static_cast<double>(bytes.size());
+std::string_view text_of(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 /// Listens: long enough for the lines of a slow device, and for a board that boots.
@@ -102,7 +99,7 @@ Heard listen(Transport& port) {
     heard.bytes.insert(heard.bytes.end(), buffer.begin(),
                        buffer.begin() + static_cast<std::ptrdiff_t>(*count));
     if (heard.bytes.empty()) continue;
-    const bool slow = is_text(heard.bytes) &&
+    const bool slow = is_text(text_of(heard.bytes)) &&
                       std::count(heard.bytes.begin(), heard.bytes.end(), '\n') < kEnoughLines;
     end = first + (slow ? kListeningToSlowLines : kListening);
   }
@@ -113,15 +110,11 @@ Heard listen(Transport& port) {
 /// The text of a line, or the first bytes of a frame in hexadecimal.
 std::string shown(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
-  if (is_text(bytes)) {
+  if (is_text(text_of(bytes))) {
     const auto lines = lines_of(bytes);
-    if (!lines.empty()) return printable_text(lines.back());
+    if (!lines.empty()) return quoted_answer(lines.back());
   }
-  std::string text;
-  for (const std::uint8_t byte : bytes.first(std::min<std::size_t>(bytes.size(), 24))) {
-    text += fmt::format("{:02X} ", byte);
-  }
-  return text;
+  return quoted_answer(text_of(bytes));
 }
 
 /// The channels of a device, with their values in a reading if there is one.
@@ -199,7 +192,7 @@ std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
     (*protocol)->take(heard.bytes, now(), stream);
     return {reading_by(**entry, **protocol, stream)};
   }
-  if (!is_text(heard.bytes)) return {};
+  if (!is_text(text_of(heard.bytes))) return {};
   std::vector<std::string> lines = lines_of(heard.bytes, true);
   // Unless a board has just booted, the first line may lack its beginning. A header does not: a
   // board prints it when its port is opened.
@@ -215,15 +208,15 @@ SetupError nothing_made(const std::string& address, const std::string& received)
                           ? "the device at " + address +
                                 " sends nothing, at any baud rate or in answer to any known "
                                 "protocol: check that it is switched on and streaming"
-                          : "the device at " + address + " sends \"" + received +
-                                "\", which matches no known protocol: if these are numbers, "
+                          : "the device at " + address + " sends " + received +
+                                ", which matches no known protocol: if these are numbers, "
                                 "describe them by protocol=csv&columns=…; merkel probes lists the "
                                 "protocols"};
 }
 
 }  // namespace
 
-Expected<Recognition, SetupError> recognise(const std::string& address) {
+Expected<Recognition, SetupError> recognise(const std::string& address, bool allow_remote) {
   const auto uri = Uri::parse(address);
   if (!uri) return Unexpected<SetupError>(uri.error());
   const bool serial = uri->scheme == "serial";
@@ -240,7 +233,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
   // Listen first: many devices send without a request.
   for (const int baud :
        serial ? std::span<const int>(kBauds) : std::span<const int>(kBauds).first(1)) {
-    auto port = open_port(*uri, baud, false);
+    auto port = open_port(*uri, baud, false, allow_remote);
     if (!port) {
       // A sensor of another machine cannot be listened at: it is asked below.
       unopened = port.error();
@@ -251,7 +244,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
     if (heard.bytes.empty()) break;  // silent at every rate
     boots = boots || heard.silence > kAtOnce;
     found.readings = readings_of(heard, uri->scheme);
-    const bool text = is_text(heard.bytes);
+    const bool text = is_text(text_of(heard.bytes));
     if (received.empty() || text) received = shown(heard.bytes);
     if (found.readings.empty() && text && !lines_of(heard.bytes).empty()) break;  // the right rate
     if (found.readings.empty()) continue;
@@ -260,7 +253,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address) {
     return found;
   }
   const auto try_to_ask = [&](const ProtocolEntry& entry) {
-    auto port = open_port(*uri, entry.baud, entry.datagrams);
+    auto port = open_port(*uri, entry.baud, entry.datagrams, allow_remote);
     if (!port) return false;
     auto reading = request_reading(**port, entry, boots, found.received);
     if (!reading) return false;

@@ -12,7 +12,7 @@ namespace merkel {
 struct Recognition {
   std::string address;            ///< URI without options
   int baud = 0;                   ///< 0: not a serial line
-  std::string received;           ///< one line, or the bytes of a frame
+  std::string received;           ///< quoted_answer()
   std::vector<Reading> readings;  ///< likeliest first; a single one is certain
 
   /// The whole probe URI with one of the readings.
@@ -26,6 +26,8 @@ struct Recognition {
 /// sends nothing readable, sends the requests of each protocol; none of them moves anything. Takes
 /// up to a minute. \return an error that quotes the received bytes if no protocol
 /// matches
-[[nodiscard]] Expected<Recognition, SetupError> recognise(const std::string& address);
+/// \param allow_remote  as in open_probe()
+[[nodiscard]] Expected<Recognition, SetupError> recognise(const std::string& address,
+                                                          bool allow_remote);
 
 }  // namespace merkel

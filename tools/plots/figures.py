@@ -112,9 +112,8 @@ def contact_laws():
         rows = select(table, radius_mm=radius)
         for column, label, style in (
             ("hertz_N", "half-space, Hertz", "-"),
-            ("sneddon_N", "half-space, exact sphere (Sneddon)", "--"),
-            ("layer_dimitriadis_N", "4 mm on bone, Dimitriadis", "-."),
-            ("layer_exact_N", "4 mm on bone, exact", "-"),
+            ("exact_sphere_N", "half-space, exact sphere", "--"),
+            ("layer_N", "4 mm on bone", "-"),
         ):
             axes.plot(rows["depth_mm"], rows[column], style, label=label)
         axes.set_xlabel("indentation depth (mm)")

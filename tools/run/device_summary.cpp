@@ -25,7 +25,11 @@ std::string device_text(const DeviceCounts& device) {
         "  most of its data was damaged {} times: {} readings not used, the press released\n",
         device.distrusted, device.withheld);
   }
-  if (device.device_clock) {
+  const bool mapped = device.drift_ppm != 0.0 || device.jitter_us != 0.0;
+  if (device.device_clock && !mapped) {  // the stamps of this machine, or too few to know better
+    text += fmt::format("  its stamps are the times of its samples, which arrive {:.0f} µs later\n",
+                        device.latency_us);
+  } else if (device.device_clock) {
     text += fmt::format(
         "  its clock: {:+.1f} ppm, mapped with {:.1f} µs of jitter; frames arrive {:.0f} µs late\n",
         device.drift_ppm, device.jitter_us, device.latency_us);

@@ -1,282 +1,278 @@
 #include "tools/run/merged_sessions.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cstdint>
 #include <filesystem>
+#include <queue>
 #include <set>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include <fmt/core.h>
+#include <sys/resource.h>
 
 #include "core/units.hpp"
-#include "drivers/sessions/session_reader.hpp"
-#include "tools/scene/session_scene.hpp"
+#include "tools/run/session_alignment.hpp"
 
 namespace merkel {
 namespace {
 
 using std::chrono::nanoseconds;
+using std::chrono::steady_clock;
 
-/// A session in memory, numbered and timed by itself.
-struct OneSession {
-  std::string path;
-  std::string rig;  ///< the file's name
-  std::string boot;
-  std::string recorder;  ///< of rigs in one recording of LabRecorder, which have one clock
-  std::optional<nanoseconds> clock_error;
-  Scene scene;
-  RunDescription run;
-  RunOrigin origin;
-  std::uint32_t neurons = 0;
-  bool complete = true;
-  RecordLists<RecordVector> items = {};
-};
+/// So much of the merged time is sorted and handed on at once.
+constexpr std::chrono::milliseconds kPortion{500};
+/// Samples of a device may be older than the start of their run.
+constexpr std::chrono::seconds kBeforeStart{10};
+/// LabRecorder writes its streams one after the other, at most this far apart.
+constexpr std::chrono::seconds kRecorderSlack{10};
+constexpr std::chrono::seconds kReportEvery{3};
 
-template <class Item>
-void append(const std::vector<Item>& from, std::vector<Item>& to) {
-  to.insert(to.end(), from.begin(), from.end());
+/// All sessions may be open at once.
+void allow_open_files(std::size_t files) {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= files) return;
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, files);
+  static_cast<void>(::setrlimit(RLIMIT_NOFILE, &limit));
 }
 
-/// Of its UTC or, in a recording of LabRecorder, of the recorder's clock.
-std::optional<nanoseconds> clock_error_of(const SessionReader& session) {
-  const std::string text =
-      session.fact(session.fact("recorder").empty() ? "utc_error_ns" : "clock_error_ns");
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
-  return nanoseconds{value};
+/// The place of a record among those of the same time: by probe or electrode, which are numbered
+/// through all sessions.
+template <class Record>
+std::uint32_t place_of(const Record& /*record*/) {
+  return 0;
+}
+std::uint32_t place_of(const DeliveredSample& item) { return item.probe; }
+std::uint32_t place_of(const StimulationCommand& command) { return command.electrode; }
+
+template <class Record>
+bool before(const Record& a, const Record& b) {
+  if constexpr (std::is_same_v<Record, SpikeEvent>) return a < b;
+  return std::pair(time_of(a), place_of(a)) < std::pair(time_of(b), place_of(b));
 }
 
-Expected<OneSession, SetupError> read_session(const std::string& path) {
-  auto reader = SessionReader::open(path);
-  if (!reader) return Unexpected<SetupError>(reader.error());
-  auto scene = scene_of_session(*reader);
-  if (!scene) return bad_input(path + ": " + scene.error().sentence);
-  const auto model = TactileModel::create(scene->model);
-  if (!model) return bad_input(path + ": " + scene->sentence(model.error()));
-  auto run = describe_session(path, *reader, &*scene, &*model);
-  if (!run) return Unexpected<SetupError>(run.error());
-  const auto origin = session_origin(*reader);
-  if (!origin) return Unexpected<SetupError>(origin.error());
-  OneSession session{.path = path,
-                     .rig = reader->fact("rig").empty()
-                                ? std::filesystem::path(path).stem().string()
-                                : reader->fact("rig"),
-                     .boot = reader->fact("boot_id"),
-                     .recorder = reader->fact("recorder"),
-                     .clock_error = clock_error_of(*reader),
-                     .scene = std::move(*scene),
-                     .run = std::move(*run),
-                     .origin = *origin,
-                     .neurons = static_cast<std::uint32_t>(model->neurons())};
-  const SessionNumbering numbering(*reader, *model);
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = reader->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) break;
-    numbering.apply(chunk);
-    for (const SpikeEvent& spike : chunk.spikes) {
-      if (spike.neuron >= 1 && spike.neuron <= session.neurons) continue;
-      return bad_input(path + " has a spike of neuron " + std::to_string(spike.neuron) +
-                       ", which its scene does not have: the session is damaged");
-    }
-    append(chunk.spikes, session.items.spikes);
-    append(chunk.events, session.items.events);
-    append(chunk.commands, session.items.commands);
-    append(chunk.marks, session.items.marks);
-    append(chunk.samples, session.items.samples);
-  }
-  session.complete = reader->complete();
-  return session;
-}
-
-std::vector<nanoseconds> marks_of(const OneSession& session, const std::string& label) {
-  std::vector<nanoseconds> times;
-  for (const Mark& mark : session.items.marks) {
-    if (mark.label == label) times.push_back(mark.time);
-  }
-  return times;
-}
-
-std::string labels_of(const OneSession& session) {
-  std::set<std::string> labels;
-  for (const Mark& mark : session.items.marks) labels.insert(mark.label);
-  std::string list;
-  for (const std::string& label : labels) list.append(list.empty() ? "" : ", ").append(label);
-  return list.empty() ? "it has no marks" : "its marks are " + list;
-}
-
-Expected<MergedSessions::Alignment, SetupError> by_mark(const OneSession& first,
-                                                        const OneSession& other,
-                                                        const std::string& label) {
-  const auto here = marks_of(first, label);
-  const auto there = marks_of(other, label);
-  for (const auto& [session, marks] : {std::pair(&first, &here), std::pair(&other, &there)}) {
-    if (marks->empty()) {
-      return bad_input(session->path + " has no mark \"" + label + "\": " + labels_of(*session));
-    }
-  }
-  if (here.size() != there.size()) {
-    return bad_input(fmt::format(
-        "{} has {} marks \"{}\", but {} has {}: the marks of all sessions must be the same events",
-        first.path, here.size(), label, other.path, there.size()));
-  }
-  nanoseconds sum{0};
-  for (std::size_t i = 0; i < here.size(); ++i) sum += (here[i] - here[0]) - (there[i] - there[0]);
-  const auto count = static_cast<std::int64_t>(here.size());
-  MergedSessions::Alignment alignment{.session = other.path,
-                                      .offset = here[0] - there[0] + sum / count,
-                                      .residual = std::nullopt,
-                                      .how = fmt::format("{} marks \"{}\"", count, label)};
-  if (count == 1) {
-    alignment.how = "one mark \"" + label + "\"";
-    return alignment;
-  }
-  nanoseconds largest{0};
-  for (std::size_t i = 0; i < here.size(); ++i) {
-    largest = std::max(largest, std::chrono::abs(here[i] - there[i] - alignment.offset));
-  }
-  alignment.residual = largest;
-  return alignment;
-}
-
-Expected<MergedSessions::Alignment, SetupError> by_utc(const OneSession& first,
-                                                       const OneSession& other) {
-  for (const OneSession* const session : {&first, &other}) {
-    if (session->origin.utc.count() == 0) {
-      return bad_input(session->path +
-                       " does not say when it was recorded: align the sessions by a mark that all "
-                       "of them have, --by-mark LABEL");
-    }
-  }
-  MergedSessions::Alignment alignment{
-      .session = other.path,
-      .offset = (first.origin.start - first.origin.utc) - (other.origin.start - other.origin.utc),
-      .residual = std::nullopt,
-      .how = "UTC of the hosts"};
-  if (!first.recorder.empty() && first.recorder == other.recorder) {
-    alignment.how = "the same recorder";
-    alignment.offset = nanoseconds{0};
-    alignment.residual =
-        first.clock_error.value_or(nanoseconds{0}) + other.clock_error.value_or(nanoseconds{0});
-  } else if (!first.boot.empty() && first.boot == other.boot) {
-    alignment.how = "the same host";
-    alignment.residual = nanoseconds{0};
-  } else if (first.clock_error && other.clock_error) {
-    alignment.residual = *first.clock_error + *other.clock_error;
-  }
-  return alignment;
-}
-
-/// Adds a session, with its times moved by `offset` and its numbers after those that are there.
-void add(OneSession&& session, nanoseconds offset, MergedSessions& merged) {
-  RunDescription& all = merged.run;
-  const auto patches = static_cast<std::uint16_t>(all.model.patches.size());
-  const auto electrodes = static_cast<std::uint16_t>(all.encoding.electrodes.size());
-  for (SpikeEvent spike : session.items.spikes) {
-    spike.time += offset;
-    spike.neuron += merged.neurons;
-    spike.patch = static_cast<std::uint16_t>(spike.patch + patches);
-    merged.records.spikes.push_back(spike);
-  }
-  for (LoopEvent event : session.items.events) {
-    event.time += offset;
-    event.subject += event.kind == LoopEvent::Kind::kNeuronReset ? merged.neurons : merged.probes;
-    merged.records.events.push_back(event);
-  }
-  for (StimulationCommand command : session.items.commands) {
-    command.time += offset;
-    command.electrode = static_cast<std::uint16_t>(command.electrode + electrodes);
-    merged.records.commands.push_back(command);
-  }
-  for (const Mark& mark : session.items.marks) {
-    merged.records.marks.push_back({mark.time + offset, session.rig + ": " + mark.label});
-  }
-  for (DeliveredSample item : session.items.samples) {
-    item.probe += merged.probes;
-    item.sample.time += offset;
-    item.sample.arrival += offset;
-    merged.records.samples.push_back(item);
-  }
-  for (PatchParameters patch : session.run.model.patches) {
-    patch.name = session.rig + (patch.name.empty() ? "" : "." + patch.name);
-    all.model.patches.push_back(std::move(patch));
-  }
-  for (Indenter indenter : session.run.model.indenters) {
-    indenter.patch += patches;
-    all.model.indenters.push_back(std::move(indenter));
-  }
-  for (Electrode electrode : session.run.encoding.electrodes) {
-    electrode.patch += patches;
-    all.encoding.electrodes.push_back(std::move(electrode));
-  }
-  append(session.run.probes, all.probes);
-  all.facts.emplace_back("merged_session", session.path);
-  all.facts.emplace_back("merged_scene", session.run.scene);
-  all.facts.emplace_back("merged_offset_ns", std::to_string(offset.count()));
-  all.scene += (all.scene.empty() ? "" : " + ") + session.rig;
-  merged.neurons += session.neurons;
-  merged.probes += static_cast<std::uint32_t>(session.scene.probes.size());
-  merged.complete = merged.complete && session.complete;
-}
-
-template <class Item>
-void sort_by_time(std::vector<Item>& items) {
-  std::stable_sort(items.begin(), items.end(),
-                   [](const Item& a, const Item& b) { return time_of(a) < time_of(b); });
+/// Moves the records up to a time from one list to another, in order.
+template <class Record>
+void move_until(nanoseconds time, std::vector<Record>& from, std::vector<Record>& to) {
+  const auto later = std::stable_partition(
+      from.begin(), from.end(), [time](const Record& each) { return time_of(each) <= time; });
+  to.assign(std::make_move_iterator(from.begin()), std::make_move_iterator(later));
+  from.erase(from.begin(), later);
+  std::stable_sort(to.begin(), to.end(), before<Record>);
 }
 
 }  // namespace
 
-Expected<MergedSessions, SetupError> merge_sessions(const std::vector<std::string>& paths,
-                                                    const std::string& mark) {
-  MergedSessions merged;
-  std::optional<OneSession> first;  // its items move into the result, its marks and clock stay
-  std::set<std::string> rigs;
-  for (const std::string& path : paths) {
-    auto session = read_session(path);
-    if (!session) return Unexpected<SetupError>(session.error());
-    const std::string own = session->rig;
-    for (int number = 2; !rigs.insert(session->rig).second; ++number) {
-      session->rig = own + "_" + std::to_string(number);
-    }
-    nanoseconds offset{0};
-    if (!first) {
-      merged.origin = session->origin;
-      merged.run.model = session->run.model;
-      merged.run.model.patches.clear();
-      merged.run.model.indenters.clear();
-      merged.run.encoding = session->run.encoding;
-      merged.run.encoding.electrodes.clear();
-      first.emplace();
-      first->path = session->path;
-      first->origin = session->origin;
-      first->boot = session->boot;
-      first->recorder = session->recorder;
-      first->clock_error = session->clock_error;
-      first->items.marks = session->items.marks;
-    } else {
-      auto alignment = mark.empty() ? by_utc(*first, *session) : by_mark(*first, *session, mark);
-      if (!alignment) return Unexpected<SetupError>(alignment.error());
-      offset = alignment->offset;
-      merged.alignments.push_back(std::move(*alignment));
-    }
-    add(std::move(*session), offset, merged);
+/// Adds the records of a chunk, as those of the merged run.
+void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const {
+  for (SpikeEvent spike : chunk.spikes) {
+    spike.time = clock(spike.time);
+    spike.neuron += neurons;
+    spike.patch = static_cast<std::uint16_t>(spike.patch + patches);
+    to.spikes.push_back(spike);
   }
-  RecordLists<RecordVector>& records = merged.records;
-  std::stable_sort(records.spikes.begin(), records.spikes.end());
-  sort_by_time(records.samples);
-  sort_by_time(records.events);
-  sort_by_time(records.commands);
-  sort_by_time(records.marks);
+  for (LoopEvent event : chunk.events) {
+    event.length = clock(event.time + event.length) - clock(event.time);
+    event.time = clock(event.time);
+    event.subject += event.kind == LoopEvent::Kind::kNeuronReset ? neurons : probes;
+    to.events.push_back(event);
+  }
+  for (StimulationCommand command : chunk.commands) {
+    command.time = clock(command.time);
+    command.electrode = static_cast<std::uint16_t>(command.electrode + electrodes);
+    to.commands.push_back(command);
+  }
+  for (const Mark& mark : chunk.marks) {
+    to.marks.push_back({clock(mark.time), rig + ": " + mark.label});
+  }
+  for (DeliveredSample item : chunk.samples) {
+    item.probe += probes;
+    item.sample.time = clock(item.sample.time);
+    item.sample.arrival = clock(item.sample.arrival);
+    to.samples.push_back(item);
+  }
+}
+
+/// One reading of all sessions.
+class MergedSessions::Reading {
+ public:
+  explicit Reading(MergedSessions& merged) : merged_(merged), open_(merged.sessions_.size()) {
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      const Part& part = merged.sessions_[i];
+      next_.push({.until = part.clock(part.session->origin().start) - kBeforeStart, .session = i});
+    }
+  }
+
+  Expected<void, std::string> run(const Take& take,
+                                  const std::function<void(const std::string&)>& progress) {
+    auto report = steady_clock::now() + kReportEvery;
+    nanoseconds handed = nanoseconds::min();
+    while (!next_.empty()) {
+      const Turn turn = next_.top();
+      next_.pop();
+      if (handed == nanoseconds::min()) handed = turn.until;
+      if (turn.until - handed >= kPortion) {
+        handed = turn.until;
+        if (!hand_on(handed, take)) return {};
+      }
+      if (auto read = read_chunk(turn); !read) return read;
+      if (!progress || steady_clock::now() < report) continue;
+      report = steady_clock::now() + kReportEvery;
+      progress(fmt::format("merging: {} of {} sessions read, {:.0f} s of their time", ended_,
+                           open_.size(), units::s_from(handed - merged_.origin().start)));
+    }
+    static_cast<void>(hand_on(nanoseconds::max(), take));
+    return {};
+  }
+
+ private:
+  /// The session that is read next is the one that is least far.
+  struct Turn {
+    nanoseconds until{0};  ///< its records up to here are read
+    std::size_t session = 0;
+    bool operator<(const Turn& other) const {
+      return std::tie(until, session) > std::tie(other.until, other.session);
+    }
+  };
+  struct Open {
+    SessionReader reader;
+    bool has_ticks = false;
+  };
+
+  Expected<void, std::string> read_chunk(Turn turn) {
+    const Part& part = merged_.sessions_[turn.session];
+    auto& open = open_[turn.session];
+    if (!open) {
+      auto reader = part.session->reader();
+      if (!reader) return Unexpected<std::string>(reader.error().sentence);
+      open = std::make_unique<Open>(Open{std::move(*reader)});
+    }
+    const auto more = part.session->next(open->reader, chunk_);
+    if (!more) return Unexpected<std::string>(more.error().sentence);
+    if (!*more) {
+      merged_.complete_ = merged_.complete_ && open->reader.complete();
+      open.reset();
+      ++ended_;
+      return {};
+    }
+    // Whoever has the ticks of a time has the rest of it.
+    if (!chunk_.ticks.empty()) {
+      open->has_ticks = true;
+      turn.until = std::max(turn.until, part.clock(chunk_.ticks.back().time));
+    } else if (!open->has_ticks) {
+      for (const DeliveredSample& item : chunk_.samples) {
+        turn.until = std::max(turn.until, part.clock(item.sample.time) - kRecorderSlack);
+      }
+    }
+    part.add(chunk_, waiting_);
+    next_.push(turn);
+    return {};
+  }
+
+  bool hand_on(nanoseconds until, const Take& take) {
+    RecordLists<RecordVector> due;
+    move_until(until, waiting_.samples, due.samples);
+    move_until(until, waiting_.spikes, due.spikes);
+    move_until(until, waiting_.commands, due.commands);
+    move_until(until, waiting_.events, due.events);
+    move_until(until, waiting_.marks, due.marks);
+    return count_of(due) == 0 || take(batch_of(due));
+  }
+
+  MergedSessions& merged_;
+  std::vector<std::unique_ptr<Open>> open_;  ///< null before and after its turns
+  std::priority_queue<Turn> next_;
+  RecordLists<RecordVector> waiting_;  ///< read, on the merged clock
+  SessionChunk chunk_;
+  std::size_t ended_ = 0;
+};
+
+void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string rig,
+                         const ClockMap& clock) {
+  const RunDescription& own = session->run();
+  const auto patches = static_cast<std::uint16_t>(run_.model.patches.size());
+  const auto electrodes = static_cast<std::uint16_t>(run_.encoding.electrodes.size());
+  if (sessions_.empty()) {
+    run_.model = own.model;
+    run_.model.patches.clear();
+    run_.model.indenters.clear();
+    run_.encoding = own.encoding;
+    run_.encoding.electrodes.clear();
+  }
+  for (PatchParameters patch : own.model.patches) {
+    patch.name = rig + (patch.name.empty() ? "" : "." + patch.name);
+    run_.model.patches.push_back(std::move(patch));
+  }
+  for (Indenter indenter : own.model.indenters) {
+    indenter.patch += patches;
+    run_.model.indenters.push_back(std::move(indenter));
+  }
+  for (Electrode electrode : own.encoding.electrodes) {
+    electrode.patch += patches;
+    run_.encoding.electrodes.push_back(std::move(electrode));
+  }
+  run_.probes.insert(run_.probes.end(), own.probes.begin(), own.probes.end());
+  const nanoseconds start = session->origin().start;
+  run_.facts.emplace_back("merged_session", session->path());
+  run_.facts.emplace_back("merged_scene", own.scene);
+  run_.facts.emplace_back("merged_offset_ns", std::to_string((clock(start) - start).count()));
+  run_.facts.emplace_back("merged_rate_ppm", fmt::format("{:.6f}", clock.rate() * 1e6));
+  run_.scene += (run_.scene.empty() ? "" : " + ") + rig;
+  sessions_.push_back({.session = std::move(session),
+                       .rig = std::move(rig),
+                       .clock = clock,
+                       .neurons = neurons_,
+                       .probes = probes_,
+                       .patches = patches,
+                       .electrodes = electrodes});
+  neurons_ += sessions_.back().session->neurons();
+  probes_ += static_cast<std::uint32_t>(sessions_.back().session->scene()->probes.size());
+}
+
+Expected<std::shared_ptr<MergedSessions>, SetupError> MergedSessions::open(
+    const std::vector<std::string>& paths, const MergeSettings& settings) {
+  std::shared_ptr<MergedSessions> merged(new MergedSessions);
+  std::optional<SessionClock> first;
+  std::set<std::string> rigs;
+  auto report = steady_clock::now() + kReportEvery;
+  for (const std::string& path : paths) {
+    auto session = RecordedSession::open(path);
+    if (!session) return Unexpected<SetupError>(session.error());
+    if (!(*session)->scene()) {
+      return bad_input(path +
+                       " was recorded without a simulation: only sessions of merkel run "
+                       "hold a scene");
+    }
+    auto known = SessionClock::read(**session, settings.mark.empty() && first ? &*first : nullptr);
+    if (!known) return Unexpected<SetupError>(known.error());
+    const std::string own =
+        known->rig.empty() ? std::filesystem::path(path).stem().string() : known->rig;
+    std::string rig = own;
+    for (int number = 2; !rigs.insert(rig).second; ++number) {
+      rig = own + "_" + std::to_string(number);
+    }
+    ClockMap clock{nanoseconds{0}};
+    if (first) {
+      auto alignment = align(*first, *known, settings.mark, clock);
+      if (!alignment) return Unexpected<SetupError>(alignment.error());
+      merged->alignments_.push_back(std::move(*alignment));
+    } else {
+      first = std::move(*known);
+    }
+    merged->add(std::move(*session), std::move(rig), clock);
+    if (!settings.progress || steady_clock::now() < report) continue;
+    report = steady_clock::now() + kReportEvery;
+    settings.progress(
+        fmt::format("aligning: {} of {} sessions", merged->sessions_.size(), paths.size()));
+  }
+  merged->progress_ = settings.progress;
   return merged;
 }
 
-Expected<void, SinkError> write_merged(const MergedSessions& merged, Sink& sink) {
-  auto written = sink.begin(merged.origin);
-  if (written) written = sink.write(batch_of(merged.records));
-  return written ? sink.close() : written;
+Expected<void, std::string> MergedSessions::read(const Take& take) {
+  allow_open_files(sessions_.size() + 64);
+  complete_ = true;
+  return Reading(*this).run(take, progress_);
 }
 
 }  // namespace merkel

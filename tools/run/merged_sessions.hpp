@@ -1,45 +1,82 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/sink.hpp"
+#include "drivers/clock/clock_map.hpp"
+#include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_setup.hpp"
+#include "tools/run/recorded_session.hpp"
 
 namespace merkel {
 
-/// Sessions of several rigs on one clock: that of the first session. Neurons, patches, probes and
-/// electrodes are numbered through all sessions, in their order.
-struct MergedSessions {
-  RecordLists<RecordVector> records;  ///< spikes, commands, events, marks and samples
-  std::uint32_t neurons = 0;
-  std::uint32_t probes = 0;
-  RunDescription run;
-  RunOrigin origin;
-  bool complete = true;  ///< no recording broke off
+/// How sessions are aligned, and who learns how far a long work has come.
+struct MergeSettings {
+  std::string mark;  ///< by the marks with this label; empty: by the UTC of the hosts
+  std::function<void(const std::string&)> progress = {};
+};
 
+/// Sessions of several rigs on one clock, that of the first session, as one run. Neurons, patches,
+/// probes and electrodes are numbered through all sessions, in their order. Reading merges the
+/// files in order of time, in bounded memory: each session is open from its start to its end, with
+/// one of its chunks waiting. Events come when they were reported.
+class MergedSessions final : public RunJournal {
+ public:
   /// How a session's clock was placed on that of the first.
   struct Alignment {
     std::string session;
-    std::chrono::nanoseconds offset{0};  ///< added to its times
-    /// What is left: the uncertainty of the hosts' clocks, or the largest distance of two shared
-    /// marks. Empty: unknown.
+    std::chrono::nanoseconds offset{0};  ///< added to its start
+    double rate = 0.0;                   ///< by which its clock is slower, as a fraction
+    /// How far its converted times may be off. Empty: unknown.
     std::optional<std::chrono::nanoseconds> residual;
     std::string how;  ///< for the user
   };
-  std::vector<Alignment> alignments;  ///< of all sessions but the first
+
+  /// Reads what sessions are and aligns them.
+  [[nodiscard]] static Expected<std::shared_ptr<MergedSessions>, SetupError> open(
+      const std::vector<std::string>& paths, const MergeSettings& settings);
+
+  /// Spikes, samples, commands, events and marks.
+  [[nodiscard]] Expected<void, std::string> read(const Take& take) override;
+
+  [[nodiscard]] const std::vector<Alignment>& alignments() const noexcept { return alignments_; }
+  [[nodiscard]] const RunDescription& run() const noexcept { return run_; }
+  [[nodiscard]] const RunOrigin& origin() const noexcept { return sessions_[0].session->origin(); }
+  [[nodiscard]] std::uint32_t neurons() const noexcept { return neurons_; }
+  /// False if the last read() found that a recording broke off.
+  [[nodiscard]] bool complete() const noexcept { return complete_; }
+
+ private:
+  /// A session, and what is added to its times and numbers.
+  struct Part {
+    std::unique_ptr<RecordedSession> session;
+    std::string rig;  ///< its name in this merge
+    ClockMap clock;
+    std::uint32_t neurons = 0;
+    std::uint32_t probes = 0;
+    std::uint16_t patches = 0;
+    std::uint16_t electrodes = 0;
+
+    void add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const;
+  };
+  class Reading;
+
+  MergedSessions() = default;
+  void add(std::unique_ptr<RecordedSession> session, std::string rig, const ClockMap& clock);
+
+  std::vector<Part> sessions_;
+  std::vector<Alignment> alignments_;  ///< of all sessions but the first
+  RunDescription run_;
+  std::uint32_t neurons_ = 0;
+  std::uint32_t probes_ = 0;
+  bool complete_ = true;
+  std::function<void(const std::string&)> progress_;
 };
-
-/// Reads sessions and aligns them by the UTC time that their hosts recorded, or by the marks with a
-/// label, whose mean distance is the offset. \param mark  empty: by UTC
-[[nodiscard]] Expected<MergedSessions, SetupError> merge_sessions(
-    const std::vector<std::string>& paths, const std::string& mark);
-
-/// Writes everything that a sink takes, in order of time, and closes it.
-[[nodiscard]] Expected<void, SinkError> write_merged(const MergedSessions& merged, Sink& sink);
 
 }  // namespace merkel

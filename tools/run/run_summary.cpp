@@ -102,7 +102,7 @@ Json plan_part(const Plan& plan, const RunReport& report) {
           {"precision", name_of(plan.chosen.precision)},
           {"step_us", units::us_from(plan.chosen.step)},
           {"spike_time_us", plan.budget_us.value_or(0.0)},
-          {"predicted_error_us", plan.chosen.error_us()},
+          {"predicted_error_us", plan.chosen.measured() ? Json(plan.chosen.error_us()) : Json()},
           {"predicted_tick_us", plan.chosen.tick_us},
           {"measured_tick_us", measured_tick_us(report)}};
 }
@@ -141,11 +141,14 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
   text += loop_text(report);
   if (plan != nullptr) {
     text += fmt::format(
-        "planned with {} at {:g} µs in {}: predicted {:.2f} µs per tick, measured {:.2f}; spike times "
-        "within {:.3g} µs in rehearsal, limit {:g}\n",
+        "planned with {} at {:g} µs in {}: predicted {:.2f} µs per tick, measured {:.2f}; {}, limit "
+        "{:g} µs\n",
         name_of(plan->chosen.method), units::us_from(plan->chosen.step),
         name_of(plan->chosen.precision), plan->chosen.tick_us, measured_tick_us(report),
-        plan->chosen.error_us(), plan->budget_us.value_or(0.0));
+        plan->chosen.measured()
+            ? fmt::format("spike times within {:.3g} µs in rehearsal", plan->chosen.error_us())
+            : "nothing fired in rehearsal, so the most accurate method was taken",
+        plan->budget_us.value_or(0.0));
   }
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::OfProbe& probe = report.probes[i];

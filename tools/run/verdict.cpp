@@ -28,8 +28,15 @@ constexpr double kMisread_mN = -20.0;  ///< a pull that no zero error explains
 constexpr double kFlicker = 1.0;       ///< brief touches per second: noise
 constexpr double kHardestPress_N = 15.0;
 constexpr double kDeepestPress_mm = 6.0;
+constexpr const char* kSlowHost =
+    "the model is fast enough, but this machine stopped the loop: see merkel doctor, and what else "
+    "runs on it";
 constexpr const char* kRefused =
     "check the units and the zero, or increase [probe] max_force_N or max_depth_mm";
+
+constexpr const char* kDamaged =
+    "check its cable and what else is on its line or port, what it is set to send, and the options "
+    "of its protocol";
 
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -215,19 +222,18 @@ class RunChecks {
           fmt::format("{:.0f} % of ticks held the last sample of {}", 100.0 * held, probe.uri);
       if (probe.timing) what += ", which sends one every " + number_text(period_ms) + " ms";
       add(Severity::kLoss, held, what,
-          report_.delay < needed
-              ? fmt::format(
+          report_.delay_measured || report_.delay >= needed
+              ? "its samples arrive irregularly: " + longer_delay()
+              : fmt::format(
                     "set [probe] delay_ms = {:.0f}, or remove the key: the delay is then measured",
-                    std::ceil(units::ms_from(needed)))
-              : std::string("its samples arrive irregularly: increase [probe] delay_ms, or check "
-                            "what else loads this machine"));
+                    std::ceil(units::ms_from(needed))));
     }
     const double late = share(probe.counts.late, probe.samples_in);
     if (late > kMuch) {
       add(Severity::kLoss, late,
           fmt::format("{:.0f} % of the samples of {} arrived after their time had been simulated",
                       100.0 * late, probe.uri),
-          "increase [probe] delay_ms, or remove the key: the delay is then measured");
+          longer_delay());
     }
     if (probe.dropped > 0) {
       add(Severity::kLoss, share(probe.dropped, probe.samples_in),
@@ -237,22 +243,36 @@ class RunChecks {
     }
   }
 
+  /// The remedy for samples that come too late, depending on what limited the delay.
+  [[nodiscard]] std::string longer_delay() const {
+    if (!report_.delay_measured) {
+      return "increase [probe] delay_ms, or remove the key: the delay is then measured";
+    }
+    if (report_.delay_ceiling.count() > 0) {
+      return fmt::format("let the device send more evenly, or set [probe] max_delay_ms above {}",
+                         number_text(units::ms_from(report_.delay_ceiling)));
+    }
+    return "let the device send more evenly, and check with merkel doctor what else loads this "
+           "machine";
+  }
+
   void check_device(const RunReport::OfProbe& probe, const DeviceCounts& device) {
+    const std::string sent =
+        device.unexpected.empty() ? "" : "; the first answer that was wrong: " + device.unexpected;
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong),
-          fmt::format("{}: {} {} lost, {} damaged and {} refused", probe.uri,
+          fmt::format("{}: {} {} lost, {} damaged and {} refused{}", probe.uri,
                       counted(device.lost, "reading"), was(device.lost), device.damaged,
-                      device.refused),
-          device.lost + device.damaged == 0 ? kRefused
-                                            : "check the baud rate, the cable and the units");
+                      device.refused, sent),
+          device.lost + device.damaged == 0 ? kRefused : kDamaged);
     }
     if (device.distrusted > 0) {
       add(Severity::kLoss, share(device.withheld, device.readings + device.withheld),
           fmt::format("most of what {} sent was damaged, {} times: its press was released, {} "
-                      "readings were not used",
-                      probe.uri, device.distrusted, device.withheld),
-          "check the baud rate, the cable and what else is on its line or port");
+                      "readings were not used{}",
+                      probe.uri, device.distrusted, device.withheld, wrong > 0 ? "" : sent),
+          kDamaged);
     }
     if (device.age_ms > kOld_ms) {
       add(Severity::kLoss, 0.0,
@@ -287,7 +307,7 @@ class RunChecks {
       add(skipped > kMuch ? Severity::kFailure : Severity::kLoss, skipped,
           fmt::format("{} of {} {} skipped: the simulation fell behind", report_.skipped_ticks,
                       counted(all, "tick"), was(report_.skipped_ticks)),
-          "simplify the scene (merkel plan), or check this machine with merkel doctor");
+          model_is_slow() ? slow_model() : kSlowHost);
     }
     if (report_.demotions > 0) {
       add(Severity::kFailure, 0.0,
@@ -298,10 +318,19 @@ class RunChecks {
       add(Severity::kLoss, share(report_.overruns, all),
           fmt::format("{} ended late, the longest by {} ms", counted(report_.overruns, "tick"),
                       number_text(1e-6 * static_cast<double>(report_.longest_overrun_ns))),
-          report_.overruns_by_late_wake_up > report_.overruns_by_long_compute
-              ? "find out with merkel doctor why this machine wakes the loop up late"
-              : "simplify the scene (merkel plan): the model takes longer than a tick");
+          model_is_slow() ? slow_model() : kSlowHost);
     }
+  }
+
+  /// Whether more than rare ticks took longer than they last. Rare ones are stopped by the host.
+  [[nodiscard]] bool model_is_slow() const {
+    return report_.host_time && report_.host_time->tick.p99 > model_.parameters().tick;
+  }
+  [[nodiscard]] std::string slow_model() const {
+    return fmt::format(
+        "simplify the scene (merkel plan): 1 % of its ticks took over {} ms, and a "
+        "tick lasts {} ms",
+        number_text(units::ms_from(report_.host_time->tick.p99)), number_text(1e3 * tick_s_));
   }
 
   void check_sink(const RunReport::OfSink& sink) {

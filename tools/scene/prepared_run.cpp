@@ -7,11 +7,14 @@
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/probes/probe_channels.hpp"
+#include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/run_probes.hpp"
 #include "tools/scene/machine_facts.hpp"
+#include "tools/scene/pressed_cost.hpp"
 #include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -38,6 +41,12 @@ std::string model_key_of(const Scene& scene) {
   return key;
 }
 
+/// Scenes of Python were read before the run that they make.
+void note_files_of(const Scene& scene) {
+  ReadFiles::note(scene.file);
+  for (const Indenter& indenter : scene.model.indenters) ReadFiles::note(indenter.shape.file);
+}
+
 /// The longest delay of the scene's probes.
 std::optional<nanoseconds> delay_of(const Scene& scene) {
   std::optional<nanoseconds> delay;
@@ -48,12 +57,15 @@ std::optional<nanoseconds> delay_of(const Scene& scene) {
 }
 
 /// Opens each device once: probes whose URIs differ only in what follows '#' share one.
-Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene& scene) {
+Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene& scene,
+                                                                    bool allow_remote) {
   std::vector<DeviceUri> uris;
   std::vector<PreparedRun::Device> devices;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
-    DeviceUri uri = DeviceUri::split(scene.uri_of(i));
-    uri.calibrations = {scene.probes[i].calibration};
+    auto source = scene.source_of(i);
+    if (!source) return Unexpected<SetupError>(source.error());
+    DeviceUri& uri = *source;
+    uri.allow_remote = allow_remote;
     const auto same = std::find_if(uris.begin(), uris.end(), [&](const DeviceUri& other) {
       return other.uri == uri.uri && !other.parts.empty() && !uri.parts.empty();
     });
@@ -202,6 +214,7 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
   PreparedRun run;
+  note_files_of(scene);
   if (auto notice = leave_one_core(scene.loop); !notice.empty()) {
     run.notices.push_back(std::move(notice));
   }
@@ -209,7 +222,7 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
     run.devices.push_back({.probe = std::move(preparation.probes[i]), .feeds = {i}});
   }
   if (run.devices.empty()) {
-    auto opened = open_devices(scene);
+    auto opened = open_devices(scene, preparation.allow_remote);
     if (!opened) return Unexpected<SetupError>(opened.error());
     run.devices = std::move(*opened);
   }
@@ -217,7 +230,7 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
   for (PreparedRun::Device& device : run.devices) {
     std::vector<PressLimits> limits;
     for (std::size_t output = 0; output < device.feeds.size(); ++output) {
-      infos[device.feeds[output]] = device.probe->info_of(output);
+      infos[device.feeds[output]] = device.probe->outputs()[output];
       limits.push_back(scene.probes[device.feeds[output]].limits);
     }
     device.probe = std::make_unique<LimitedProbe>(std::move(device.probe), std::move(limits));
@@ -230,6 +243,16 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
       preparation.models);
   if (!simulation) return Unexpected<SetupError>(simulation.error());
   static_cast<Simulation&>(run) = std::move(*simulation);
+  if (!preparation.fast) {
+    std::vector<ContactInput> places;
+    for (const Scene::OfProbe& probe : scene.probes) {
+      places.push_back({.x_mm = probe.input.x_mm, .y_mm = probe.input.y_mm});
+    }
+    const nanoseconds pressed = pressed_cost(*run.model, places, &PeriodicClock::now);
+    if (auto warning = cost_warning(pressed, scene.model.tick); !warning.empty()) {
+      run.notices.push_back(std::move(warning));
+    }
+  }
   run.parameters = {.fast = preparation.fast,
                     .delay = delay_of(scene),
                     .duration = std::nullopt,

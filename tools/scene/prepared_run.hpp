@@ -82,7 +82,8 @@ struct PreparedRun : Simulation {
 };
 
 struct RunPreparation {
-  bool fast = false;  ///< virtual clock; recordings only
+  bool fast = false;          ///< virtual clock; recordings only
+  bool allow_remote = false;  ///< as in open_probe()
   /// Replace the scene's probes; one per indenter.
   std::vector<std::unique_ptr<Probe>> probes = {};
   ModelCache* models = nullptr;  ///< may hold the model of an earlier run; borrowed

@@ -88,8 +88,7 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
     return bad_input(std::move(fault));
   }
   begin_call();
-  if (line.channel.samples.size_approx() >= kMostWaiting ||
-      !line.channel.samples.try_push(sample)) {
+  if (line.channel.ring->size_approx() >= kMostWaiting || !line.channel.try_push(sample)) {
     return bad_input(line.name + " is " + std::to_string(kMostWaiting) +
                      " samples ahead of another probe: push the samples of all probes in turn");
   }

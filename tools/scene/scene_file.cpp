@@ -1,6 +1,7 @@
 #include "tools/scene/scene_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "core/scene/model_fields.hpp"
 #include "drivers/files/height_map_file.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/probes/probe_channels.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -112,7 +114,7 @@ void read_devices(SceneTable& root, Findings& findings, Scene& scene) {
                     "a [[device]] has a name, for the probes that it feeds, and a uri: set both");
     } else if (std::any_of(scene.devices.begin(), scene.devices.end(), same)) {
       reader.refuse("name", "is that of another device: give each its own");
-    } else if (device.uri.starts_with("fused:") || !DeviceUri::split(device.uri).parts.empty()) {
+    } else if (device.uri.starts_with("fused:") || split_fragment(device.uri).second) {
       reader.refuse("uri",
                     "must be that of one device without #: choose its channels by the keys force, "
                     "depth, x and y of [[probe]]");
@@ -131,7 +133,7 @@ void check_source(SceneTable& table, Scene::OfProbe& probe) {
     return;
   }
   const bool chosen = !(probe.force + probe.depth + probe.x + probe.y).empty();
-  if (chosen && !DeviceUri::split(probe.uri).parts.empty()) {
+  if (chosen && split_fragment(probe.uri).second) {
     table.refuse("uri",
                  "already names channels after #: remove them, or the keys force, depth, x "
                  "and y");
@@ -191,6 +193,10 @@ void read_electrodes(SceneTable& root, Findings& findings, Scene& scene) {
 
 void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
   table.read(bind_fields(skin));
+  if (table.has("radius_mm") && !table.has("radius_along_mm")) flatten_if_infinite(skin);
+  table.refuse(
+      "layer_law",
+      "no longer exists: skin on bone is always solved, as with \"exact\"; remove the key");
   for_each_table(table, "layer", findings, [&](const toml::table& layer) {
     if (skin.layers.count == SkinLayers::kMost) {
       findings.fail(layer.source(), "skin.layer may have at most 10 layers");
@@ -255,6 +261,9 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   read_probes(top, findings, scene);
   read_electrodes(top, findings, scene);
   read("stimulation", bind_fields(scene.encoding.stimulation));
+  for (Electrode& each : scene.encoding.electrodes) {
+    if (each.frequency_Hz.empty()) each.frequency_Hz = scene.encoding.stimulation.frequency_Hz;
+  }
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();
@@ -299,16 +308,25 @@ Expected<void, ParameterError> check(const Scene& scene) {
 }
 }  // namespace
 
-std::string Scene::uri_of(std::size_t probe) const {
+Expected<DeviceUri, SetupError> Scene::source_of(std::size_t probe) const {
   const OfProbe& of = probes[probe];
-  const std::string& uri = of.device ? devices[*of.device].uri : of.uri;
+  auto source = DeviceUri::parse(of.device ? devices[*of.device].uri : of.uri);
+  if (!source) return source;
+  source->calibrations = {of.calibration};
   ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
   const Indenter& tip = model.indenters[probe];
-  if (tip.prescribed() && DeviceUri::split(uri).parts.empty()) {
+  if (tip.prescribed() && source->parts.empty()) {
     channels.taxels = {
         .count = tip.taxels.size(), .area_mm2 = tip.taxels.area_mm2(), .prefix = of.taxel_channels};
   }
-  return of.device || !channels.empty() ? uri + "#" + channels.text() : uri;
+  if (of.device || !channels.empty()) source->parts = {std::move(channels)};
+  return source;
+}
+
+std::string Scene::uri_of(std::size_t probe) const {
+  const auto source = source_of(probe);
+  if (!source) return probes[probe].uri;
+  return source->uri + (source->parts.empty() ? "" : "#" + source->parts.front().text());
 }
 
 void Scene::place_arrays() {
@@ -357,6 +375,10 @@ std::string Scene::sentence(const ParameterError& error) const {
   return where + (where.empty() ? "" : ": ") + error.key + " " + error.reason;
 }
 
+void flatten_if_infinite(SkinParameters& skin) {
+  if (std::isinf(skin.radius_mm)) skin.radius_along_mm = 0.0;
+}
+
 Expected<Scene, SetupError> parse_scene(const std::string& text, const std::string& name) {
   const auto root = parse_toml(text);
   if (!root) {
@@ -379,7 +401,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
 }
 
 Expected<Scene, SetupError> read_scene(const std::string& path) {
-  const auto text = read_toml_text(path, "scene");
+  const auto text = read_whole_file(path, "scene", kMaxTomlBytes);
   if (!text) return Unexpected<SetupError>(text.error());
   return parse_scene(*text, path);
 }

@@ -13,6 +13,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probes/limited_probe.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tools/scene/loop_settings.hpp"
 
@@ -56,7 +57,10 @@ struct Scene {
   std::string notice;                            ///< for the user; empty: none
   std::map<std::string, std::uint32_t> line_of;  ///< line of each key in the file
 
-  /// The URI of a probe, with its channels after '#'.
+  /// Where a probe gets its samples: its device, and the channels of the device that are its
+  /// readings.
+  [[nodiscard]] Expected<DeviceUri, SetupError> source_of(std::size_t probe) const;
+  /// The same as a URI, for display.
   [[nodiscard]] std::string uri_of(std::size_t probe) const;
   /// Sets the probes; additional ones copy the settings of the scene's last probe. Fails with the
   /// scene's probes if there are fewer URIs.
@@ -68,6 +72,10 @@ struct Scene {
   /// "file:line: key reason", for the user.
   [[nodiscard]] std::string sentence(const ParameterError& error) const;
 };
+
+/// For a skin.radius_mm that is set without skin.radius_along_mm: infinite means flat skin,
+/// whatever radius the preset has along the finger.
+void flatten_if_infinite(SkinParameters& skin);
 
 /// Reads a scene. Every key is optional; its default is that of the preset in the key `preset`, or
 /// of "paper". Fails with file, line and advice on an unknown key (with the nearest known one) or a

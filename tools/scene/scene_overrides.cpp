@@ -1,5 +1,6 @@
 #include "tools/scene/scene_overrides.hpp"
 
+#include <algorithm>
 #include <map>
 #include <string_view>
 #include <variant>
@@ -99,6 +100,13 @@ Expected<Scene, SetupError> with_overrides(const Scene& scene, const SceneOverri
     const auto key = key_named(changed, name);
     if (!key) return Unexpected<SetupError>(key.error());
     if (auto set = set_value(name, *key, value); !set) return Unexpected<SetupError>(set.error());
+  }
+  const auto sets = [&](std::string_view name) {
+    return std::any_of(overrides.begin(), overrides.end(),
+                       [&](const auto& each) { return each.first == name; });
+  };
+  if (sets("skin.radius_mm") && !sets("skin.radius_along_mm")) {
+    flatten_if_infinite(changed.model.skin);
   }
   return scene_of_keys(changed);
 }

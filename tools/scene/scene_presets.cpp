@@ -30,11 +30,18 @@ Scene paper_wide() {
 Scene goodwin() {
   Scene scene = paper();
   TactileModel::Parameters& model = scene.model;
-  model.skin.radius_mm = 7.0;
-  model.skin.radius_along_mm = 14.0;
+  // The fingertips of the recorded monkeys are 10 to 12 mm wide; along, their radius is about twice
+  // that across.
+  model.skin.radius_mm = 5.0;
+  model.skin.radius_along_mm = 10.0;
   model.patches.front().layout = ReceptorLayout::kFields;
+  model.patches.front().field = {.radius_mm = 1.4, .concentration = 1.25};
   model.network.gain = 0.0;
   set_kind(model, NeuronKind::kIntegrateAndFire);
+  // Fitted; standard errors 4, 8 and 6 % (`merkel fit goodwin`).
+  model.adaptation.gain_Hz_per_kPa = 20.7;
+  model.adaptation.fast_weight = 58.9;
+  model.adaptation.slow_weight = 1.006;
   return scene;
 }
 
@@ -44,6 +51,10 @@ Scene goodwin() {
 Scene finger() {
   Scene scene = goodwin();
   SkinParameters& skin = scene.model.skin;
+  // The published modulus is that of a finger whose plate touches as on a sphere of 7 mm.
+  skin.radius_mm = 7.0;
+  skin.radius_along_mm = 0.0;
+  scene.model.patches.front().field = {};
   constexpr double kReducedModulus_kPa = 24.0;
   skin.epidermis_kPa = skin.dermis_kPa =
       kReducedModulus_kPa * (1.0 - skin.poisson_ratio * skin.poisson_ratio);
@@ -55,6 +66,7 @@ Scene finger() {
   // Fitted on this skin; standard errors 5 and 7 % (`merkel fit finger`).
   adaptation.gain_Hz_per_kPa = 22.9;
   adaptation.fast_weight = 632.0;
+  adaptation.slow_weight = 1.05;
   return scene;
 }
 

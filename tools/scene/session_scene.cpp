@@ -137,10 +137,12 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
 
 Expected<RunDescription, SetupError> describe_session(const std::string& path,
                                                       const SessionReader& session,
-                                                      const Scene* scene,
-                                                      const TactileModel* model) {
+                                                      const Scene* scene) {
   RunDescription run;
-  if (model != nullptr) run = describe_run(*scene, *model);
+  if (scene != nullptr) {
+    run.model = scene->model;
+    run.encoding = scene->encoding;
+  }
   run.scene = session.fact("scene");
   run.facts = session.facts();
   std::erase_if(run.facts, [](const auto& fact) { return fact.first == "scene"; });
@@ -150,8 +152,12 @@ Expected<RunDescription, SetupError> describe_session(const std::string& path,
   return run;
 }
 
+bool SessionNumbering::needed(const SessionReader& session) {
+  return session.fact(kNumbering) != kThroughPatches;
+}
+
 SessionNumbering::SessionNumbering(const SessionReader& session, const TactileModel& model) {
-  if (session.fact(kNumbering) == kThroughPatches) return;
+  if (!needed(session)) return;
   std::uint32_t before = 0;
   for (const TactilePatch& patch : model.patches()) {
     before_patch_.push_back(before);

@@ -24,17 +24,18 @@ void add_probe_facts(const ProbeInfo& probe, RunDescription& run);
     const std::string& path);
 
 /// The description of a recorded run for sinks that store a copy: the facts are those of the
-/// machine and the time of the recording. \param model  null of samples recorded without a
+/// machine and the time of the recording. \param scene  null of samples recorded without a
 /// simulation
 [[nodiscard]] Expected<RunDescription, SetupError> describe_session(const std::string& path,
                                                                     const SessionReader& session,
-                                                                    const Scene* scene,
-                                                                    const TactileModel* model);
+                                                                    const Scene* scene);
 
 /// Converts the neuron numbers of a session's spikes to those of the model. Early sessions
 /// number the neurons of each patch from 1.
 class SessionNumbering {
  public:
+  /// Whether a session is an early one.
+  [[nodiscard]] static bool needed(const SessionReader& session);
   SessionNumbering(const SessionReader& session, const TactileModel& model);
   void apply(SessionChunk& chunk) const;
 

@@ -83,6 +83,7 @@ SelfCheck check_loopback_device(const std::string& folder) {
   const std::string session = folder + "/session.xdf";
   auto device = loopback_device();
   if (!device) {
+    check.host_refused = device.error().kind == SetupError::Kind::kUnavailable;
     check.finding = device.error().sentence;
     return check;
   }

@@ -13,6 +13,7 @@ struct SelfCheck {
   std::string what;     ///< "golden spikes with avx2"
   std::string finding;  ///< what was compared or, if it failed, the first difference
   bool passed = false;
+  bool host_refused = false;  ///< not run: the host lacks what it needs
 };
 
 /// The first row in which two spike files differ, as a sentence; empty if they agree. Comments are

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace merkel {
 namespace {
@@ -35,6 +36,26 @@ std::size_t nodes_around(std::size_t contact, std::size_t stride, double pixel_m
   return nodes;
 }
 
+/// The elliptic contact at a table's depth.
+void touch(const HertzEllipse& ellipse, PressTables::Table& table, PressTables& press) {
+  const double root = std::sqrt(table.depth_mm);
+  ellipse.fill(table.depth_mm, press.contact, press.pressure_kPa);
+  table.force_mN_per_mm = ellipse.force() * root;
+  table.area_mm2 = std::numbers::pi * ellipse.half_x() * ellipse.half_y() * table.depth_mm;
+  table.peak_pressure_kPa = ellipse.peak_pressure() * root;
+}
+
+void solve(RigidContact& solver, const PressedTip& tip, PressTables::Table& table,
+           PressTables& press) {
+  const RigidContact::Solution solution = solver.press(table.depth_mm, kTableAccuracy);
+  press.iterations += solution.iterations;
+  press.error = std::max(press.error, solution.error);
+  table.force_mN_per_mm = solution.force_mN / table.depth_mm;
+  table.area_mm2 = std::min(solution.area_mm2, tip.largest_area_mm2);
+  table.peak_pressure_kPa = solution.peak_pressure_kPa;
+  press.pressure_kPa.assign(solver.pressure_kPa().begin(), solver.pressure_kPa().end());
+}
+
 }  // namespace
 
 PixelGrid contact_pixels(const PressedTip& tip, double receptor_depth_mm) {
@@ -66,24 +87,25 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
   for (std::size_t f = 0; f < kPixelFields; ++f) {
     fields.push_back(kernels.kernel(static_cast<PixelField>(f)));
   }
-  GridSpectrum pressure = kernels.transform().make_spectrum();
+  GridSpectrum spectrum = kernels.transform().make_spectrum();
   std::vector<double> image(window.pixels());
-  RigidContact solver(medium, height_map(tip.gap, contact));
+  std::optional<RigidContact> solver;
+  if (!tip.ellipse) solver.emplace(medium, height_map(tip.gap, contact));
   press.tables.front().nodes.assign(press.grid.pixels(), GridNode{});
+  press.pressure_kPa.resize(contact.pixels());
   for (std::size_t k = 1; k <= count; ++k) {
     const double part = static_cast<double>(k) / static_cast<double>(count);
     PressTables::Table& table = press.tables[k];
-    table.depth_mm = part * part * tip.deepest_mm;
-    const RigidContact::Solution solution = solver.press(table.depth_mm, kTableAccuracy);
-    press.iterations += solution.iterations;
-    press.error = std::max(press.error, solution.error);
-    table.force_mN_per_mm = solution.force_mN / table.depth_mm;
-    table.area_mm2 = std::min(solution.area_mm2, tip.largest_area_mm2);
-    table.peak_pressure_kPa = solution.peak_pressure_kPa;
+    table.depth_mm = part * part * tip.deepest_mm * (tip.ellipse ? std::sqrt(part) : 1.0);
+    if (tip.ellipse) {
+      touch(*tip.ellipse, table, press);
+    } else {
+      solve(*solver, tip, table, press);
+    }
     table.nodes.resize(press.grid.pixels());
-    kernels.transform().forward(solver.pressure_kPa(), contact.columns, contact.rows, pressure);
+    kernels.transform().forward(press.pressure_kPa, contact.columns, contact.rows, spectrum);
     for (std::size_t f = 0; f < kPixelFields; ++f) {
-      kernels.transform().convolve(pressure, fields[f], window.columns, window.rows, image);
+      kernels.transform().convolve(spectrum, fields[f], window.columns, window.rows, image);
       for (std::size_t row = 0; row < press.grid.rows; ++row) {
         for (std::size_t column = 0; column < press.grid.columns; ++column) {
           table.nodes[row * press.grid.columns + column].values[f] = static_cast<float>(
@@ -92,7 +114,6 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
       }
     }
   }
-  press.pressure_kPa.assign(solver.pressure_kPa().begin(), solver.pressure_kPa().end());
   return press;
 }
 

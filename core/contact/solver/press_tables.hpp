@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/contact/kernel/grid_interpolation.hpp"
+#include "core/contact/solver/hertz_ellipse.hpp"
 #include "core/contact/solver/layered_medium.hpp"
 #include "core/contact/solver/rigid_contact.hpp"
 #include "core/contact/solver/tip_heights.hpp"
@@ -21,9 +23,11 @@ struct PressedTip {
   bool proportional = false;    ///< to the depth: a flat end on flat skin
   /// Of a flat end; pixels at its rim count as a whole, so that their sum is larger.
   double largest_area_mm2 = std::numeric_limits<double>::infinity();
+  std::optional<HertzEllipse> ellipse;  ///< the contact, where it is known
 };
 
-/// The fields of a press at depths (k/last)²·deepest, per mm of depth; the first is empty.
+/// The fields of a press at depths (k/last)²·deepest, per mm of depth; the first is empty. Those of
+/// an ellipse, which needs no solution, are closer when shallow: (k/last)^2.5.
 struct PressTables {
   struct Table {
     double depth_mm = 0.0;

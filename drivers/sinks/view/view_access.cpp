@@ -39,13 +39,13 @@ std::size_t most_view_sockets(std::size_t most) noexcept {
   return std::clamp<std::size_t>(limit.rlim_cur / 4, kFewestViews, most);
 }
 
-bool may_view(std::string_view host, std::string_view origin, bool loopback_only) {
+bool may_view(std::string_view host, std::optional<std::string_view> origin, bool loopback_only) {
   auto address = HostAndPort::parse(host);
   if (!address) address = HostAndPort{.host = std::string(host), .port = 80};
   const bool ours =
       address->loopback() ||
       (!loopback_only && (is_address(address->host) || is_name_of_this_machine(address->host)));
-  return ours && (origin.empty() || origin == "http://" + std::string(host));
+  return ours && (!origin || *origin == "http://" + std::string(host));
 }
 
 bool has_view_token(std::string_view target, std::string_view token) noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -15,7 +16,9 @@ namespace merkel {
 /// Rejects pages of other sites by the headers Host and Origin. A page on loopback is only reached
 /// by a loopback name; another page by an address or by this machine's name, because another site's
 /// name can be bound to this address (DNS rebinding).
-[[nodiscard]] bool may_view(std::string_view host, std::string_view origin, bool loopback_only);
+/// \param origin  none: the header is missing, so that no browser asks
+[[nodiscard]] bool may_view(std::string_view host, std::optional<std::string_view> origin,
+                            bool loopback_only);
 
 /// True if a target "/socket?token=…" has the token. Takes the same time for any wrong token.
 [[nodiscard]] bool has_view_token(std::string_view target, std::string_view token) noexcept;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -95,8 +96,11 @@ void ViewConnection::displace() {
 
 void ViewConnection::answer() {
   const auto& request = parser_.get();
-  const bool allowed = may_view(view_of(request[http::field::host]),
-                                view_of(request[http::field::origin]), room_.loopback_only);
+  std::optional<std::string_view> origin;
+  if (const auto given = request.find(http::field::origin); given != request.end()) {
+    origin = view_of(given->value());
+  }
+  const bool allowed = may_view(view_of(request[http::field::host]), origin, room_.loopback_only);
   const std::string_view target = view_of(request.target());
   const bool socket = target.substr(0, target.find('?')) == "/socket";
   if (allowed && socket && websocket::is_upgrade(request) &&

@@ -71,15 +71,14 @@ class CommandAuditor {
 
   void check_values(const StimulationCommand& command) {
     const auto& limit = electrodes_[command.electrode];
-    const double charge_nC =
-        command.amplitude_uA * static_cast<double>(limits_.phase.count()) * 1e-6;
+    const double charge_nC = command.amplitude_uA * static_cast<double>(limit.phase.count()) * 1e-6;
     if (!std::isfinite(command.amplitude_uA) || !std::isfinite(command.frequency_Hz)) {
       fail(command, "is not finite");
     }
     if (command.amplitude_uA < 0.0 || command.frequency_Hz < 0.0) fail(command, "is negative");
     if (command.amplitude_uA > limit.max_uA) fail(command, "is above the amplitude");
     if (command.frequency_Hz > limit.max_Hz) fail(command, "is above the frequency");
-    if (charge_nC > limits_.max_charge_nC * (1.0 + 1e-12)) fail(command, "is above the charge");
+    if (charge_nC > limit.max_charge_nC * (1.0 + 1e-12)) fail(command, "is above the charge");
   }
 
   void check_slope(const StimulationCommand& command) {
@@ -88,9 +87,9 @@ class CommandAuditor {
     const double from_uA = pulse ? line.level_uA : line.train_uA;
     const auto since = command.time - (pulse ? line.level_time : line.train_time);
     const double rise_uA = command.amplitude_uA - from_uA;
+    const double slope_uA_per_s = electrodes_[command.electrode].max_slope_uA_per_s;
     if (rise_uA >
-        limits_.max_slope_uA_per_s * 1e-9 * static_cast<double>(since.count()) * (1.0 + 1e-9) +
-            1e-9) {
+        slope_uA_per_s * 1e-9 * static_cast<double>(since.count()) * (1.0 + 1e-9) + 1e-9) {
       fail(command, "rises too fast");
     }
   }
@@ -121,8 +120,9 @@ class CommandAuditor {
   void check_instant(const StimulationCommand& command) {
     double total_uA = 0.0;
     std::size_t active = 0;
-    for (const Line& line : lines_) {
-      const bool pulsing = line.pulse && *line.pulse + 2 * limits_.phase > command.time;
+    for (std::size_t e = 0; e < lines_.size(); ++e) {
+      const Line& line = lines_[e];
+      const bool pulsing = line.pulse && *line.pulse + 2 * electrodes_[e].phase > command.time;
       const double flows_uA = line.train_uA + (pulsing ? line.pulse_uA : 0.0);
       total_uA += flows_uA;
       if (flows_uA > 0.0) ++active;

@@ -56,6 +56,38 @@ TEST(EncodingParameters, RefusesARangeThatExceedsALimit) {
             "two phases of 200 µs: lower the frequency or shorten stimulation.phase_us");
 }
 
+TEST(EncodingParameters, AnElectrodeHasLimitsOfItsOwn) {
+  EncodingParameters own = valid();
+  own.stimulation.max_slope_uA_per_s = 2000.0;
+  const ElectrodeLimits common = ElectrodeLimits::of(own.electrodes[0], own.stimulation);
+  EXPECT_EQ(common.max_charge_nC, 16.0);
+  EXPECT_EQ(common.phase, std::chrono::microseconds{200});
+  EXPECT_EQ(common.max_slope_uA_per_s, 2000.0);
+  EXPECT_TRUE(std::isinf(common.max_amplitude_uA));
+  own.electrodes[0].phase = std::chrono::microseconds{100};
+  own.electrodes[0].max_charge_nC = 8.0;
+  own.electrodes[0].max_slope_uA_per_s = 500.0;
+  own.electrodes[0].max_amplitude_uA = 80.0;
+  own.stimulation.max_charge_nC = 0.0;  // no electrode needs it
+  EXPECT_TRUE(own.check());
+  EXPECT_EQ(ElectrodeLimits::of(own.electrodes[0], own.stimulation).max_slope_uA_per_s, 500.0);
+
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].max_charge_nC = 10.0; }),
+            "electrode[E1].amplitude_uA reaches 80 µA, which is 16 nC in a phase of 200 µs, above "
+            "electrode[E1].max_charge_nC = 10: lower the amplitude or shorten "
+            "stimulation.phase_us");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].phase = std::chrono::microseconds{400}; }),
+            "electrode[E1].amplitude_uA reaches 80 µA, which is 32 nC in a phase of 400 µs, above "
+            "stimulation.max_charge_nC = 16: lower the amplitude or shorten "
+            "electrode[E1].phase_us");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].max_amplitude_uA = 70.0; }),
+            "electrode[E1].amplitude_uA reaches 80 µA, above electrode[E1].max_amplitude_uA = 70: "
+            "lower the amplitude");
+  EXPECT_EQ(fault([](auto& p) { p.stimulation.max_amplitude_uA = 60.0; }),
+            "electrode[E1].amplitude_uA reaches 80 µA, above stimulation.max_amplitude_uA = 60: "
+            "lower the amplitude");
+}
+
 TEST(EncodingParameters, RefusesInvalidValues) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(fault([&](auto& p) { p.electrodes[0].amplitude_uA = {nan, 80.0}; }), "");

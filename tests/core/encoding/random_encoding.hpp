@@ -37,6 +37,12 @@ inline EncodingParameters random_encoding(Random& random, double least_radius_mm
     electrode.window =
         std::chrono::nanoseconds{static_cast<std::int64_t>(random.uniform(1e6, 2e8))};
     electrode.full_rate_Hz = random.uniform(1.0, 100.0);
+    if (random.uniform() < 0.3) {
+      electrode.phase =
+          std::chrono::nanoseconds{static_cast<std::int64_t>(random.uniform(5e4, 4e5))};
+      electrode.max_charge_nC = charge_nC(electrode.amplitude_uA[1], *electrode.phase);
+    }
+    if (random.uniform() < 0.3) electrode.max_slope_uA_per_s = random.uniform(500.0, 1e5);
     parameters.electrodes.push_back(electrode);
   }
   limits.max_charge_nC = charge_nC(90.0, limits.phase);
@@ -46,16 +52,19 @@ inline EncodingParameters random_encoding(Random& random, double least_radius_mm
 /// The limits that an auditor checks commands against: those of the scene.
 inline CommandAuditor auditor_of(const EncodingParameters& parameters) {
   const StimulationParameters& stimulation = parameters.stimulation;
-  StimulationLimiter::Limits limits{.phase = stimulation.phase,
-                                    .max_charge_nC = stimulation.max_charge_nC,
-                                    .max_total_uA = stimulation.max_total_uA};
-  if (stimulation.max_slope_uA_per_s) limits.max_slope_uA_per_s = *stimulation.max_slope_uA_per_s;
+  StimulationLimiter::Limits limits{.max_total_uA = stimulation.max_total_uA};
   if (stimulation.max_electrodes) {
     limits.max_electrodes = static_cast<std::size_t>(*stimulation.max_electrodes);
   }
   std::vector<StimulationLimiter::OfElectrode> ranges;
   for (const Electrode& each : parameters.electrodes) {
-    ranges.push_back({.max_uA = each.amplitude_uA[1], .max_Hz = each.frequency_Hz[1]});
+    const auto slope =
+        each.max_slope_uA_per_s ? each.max_slope_uA_per_s : stimulation.max_slope_uA_per_s;
+    ranges.push_back({.max_uA = each.amplitude_uA[1],
+                      .max_Hz = each.frequency_Hz[1],
+                      .phase = each.phase.value_or(stimulation.phase),
+                      .max_charge_nC = each.max_charge_nC.value_or(stimulation.max_charge_nC),
+                      .max_slope_uA_per_s = slope.value_or(StimulationLimiter::kNone)});
   }
   return {limits, std::move(ranges), std::chrono::nanoseconds{0}};
 }

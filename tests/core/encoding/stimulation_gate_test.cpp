@@ -190,6 +190,79 @@ TEST(StimulationGate, ALateStopStillLeaves) {
   EXPECT_EQ(stop[0].amplitude_uA, 0.0);
 }
 
+/// A gate of two electrodes on one patch.
+class TwoElectrodes {
+ public:
+  explicit TwoElectrodes(const EncodingParameters& parameters) : gate_(parameters, kTick) {}
+
+  std::vector<StimulationCommand> pass(nanoseconds now, std::vector<StimulationCommand> commands,
+                                       std::optional<nanoseconds> newest = {}) {
+    const nanoseconds newest_sample = newest.value_or(now);
+    const auto leaving = gate_.pass(
+        commands,
+        {.now = now, .delay = milliseconds{3}, .last_tick = now, .newest = {&newest_sample, 1}});
+    return {leaving.begin(), leaving.end()};
+  }
+  static std::vector<StimulationCommand> update(nanoseconds time, double first_uA, double first_Hz,
+                                                double second_uA, double second_Hz,
+                                                Stop of_first = Stop::kNone) {
+    return {{.time = time, .amplitude_uA = first_uA, .frequency_Hz = first_Hz, .stop = of_first},
+            {.time = time, .amplitude_uA = second_uA, .frequency_Hz = second_Hz, .electrode = 1}};
+  }
+  static StimulationCommand pulse(nanoseconds time, double amplitude_uA) {
+    return {.time = time, .amplitude_uA = amplitude_uA, .electrode = 1, .kind = Kind::kPulse};
+  }
+
+ private:
+  StimulationGate gate_;
+};
+
+TEST(StimulationGate, ALateStopRaisesNoOtherElectrode) {
+  TwoElectrodes output(two_electrodes(0.0));
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 10.0, 50.0, 30.0, 60.0));
+  const auto higher = output.pass(
+      milliseconds{150}, output.update(milliseconds{110}, 0.0, 0.0, 70.0, 200.0, Stop::kReleased));
+  ASSERT_EQ(higher.size(), 2U);
+  EXPECT_EQ(higher[0].stop, Stop::kReleased);
+  EXPECT_EQ(higher[1].amplitude_uA, 30.0);
+  EXPECT_EQ(higher[1].frequency_Hz, 60.0);
+  // It may lower it.
+  const auto lower = output.pass(
+      milliseconds{170}, output.update(milliseconds{130}, 0.0, 0.0, 20.0, 40.0, Stop::kReleased));
+  ASSERT_EQ(lower.size(), 2U);
+  EXPECT_EQ(lower[1].amplitude_uA, 20.0);
+  EXPECT_EQ(lower[1].frequency_Hz, 40.0);
+}
+
+TEST(StimulationGate, PulsesOfAStaleElectrodeRiseFromTheEndOfItsSilence) {
+  TwoElectrodes output(two_electrodes(1000.0));
+  const auto update_at_time = [&](milliseconds now) {
+    return output.update(now - milliseconds{2}, 0.0, 0.0, 0.0, 0.0);
+  };
+  output.pass(milliseconds{100}, update_at_time(milliseconds{100}));
+  // Its device is silent until 299 ms; the loop goes on.
+  for (milliseconds now{101}; now < milliseconds{300}; ++now) {
+    const bool updates = now.count() % 10 == 0;
+    output.pass(now, updates ? update_at_time(now) : std::vector<StimulationCommand>{},
+                milliseconds{100});
+  }
+  output.pass(milliseconds{300}, update_at_time(milliseconds{300}));
+  const auto pulse = output.pass(milliseconds{305}, {output.pulse(milliseconds{303}, 80.0)});
+  ASSERT_EQ(pulse.size(), 1U);
+  EXPECT_DOUBLE_EQ(pulse[0].amplitude_uA, 6.0);  // 1000 µA/s for 6 ms
+}
+
+TEST(StimulationGate, EachElectrodeHasItsOwnSlope) {
+  EncodingParameters parameters = two_electrodes(1000.0);
+  parameters.electrodes[1].max_slope_uA_per_s = 2000.0;
+  TwoElectrodes output(parameters);
+  const auto leaving =
+      output.pass(milliseconds{100}, output.update(milliseconds{98}, 80.0, 50.0, 80.0, 60.0));
+  ASSERT_EQ(leaving.size(), 2U);
+  EXPECT_DOUBLE_EQ(leaving[0].amplitude_uA, 12.0);
+  EXPECT_DOUBLE_EQ(leaving[1].amplitude_uA, 24.0);
+}
+
 TEST(StimulationGate, NothingFollowsTheEnd) {
   OneElectrode output;
   output.pass(milliseconds{100}, 50.0);

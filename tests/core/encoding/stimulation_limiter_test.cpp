@@ -23,7 +23,7 @@ using Limits = StimulationLimiter::Limits;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr Limits kWide{.max_charge_nC = 1e6, .max_total_uA = 1e6};
+constexpr Limits kWide{.max_total_uA = 1e6};
 
 std::vector<StimulationCommand> update_of(nanoseconds time, const std::vector<double>& amplitudes,
                                           double frequency_Hz = 100.0) {
@@ -58,9 +58,8 @@ TEST(StimulationLimiter, LeavesValidCommandsUnchanged) {
 }
 
 TEST(StimulationLimiter, ClipsAmplitudeChargeAndFrequency) {
-  StimulationLimiter limiter(
-      {.phase = microseconds{200}, .max_charge_nC = 10.0, .max_total_uA = 1e6},
-      {{80.0, 200.0}, {40.0, 200.0}});
+  const nanoseconds phase = microseconds{200};
+  StimulationLimiter limiter(kWide, {{80.0, 200.0, phase, 10.0}, {40.0, 200.0, phase, 10.0}});
   limiter.reset(nanoseconds{0});
   auto update = update_of(milliseconds{10}, {90.0, 90.0}, 300.0);
   limiter.limit_update(update);
@@ -86,15 +85,24 @@ TEST(StimulationLimiter, SwitchesOffNonFiniteValues) {
 }
 
 TEST(StimulationLimiter, LimitsRisesButNotFalls) {
-  Limits limits = kWide;
-  limits.max_slope_uA_per_s = 2000.0;
-  StimulationLimiter limiter(limits, {{80.0, 200.0}});
+  StimulationLimiter limiter(kWide,
+                             {{.max_uA = 80.0, .max_Hz = 200.0, .max_slope_uA_per_s = 2000.0}});
   limiter.reset(nanoseconds{0});
   EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0}), std::vector{20.0});
   EXPECT_EQ(limited(limiter, milliseconds{20}, {80.0}), std::vector{40.0});
   EXPECT_EQ(limited(limiter, milliseconds{30}, {0.0}), std::vector{0.0});
   EXPECT_EQ(limited(limiter, milliseconds{35}, {80.0}), std::vector{10.0});
   EXPECT_EQ(limiter.clippings().slope, 3U);
+}
+
+TEST(StimulationLimiter, EachElectrodeHasItsOwnLimits) {
+  StimulationLimiter limiter(
+      kWide, {{80.0, 200.0, microseconds{200}, 10.0}, {80.0, 200.0, microseconds{400}, 10.0, 1e4}});
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{1}, {80.0, 80.0}), (std::vector{50.0, 10.0}));
+  EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0, 80.0}), (std::vector{50.0, 25.0}));
+  EXPECT_EQ(limiter.clippings().slope, 1U);
+  EXPECT_EQ(limiter.clippings().charge, 4U);
 }
 
 TEST(StimulationLimiter, ScalesAllByOneFactorToTheBudget) {
@@ -164,15 +172,16 @@ class RandomRun {
     const auto maybe = [&](double value, double none) {
       return random_.uniform() < 0.5 ? value : none;
     };
-    limits_ = {.phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 5e5))},
-               .max_charge_nC = random_.uniform(1.0, 20.0),
-               .max_total_uA = random_.uniform(20.0, 400.0),
-               .max_slope_uA_per_s = maybe(random_.uniform(100.0, 1e5), StimulationLimiter::kNone)};
+    limits_ = {.max_total_uA = random_.uniform(20.0, 400.0)};
     const auto electrodes = 1 + random_.next() % 20;
     if (random_.uniform() < 0.5) limits_.max_electrodes = 1 + random_.next() % electrodes;
     for (std::size_t e = 0; e < electrodes; ++e) {
       electrodes_.push_back(
-          {.max_uA = random_.uniform(5.0, 150.0), .max_Hz = random_.uniform(5.0, 900.0)});
+          {.max_uA = random_.uniform(5.0, 150.0),
+           .max_Hz = random_.uniform(5.0, 900.0),
+           .phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 5e5))},
+           .max_charge_nC = random_.uniform(1.0, 20.0),
+           .max_slope_uA_per_s = maybe(random_.uniform(100.0, 1e5), StimulationLimiter::kNone)});
       pulses_.push_back(random_.uniform() < 0.5);
     }
   }
@@ -201,13 +210,14 @@ class RandomRun {
   [[nodiscard]] StimulationLimiter make_limiter(const std::string& omitted) const {
     Limits limits = limits_;
     auto electrodes = electrodes_;
-    if (omitted == "charge") limits.max_charge_nC = 1e9;
     if (omitted == "total") limits.max_total_uA = 1e9;
-    if (omitted == "slope") limits.max_slope_uA_per_s = StimulationLimiter::kNone;
     if (omitted == "electrodes") limits.max_electrodes = Limits{}.max_electrodes;
     for (auto& electrode : electrodes) {
       if (omitted == "amplitude") electrode.max_uA = 1e9;
       if (omitted == "frequency") electrode.max_Hz = 1e9;
+      if (omitted == "charge") electrode.max_charge_nC = 1e9;
+      if (omitted == "slope") electrode.max_slope_uA_per_s = StimulationLimiter::kNone;
+      if (omitted == "phase") electrode.phase /= 10;
     }
     return {limits, electrodes};
   }
@@ -260,7 +270,7 @@ TEST(StimulationLimiter, NoOutputExceedsALimit) {
 
 TEST(StimulationLimiter, EveryLimitIsNeeded) {
   for (const std::string limit :
-       {"charge", "total", "slope", "electrodes", "amplitude", "frequency"}) {
+       {"charge", "total", "slope", "electrodes", "amplitude", "frequency", "phase"}) {
     int broken = 0;
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       broken += RandomRun(seed).run(limit).empty() ? 0 : 1;

@@ -83,7 +83,7 @@ TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
       if (field.field->key == "diameter_mm") model.indenters[0].tip = Indenter::Tip::kPin;
       if (field.field->key == "bar_length_mm") model.indenters[0].tip = Indenter::Tip::kBars;
       if (field.field->key.starts_with("taxel_")) model.indenters[0].tip = Indenter::Tip::kTaxels;
-      const bool of_field = field.field->key.starts_with("field_radius");
+      const bool of_field = field.field->key.starts_with("field_");
       if (of_field) model.patches[0].layout = ReceptorLayout::kFields;
       **number = wild;
       if (of_field) model.network.gain = 0.0;

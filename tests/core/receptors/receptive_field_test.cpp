@@ -37,6 +37,23 @@ TEST(ReceptiveField, IsAVogelSpiral) {
   }
 }
 
+TEST(ReceptiveField, IsDenseInTheMiddleIfConcentrated) {
+  for (const double q : {0.25, 0.5, 0.75, 1.0, 1.25, 2.5}) {
+    const auto receptors =
+        place_fields(ReceptiveField{.concentration = q}, {{15.0, 10.0}}, {1.4}, Patch{});
+    ASSERT_TRUE(receptors);
+    for (std::size_t k = 0; k < 28; ++k) {
+      const Receptor& receptor = (*receptors)[k];
+      EXPECT_NEAR(std::hypot(receptor.x_mm - 15.0, receptor.y_mm - 10.0),
+                  1.4 * std::pow((static_cast<double>(k) + 0.5) / 28.0, q), 1e-13)
+          << q;
+    }
+  }
+  const auto wrong = ReceptiveField{.concentration = 0.6}.check(Patch{});
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.error().key, "receptors.field_concentration");
+}
+
 TEST(ReceptiveField, AfferentsFollowTheDensityLaw) {
   for (const auto placement :
        {ReceptorParameters::Placement::kRandom, ReceptorParameters::Placement::kLattice}) {

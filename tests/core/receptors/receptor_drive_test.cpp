@@ -222,7 +222,7 @@ TEST(ReceptorDrive, FlatTipsGiveTheSameBitsOnEveryInstructionSet) {
 // In place, moved, between other tables and beyond them: where skin on bone bulges, receptors rest.
 TEST(ReceptorDrive, UnderOneTipOnBoneDisplacementsAreThoseOfTheField) {
   Reference reference;
-  reference.skin = {.thickness_mm = 2.0, .layer_law = LayerLaw::kExact};
+  reference.skin = {.thickness_mm = 2.0};
   const TipField field({.tip = Indenter::Tip::kPin, .pin = {.diameter_mm = 2.0}}, reference.skin);
   ReceptorDrive drive = drive_of(reference);
   const double threshold_mm = units::mm_from_um(reference.transduction.threshold_um);

@@ -259,7 +259,7 @@ class VirtualDevice {
     ProbeSample sample{.channels = ProbeSample::kDepth | ProbeSample::kForce};
     sample.depth_mm = 0.75 - 0.75 * std::cos(2.0 * std::numbers::pi * units::s_from(time));
     sample.force_mN = std::round(1000.0 * sample.depth_mm);
-    if (probe_->started()) probe_->measure(sample, time, outgoing_);
+    if (probe_->started()) probe_->measure(sample, {}, time, outgoing_);
     if (socket_ < 0) return;
     if (!flush()) return unplug();
     if (++measured_ % kMeasuresAReport == 0) queue_report(sample, time);

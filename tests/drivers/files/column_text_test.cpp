@@ -21,5 +21,17 @@ TEST(ColumnText, HasTimesInSecondsWordsAndShortNumbers) {
   EXPECT_EQ(row, "x,1.500000001,2,update,0.1,80,7,gap");
 }
 
+TEST(ColumnText, AFieldThatHoldsASeparatorIsQuoted) {
+  const auto field = [](std::string_view text) {
+    std::string row = "1,";
+    append_field(row, text);
+    return row;
+  };
+  EXPECT_EQ(field("trial 1"), "1,trial 1");
+  EXPECT_EQ(field("trial 1, left"), "1,\"trial 1, left\"");
+  EXPECT_EQ(field("a \"b\""), "1,\"a \"\"b\"\"\"");
+  EXPECT_EQ(field("a\nb"), "1,\"a\nb\"");
+}
+
 }  // namespace
 }  // namespace merkel

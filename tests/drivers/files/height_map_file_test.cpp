@@ -51,6 +51,13 @@ TEST(HeightMapFile, ReadsLinesOfNumbers) {
   EXPECT_NEAR(read->height_mm[3], 0.2, 1e-12);
 }
 
+TEST(HeightMapFile, RefusesHeightsThatNoNumberCanHold) {
+  for (const char* const height : {"1e400", "-1e400", "+1e999"}) {
+    const auto read = parse_csv_heights(std::string("0,1\n1,") + height + "\n", "a", 0.1);
+    EXPECT_NE(refusal(read).find("a:2: column 2 is"), std::string::npos) << refusal(read);
+  }
+}
+
 TEST(HeightMapFile, SaysWhatIsWrongWithAFile) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto expect = [](const Expected<HeightMap, SetupError>& read, const std::string& words) {

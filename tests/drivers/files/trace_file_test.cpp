@@ -92,13 +92,13 @@ TEST(TraceReader, ManyPressuresAreTheTaxelsOfAnArray) {
   ASSERT_TRUE(reader) << reader.error().sentence;
   EXPECT_EQ(reader->taxels().size(), 40U);
   EXPECT_EQ(reader->extra_columns(), std::vector<std::string>{"humidity"});
-  std::vector<ProbeSample> samples(3);
-  ASSERT_EQ(reader->read(samples).value_or(0), 3U);
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const auto row = reader->taxels_of(samples[k]);
+  Readings readings(ReadingColumns(reader->columns()));
+  ASSERT_EQ(reader->read(readings, 3).value_or(0), 3U);
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto row = readings.taxels(k);
     ASSERT_EQ(row.size(), 40U);
-    EXPECT_FLOAT_EQ(row[7], 0.1F * static_cast<float>(70 + k));
-    EXPECT_EQ(samples[k].extra[0], 55.0);
+    EXPECT_FLOAT_EQ(static_cast<float>(row[7]), 0.1F * static_cast<float>(70 + k));
+    EXPECT_EQ(readings.further(k)[0], 55.0);
   }
   EXPECT_NE(sentence_about(header(1025)).find("at most 1024 taxels"), std::string::npos);
 }

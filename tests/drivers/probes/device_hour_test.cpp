@@ -106,7 +106,7 @@ class FaultyCable final : public Transport {
       ProbeSample sample{.channels = ProbeSample::kDepth};
       sample.depth_mm = static_cast<double>(measured % kValues) / 1024.0;
       Bytes frame;
-      device_->measure(sample, device_time(due), frame);
+      device_->measure(sample, {}, device_time(due), frame);
       ++measured;
       if (pulled_out_at(due) || (faults && random_.uniform() < 1e-3)) continue;
       if (faults && random_.uniform() < 1e-3) {

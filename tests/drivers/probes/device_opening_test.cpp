@@ -28,9 +28,36 @@ TEST(FailedOpening, AdvisesOnlyProtocolsThatThePortCarries) {
             "the device at port does not use the protocol hbf1: its data looks like mark10, so use "
             "protocol=mark10");
   const std::string other =
-      "the device at port sent 27 bytes in 1.5 s that are not hbf1 readings: check the cable";
+      "the device at port sent 27 bytes in 1.5 s that are not hbf1 readings: it sent \"0.119 N\"; "
+      "check what it is set to send, and the protocol and its options";
   EXPECT_EQ(sentence("tcp"), other);
   EXPECT_EQ(sentence("udp"), other);
+}
+
+TEST(FailedOpening, QuotesTheFirst32BytesAndBlamesTheLineOnlyForNoise) {
+  Bytes heard;
+  for (unsigned i = 0; i < 40; ++i) heard.push_back(static_cast<std::uint8_t>(0x80 + i));
+  FailedOpening opening = {.name = "port",
+                           .scheme = "serial",
+                           .protocol = "hbf1",
+                           .hint = "the baud rate",
+                           .waited = std::chrono::milliseconds{1500},
+                           .protocol_error = "",
+                           .counts = {},
+                           .heard = heard,
+                           .expected = "frames"};
+  opening.counts.bytes = heard.size();
+  std::string bytes;
+  for (unsigned i = 0; i < 32; ++i) {
+    bytes += std::string(" ") + "89"[i / 16] + "0123456789ABCDEF"[i % 16];
+  }
+  EXPECT_EQ(no_valid_data(opening).sentence,
+            "the device at port sent 40 bytes in 1.5 s that are not hbf1 readings: it sent the 40 "
+            "bytes" +
+                bytes + " ..., expected: frames; check the baud rate");
+  opening.notices = {"the gauge reports *22: value too large"};
+  EXPECT_EQ(no_valid_data(opening).sentence,
+            "the device at port cannot be read: the gauge reports *22: value too large");
 }
 
 TEST(ProtocolEntry, IsCarriedBySomePorts) {

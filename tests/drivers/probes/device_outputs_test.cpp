@@ -16,16 +16,15 @@ std::string uri_of(const LinePrinter& printer, const std::string& columns) {
   return "serial:" + printer.name() + "?protocol=csv&columns=" + columns;
 }
 
-/// Reads until there are `count` samples.
-std::vector<ProbeSample> read_from(Probe& probe, std::size_t count,
-                                   std::vector<std::string>* notices = nullptr) {
-  std::vector<ProbeSample> all;
-  std::vector<ProbeSample> samples(64);
+/// Reads until there are `count` readings.
+Readings read_from(Probe& probe, std::size_t count, std::vector<std::string>* notices = nullptr) {
+  Readings all = probe.readings();
+  Readings some = probe.readings(64);
   for (int reads = 0; reads < 2000 && all.size() < count; ++reads) {
-    const auto read = probe.read(samples, milliseconds{10});
+    const auto read = probe.read(some, milliseconds{10});
     EXPECT_TRUE(read.has_value());
     if (!read) break;
-    all.insert(all.end(), samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(*read));
+    all.add(some, 0, some.size());
     for (std::string& sentence : probe.take_notices()) {
       if (notices != nullptr) notices->push_back(std::move(sentence));
     }
@@ -34,30 +33,34 @@ std::vector<ProbeSample> read_from(Probe& probe, std::size_t count,
   return all;
 }
 
+DeviceUri device_of(const std::string& uri, const std::vector<std::string>& parts) {
+  DeviceUri device{.uri = uri};
+  for (const std::string& part : parts) device.parts.push_back(*ProbeChannels::parse(part));
+  return device;
+}
+
 TEST(DeviceOutputs, OneReadingFeedsEveryProbeAtTheSameTime) {
   const LinePrinter printer("7, 200, 0.5, 1.25, 3");
-  auto probe = open_device({.uri = uri_of(printer, "-,thumb_g,index_N,index_mm,seq2_mm"),
-                            .parts = {"thumb_g", "force=index_N,depth=4", "index_mm"}});
+  auto probe = open_device(device_of(uri_of(printer, "-,thumb_g,index_N,index_mm,seq2_mm"),
+                                     {"thumb_g", "force=index_N,depth=4", "index_mm"}));
   ASSERT_TRUE(probe) << probe.error().sentence;
-  ASSERT_EQ((*probe)->outputs(), 3U);
-  EXPECT_EQ((*probe)->info_of(0).channels, ProbeSample::kForce);
-  EXPECT_EQ((*probe)->info_of(1).channels, ProbeSample::kForce | ProbeSample::kDepth);
-  EXPECT_EQ((*probe)->info_of(2).channels, ProbeSample::kDepth);
-  EXPECT_TRUE((*probe)->info_of(1).uri.ends_with("#force=index_N,depth=4"));
-  const auto samples = read_from(**probe, 30);
-  for (std::size_t i = 0; i + 2 < samples.size(); i += 3) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      EXPECT_EQ(samples[i + k].output, k);
-      EXPECT_EQ(samples[i + k].time, samples[i].time);
-      EXPECT_EQ(samples[i + k].valid_for, samples[i].valid_for);
-      EXPECT_EQ(samples[i + k].sequence, samples[i].sequence);
+  const auto outputs = (*probe)->outputs();
+  ASSERT_EQ(outputs.size(), 3U);
+  EXPECT_EQ(outputs[0].channels, ProbeSample::kForce);
+  EXPECT_EQ(outputs[1].channels, ProbeSample::kForce | ProbeSample::kDepth);
+  EXPECT_EQ(outputs[2].channels, ProbeSample::kDepth);
+  EXPECT_TRUE(outputs[1].uri.ends_with("#depth=4,force=index_N"));
+  const Readings readings = read_from(**probe, 10);
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    for (std::size_t k = 0; k < outputs.size(); ++k) {
+      EXPECT_EQ(readings.sample(i, k)->channels, outputs[k].channels);
     }
-    EXPECT_NEAR(samples[i].force_mN, 200 * 9.80665, 1e-9);
-    EXPECT_EQ(samples[i + 1].force_mN, 500.0);
-    EXPECT_EQ(samples[i + 1].depth_mm, 1.25);
-    EXPECT_EQ(samples[i + 2].depth_mm, 1.25);
+    EXPECT_NEAR(readings.sample(i, 0)->force_mN, 200 * 9.80665, 1e-9);
+    EXPECT_EQ(readings.sample(i, 1)->force_mN, 500.0);
+    EXPECT_EQ(readings.sample(i, 1)->depth_mm, 1.25);
+    EXPECT_EQ(readings.sample(i, 2)->depth_mm, 1.25);
   }
-  EXPECT_LE((*probe)->device_counts()->readings, samples.size() / 3 + 1);
+  EXPECT_LE((*probe)->device_counts()->readings, readings.size() + 1);
   EXPECT_EQ((*probe)->ports(), 1U);
 }
 
@@ -65,9 +68,11 @@ TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
   const LinePrinter printer(
       "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24,25,26,27,28,29,30,31,32,33,"
       "34,35,36");
-  auto probe = open_device({.uri = uri_of(printer, "taxel_Pa*36"), .parts = {}});
+  auto probe = open_device({
+      .uri = uri_of(printer, "taxel_Pa*36"),
+  });
   ASSERT_TRUE(probe) << probe.error().sentence;
-  EXPECT_EQ((*probe)->info().extra_columns.size(), ProbeSample::kMostExtra);
+  EXPECT_EQ((*probe)->info().extra_columns.size(), ProbeColumns::kMostFurther);
   EXPECT_EQ((*probe)->info().extra_columns.front(), "taxel1_kPa");
   const auto notices = (*probe)->take_notices();
   ASSERT_EQ(notices.size(), 1U);
@@ -75,7 +80,7 @@ TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
   // Follows the advice.
   EXPECT_TRUE(has(notices[0], "#taxels=36")) << notices[0];
   probe->reset();
-  const auto array = open_device({.uri = uri_of(printer, "taxel_Pa*36"), .parts = {"taxels=36"}});
+  const auto array = open_device(device_of(uri_of(printer, "taxel_Pa*36"), {"taxels=36"}));
   ASSERT_TRUE(array) << array.error().sentence;
   EXPECT_EQ((*array)->info().taxels, 36U);
 }
@@ -84,14 +89,14 @@ TEST(DeviceOutputs, AHeaderNamesTheChannels) {
   const LinePrinter printer("12,0.5,0.25", 115200, {.header = "time_ms,thumb (N),index (N)"});
   const auto probe = open_probe("serial:" + printer.name() + "?protocol=csv#index");
   ASSERT_TRUE(probe) << probe.error().sentence;
-  EXPECT_EQ(read_from(**probe, 5).back().force_mN, 250.0);
+  EXPECT_EQ(read_from(**probe, 5).sample(4)->force_mN, 250.0);
 }
 
 TEST(DeviceOutputs, LabelsInTheLinesNameTheChannels) {
   const LinePrinter printer("thumb: 0.5 N, index: 0.25 N");
   const auto probe = open_probe("serial:" + printer.name() + "?protocol=csv#index");
   ASSERT_TRUE(probe) << probe.error().sentence;
-  EXPECT_EQ(read_from(**probe, 5).back().force_mN, 250.0);
+  EXPECT_EQ(read_from(**probe, 5).sample(4)->force_mN, 250.0);
 }
 
 TEST(DeviceOutputs, WithoutAChoiceTheChannelsAreFurtherColumns) {
@@ -99,20 +104,23 @@ TEST(DeviceOutputs, WithoutAChoiceTheChannelsAreFurtherColumns) {
   const auto probe = open_probe(uri_of(printer, "force_N,index_N"));
   ASSERT_TRUE(probe) << probe.error().sentence;
   EXPECT_EQ((*probe)->info().extra_columns, std::vector<std::string>{"index_N"});
-  const ProbeSample sample = read_from(**probe, 5).back();
-  EXPECT_EQ(sample.force_mN, 500.0);
-  EXPECT_EQ(sample.extra[0], 0.25);
+  const Readings readings = read_from(**probe, 5);
+  EXPECT_EQ(readings.sample(4)->force_mN, 500.0);
+  EXPECT_EQ(readings.further(4)[0], 0.25);
 }
 
 TEST(DeviceOutputs, ASensorWithoutAValueReleasesOnlyItsProbe) {
   LinePrinter printer("0.5, 0.25");
-  auto probe = open_device({.uri = uri_of(printer, "thumb_N,index_N"), .parts = {"1", "2"}});
+  auto probe = open_device(device_of(uri_of(printer, "thumb_N,index_N"), {"1", "2"}));
   ASSERT_TRUE(probe) << probe.error().sentence;
   static_cast<void>(read_from(**probe, 20));
   printer.print("0.5, nan");
   std::vector<std::string> notices;
-  const auto samples = read_from(**probe, 200, &notices);
-  for (std::size_t i = 20; i < samples.size(); ++i) EXPECT_EQ(samples[i].output, 0U) << i;
+  const Readings readings = read_from(**probe, 200, &notices);
+  for (std::size_t i = 20; i < readings.size(); ++i) {
+    EXPECT_TRUE(readings.sample(i, 0)) << i;
+    EXPECT_FALSE(readings.sample(i, 1)) << i;
+  }
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_TRUE(has(notices[0], ", index_N has no value")) << notices[0];
   EXPECT_EQ((*probe)->device_counts()->distrusted, 0U);
@@ -120,16 +128,14 @@ TEST(DeviceOutputs, ASensorWithoutAValueReleasesOnlyItsProbe) {
 
 TEST(DeviceOutputs, EachIsTaredByItself) {
   LinePrinter printer("0.0625, 0.03125");
-  auto probe =
-      open_device({.uri = uri_of(printer, "thumb_N,index_N"), .parts = {"thumb", "index"}});
+  auto probe = open_device(device_of(uri_of(printer, "thumb_N,index_N"), {"thumb", "index"}));
   ASSERT_TRUE(probe) << probe.error().sentence;
   EXPECT_TRUE((*probe)->request_tare(1));
   static_cast<void>(read_from(**probe, 80));
   printer.print("0.5, 0.5");
-  const auto samples = read_from(**probe, 60);
-  for (const ProbeSample& sample : std::span(samples).last(2)) {
-    EXPECT_EQ(sample.force_mN, sample.output == 0 ? 500.0 : 468.75);
-  }
+  const Readings readings = read_from(**probe, 60);
+  EXPECT_EQ(readings.sample(readings.size() - 1, 0)->force_mN, 500.0);
+  EXPECT_EQ(readings.sample(readings.size() - 1, 1)->force_mN, 468.75);
 }
 
 TEST(DeviceOutputs, RefusalsNameTheChannels) {
@@ -154,9 +160,9 @@ TEST(DeviceOutputs, ChannelsAreReadAsTheyAreWritten) {
     EXPECT_EQ(ProbeChannels::parse(channels->text())->of, channels->of);
     EXPECT_EQ(ProbeChannels::parse(channels->text())->by_unit, channels->by_unit);
   }
-  EXPECT_EQ(DeviceUri::split("serial:/dev/x?protocol=csv#thumb_N").parts.size(), 1U);
+  EXPECT_EQ(DeviceUri::parse("serial:/dev/x?protocol=csv#thumb_N")->parts.size(), 1U);
   for (const char* const whole : {"replay:run#2.csv", "replay:a#b/t.csv", "fused:a:b#c|d:e"}) {
-    EXPECT_EQ(DeviceUri::split(whole).uri, whole);
+    EXPECT_EQ(split_fragment(whole).first, whole);
   }
 }
 

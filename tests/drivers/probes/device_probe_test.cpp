@@ -244,6 +244,10 @@ TEST(DeviceProbe, PortsThatCannotBeOpenedSayWhy) {
             std::string::npos);
   EXPECT_NE(refusal("serial:/dev/null?protocol=hbf1").find("not a serial port"), std::string::npos);
   EXPECT_NE(refusal("serial:/dev/ttyUSB0").find("protocol is missing"), std::string::npos);
+  EXPECT_NE(refusal("serial:/dev/ttyUSB0").find("merkel connect serial:/dev/ttyUSB0 recognise"),
+            std::string::npos);
+  EXPECT_NE(refusal("udp:127.0.0.1:5000").find("merkel connect udp:127.0.0.1:5000 recognise"),
+            std::string::npos);
   EXPECT_NE(refusal("serial:?protocol=hbf1").find("names no device"), std::string::npos);
   EXPECT_NE(refusal("serial:/dev/ttyUSB0?protocol=hbf1&bud=9600").find("did you mean baud"),
             std::string::npos);
@@ -350,6 +354,7 @@ class PluggedProtocol final : public Protocol {
       stream.accept(reading);
     }
   }
+  [[nodiscard]] std::string expected(std::string_view /*answer*/) const override { return {}; }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return plugged_.channels; }
   [[nodiscard]] std::string serial_number() const override { return plugged_.serial_number; }
 

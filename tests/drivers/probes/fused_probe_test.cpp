@@ -21,16 +21,17 @@ class ScriptedProbe final : public Probe {
     info_.uri = "scripted:" + std::to_string(channels);
     info_.channels = channels;
   }
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  [[nodiscard]] std::optional<DeviceCounts> device_counts() const override { return counts; }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample> samples,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  [[nodiscard]] ProbeStatus status() const override { return {.device = counts}; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        milliseconds patience) override {
+    readings.clear();
     if (next_ == samples_.size()) {
       std::this_thread::sleep_for(patience);
       return std::size_t{0};
     }
-    samples[0] = samples_[next_++];
-    samples[0].arrival = std::chrono::steady_clock::now().time_since_epoch();
+    readings.add_sample(samples_[next_++]);
+    readings.head(0).arrival = std::chrono::steady_clock::now().time_since_epoch();
     return std::size_t{1};
   }
 

@@ -10,6 +10,7 @@
 
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/transports/network_port.hpp"
 #include "tests/drivers/probes/read_samples.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/free_ports.hpp"
@@ -27,6 +28,24 @@ DeviceSimulator::Settings settings(std::string_view protocol, std::string networ
   return {.protocol = *find_protocol(protocol),
           .trace = dyadic_press(20'000),
           .network = std::move(network)};
+}
+
+TEST(NetworkProbes, OtherMachinesSendOnlyIfAllowed) {
+  const std::string port = free_port();
+  for (const std::string& uri :
+       {"udp:0.0.0.0:" + port + "?protocol=csv&columns=force_N",
+        "fused:udp:0.0.0.0:" + port + "?protocol=csv&columns=force_N|udp:127.0.0.1:" + port +
+            "?protocol=csv&columns=depth_mm"}) {
+    const auto refused = open_probe(uri);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().sentence.find("--allow-remote"), std::string::npos)
+        << refused.error().sentence;
+  }
+  const auto address = HostAndPort::parse("0.0.0.0:" + port);
+  EXPECT_FALSE(open_udp_port({.address = *address, .listen = true}));
+  EXPECT_TRUE(open_udp_port({.address = *address, .listen = true, .allow_remote = true}));
+  // The port of a device that is asked is not open to others.
+  EXPECT_TRUE(open_udp_port({.address = *HostAndPort::parse("192.0.2.1:49152")}));
 }
 
 class NetworkProbe : public testing::TestWithParam<std::pair<const char*, const char*>> {};

@@ -36,5 +36,35 @@ TEST(ReadingTimes, OfTheDeviceKeepItsIntervalsAndLeaveOutWrongOnes) {
   EXPECT_EQ(counts.clock_anchors, 0U);
 }
 
+// A wrong answer must not put the first samples seconds into the past: the run would begin there.
+TEST(ReadingTimes, WrongAnswersOfTheClockAreNotUsed) {
+  for (const seconds wrong : {seconds{3}, seconds{-3}, seconds{1800}, seconds{0}}) {
+    ReadingTimes times(ReadingTimes::Rule::kMapped);
+    times.set_wrap(microseconds{std::int64_t{1} << 32U});
+    const auto device_time = [](nanoseconds host) { return host - seconds{900}; };
+    for (int k = 0; k < 8; ++k) {
+      const nanoseconds sent = seconds{1000} + milliseconds{3 * k};
+      const ClockExchange answer = {
+          .sent = sent,
+          .received = sent + microseconds{400},
+          .device_received = device_time(sent + microseconds{200}) + wrong,
+          .device_sent = device_time(sent + microseconds{200}) + wrong};
+      times.observe({&answer, 1});
+    }
+    nanoseconds before{0};
+    for (int k = 0; k < 3000; ++k) {
+      DeviceReading reading;
+      const nanoseconds measured = seconds{1001} + milliseconds{k};
+      reading.arrival = measured + microseconds{200};
+      reading.device_time = device_time(measured);
+      const nanoseconds time = times.of({&reading, 1}).front();
+      ASSERT_LT(std::chrono::abs(time - measured), milliseconds{2}) << wrong.count() << " " << k;
+      ASSERT_GT(time, before);
+      before = time;
+    }
+    EXPECT_EQ(times.take_notices().size(), wrong == seconds{0} ? 0U : 1U) << wrong.count();
+  }
+}
+
 }  // namespace
 }  // namespace merkel

@@ -92,6 +92,17 @@ TEST(SampleMeter, ABadFirstSecondIsForgotten) {
   EXPECT_EQ(meter.timing()->stale_after, milliseconds{50});
 }
 
+TEST(SampleMeter, BurstsDoNotProlongASilence) {
+  // 1000 samples a second, sent every half second: the loop waits for 50 ms at most.
+  SampleMeter meter;
+  for (int k = 0; k < 4000; ++k) {
+    meter.add({.time = milliseconds{k}, .arrival = milliseconds{500 * (k / 500 + 1)}});
+  }
+  ASSERT_TRUE(meter.timing());
+  EXPECT_GT(meter.timing()->delay, milliseconds{400});
+  EXPECT_EQ(meter.timing()->stale_after, milliseconds{150});
+}
+
 TEST(SampleMeter, AShortStreamIsMeasuredAtItsEnd) {
   SampleMeter meter;
   Stream stream(meter);

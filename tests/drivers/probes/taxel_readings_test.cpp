@@ -33,7 +33,7 @@ class TaxelReadingsTest : public testing::Test {
       reading.set(named_channel(i), values[i] + ((count_ + i) % 2 == 0 ? noise : -noise));
     }
     ++count_;
-    kPa_.assign(values.size(), -1.0F);
+    kPa_.assign(values.size(), -1.0);
     return taxels_.take(reading, kPa_, notices_);
   }
   void zero(const std::vector<double>& values) {
@@ -42,7 +42,7 @@ class TaxelReadingsTest : public testing::Test {
   }
 
   TaxelReadings taxels_{"pad", channels(4, false), 2.0};
-  std::vector<float> kPa_;
+  std::vector<double> kPa_;
   std::vector<std::string> notices_;
   std::size_t count_ = 0;
 };
@@ -53,11 +53,11 @@ TEST_F(TaxelReadingsTest, TheFirstReadingsAreTheZero) {
   EXPECT_TRUE(
       has(notices_[0], "zero and noise of 4 taxels measured over 20 readings: 0.01 kPa rms"))
       << notices_[0];
-  EXPECT_EQ(kPa_, (std::vector<float>{0.0F, 0.0F, 0.0F, 0.0F}));
+  EXPECT_EQ(kPa_, (std::vector<double>(4)));
   EXPECT_TRUE(read({11.0, 2.04, 0.0, -13.0}, 0.0));
   EXPECT_NEAR(kPa_[0], 10.0, 1e-5);
-  EXPECT_EQ(kPa_[1], 0.0F) << "within five times the noise";
-  EXPECT_EQ(kPa_[3], 0.0F) << "a pull";
+  EXPECT_EQ(kPa_[1], 0.0) << "within five times the noise";
+  EXPECT_EQ(kPa_[3], 0.0) << "a pull";
   EXPECT_NEAR(taxels_.force_mN(kPa_), 20.0, 1e-5);
 }
 
@@ -65,9 +65,10 @@ TEST_F(TaxelReadingsTest, ATareMeasuresTheZeroAgain) {
   zero({0.0, 0.0, 0.0, 0.0});
   taxels_.request_tare();
   zero({200.0, 0.0, 0.0, 0.0});
-  EXPECT_EQ(kPa_[0], 0.0F);
-  EXPECT_TRUE(
-      has(notices_.back(), "their zero has changed by 0.4 N in all: if the array was pressed"))
+  EXPECT_EQ(kPa_[0], 0.0);
+  EXPECT_TRUE(has(notices_.back(),
+                  "their zero has changed by 0.4 N in all: if the array was pressed, lift "
+                  "it and tare it: by the live page (--sink 'view:8080?control=1')"))
       << notices_.back();
 }
 
@@ -78,7 +79,7 @@ TEST_F(TaxelReadingsTest, DeadTaxelsAreNamed) {
       const double value = i == 2 ? 7.0 : (i == 3 ? std::nan("") : 0.1 * (k % 3));
       reading.set(named_channel(i), value);
     }
-    kPa_.assign(4, 0.0F);
+    kPa_.assign(4, 0.0);
     static_cast<void>(taxels_.take(reading, kPa_, notices_));
   }
   ASSERT_EQ(notices_.size(), 3U);
@@ -102,7 +103,7 @@ TEST_F(TaxelReadingsTest, ATaxelAtTheEndOfItsRangeIsNamedOnce) {
 
 TEST(TaxelReadings, ASlowArrayIsZeroedAfterASecond) {
   TaxelReadings taxels("pad", channels(1, false), 1.0);
-  std::vector<float> kPa(1);
+  std::vector<double> kPa(1);
   std::vector<std::string> notices;
   int waited = 0;
   for (bool used = false; !used; ++waited) {
@@ -116,7 +117,7 @@ TEST(TaxelReadings, ASlowArrayIsZeroedAfterASecond) {
 
 TEST(TaxelReadings, ForcesBecomePressures) {
   TaxelReadings taxels("pad", channels(2, true), 0.5);
-  std::vector<float> kPa(2);
+  std::vector<double> kPa(2);
   std::vector<std::string> notices;
   for (int k = 0; k < 21; ++k) {
     DeviceReading reading;

@@ -89,7 +89,7 @@ TEST(AtiRdt, ItsSimulatedDeviceIsRead) {
   device->take(talk.stream.outgoing, talk.now, wire);
   ASSERT_TRUE(device->started());
   for (int k = 0; k < 100; ++k) {
-    device->measure({.force_mN = 5.0 * k, .channels = ProbeSample::kForce}, talk.now, wire);
+    device->measure({.force_mN = 5.0 * k, .channels = ProbeSample::kForce}, {}, talk.now, wire);
   }
   talk.take(wire);
   ASSERT_EQ(talk.stream.readings.size(), 100U);
@@ -104,7 +104,7 @@ TEST(AtiRdt, ItsSimulatedDeviceSendsAsManyRecordsAsRequested) {
   device->boot(milliseconds{0}, wire);
   device->take(three, milliseconds{0}, wire);
   for (int k = 0; k < 10; ++k) {
-    device->measure({.force_mN = 5.0, .channels = ProbeSample::kForce}, milliseconds{k}, wire);
+    device->measure({.force_mN = 5.0, .channels = ProbeSample::kForce}, {}, milliseconds{k}, wire);
   }
   EXPECT_EQ(wire.size(), 3 * kAtiRecordBytes);
   EXPECT_FALSE(device->started());

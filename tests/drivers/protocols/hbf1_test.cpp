@@ -270,9 +270,9 @@ TEST(Hbf1, TheSimulatedDeviceNamesTheColumnsOfItsTrace) {
   EXPECT_EQ(channels[30].name, "finger30_N");
   wire.clear();
   device->take(talk.stream.outgoing, talk.now, wire);
-  ProbeSample sample{.force_mN = 250.0, .channels = ProbeSample::kForce};
-  sample.extra[30] = 1000.0;  // g
-  device->measure(sample, talk.now, wire);
+  std::vector<double> others(columns.size());
+  others[30] = 1000.0;  // g
+  device->measure({.force_mN = 250.0, .channels = ProbeSample::kForce}, others, talk.now, wire);
   talk.take(wire);
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_NEAR(talk.value(DeviceChannel::kForce), 0.25, 1e-6);

@@ -292,7 +292,7 @@ TEST(Zaber, ChecksumsAlertsAndRejections) {
   Talk talk("zaber");
   talk.take("@01 0 OK IDLE -- 0:8D\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 0U);
-  EXPECT_TRUE(talk.stream.readings.empty());  // a reply of the device, not of the axis
+  EXPECT_TRUE(talk.stream.readings.empty());  // no request was open
   talk.take("@01 0 OK IDLE -- 0:8E\r\n@01 1 OK WAIT -- 0\r\n@xx 1 OK IDLE -- 0\r\n");
   EXPECT_EQ(talk.stream.counts.damaged, 3U);
   talk.take("#01 0 hello \\\r\n!01 1 IDLE FF\r\n");
@@ -302,6 +302,20 @@ TEST(Zaber, ChecksumsAlertsAndRejections) {
   talk.take("@01 1 RJ IDLE -- BADCOMMAND\r\n");
   EXPECT_NE(talk.stream.notices.at(1).find("BADCOMMAND"), std::string::npos);
   EXPECT_NE(refusal("zaber", "").find("um_per_step"), std::string::npos);
+}
+
+TEST(Zaber, ADeviceMayAnswerAsAWholeIfItHasOneAxis) {
+  Talk talk("zaber", "um_per_step=0.5");
+  static_cast<void>(talk.poll());
+  talk.take("@01 0 OK IDLE -- 100 200\r\n");  // of a device with two axes
+  EXPECT_TRUE(talk.stream.readings.empty());
+  talk.take("@01 0 OK IDLE -- 10000\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kDepth), 5.0);
+  talk.now += milliseconds{100};
+  static_cast<void>(talk.poll());
+  talk.take("@01 0 RJ IDLE -- BADAXIS\r\n");
+  EXPECT_NE(talk.stream.notices.at(0).find("BADAXIS"), std::string::npos);
 }
 
 /// A HID parser with its options, or the error.

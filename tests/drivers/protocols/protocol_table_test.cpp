@@ -42,7 +42,7 @@ struct Session {
       // A gauge that streams 250 readings per second makes one every 4 ms.
       const auto period = device->period();
       if (!period || talk.now.count() % period->count() == 0) {
-        device->measure(samples.back(), talk.now, wire);
+        device->measure(samples.back(), {}, talk.now, wire);
       }
       exchange();
       if (!device->started()) samples.pop_back();
@@ -143,7 +143,7 @@ void expect_nothing_lost(std::string_view name, double rate_Hz) {
   std::uint64_t measured = 0;
   for (nanoseconds next = talk.now + period; talk.now < end; talk.now += microseconds{500}) {
     for (; next <= talk.now; next += period) {
-      device->measure(touch_of_any_size(random, next), next, wire);
+      device->measure(touch_of_any_size(random, next), {}, next, wire);
       ++measured;
     }
     exchange();

@@ -409,9 +409,7 @@ TEST(SessionReader, SamplesOfEachProbeHaveItsOwnColumns) {
     sample.time += std::chrono::milliseconds{i};
     sample.sequence = i < 5 ? i : i + 3;  // three were lost
     sample.valid_for = std::chrono::milliseconds{50};
-    sample.extra[0] = 0.25 * i;
-    sample.extra[1] = -7.0;
-    samples.push_back({.probe = i % 2, .sample = sample});
+    samples.push_back({.probe = i % 2, .sample = sample, .further = {0.25 * i, -7.0}});
   }
   ASSERT_TRUE((*sink)->write({.samples = samples}));
   ASSERT_TRUE((*sink)->close());
@@ -432,10 +430,9 @@ TEST(SessionReader, SamplesOfEachProbeHaveItsOwnColumns) {
     EXPECT_EQ(found->sample.valid_for, each.sample.valid_for);
     EXPECT_EQ(found->sample.arrival, each.sample.arrival);
     if (each.probe == 1) {
-      EXPECT_EQ(found->sample.extra[0], each.sample.extra[0]);
-      EXPECT_EQ(found->sample.extra[1], -7.0);
+      EXPECT_EQ(found->further, each.further);
     } else {
-      EXPECT_TRUE(std::isnan(found->sample.extra[0]));
+      EXPECT_TRUE(std::isnan(found->further[0]));
     }
   }
 }

@@ -3,15 +3,16 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
 #include "drivers/sinks/open_sink.hpp"
+#include "drivers/sinks/run_journal.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
@@ -124,57 +125,87 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
             "field of radius 3 mm around x = 15 mm, y = 10 mm on patch 0; one phase lasts 200 µs");
 }
 
-TEST(NwbSink, WithoutElectrodesDoesNotRequestCommands) {
+/// Writes the commands to a new file and does not close it, as a kill.
+void kill_while_writing(const std::string& path) {
+  SinkSetup setup = setup_with({"E1", "E2"});
+  setup.run.facts = {{"version", "old"}, {"scene_text", std::string(5000, 'x')}};
+  const auto killed = open_sink("nwb:" + path, setup);
+  ASSERT_TRUE(killed) << killed.error().sentence;
+  ASSERT_TRUE((*killed)->write({.commands = nwb_commands()}));
+  ASSERT_TRUE((*killed)->flush());
+}
+
+TEST(NwbSink, AKilledRunLeavesASessionFromWhichTheFileIsMade) {
   const TemporaryFolder folder;
-  const auto sink = open_sink("nwb:" + folder.path("s.nwb"), setup_with({}));
+  const std::string path = folder.path("s.nwb");
+  kill_while_writing(path);
+  SinkSetup setup = setup_with({"E1", "E2"});
+  setup.journal = std::make_shared<SessionJournal>(path + ".journal.xdf.part");
+  const auto sink = open_sink("nwb:" + path, setup);
   ASSERT_TRUE(sink) << sink.error().sentence;
-  EXPECT_FALSE((*sink)->takes<StimulationCommand>());
+  ASSERT_TRUE((*sink)->close());
+  expect_series_of_commands(Hdf5Reader(path));
 }
 
-/// The recovered file in a folder.
-std::string recovered_in(const std::string& folder) {
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().string().find(".recovered-") != std::string::npos) return entry.path();
-  }
-  return {};
-}
-
-TEST(NwbSink, ARecoveredFileHasTheDescriptionOfItsOwnRun) {
+TEST(NwbSink, TheNextRunKeepsTheSessionOfAKilledOneAndSaysHowToExportIt) {
   const TemporaryFolder folder;
   const std::string path = folder.path("s.nwb");
-  {
-    SinkSetup setup = setup_with({"E1", "E2"});
-    setup.run.facts = {{"version", "old"}, {"scene_text", std::string(5000, 'x') + "\n\x01\xff"}};
-    const auto killed = open_sink("nwb:" + path, setup);
-    ASSERT_TRUE(killed) << killed.error().sentence;
-    ASSERT_TRUE((*killed)->write({.commands = nwb_commands()}));
-    ASSERT_TRUE((*killed)->flush());  // without close(), as after a kill
-  }
-  const auto next = open_sink("nwb:" + path, setup_with({"other"}));
-  ASSERT_TRUE(next) << next.error().sentence;
-  const std::string recovered = recovered_in(folder.path(""));
-  ASSERT_FALSE(recovered.empty());
-  const Hdf5Reader file(recovered);
-  expect_series_of_commands(file);
-  EXPECT_FALSE(file.has("/stimulus/presentation/electrode_other_amplitude"));
+  kill_while_writing(path);
+  std::string notices;
+  SinkSetup setup = setup_with({});
+  setup.notice = [&](const std::string& sentence) { notices += sentence; };
+  ASSERT_TRUE(open_sink("nwb:" + path, setup));
+  EXPECT_NE(notices.find("s.nwb.journal.recovered-"), std::string::npos) << notices;
+  EXPECT_NE(notices.find("merkel export SESSION --sink nwb:FILE"), std::string::npos) << notices;
 }
 
-TEST(NwbSink, KeepsRowsThatItCannotConvert) {
+TEST(NwbSink, ARunWhoseFileCannotBeMadeKeepsItsSession) {
   const TemporaryFolder folder;
   const std::string path = folder.path("s.nwb");
-  for (const char* const rows :
-       {"s,0.1,1\n", "# content=[1]\ns,0.1,1\n", "# content={\ns,0.1,1\n"}) {
-    std::ofstream(path + ".part") << rows;
-    std::string notices;
-    SinkSetup setup = setup_with({});
-    setup.notice = [&](const std::string& sentence) { notices += sentence + "\n"; };
-    ASSERT_TRUE(open_sink("nwb:" + path, setup));
-    EXPECT_NE(notices.find("it does not describe its run, or is damaged"), std::string::npos)
-        << notices;
-    const std::string kept = recovered_in(folder.path(""));
-    EXPECT_TRUE(kept.ends_with(".part")) << kept;
-    std::filesystem::remove(kept);
-  }
+  const auto sink = open_sink("nwb:" + path, setup_with({"E1", "E2"}));
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->write({.commands = nwb_commands()}));
+  static_cast<void>(folder.file("s.nwb", "mine"));  // appears during the run
+  const auto closed = (*sink)->close();
+  ASSERT_FALSE(closed);
+  EXPECT_NE(closed.error().sentence.find("merkel export " + path + ".journal.xdf --sink 'nwb:"),
+            std::string::npos)
+      << closed.error().sentence;
+  SinkSetup setup = setup_with({"E1", "E2"});
+  setup.overwrite = true;
+  setup.journal = std::make_shared<SessionJournal>(path + ".journal.xdf");
+  const auto again = open_sink("nwb:" + path, setup);
+  ASSERT_TRUE(again) << again.error().sentence;
+  ASSERT_TRUE((*again)->close());
+  expect_series_of_commands(Hdf5Reader(path));
+}
+
+TEST(NwbSink, IsMadeFromTheSessionThatTheRunRecordsWhateverIsClosedFirst) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> uris = {"nwb:" + folder.path("s.nwb"),
+                                         "xdf:" + folder.path("s.xdf")};
+  auto sinks = open_sinks(uris, setup_with({"E1", "E2"}));
+  ASSERT_TRUE(sinks) << sinks.error().sentence;
+  const auto commands = nwb_commands();
+  for (const auto& sink : *sinks) ASSERT_TRUE(sink->write({.commands = commands}));
+  std::thread nwb([&] { EXPECT_TRUE((*sinks)[0]->close()); });
+  EXPECT_TRUE((*sinks)[1]->close());
+  nwb.join();
+  expect_series_of_commands(Hdf5Reader(folder.path("s.nwb")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("s.nwb.journal.xdf.part")));
+}
+
+TEST(NwbSink, SaysWhySoonWhenTheSessionOfTheRunFails) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> uris = {"xdf:" + folder.path("s.xdf"),
+                                         "nwb:" + folder.path("s.nwb")};
+  auto sinks = open_sinks(uris, setup_with({"E1", "E2"}));
+  ASSERT_TRUE(sinks) << sinks.error().sentence;
+  (*sinks)[0].reset();
+  const auto closed = (*sinks)[1]->close();
+  ASSERT_FALSE(closed);
+  EXPECT_NE(closed.error().sentence.find("s.xdf was not completed"), std::string::npos)
+      << closed.error().sentence;
 }
 
 }  // namespace

@@ -1,13 +1,26 @@
 #include "drivers/sinks/view/view_request.hpp"
 
+#include <optional>
+
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "drivers/sinks/view/view_access.hpp"
 
 namespace merkel {
 namespace {
 
 using RequestKind = ViewRequest::Kind;
+
+TEST(ViewAccess, PagesOfOtherSitesAndOfUnknownOriginAreKeptOut) {
+  const std::string host = "127.0.0.1:8080";
+  EXPECT_TRUE(may_view(host, std::nullopt, true));  // a program: no browser leaves it out
+  EXPECT_TRUE(may_view(host, "http://127.0.0.1:8080", true));
+  for (const char* const origin : {"", "null", "http://evil.example", "https://127.0.0.1:8080"}) {
+    EXPECT_FALSE(may_view(host, origin, true)) << origin;
+  }
+  EXPECT_FALSE(may_view("evil.example", std::nullopt, true));
+}
 
 TEST(ViewRequest, ReadsEveryRequest) {
   const auto watch = ViewRequest::parse("watch 3 17 4250");

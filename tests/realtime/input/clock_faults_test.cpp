@@ -69,7 +69,7 @@ Outcome touch(double rate_Hz, const FaultyClock& clock,
       outcome.farthest_ms =
           std::max(outcome.farthest_ms, std::fabs(units::ms_from(arrival - time)));
     }
-    EXPECT_TRUE(channel.samples.try_push(
+    EXPECT_TRUE(channel.try_push(
         {.time = time, .arrival = arrival, .depth_mm = 1.0, .channels = ProbeSample::kDepth}));
     for (std::string& sentence : times.take_notices()) outcome.notices.push_back(sentence);
   }
@@ -172,7 +172,7 @@ Outcome touch_under_load(double share_of_stalls, double rate_Hz, const FaultyClo
     for (nanoseconds time : times.of(batch)) {
       time = std::max(time, last + nanoseconds{1});
       last = time;
-      EXPECT_TRUE(channel.samples.try_push(
+      EXPECT_TRUE(channel.try_push(
           {.time = time, .arrival = reader, .depth_mm = 1.0, .channels = ProbeSample::kDepth}));
     }
     for (std::string& sentence : times.take_notices()) outcome.notices.push_back(sentence);

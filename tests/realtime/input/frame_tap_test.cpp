@@ -10,8 +10,8 @@ namespace {
 /// A probe with one port, whose traffic the test controls.
 class OnePort final : public Probe {
  public:
-  [[nodiscard]] const ProbeInfo& info() const noexcept override { return info_; }
-  [[nodiscard]] Expected<std::size_t, ProbeError> read(std::span<ProbeSample>,
+  [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
+  [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings&,
                                                        std::chrono::milliseconds) override {
     return std::size_t{0};
   }

@@ -19,10 +19,10 @@ nanoseconds ms(double time) { return units::nanoseconds_from_ms(time); }
 class ProbeInputTest : public testing::Test {
  protected:
   void arrives(double time_ms, double depth_mm) {
-    ASSERT_TRUE(channel_.samples.try_push({.time = ms(time_ms),
-                                           .arrival = ms(time_ms),
-                                           .depth_mm = depth_mm,
-                                           .channels = ProbeSample::kDepth}));
+    ASSERT_TRUE(channel_.try_push({.time = ms(time_ms),
+                                   .arrival = ms(time_ms),
+                                   .depth_mm = depth_mm,
+                                   .channels = ProbeSample::kDepth}));
   }
   void ends() { channel_.ended = true; }
   void expect(double time_ms, double depth_mm, State state) {
@@ -93,10 +93,10 @@ TEST(ProbeInputForce, TouchesFromTheThresholdToHalfOfIt) {
   const double touching_mN[] = {0.0, 0.0, 10.0, 6.0, 5.0, 0.0, 0.0, -3.0, 12.0};
   for (std::size_t k = 0; k < std::size(forces_mN); ++k) {
     const double time_ms = static_cast<double>(k);
-    ASSERT_TRUE(channel.samples.try_push({.time = ms(time_ms),
-                                          .depth_mm = 1.0,
-                                          .force_mN = forces_mN[k],
-                                          .channels = ProbeSample::kForce | ProbeSample::kDepth}));
+    ASSERT_TRUE(channel.try_push({.time = ms(time_ms),
+                                  .depth_mm = 1.0,
+                                  .force_mN = forces_mN[k],
+                                  .channels = ProbeSample::kForce | ProbeSample::kDepth}));
     const ContactInput contact = input.at(ms(time_ms)).contact;
     EXPECT_EQ(contact.force_mN, touching_mN[k]) << k;
     EXPECT_EQ(contact.depth_mm, touching_mN[k] > 0.0 ? 1.0 : 0.0) << k;
@@ -111,7 +111,7 @@ TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
   for (int k = 0; k < 6; ++k) {
     ProbeSample sample{.force_mN = forces_mN[k], .channels = ProbeSample::kForce};
     sample.time = std::chrono::milliseconds{k};
-    ASSERT_TRUE(channel.samples.try_push(sample));
+    ASSERT_TRUE(channel.try_push(sample));
     static_cast<void>(input.at(sample.time));
     EXPECT_EQ(channel.touch_ns.load(), 1'000'000 * touches_ms[k]) << k;
   }
@@ -120,7 +120,7 @@ TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
 TEST(ProbeInputForce, MayBeInverted) {
   ProbeChannel channel{10};
   ProbeInput input{channel, {.invert_force = true}};
-  ASSERT_TRUE(channel.samples.try_push({.force_mN = -590.0, .channels = ProbeSample::kForce}));
+  ASSERT_TRUE(channel.try_push({.force_mN = -590.0, .channels = ProbeSample::kForce}));
   EXPECT_EQ(input.at(nanoseconds{0}).contact.force_mN, 590.0);
 }
 
@@ -174,8 +174,8 @@ TEST_F(ProbeInputTest, AContactSpansAGapThatIsJustWithinTheValidity) {
 TEST(ProbeInput, HoldsASampleUpToTheEndOfItsOwnValidity) {
   ProbeChannel channel(1000);
   ProbeInput input(channel, {});
-  ASSERT_TRUE(channel.samples.try_push(
-      {.depth_mm = 1.0, .channels = ProbeSample::kDepth, .valid_for = ms(20)}));
+  ASSERT_TRUE(
+      channel.try_push({.depth_mm = 1.0, .channels = ProbeSample::kDepth, .valid_for = ms(20)}));
   EXPECT_EQ(input.at(ms(19)).state, State::kHeld);
   const auto last = input.at(ms(20));
   EXPECT_EQ(last.state, State::kHeld);
@@ -188,7 +188,7 @@ TEST(ProbeInput, HoldsASampleUpToTheEndOfItsOwnValidity) {
 TEST(ProbeInput, HoldsTheLastSampleWithoutValidityFor50MsAfterTheEnd) {
   ProbeChannel channel(1000);
   ProbeInput input(channel, {});
-  ASSERT_TRUE(channel.samples.try_push({.depth_mm = 1.0, .channels = ProbeSample::kDepth}));
+  ASSERT_TRUE(channel.try_push({.depth_mm = 1.0, .channels = ProbeSample::kDepth}));
   // Before the end, it holds without limit.
   const auto before = input.at(ms(10));
   EXPECT_EQ(before.state, State::kHeld);
@@ -231,7 +231,7 @@ TEST_F(ProbeInputTest, IsReadyOnceASampleBeyondTheTimeHasArrived) {
 }
 
 TEST_F(ProbeInputTest, PositionsComeFromTheSamplesOrTheScene) {
-  ASSERT_TRUE(channel_.samples.try_push(
+  ASSERT_TRUE(channel_.try_push(
       {.time = ms(0), .depth_mm = 1.0, .x_mm = 3.0, .channels = ProbeSample::kX}));
   const auto reading = input_.at(ms(0));
   EXPECT_EQ(reading.contact.x_mm, 3.0);

@@ -244,7 +244,7 @@ class LiveRun {
     std::size_t next = 0;
     const auto deliver = [&](nanoseconds now) {
       while (next < samples.size() && samples[next].arrival <= now) {
-        ASSERT_TRUE(channel_.samples.try_push(samples[next++]));
+        ASSERT_TRUE(channel_.try_push(samples[next++]));
       }
       channel_.ended = next == samples.size();
     };
@@ -258,7 +258,7 @@ class LiveRun {
     });
     std::vector<ProbeInput> inputs{ProbeInput(channel_, {.stale_after = milliseconds{400}})};
     if (measured) inputs[0].measure_delay();
-    DelayControl control(delay_ns, wanted_ns);
+    DelayControl control(delay_ns, shortage);
     FixedStepLoop<ScriptedClock> loop(
         {.delay = nanoseconds{delay_ns.load()}, .delay_control = measured ? &control : nullptr},
         clock, model_, inputs, fanout_, statistics, events_);
@@ -269,7 +269,7 @@ class LiveRun {
   }
 
   std::atomic<std::int64_t> delay_ns{2'000'000};
-  std::atomic<std::int64_t> wanted_ns{0};
+  DelayControl::Shortage shortage;
   LoopStatistics statistics;
   std::vector<TickRecord> records;
   std::vector<SpikeEvent> spikes;
@@ -373,8 +373,8 @@ TEST(DelayControl, IsAtOnceWhatIsNeededWhileTheStartIsCaughtUp) {
       inputs[0].estimate()->add({.time = time, .arrival = time + microseconds{100}});
     }
     std::atomic<std::int64_t> delay_ns{10'000'000};
-    std::atomic<std::int64_t> wanted_ns{0};
-    DelayControl control(delay_ns, wanted_ns);
+    DelayControl::Shortage shortage;
+    DelayControl control(delay_ns, shortage);
     const nanoseconds delay = control.step(inputs, milliseconds{1}, catches_up);
     EXPECT_NEAR(units::ms_from(delay), catches_up ? 1.12 : 9.98, 0.05);
   }
@@ -385,8 +385,8 @@ TEST(DelayControl, NeverStopsTheTicksAndNeverRunsThemBackToBack) {
   std::vector<ProbeInput> inputs{ProbeInput(channel, {})};
   inputs[0].measure_delay();
   std::atomic<std::int64_t> delay_ns{2'000'000};
-  std::atomic<std::int64_t> wanted_ns{0};
-  DelayControl control(delay_ns, wanted_ns);
+  DelayControl::Shortage shortage;
+  DelayControl control(delay_ns, shortage);
   nanoseconds time{0};
   nanoseconds before{2'000'000};
   const auto run = [&](int ticks, nanoseconds late) {
@@ -402,14 +402,14 @@ TEST(DelayControl, NeverStopsTheTicksAndNeverRunsThemBackToBack) {
   EXPECT_NEAR(units::ms_from(before), 1.12, 0.08);
   run(1000, milliseconds{40});
   EXPECT_NEAR(units::ms_from(before), 41.0, 1.5);
-  EXPECT_EQ(wanted_ns.load(), 0);
+  EXPECT_EQ(shortage.needed_ns.load(), 0);
   run(1000, milliseconds{80});
   EXPECT_EQ(before, milliseconds{50});
-  EXPECT_NEAR(units::ms_from(nanoseconds{wanted_ns.load()}), 81.0, 3.0);
+  EXPECT_NEAR(units::ms_from(nanoseconds{shortage.needed_ns.load()}), 81.0, 3.0);
   // Within 10 seconds back to within 10 % of the delay before.
   run(7000, microseconds{100});
   EXPECT_NEAR(units::ms_from(before), 1.12, 0.11);
-  EXPECT_EQ(wanted_ns.load(), 0);
+  EXPECT_EQ(shortage.needed_ns.load(), 0);
 }
 
 }  // namespace

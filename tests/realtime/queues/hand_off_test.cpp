@@ -11,6 +11,7 @@
 #include "core/math/random.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
+#include "realtime/queues/reading_ring.hpp"
 #include "tests/realtime/queues/hand_off_model.hpp"
 
 namespace merkel {
@@ -62,7 +63,7 @@ TEST(HandOff, AProbesSamplesAreEachCountedOnceUnderRandomScheduling) {
         const ProbeSample sample{.time = std::chrono::microseconds{100 * k},
                                  .depth_mm = 1.0,
                                  .channels = ProbeSample::kDepth};
-        (channel.samples.try_push(sample) ? channel.delivered : channel.dropped).add();
+        (channel.try_push(sample) ? channel.delivered : channel.dropped).add();
         if (random.uniform() < 0.2) std::this_thread::yield();
       }
       channel.ended.store(true, std::memory_order_release);
@@ -79,6 +80,37 @@ TEST(HandOff, AProbesSamplesAreEachCountedOnceUnderRandomScheduling) {
     EXPECT_EQ(channel.delivered.value() + channel.dropped.value(), std::uint64_t{kSamples});
     EXPECT_EQ(input.counts().used + input.counts().late, channel.delivered.value());
   }
+}
+
+// A probe without a value for a while neither waits nor keeps the others from the ring.
+TEST(ReadingRing, EachProbeTakesTheReadingsInWhichItWasMeasured) {
+  ReadingRing ring(ReadingColumns(std::vector<ProbeColumns>{{.further = 1}, {.taxels = 2}}), 4);
+  const auto push = [&](int number, bool first, bool second) {
+    std::vector<double> row(ring.columns().width(), number);
+    if (!first) ring.columns().of(0).put_nothing(row);
+    if (!second) ring.columns().of(1).put_nothing(row);
+    return ring.try_push({.sequence = static_cast<std::uint32_t>(number)}, row);
+  };
+  const auto take = [&](std::size_t probe) -> int {
+    const ReadingHead* const head = ring.front(probe);
+    if (head == nullptr) return -1;
+    EXPECT_EQ(ring.columns().of(probe).sample(*head, ring.front_row(probe)).force_mN,
+              static_cast<double>(head->sequence));
+    const auto number = static_cast<int>(head->sequence);
+    ring.pop(probe);
+    return number;
+  };
+  for (const int k : {0, 1, 2, 3}) EXPECT_TRUE(push(k, true, k == 2));
+  EXPECT_FALSE(push(4, true, true)) << "full";
+  EXPECT_EQ(take(0), 0);
+  EXPECT_FALSE(push(4, true, true)) << "the other probe has not looked";
+  EXPECT_EQ(take(1), 2);
+  EXPECT_EQ(ring.size_approx(), 3U);
+  EXPECT_TRUE(push(4, false, true));
+  EXPECT_EQ(take(1), 4);
+  EXPECT_EQ(take(1), -1);
+  for (const int k : {1, 2, 3, -1}) EXPECT_EQ(take(0), k);
+  EXPECT_EQ(ring.size_approx(), 0U);
 }
 
 }  // namespace

@@ -101,7 +101,10 @@ class Journal:
     def __init__(self, folder):
         self.folder = os.path.abspath(folder)
         os.makedirs(self.folder, exist_ok=True)
-        self._file = open(os.path.join(self.folder, "rows.jsonl"), "a+")
+        journal, table = os.path.join(self.folder, "rows.jsonl"), os.path.join(self.folder, "results.csv")
+        if os.path.lexists(table) and not os.path.lexists(journal):
+            raise Error(f"cannot write {table}: it exists, and no batch has written it; move it, or use another folder")
+        self._file = open(journal, "a+")
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

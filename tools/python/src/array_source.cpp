@@ -95,10 +95,9 @@ std::vector<nanoseconds> times_of(const Channel& time_s, std::optional<double> r
 
 }  // namespace
 
-Expected<std::size_t, SetupError> ArraySource::read(std::span<ProbeSample> samples) {
-  const std::size_t count = std::min(samples.size(), samples_.size() - next_);
-  std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(next_), count, samples.begin());
-  next_ += count;
+Expected<std::size_t, SetupError> ArraySource::read(Readings& readings, std::size_t most) {
+  const std::size_t count = std::min(most, samples_.size() - next_);
+  for (std::size_t i = 0; i < count; ++i) readings.add_sample(samples_[next_++]);
   return count;
 }
 

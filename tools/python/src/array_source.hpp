@@ -23,7 +23,8 @@ class ArraySource final : public SampleSource {
   [[nodiscard]] std::uint32_t channels() const noexcept override {
     return samples_.front().channels;
   }
-  [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples) override;
+  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings,
+                                                       std::size_t most) override;
 
  private:
   std::vector<ProbeSample> samples_;

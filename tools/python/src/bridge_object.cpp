@@ -8,6 +8,7 @@
 
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
 #include "tools/studies/plan/plan.hpp"
@@ -80,7 +81,8 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
   }
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
-  run_ = std::make_unique<PreparedRun>(or_throw(prepare_run(std::move(scene), {})));
+  run_ = std::make_unique<PreparedRun>(
+      or_throw(prepare_run(std::move(scene), {.allow_remote = options.allow_remote})));
   const auto notice = [this](const std::string& sentence) {
     const std::lock_guard lock(mutex_);
     notices_.push_back(sentence);
@@ -100,30 +102,24 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
                         .allow_remote = options.allow_remote,
                         .run = run_->description,
                         .notice = notice};
-  for (const std::string& uri : run_->scene.sinks) {
-    auto sink = or_throw(open_sink(uri, setup));
+  for (auto& sink : or_throw(open_sinks(run_->scene.sinks, setup))) {
     if (const std::string address = sink->address(); !address.empty()) {
       notice("live page: " + address);
     }
     pipeline_->add_sink(std::move(sink));
   }
   pipeline_->add_sink(std::make_unique<Outlet>(*this));
+  files_.complete();
   thread_ = std::thread([this] { run(); });
+  live_.emplace([this] { stop(); });
 }
 
-BridgeObject::~BridgeObject() {
-  if (::getpid() == process_) {
-    stop();
-    return;
-  }
-  // A forked process has a copy of everything but the threads: nothing here can be ended.
-  thread_.detach();
-  static_cast<void>(pipeline_.release());
-  static_cast<void>(run_.release());
-}
+BridgeObject::~BridgeObject() { stop(); }
+
+bool BridgeObject::is_own_process() const noexcept { return ::getpid() == process_; }
 
 void BridgeObject::check_process() const {
-  if (::getpid() == process_) return;
+  if (is_own_process()) return;
   throw Error(
       "this Bridge runs in the process that called connect(), not in this fork of it: connect in "
       "this process");
@@ -150,12 +146,13 @@ BridgeObject::Unread BridgeObject::read(nanoseconds patience) {
 }
 
 bool BridgeObject::ended() {
+  check_process();
   const std::lock_guard lock(mutex_);
   return over_ && unread_.empty() && error_.empty();
 }
 
 void BridgeObject::stop() noexcept {
-  if (::getpid() != process_) return;
+  if (!is_own_process()) return;
   pipeline_->request_stop();
   const std::lock_guard lock(ending_);
   if (thread_.joinable()) thread_.join();
@@ -183,6 +180,7 @@ void BridgeObject::mark(const std::string& label) {
 }
 
 bool BridgeObject::tare(std::optional<std::size_t> probe) {
+  check_process();
   if (probe) return control_->tare(*probe);
   bool any = false;
   for (std::size_t i = 0; i < run_->scene.probes.size(); ++i) any = control_->tare(i) || any;
@@ -190,6 +188,7 @@ bool BridgeObject::tare(std::optional<std::size_t> probe) {
 }
 
 std::map<std::string, std::uint64_t> BridgeObject::counters() {
+  check_process();
   auto all = counters_of(pipeline_->counters());
   const std::lock_guard lock(mutex_);
   all.emplace("python_spikes_lost", spikes_lost_);
@@ -198,6 +197,7 @@ std::map<std::string, std::uint64_t> BridgeObject::counters() {
 }
 
 std::vector<std::string> BridgeObject::notices() {
+  check_process();
   const std::lock_guard lock(mutex_);
   return notices_;
 }
@@ -215,7 +215,7 @@ BridgeObject::Unread read(BridgeObject& bridge, std::optional<nanoseconds> patie
       left = std::clamp(deadline - std::chrono::steady_clock::now(), nanoseconds{0}, left);
     }
     {
-      const py::gil_scoped_release no_gil;
+      const GilRelease no_gil;
       unread = bridge.read(left);
     }
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -231,7 +231,7 @@ void mark(BridgeObject& bridge, const std::string& label) {
   const auto deadline = std::chrono::steady_clock::now() + kFirstTickWithin;
   for (bool started = false; !started && std::chrono::steady_clock::now() < deadline;) {
     {
-      const py::gil_scoped_release no_gil;
+      const GilRelease no_gil;
       started = bridge.started(kSignalsEvery);
     }
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -246,7 +246,8 @@ py::tuple output_of(const BridgeObject::Unread& unread) {
 }  // namespace
 
 void add_bridge(py::module_& module) {
-  py::class_<BridgeObject>(module, "Bridge", R"(The real-time pipeline, running in its own threads.
+  py::class_<BridgeObject, BridgeHolder>(module, "Bridge",
+                                         R"(The real-time pipeline, running in its own threads.
 
 Iterate to get an Output of spikes and stimulation commands as they come, until the run ends. One of the
 two may be empty, and a tick's commands may come in another Output than its spikes. Leaving the with
@@ -256,7 +257,7 @@ block ends the run.)")
           py::return_value_policy::reference_internal)
       .def("__exit__",
            [](BridgeObject& bridge, const py::args&) {
-             const py::gil_scoped_release no_gil;
+             const GilRelease no_gil;
              bridge.stop();
            })
       .def(
@@ -279,7 +280,7 @@ block ends the run.)")
           "Raises Error if the run failed.")
       .def_property_readonly("ended", &BridgeObject::ended,
                              "True when the run is over and all its output has been read.")
-      .def("stop", &BridgeObject::stop, py::call_guard<py::gil_scoped_release>(),
+      .def("stop", &BridgeObject::stop, py::call_guard<GilRelease>(),
            "Ends the run and finishes its files. Unread output can still be read.")
       .def("mark", &mark, py::arg("label"),
            "Adds a mark with a one-line label at the current time to every session being recorded. "
@@ -299,13 +300,13 @@ block ends the run.)")
          bool allow_remote, std::size_t most_unread) {
         Scene of_probe = scene.scene();
         or_throw(of_probe.set_probes(probes));
-        const py::gil_scoped_release no_gil;
-        return std::make_unique<BridgeObject>(std::move(of_probe),
-                                              BridgeObject::Options{.sinks = sinks,
-                                                                    .duration_s = duration_s,
-                                                                    .overwrite = overwrite,
-                                                                    .allow_remote = allow_remote,
-                                                                    .most_unread = most_unread});
+        const GilRelease no_gil;
+        return BridgeHolder(new BridgeObject(std::move(of_probe),
+                                             BridgeObject::Options{.sinks = sinks,
+                                                                   .duration_s = duration_s,
+                                                                   .overwrite = overwrite,
+                                                                   .allow_remote = allow_remote,
+                                                                   .most_unread = most_unread}));
       },
       py::arg("probes"), py::arg("scene"), py::kw_only(),
       py::arg("sinks") = std::vector<std::string>(), py::arg("duration_s") = py::none(),

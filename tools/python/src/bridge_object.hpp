@@ -13,9 +13,11 @@
 
 #include <pybind11/pybind11.h>
 
+#include "drivers/files/input_file.hpp"
 #include "drivers/run_control.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/python/src/initialised.hpp"
+#include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -52,6 +54,9 @@ class BridgeObject {
   [[nodiscard]] Unread read(std::chrono::nanoseconds patience);
   /// Whether the run is over and everything was fetched.
   [[nodiscard]] bool ended();
+  /// False in a process that was forked from that of the run: it has none of the run's threads, so
+  /// nothing here can be used, ended or destroyed.
+  [[nodiscard]] bool is_own_process() const noexcept;
   /// Ends the run and waits for its sinks. Any number of threads may call it at once.
   void stop() noexcept;
 
@@ -71,6 +76,7 @@ class BridgeObject {
   /// \throws Error in a process that was forked from the one of the run: it has no threads
   void check_process() const;
 
+  ReadFiles files_;
   std::unique_ptr<PreparedRun> run_;
   std::unique_ptr<Pipeline> pipeline_;
   RunControl* control_ = nullptr;
@@ -87,7 +93,16 @@ class BridgeObject {
   std::mutex ending_;  ///< guards thread_
   std::thread thread_;
   const int process_;  ///< that started the threads
+  std::optional<LiveRun> live_;
 };
+
+/// Leaves the copy in a forked process as it is.
+struct DeleteInOwnProcess {
+  void operator()(BridgeObject* bridge) const noexcept {
+    if (bridge->is_own_process()) delete bridge;
+  }
+};
+using BridgeHolder = std::unique_ptr<BridgeObject, DeleteInOwnProcess>;
 
 /// Adds Bridge and connect() to the module.
 void add_bridge(pybind11::module_& module);

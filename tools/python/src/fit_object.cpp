@@ -5,8 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include <cxxabi.h>
 #include <pybind11/stl.h>
 
+#include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/python/src/scene_object.hpp"
 #include "tools/scene/scene_keys.hpp"
@@ -33,9 +35,11 @@ py::dict fit_scene(const SceneObject& given, const std::string& data,
   FitResponses responses;
   if (!elsewhere.is_none()) {
     responses = [&](const std::vector<double>& values) {
-      const py::gil_scoped_acquire gil;
+      const GilAcquire gil;
       try {
         return elsewhere(values).cast<std::vector<double>>();
+      } catch (const abi::__forced_unwind&) {
+        wait_for_exit();  // the interpreter ended in a daemon thread
       } catch (...) {
         raised = std::current_exception();
         return std::vector<double>();
@@ -43,7 +47,7 @@ py::dict fit_scene(const SceneObject& given, const std::string& data,
     };
   }
   auto result = [&] {
-    const py::gil_scoped_release release;
+    const GilRelease release;
     return fit(scene.model, recordings.sets, names, trials, evaluations, {}, threads, responses);
   }();
   if (raised) std::rethrow_exception(raised);
@@ -80,13 +84,13 @@ void add_fit(py::module_& module) {
                        const std::vector<std::string>& names, std::size_t trials, std::size_t part,
                        std::size_t parts) {
         const Recordings recordings = recordings_of(data);
-        const py::gil_scoped_release release;
+        const GilRelease release;
         auto made =
             FitPart::create(scene.scene().model, recordings.sets, names, trials, part, parts);
         if (!made) throw Error(made.error().sentence);
         return std::move(*made);
       }))
-      .def("responses", &FitPart::responses, py::call_guard<py::gil_scoped_release>());
+      .def("responses", &FitPart::responses, py::call_guard<GilRelease>());
 }
 
 }  // namespace merkel::python

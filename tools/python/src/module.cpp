@@ -10,6 +10,7 @@
 
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
+#include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/records.hpp"
 #include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
@@ -153,6 +154,7 @@ Scene("finger", overrides={"skin.radius_mm": 9}).)")
 }  // namespace
 
 PYBIND11_MODULE(_merkel, module) {
+  merkel::python::end_runs_at_exit();
   module.doc() = "Tactile spikes from a haptic probe. See help(merkel).";
   module.attr("__version__") = MERKEL_VERSION;
   module.attr("_git_hash") = kGitHash;

@@ -58,7 +58,14 @@ where the scene has no electrodes.)";
 
 pybind11::tuple output_of(const pybind11::array_t<SpikeRow>& spikes,
                           const pybind11::array_t<CommandRow>& stimulation) {
-  return pybind11::reinterpret_steal<pybind11::tuple>(output_type(spikes, stimulation).release());
+  // Not by Output's own __new__, which is Python: at the end of the interpreter, a daemon thread in
+  // Python code is unwound, and with it the C++ that called it.
+  auto* const type = reinterpret_cast<PyTypeObject*>(output_type.ptr());
+  const auto values = pybind11::make_tuple(pybind11::make_tuple(spikes, stimulation));
+  auto made = pybind11::reinterpret_steal<pybind11::tuple>(
+      PyTuple_Type.tp_new(type, values.ptr(), nullptr));
+  if (!made) throw pybind11::error_already_set();
+  return made;
 }
 
 std::string in_python(std::string sentence) {

@@ -1,6 +1,7 @@
 #include "tools/python/src/run_object.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -13,8 +14,10 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
+#include "drivers/files/input_file.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "tools/python/src/interpreter_exit.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/studies/plan/plan.hpp"
@@ -91,6 +94,25 @@ std::optional<std::chrono::nanoseconds> duration_of(std::optional<double> durati
   return units::nanoseconds_from_s(*duration_s);
 }
 
+namespace {
+
+/// Sets a flag at its end, also after an exception.
+class Over {
+ public:
+  explicit Over(std::atomic<bool>& flag) noexcept : flag_(flag) {}
+  Over(const Over&) = delete;
+  Over& operator=(const Over&) = delete;
+  ~Over() {
+    flag_.store(true);
+    flag_.notify_all();
+  }
+
+ private:
+  std::atomic<bool>& flag_;
+};
+
+}  // namespace
+
 RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) {
   if (options.press.given() && !options.probes.empty()) {
     throw Error("pass either a press or a probe, not both");
@@ -98,10 +120,11 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   if (!options.probes.empty()) or_throw(scene.set_probes(options.probes));
   if (options.seed) scene.set_seed(*options.seed);
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
+  const ReadFiles files;
   RunPreparation preparation{.fast = true, .probes = probes_of(options, scene), .models = models};
 
   RunObject result;
-  const py::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
   PreparedRun run = or_throw(prepare_run(std::move(scene), std::move(preparation)));
   result.notices = run.notices;
@@ -110,7 +133,7 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   bool interrupted = false;
   Pipeline* running = nullptr;
   run.parameters.on_progress = [&](const RunProgress&) {
-    const py::gil_scoped_acquire gil;
+    const GilAcquire gil;
     if (!interrupted && PyErr_CheckSignals() != 0) {
       interrupted = true;
       running->request_stop_now();
@@ -124,11 +147,21 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
                         .allow_remote = false,
                         .run = std::move(run.description),
                         .notice = run.parameters.on_notice};
-  for (const std::string& uri : run.scene.sinks) pipeline.add_sink(or_throw(open_sink(uri, setup)));
+  for (auto& sink : or_throw(open_sinks(run.scene.sinks, setup))) {
+    pipeline.add_sink(std::move(sink));
+  }
   pipeline.add_sink(std::make_unique<Collector>(result));
-  auto report = pipeline.run();
+  std::atomic<bool> over{false};
+  const LiveRun live([&] {
+    pipeline.request_stop_now();
+    over.wait(false);
+  });
+  auto report = [&] {
+    const Over at_end(over);
+    return pipeline.run();
+  }();
   if (interrupted) {
-    const py::gil_scoped_acquire gil;
+    const GilAcquire gil;
     throw py::error_already_set();
   }
   if (std::string failure = failure_of(report); !failure.empty()) throw Error(failure);

@@ -197,6 +197,7 @@ void SceneObject::set(const std::string& name, const py::handle& value) {
   } catch (const py::cast_error&) {
     throw Error(name + " cannot be " + py::repr(value).cast<std::string>() + ": it is too large");
   }
+  if (name == "skin.radius_mm") flatten_if_infinite(changed.model.skin);
   scene_ = or_throw(scene_of_keys(changed));
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/units.hpp"
 #include "drivers/sessions/session_reader.hpp"
+#include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/scene_object.hpp"
 #include "tools/scene/session_scene.hpp"
 
@@ -65,7 +66,7 @@ SessionObject SessionObject::load(const std::string& path) {
     for (const DeliveredSample& item : chunk.samples) {
       session.samples.push_back(row_of_sample(item, zero));
       for (std::size_t k = 0; k < session.extra.size(); ++k) {
-        session.extra[k].second.push_back(item.sample.extra[k]);
+        session.extra[k].second.push_back(item.further[k]);
       }
     }
     blocks.insert(blocks.end(), chunk.taxels.begin(), chunk.taxels.end());
@@ -171,7 +172,7 @@ void add_session(py::module_& module) {
   module.def(
       "load",
       [](const std::filesystem::path& file) {
-        const py::gil_scoped_release no_gil;
+        const GilRelease no_gil;
         return std::make_unique<SessionObject>(SessionObject::load(file.string()));
       },
       py::arg("file"),

@@ -10,6 +10,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "tools/python/src/array_source.hpp"
+#include "tools/python/src/interpreter_exit.hpp"
 
 namespace merkel::python {
 namespace {
@@ -55,7 +56,7 @@ StreamObject::StreamObject(Scene scene, double max_gap_s)
 }
 
 void StreamObject::build() {
-  const py::gil_scoped_release no_gil;
+  const GilRelease no_gil;
   stream_.emplace(or_throw(SampleStream::create(scene_, channels_)));
   stream_->set_interrupt([this] { return signalled(); });
 }
@@ -111,7 +112,7 @@ template <class Call>
 auto StreamObject::interruptible(const Call& call) {
   asked_ = std::chrono::steady_clock::now();
   const auto result = [&] {
-    const py::gil_scoped_release no_gil;
+    const GilRelease no_gil;
     return call();
   }();
   if (std::exchange(interrupted_, false)) throw py::error_already_set();
@@ -159,7 +160,7 @@ bool StreamObject::signalled() {
   const auto now = std::chrono::steady_clock::now();
   if (now - asked_ < kSignalsEvery) return false;
   asked_ = now;
-  const py::gil_scoped_acquire gil;
+  const GilAcquire gil;
   interrupted_ = PyErr_CheckSignals() != 0;
   return interrupted_;
 }

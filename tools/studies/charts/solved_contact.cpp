@@ -11,13 +11,13 @@
 
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
-#include "core/contact/sneddon_contact.hpp"
 #include "core/contact/solver/press_tables.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
 #include "tools/studies/reference/flat_punch.hpp"
+#include "tools/studies/reference/sneddon_contact.hpp"
 #include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
@@ -91,7 +91,7 @@ Case plate_on_finger(double modulus) {
 
 /// On skin that is bonded to bone: the Fredholm equation.
 Case sphere_on_layer(double hertz_mN) {
-  const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
+  const SkinParameters skin{.thickness_mm = 4.0};
   const reference::BondedLayer exact(skin.poisson_ratio);
   const double radius_mm = std::sqrt(kSphere_mm * kDepth_mm);
   return {"sphere on skin of 4 mm on bone (Fredholm)", sphere_height(kSphere_mm), 1.3 * radius_mm,
@@ -100,7 +100,7 @@ Case sphere_on_layer(double hertz_mN) {
 
 /// The sphere itself, not a paraboloid.
 Case exact_sphere(double modulus) {
-  const SneddonContact exact(0.5 * kSphere_mm, modulus);
+  const reference::SneddonContact exact(0.5 * kSphere_mm, modulus);
   return {"exact sphere (Sneddon)", exact_sphere_height(0.5 * kSphere_mm),
           std::sqrt(kSphere_mm * kDepth_mm), exact.at_depth(kDepth_mm).force_mN};
 }

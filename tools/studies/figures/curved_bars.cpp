@@ -19,7 +19,7 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
   const SkinParameters skin{.radius_mm = 7.0};
   const SkinMaterial material(skin);
   std::string report =
-      "## Bars on a curved finger\n\nA bar of 20 mm length on a finger of 7 mm radius, against "
+      "## Bars on a curved finger\n\nA bar of 20 mm length on a finger of 7 mm radius in both directions, against "
       "boundary elements that solve the pressure over the width and the length "
       "(`curved_bars.csv`): relative errors of the force, and of the energy density under the "
       "middle and under an edge.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
@@ -34,8 +34,8 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
            .poisson_ratio = skin.poisson_ratio,
            .width_mm = width,
            .length_mm = tip.bars.length_mm,
-
            .skin_radius_mm = skin.radius_mm,
+           .skin_radius_along_mm = skin.finger_along_mm(),
            .depth_mm = depth});
       const auto energy = [&](const CartesianStress& stress) {
         return energy_density_kPa(stress, material, EnergyDensity::kDistortional);

@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/scene/model_check.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
 #include "tools/scene/contact_sentence.hpp"
@@ -42,6 +43,23 @@ std::vector<std::chrono::nanoseconds> ticks_of(std::chrono::nanoseconds tick) {
     ticks.push_back(ticks.back() / 2);
   }
   return ticks;
+}
+
+/// False if the contact of a sliding surface needs a longer tick.
+bool permits_tick(TactileModel::Parameters model, std::chrono::nanoseconds tick) {
+  model.tick = tick;
+  const auto checked = check(model);
+  return checked || checked.error().key != "loop.tick_us";
+}
+
+/// The shortest multiple of `shortest` that divides `whole` and that the model permits.
+std::chrono::nanoseconds permitted_tick(const TactileModel::Parameters& model,
+                                        std::chrono::nanoseconds whole,
+                                        std::chrono::nanoseconds shortest) {
+  for (auto tick = shortest; tick < whole; tick += shortest) {
+    if (whole % tick == std::chrono::nanoseconds{0} && permits_tick(model, tick)) return tick;
+  }
+  return whole;
 }
 
 /// Sets the shares of reached afferents and of active neurons, over ticks with contact.
@@ -97,9 +115,11 @@ class Rehearser {
     auto tick = scene_.model.tick;
     // Another step changes the noise, so noisy neurons keep theirs, with a tick for each step.
     if (scene_.model.energy_driven()) {
-      exact.model.tick = tick = scene_.model.step;
+      exact.model.tick = tick = permitted_tick(scene_.model, tick, scene_.model.step);
     } else {
-      tick = part_of(ticks.back(), std::min(ticks.back() / 4, ticks.front() / kReferenceTicks));
+      const auto shortest =
+          part_of(ticks.back(), std::min(ticks.back() / 4, ticks.front() / kReferenceTicks));
+      tick = permitted_tick(scene_.model, ticks.back(), shortest);
       set_option(exact.model, {.method = IntegrationMethod::kRk4,
                                .precision = Precision::kDouble,
                                .step = part_of(tick, kReferenceStep),
@@ -143,6 +163,7 @@ class Rehearser {
     if (rehearsal_.tick != tick) rehearsal_ = recording_.at(tick);
     return rehearsal_;
   }
+  [[nodiscard]] bool fired() const noexcept { return !reference_.empty(); }
   void describe(Plan& plan) const {
     plan.spikes = reference_.size();
     plan.neurons = neurons_;
@@ -164,6 +185,16 @@ class Rehearser {
 Expected<PlanOption, SetupError> choose(Rehearser& rehearser, const Scene& scene,
                                         const std::vector<std::chrono::nanoseconds>& ticks,
                                         double budget_us, std::vector<PlanOption>& tried) {
+  if (!rehearser.fired()) {
+    // No error can be measured: the most accurate option.
+    const auto safe = rehearser.perform({.method = IntegrationMethod::kRk4,
+                                         .precision = Precision::kDouble,
+                                         .step = part_of(ticks.back(), kFineStep),
+                                         .tick = ticks.back()},
+                                        3);
+    if (safe) tried.push_back(*safe);
+    return safe;
+  }
   for (const auto tick : ticks) {
     // The error of the tick alone, a lower bound for every method.
     const auto finest = rehearser.perform({.method = IntegrationMethod::kRk4,
@@ -250,8 +281,9 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   Plan plan;
   plan.budget_us = scene.spike_time_us;
   plan.scene_tick_ms = units::ms_from(scene.model.tick);
-  const auto ticks = plan.budget_us ? ticks_of(scene.model.tick)
-                                    : std::vector<std::chrono::nanoseconds>{scene.model.tick};
+  auto ticks = plan.budget_us ? ticks_of(scene.model.tick)
+                              : std::vector<std::chrono::nanoseconds>{scene.model.tick};
+  std::erase_if(ticks, [&](auto tick) { return !permits_tick(scene.model, tick); });
   Rehearser rehearser(scene, *recording);
   if (auto made = rehearser.make_reference(ticks); !made) {
     return Unexpected<SetupError>(made.error());

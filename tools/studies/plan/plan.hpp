@@ -19,11 +19,13 @@ struct PlanOption {
   double tick_us = 0.0;   ///< mean cost of a tick
   SpikeTrainError error;  ///< against RK4 at a fine step and tick, with nothing skipped
   [[nodiscard]] double error_us() const noexcept { return 1e3 * error.rms_ms; }
-  /// True if every spike has a partner and the error is within the budget, with a margin for the
-  /// error of the reference and for the time after the rehearsal.
+  /// False if nothing fired in the rehearsal.
+  [[nodiscard]] bool measured() const noexcept { return error.matched + error.unmatched > 0; }
+  /// True if there are spikes, every one has a partner and the error is within the budget, with a
+  /// margin for the error of the reference and for the time after the rehearsal.
   static constexpr double kMargin = 0.8;
   [[nodiscard]] bool meets(double budget_us) const noexcept {
-    return error.unmatched == 0 && error_us() <= kMargin * budget_us;
+    return error.matched > 0 && error.unmatched == 0 && error_us() <= kMargin * budget_us;
   }
 };
 
@@ -54,7 +56,9 @@ struct Plan {
 /// interpolating currents within a tick no longer matters, then tries the methods in order of cost
 /// until one meets the budget. Errors are relative to RK4 at 2.5 µs and a tick of at most 1/16 of
 /// the scene's and 1/4 of the shortest candidate. Sets the scene's tick, method, precision and
-/// step. If no method meets the budget, fails and names the best one. Takes seconds. Real-time: no.
+/// step. If no method meets the budget, fails and names the best one. If nothing
+/// fires in the rehearsal, no error is known: takes the most accurate method and the shortest tick.
+/// Takes seconds. Real-time: no.
 [[nodiscard]] Expected<Plan, SetupError> make_plan(Scene& scene);
 
 }  // namespace merkel

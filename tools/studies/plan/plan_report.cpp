@@ -40,27 +40,35 @@ std::string plan_text(const Plan& plan) {
         "tried, for each tick first RK4 with the finest step, then by estimated cost:\n",
         *plan.budget_us, PlanOption::kMargin * *plan.budget_us);
     for (const PlanOption& option : plan.tried) {
-      text += fmt::format("  {:<58} {:8.2f} µs per tick, error {:.3g} µs{}\n",
-                          name_of_option(option), option.tick_us, option.error_us(),
-                          option.error.unmatched > 0
-                              ? fmt::format(", {} unmatched spikes", option.error.unmatched)
-                              : "");
+      text += fmt::format(
+          "  {:<58} {:8.2f} µs per tick, {}{}\n", name_of_option(option), option.tick_us,
+          option.measured() ? fmt::format("error {:.3g} µs", option.error_us()) : "error unknown",
+          option.error.unmatched > 0 ? fmt::format(", {} unmatched spikes", option.error.unmatched)
+                                     : "");
     }
   }
   text += "chosen: " + name_of_neurons(plan) + "\n";
-  if (units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
+  if (plan.chosen.measured() && units::ms_from(plan.chosen.tick) < plan.scene_tick_ms) {
     text += fmt::format(
         "the tick is shorter than loop.tick_us ({:g} ms): within longer ticks, the currents deviate "
         "too much from linear interpolation for this error limit\n",
         plan.scene_tick_ms);
   }
   text += fmt::format(
-      "predicted: {:.2f} µs per tick of {:g} ms ({:.0f} × real time), spike-time error {:.3g} µs{}\n",
-      plan.chosen.tick_us, units::ms_from(plan.chosen.tick),
-      units::us_from(plan.chosen.tick) / plan.chosen.tick_us, plan.chosen.error_us(),
-      plan.chosen.error.unmatched > 0 ? fmt::format(" and {:.1f} % of the spikes unmatched",
-                                                    100.0 * plan.chosen.error.share_unmatched())
-                                      : "");
+      "predicted: {:.2f} µs per tick of {:g} ms ({:.0f} × real time), {}", plan.chosen.tick_us,
+      units::ms_from(plan.chosen.tick), units::us_from(plan.chosen.tick) / plan.chosen.tick_us,
+      plan.chosen.measured() ? fmt::format("spike-time error {:.3g} µs", plan.chosen.error_us())
+                             : "spike-time error unknown: nothing fired in the rehearsal");
+  if (plan.chosen.error.unmatched > 0) {
+    text += fmt::format(" and {:.1f} % of the spikes unmatched",
+                        100.0 * plan.chosen.error.share_unmatched());
+  }
+  text += "\n";
+  if (!plan.chosen.measured() && plan.budget_us) {
+    text +=
+        "the most accurate method and the shortest tick are taken: plan with a press at which "
+        "afferents fire to find a faster method that meets the limit\n";
+  }
   if (plan.electrodes > 0) {
     text += fmt::format("stimulation commands for {} electrode{}: additional {:.2f} µs per tick\n",
                         plan.electrodes, plan.electrodes == 1 ? "" : "s", plan.encoding_us);
@@ -80,7 +88,7 @@ std::string plan_json(const Plan& plan) {
                 {"step_us", units::us_from(option.step)},
                 {"loop_tick_us", units::us_from(option.tick)},
                 {"tick_us", option.tick_us},
-                {"error_us", option.error_us()},
+                {"error_us", option.measured() ? Json(option.error_us()) : Json()},
                 {"spikes_without_partner", option.error.unmatched}};
   };
   Json tried = Json::array();

@@ -35,17 +35,21 @@ bool touches(const ProbeSample& sample) { return sample.depth_mm > 0.0 || sample
 std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(Probe& probe,
                                                                  std::chrono::nanoseconds most) {
   std::vector<Recorded> all;
-  std::vector<ProbeSample> batch(1024);
+  Readings readings = probe.readings();
   std::optional<std::chrono::nanoseconds> touched;
   for (;;) {
-    const auto count = probe.read(batch, std::chrono::milliseconds{50});
+    const auto count = probe.read(readings, std::chrono::milliseconds{50});
     if (!count) return all;
     for (std::size_t i = 0; i < *count; ++i) {
-      const std::span<const float> taxels = probe.taxels(batch[i]);
-      all.push_back({.sample = batch[i], .taxels = {taxels.begin(), taxels.end()}});
-      if (!touched && touches(batch[i])) touched = batch[i].time;
+      const auto sample = readings.sample(i);
+      if (!sample) continue;
+      Recorded& recorded = all.emplace_back(Recorded{.sample = *sample, .taxels = {}});
+      for (const double kPa : readings.taxels(i)) {
+        recorded.taxels.push_back(static_cast<float>(kPa));
+      }
+      if (!touched && touches(*sample)) touched = sample->time;
       const auto end = touched ? *touched + most : all.front().sample.time + kLongestSilence;
-      if (batch[i].time > end) return all;
+      if (sample->time > end) return all;
     }
   }
 }
@@ -59,7 +63,9 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
     const std::string uri = scene.uri_of(i);
     const bool recorded = uri.starts_with("replay:") || uri.starts_with("sim:");
     recording.stand_in_ = recording.stand_in_ || !recorded;
-    auto probe = open_probe(recorded ? uri : stand_in_for(scene, i));
+    const auto source = recorded ? scene.source_of(i) : DeviceUri::parse(stand_in_for(scene, i));
+    if (!source) return Unexpected<SetupError>(source.error());
+    auto probe = open_device(*source);
     if (!probe) return Unexpected<SetupError>(probe.error());
     const bool depth = ((*probe)->info().channels & ProbeSample::kDepth) != 0U;
     scene.model.indenters[i].control = scene.probes[i].control.value_or(

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <utility>
 
 #include <fmt/core.h>
 
+#include "drivers/files/line_reader.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/spike_distance.hpp"
 #include "tools/studies/score/press_trace.hpp"
@@ -22,12 +22,12 @@ using Trains = std::vector<std::vector<double>>;
 
 /// Reads rows of time_s and the number of the trial or neuron.
 Expected<Trains, SetupError> read_spikes(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return bad_input("cannot read the spikes " + path);
+  auto lines = LineReader::open(path);
+  if (!lines) return Unexpected<SetupError>(lines.error());
   std::map<long, std::vector<double>> trains;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
+  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
+  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
+    const std::string_view line = lines->line();
     if (line.empty() || line.front() == '#') continue;
     if (line == "time_s,trial" || line == "time_s,neuron") continue;
     double time = 0.0;
@@ -38,11 +38,12 @@ Expected<Trains, SetupError> read_spikes(const std::string& path) {
                       std::from_chars(comma + 1, end, trial).ec == std::errc() &&
                       std::isfinite(time);
     if (!read) {
-      return bad_input(path + ":" + std::to_string(number) +
-                       ": each row must be a time in s and a trial number, as in 1.234,1");
+      return bad_input(lines->where() +
+                       "each row must be a time in s and a trial number, as in 1.234,1");
     }
     trains[trial].push_back(time);
   }
+  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
   Trains all;
   for (auto& [trial, train] : trains) all.push_back(std::move(train));
   if (all.empty()) return bad_input(path + " holds no spikes");

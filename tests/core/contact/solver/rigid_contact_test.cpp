@@ -145,7 +145,7 @@ TEST(RigidContact, TheMiddleOfALongCylinderOrWedgeIsPlane) {
 }
 
 TEST(RigidContact, OnABondedLayerItIsTheFredholmSolution) {
-  const SkinParameters skin{.thickness_mm = 4.0, .layer_law = LayerLaw::kExact};
+  const SkinParameters skin{.thickness_mm = 4.0};
   const reference::BondedLayer exact(skin.poisson_ratio);
   for (const double depth : {0.3, 1.5}) {
     RigidContact solver = contact(sphere_height(5.0), 0.1, 75, 75, LayeredMedium(skin));

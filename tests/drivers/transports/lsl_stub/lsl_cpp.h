@@ -180,6 +180,12 @@ class continuous_resolver {
   std::string value_;
 };
 
+/// The clock of this machine minus that of the outlets.
+inline double& offset_s() {
+  static double offset = 0.0;
+  return offset;
+}
+
 class stream_inlet {
  public:
   explicit stream_inlet(const stream_info& info, int /*buffered_s*/ = 360, int /*chunk*/ = 0,
@@ -191,7 +197,11 @@ class stream_inlet {
     if (!line_) throw lost_error("the outlet is gone");
   }
   void open_stream(double /*timeout_s*/) {}
-  void set_postprocessing(std::uint32_t /*flags*/) {}
+  void set_postprocessing(std::uint32_t flags) {
+    if ((flags & post_clocksync) != 0U) correction_s_ = time_correction(0.0);
+  }
+  /// As liblsl measures it to an outlet of the same machine; offset_s() for one with another clock.
+  double time_correction(double /*timeout_s*/) const { return offset_s() - 17e-6; }
   [[nodiscard]] stream_info info(double /*timeout_s*/) const { return line_->info; }
   double pull_sample(std::vector<double>& values, double timeout_s) {
     std::unique_lock lock(line_->mutex);
@@ -204,11 +214,12 @@ class stream_inlet {
     const double time_s = line_->samples.front().first;
     values = line_->samples.front().second;
     line_->samples.pop_front();
-    return time_s;
+    return time_s + correction_s_;
   }
 
  private:
   std::shared_ptr<Line> line_;
+  double correction_s_ = 0.0;
 };
 
 }  // namespace lsl

@@ -1,10 +1,10 @@
-#include "core/contact/sneddon_contact.hpp"
+#include "tools/studies/reference/sneddon_contact.hpp"
 
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
-namespace merkel {
+namespace merkel::reference {
 namespace {
 
 /// d/R as a function of q = a/R: q·atanh(q).
@@ -42,7 +42,7 @@ SneddonContact::SneddonContact(double radius_mm, double reduced_modulus_kPa) noe
   assert(std::isfinite(radius_mm_) && radius_mm_ > 0.0);
 }
 
-ContactState SneddonContact::at_radius_ratio(double q) const noexcept {
+SneddonContact::Contact SneddonContact::at_radius_ratio(double q) const noexcept {
   const double a = q * radius_mm_;
   const double force = reduced_modulus_kPa_ * radius_mm_ * radius_mm_ * force_ratio(q);
   return {.depth_mm = radius_mm_ * depth_ratio(q),
@@ -51,19 +51,19 @@ ContactState SneddonContact::at_radius_ratio(double q) const noexcept {
           .peak_pressure_kPa = 1.5 * force / (std::numbers::pi * a * a)};
 }
 
-ContactState SneddonContact::at_depth(double depth_mm) const noexcept {
+SneddonContact::Contact SneddonContact::at_depth(double depth_mm) const noexcept {
   if (!(depth_mm > 0.0)) return {};
-  ContactState contact = at_radius_ratio(solve(depth_ratio, depth_mm / radius_mm_));
+  Contact contact = at_radius_ratio(solve(depth_ratio, depth_mm / radius_mm_));
   contact.depth_mm = depth_mm;
   return contact;
 }
 
-ContactState SneddonContact::at_force(double force_mN) const noexcept {
+SneddonContact::Contact SneddonContact::at_force(double force_mN) const noexcept {
   if (!(force_mN > 0.0)) return {};
   const double scale = reduced_modulus_kPa_ * radius_mm_ * radius_mm_;
-  ContactState contact = at_radius_ratio(solve(force_ratio, force_mN / scale));
+  Contact contact = at_radius_ratio(solve(force_ratio, force_mN / scale));
   contact.force_mN = force_mN;
   return contact;
 }
 
-}  // namespace merkel
+}  // namespace merkel::reference

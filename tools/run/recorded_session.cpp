@@ -1,0 +1,94 @@
+#include "tools/run/recorded_session.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/sinks/afferent_table.hpp"
+
+namespace merkel {
+
+Expected<std::unique_ptr<RecordedSession>, SetupError> RecordedSession::open(
+    const std::string& path) {
+  auto reader = SessionReader::open(path);
+  if (!reader) return Unexpected<SetupError>(reader.error());
+  std::unique_ptr<RecordedSession> session(new RecordedSession);
+  session->path_ = path;
+  if (!reader->fact("scene_text").empty()) {
+    auto scene = scene_of_session(*reader);
+    if (!scene) return bad_input(path + ": " + scene.error().sentence);
+    const auto afferents = afferents_of(scene->model);
+    if (!afferents) return bad_input(path + ": " + scene->sentence(afferents.error()));
+    session->neurons_ = static_cast<std::uint32_t>(afferents->size());
+    if (SessionNumbering::needed(*reader)) {
+      const auto model = TactileModel::create(scene->model);
+      if (!model) return bad_input(path + ": " + scene->sentence(model.error()));
+      session->numbering_.emplace(*reader, *model);
+    }
+    session->scene_ = std::move(*scene);
+  }
+  auto run = describe_session(path, *reader, session->scene_ ? &*session->scene_ : nullptr);
+  if (!run) return Unexpected<SetupError>(run.error());
+  session->run_ = std::move(*run);
+  const auto origin = session_origin(*reader);
+  if (!origin) return Unexpected<SetupError>(origin.error());
+  session->origin_ = *origin;
+  return session;
+}
+
+Expected<bool, SetupError> RecordedSession::next(SessionReader& reader, SessionChunk& chunk) const {
+  auto more = reader.next(chunk);
+  if (!more || !*more) return more;
+  if (numbering_) numbering_->apply(chunk);
+  for (const SpikeEvent& spike : chunk.spikes) {
+    if (spike.neuron >= 1 && spike.neuron <= neurons_) continue;
+    return bad_input(path_ + " has a spike of neuron " + std::to_string(spike.neuron) +
+                     ", which its scene does not have: the session is damaged");
+  }
+  const std::size_t electrodes = scene_ ? scene_->encoding.electrodes.size() : 0;
+  for (const StimulationCommand& command : chunk.commands) {
+    if (command.electrode < electrodes) continue;
+    return bad_input(path_ + " has a command for electrode " +
+                     std::to_string(command.electrode + 1) +
+                     ", which its scene does not have: the session is damaged");
+  }
+  return more;
+}
+
+Expected<void, std::string> RecordedSession::read(const Take& take) {
+  auto session = reader();
+  if (!session) return Unexpected<std::string>(session.error().sentence);
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = next(*session, chunk);
+    if (!more) return Unexpected<std::string>(more.error().sentence);
+    if (!*more || !take(batch_of(chunk))) break;
+  }
+  complete_ = session->complete();
+  return {};
+}
+
+Expected<void, SetupError> write_run(RunJournal& run, const RunOrigin& origin,
+                                     std::span<const std::unique_ptr<Sink>> sinks,
+                                     std::uint64_t& spikes) {
+  std::string failure;
+  const auto keep = [&](const Expected<void, SinkError>& result) {
+    if (!result && failure.empty()) failure = result.error().sentence;
+    return failure.empty();
+  };
+  for (const auto& sink : sinks) {
+    if (!keep(sink->begin(origin))) return unavailable(failure);
+  }
+  const auto read = run.read([&](const RecordBatch& batch) {
+    spikes += batch.spikes.size();
+    return std::all_of(sinks.begin(), sinks.end(),
+                       [&](const auto& sink) { return keep(sink->write(batch)); });
+  });
+  if (!read) return bad_input(read.error());
+  for (const auto& sink : sinks) {
+    if (failure.empty()) keep(sink->close());
+  }
+  if (!failure.empty()) return unavailable(failure);
+  return {};
+}
+
+}  // namespace merkel

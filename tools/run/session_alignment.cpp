@@ -1,0 +1,156 @@
+#include "tools/run/session_alignment.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <utility>
+
+#include <fmt/core.h>
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+using Alignment = MergedSessions::Alignment;
+
+/// By which a host's clock may run away from UTC: the tolerance of Linux (adjtimex(2), MAXFREQ).
+constexpr double kUtcDrift = 500e-6;
+/// UTC was set, not steered.
+constexpr double kClockSet = 1e-2;
+
+/// Of its UTC or, in a recording of LabRecorder, of the recorder's clock.
+std::optional<nanoseconds> clock_error_of(const SessionReader& session) {
+  const std::string text =
+      session.fact(session.fact("recorder").empty() ? "utc_error_ns" : "clock_error_ns");
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
+  return nanoseconds{value};
+}
+
+/// How far the times of a session may be from its UTC, apart from the error of its UTC.
+nanoseconds drift_of(const SessionClock& clock) {
+  const nanoseconds beyond = std::max(
+      {nanoseconds{0}, clock.utc.front().from - clock.first, clock.last - clock.utc.back().from});
+  return nanoseconds{static_cast<std::int64_t>(kUtcDrift * static_cast<double>(beyond.count()))};
+}
+
+std::string labels_of(const SessionClock& clock) {
+  std::string list;
+  for (const auto& [label, times] : clock.marks)
+    list.append(list.empty() ? "" : ", ").append(label);
+  return list.empty() ? "it has no marks" : "its marks are " + list;
+}
+
+Expected<Alignment, SetupError> by_mark(const SessionClock& first, const SessionClock& other,
+                                        const std::string& label, ClockMap& clock) {
+  for (const SessionClock* const each : {&first, &other}) {
+    if (!each->marks.contains(label)) {
+      return bad_input(each->path + " has no mark \"" + label + "\": " + labels_of(*each));
+    }
+  }
+  const auto& here = first.marks.at(label);
+  const auto& there = other.marks.at(label);
+  if (here.size() != there.size()) {
+    return bad_input(fmt::format(
+        "{} has {} marks \"{}\", but {} has {}: the marks of all sessions must be the same events",
+        first.path, here.size(), label, other.path, there.size()));
+  }
+  std::vector<ClockReading> events;
+  for (std::size_t i = 0; i < here.size(); ++i) events.push_back({.from = there[i], .to = here[i]});
+  ClockFit fit = fit_clocks(events, other.first, other.last);
+  clock = std::move(fit.map);
+  return Alignment{.session = other.path,
+                   .residual = fit.residual,
+                   .how = here.size() == 1 ? "one mark \"" + label + "\""
+                                           : fmt::format("{} marks \"{}\"", here.size(), label)};
+}
+
+Expected<Alignment, SetupError> by_utc(const SessionClock& first, const SessionClock& other,
+                                       ClockMap& clock) {
+  for (const SessionClock* const each : {&first, &other}) {
+    if (each->utc.empty()) {
+      return bad_input(each->path +
+                       " does not say when it was recorded: align the sessions by a mark that all "
+                       "of them have, --by-mark LABEL");
+    }
+  }
+  Alignment alignment{.session = other.path, .how = "UTC of the hosts"};
+  clock = ClockMap(nanoseconds{0});
+  if (first.shares_clock(other) && !first.recorder.empty()) {
+    alignment.how = "the same recorder";
+    alignment.residual =
+        first.clock_error.value_or(nanoseconds{0}) + other.clock_error.value_or(nanoseconds{0});
+    return alignment;
+  }
+  if (first.shares_clock(other)) {
+    alignment.how = "the same host";
+    // Live runs count on the host's clock; recordings from zeros of their own, at a known UTC.
+    if (!first.live || !other.live) {
+      clock = ClockMap((first.utc.front().from - first.utc.front().to) -
+                       (other.utc.front().from - other.utc.front().to));
+    }
+    alignment.residual = nanoseconds{0};
+    return alignment;
+  }
+  const ClockMap here(first.utc);
+  const ClockMap there(other.utc);
+  clock = there.then(here.inverse());
+  if (std::max(here.largest_rate(), there.largest_rate()) > kClockSet) {
+    alignment.how = "UTC of the hosts, of which one was set during its run";
+  } else if (first.clock_error && other.clock_error) {
+    alignment.residual =
+        *first.clock_error + *other.clock_error + drift_of(first) + drift_of(other);
+  }
+  return alignment;
+}
+
+}  // namespace
+
+Expected<SessionClock, SetupError> SessionClock::read(const RecordedSession& session,
+                                                      const SessionClock* other) {
+  auto reader = session.reader();
+  if (!reader) return Unexpected<SetupError>(reader.error());
+  SessionClock clock{.path = session.path(),
+                     .rig = reader->fact("rig"),
+                     .boot = reader->fact("boot_id"),
+                     .recorder = reader->fact("recorder"),
+                     .start = session.origin().start,
+                     .first = session.origin().start,
+                     .last = session.origin().start,
+                     .clock_error = clock_error_of(*reader)};
+  const RunOrigin& origin = session.origin();
+  if (origin.utc.count() != 0) clock.utc.push_back({.from = origin.start, .to = origin.utc});
+  clock.live = !reader->fact("live").empty();
+  if (other != nullptr && clock.shares_clock(*other)) return clock;
+  reader->read_only({SessionStream::Id::kTicks, SessionStream::Id::kSamples});
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = reader->next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) break;
+    const auto extend = [&](nanoseconds time) {
+      clock.first = std::min(clock.first, time);
+      clock.last = std::max(clock.last, time);
+    };
+    if (!chunk.ticks.empty()) extend(chunk.ticks.back().time);
+    for (const DeliveredSample& item : chunk.samples) extend(item.sample.time);
+    for (const Mark& mark : chunk.marks) clock.marks[mark.label].push_back(mark.time);
+  }
+  for (auto& [label, times] : clock.marks) std::sort(times.begin(), times.end());
+  for (const ClockReading& each : reader->clock_readings()) {
+    if (origin.utc.count() != 0 && each.from > origin.start) clock.utc.push_back(each);
+  }
+  return clock;
+}
+
+Expected<Alignment, SetupError> align(const SessionClock& first, const SessionClock& other,
+                                      const std::string& mark, ClockMap& clock) {
+  auto alignment = mark.empty() ? by_utc(first, other, clock) : by_mark(first, other, mark, clock);
+  if (!alignment) return alignment;
+  alignment->offset = clock(other.start) - other.start;
+  alignment->rate = clock.rate();
+  return alignment;
+}
+
+}  // namespace merkel

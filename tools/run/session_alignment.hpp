@@ -1,0 +1,46 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/expected.hpp"
+#include "drivers/clock/clock_map.hpp"
+#include "tools/run/merged_sessions.hpp"
+
+namespace merkel {
+
+/// What a session knows of its clock.
+struct SessionClock {
+  std::string path;
+  std::string rig;       ///< in a recording of LabRecorder
+  std::string boot;      ///< sessions of one boot of a host have one clock
+  std::string recorder;  ///< as have rigs in one recording of LabRecorder
+  bool live = false;     ///< its clock is the host's
+  std::chrono::nanoseconds start{0};
+  std::chrono::nanoseconds first{0};  ///< extent of its records
+  std::chrono::nanoseconds last{0};
+  std::vector<ClockReading> utc;                        ///< of its clock and UTC; empty: unknown
+  std::optional<std::chrono::nanoseconds> clock_error;  ///< of UTC or the recorder's clock
+  std::map<std::string, std::vector<std::chrono::nanoseconds>> marks;  ///< by label
+
+  /// Reads the whole file, but decodes little of it. \param other  with the same clock, this one's
+  /// facts are enough; null: none
+  [[nodiscard]] static Expected<SessionClock, SetupError> read(const RecordedSession& session,
+                                                               const SessionClock* other);
+  /// Whether sessions are of one boot of a host, or of one recorder.
+  [[nodiscard]] bool shares_clock(const SessionClock& other) const {
+    return recorder == other.recorder &&
+           (!recorder.empty() || (!boot.empty() && boot == other.boot));
+  }
+};
+
+/// Aligns a session with the first one. \param clock  converts its times to those of the first
+/// \param mark  empty: by UTC
+[[nodiscard]] Expected<MergedSessions::Alignment, SetupError> align(const SessionClock& first,
+                                                                    const SessionClock& other,
+                                                                    const std::string& mark,
+                                                                    ClockMap& clock);
+
+}  // namespace merkel
