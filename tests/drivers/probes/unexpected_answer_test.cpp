@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-std::string refusal(const std::string& uri) {
+std::string sentence_of_refusal(const std::string& uri) {
   const auto probe = open_probe(uri);
   return probe ? "" : probe.error().sentence;
 }
@@ -27,7 +27,7 @@ std::string refusal(const std::string& uri) {
 /// The error of a serial device that prints a line again and again.
 std::string refusal_of_lines(const std::string& line, const std::string& options) {
   LinePrinter printer(line);
-  return refusal("serial:" + printer.name() + "?timeout_ms=400&" + options);
+  return sentence_of_refusal("serial:" + printer.name() + "?timeout_ms=400&" + options);
 }
 
 TEST(QuotedAnswer, IsTheFirstLineOrTheFirst32Bytes) {
@@ -104,7 +104,7 @@ std::string refusal_of_datagrams(std::size_t bytes) {
       std::this_thread::sleep_for(milliseconds{4});
     }
   });
-  const std::string sentence = refusal("udp:127.0.0.1:" + std::to_string(ntohs(own.sin_port)) +
+  const std::string sentence = sentence_of_refusal("udp:127.0.0.1:" + std::to_string(ntohs(own.sin_port)) +
                                        "?protocol=ati_rdt&timeout_ms=300");
   sender = {};
   ::close(box);
