@@ -104,8 +104,8 @@ std::string refusal_of_datagrams(std::size_t bytes) {
       std::this_thread::sleep_for(milliseconds{4});
     }
   });
-  const std::string sentence = sentence_of_refusal("udp:127.0.0.1:" + std::to_string(ntohs(own.sin_port)) +
-                                       "?protocol=ati_rdt&timeout_ms=300");
+  const std::string sentence = sentence_of_refusal(
+      "udp:127.0.0.1:" + std::to_string(ntohs(own.sin_port)) + "?protocol=ati_rdt&timeout_ms=300");
   sender = {};
   ::close(box);
   return sentence;
