@@ -55,7 +55,7 @@ struct Pipeline::Parts {
   Parts(TactileModel& the_model, Parameters the_parameters)
       : model(the_model),
         parameters(std::move(the_parameters)),
-        sinks(fanout, probes, model.neurons(), parameters.encoder != nullptr,
+        sinks(fanout, probes, watch.stimulation(), model.neurons(), parameters.encoder != nullptr,
               model.parameters().has_arrays()) {}
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
@@ -71,6 +71,7 @@ struct Pipeline::Parts {
   void simulate(C& clock, RunReport& report, HostTimeReport& host);
   void attend(const HostTimeReport& host, pthread_t simulation, RunReport& report);
   void set_origin(nanoseconds start);
+  void follow_switch(RunReport& report);
   void drain_events(RunReport& report);
   void report_ceiling();
   void report_catch_up(nanoseconds elapsed);
@@ -129,6 +130,8 @@ void Pipeline::request_stop_now() noexcept {
   parts_->hurry.store(true, std::memory_order_relaxed);
   request_stop();
 }
+
+StimulationSwitch& Pipeline::stimulation() noexcept { return parts_->watch.stimulation(); }
 
 const LoopStatistics& Pipeline::statistics() const noexcept { return parts_->statistics; }
 
@@ -312,6 +315,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
   ProcessorShare share;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
+    follow_switch(report);
     sinks.report_failures(parameters.on_sink_failure);
     recent.look(statistics, PeriodicClock::now());
     static_cast<void>(ended.try_acquire_for(milliseconds{parameters.fast ? 1 : 20}));
@@ -334,6 +338,22 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
                               .tick = statistics.tick.snapshot()});
     }
   }
+}
+
+/// Reports a stop of stimulation by hand, and its end, also to the sinks that take marks.
+void Pipeline::Parts::follow_switch(RunReport& report) {
+  const StimulationSwitch::By by = watch.stimulation().stopped();
+  if (parameters.encoder == nullptr || by == report.stimulation_stopped) return;
+  const bool stops = by != StimulationSwitch::By::kNone;
+  const std::string sentence =
+      stops ? "stimulation stopped by " + std::string(name_of(by)) : "stimulation started again";
+  const nanoseconds at = simulated_in(counters(), model.parameters().tick);
+  report.stimulation_stopped = by;
+  if (stops) report.stimulation_stop = {.by = by, .at = at};
+  sinks.mark({.time = report.start + at, .label = sentence});
+  if (!parameters.on_notice) return;
+  parameters.on_notice(sentence + (stops ? ": all electrodes are off until it is started again"
+                                         : ": amplitudes rise from 0 within the limits"));
 }
 
 void Pipeline::Parts::drain_events(RunReport& report) {

@@ -9,6 +9,7 @@
 #include "core/records/run_counters.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/press_watch.hpp"
@@ -35,6 +36,12 @@ struct HostTimeReport {
   LatencySummary queue;
   LatencySummary tick;
   LatencySummary publish;
+};
+
+/// A stop of the stimulation by hand.
+struct StimulationStopReport {
+  StimulationSwitch::By by = StimulationSwitch::By::kNone;  ///< kNone: there was none
+  std::chrono::nanoseconds at{0};                           ///< since the start of the run
 };
 
 /// The result of a run: its counters, overall and per probe and sink.
@@ -83,9 +90,11 @@ struct RunReport : RunCounters {
   std::vector<std::uint64_t> contact_ticks_of_patch;  ///< ticks in which a probe touched the patch
 
   std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
-  std::string error_message;                ///< empty, or the reason why a probe's stream failed
-  bool bad_input = false;    ///< the stream failed because of an invalid recording, not a device
-  bool interrupted = false;  ///< stopped before the end of the streams
+  StimulationStopReport stimulation_stop;   ///< the last one
+  StimulationSwitch::By stimulation_stopped = StimulationSwitch::By::kNone;  ///< at the end
+  std::string error_message;  ///< empty, or the reason why a probe's stream failed
+  bool bad_input = false;     ///< the stream failed because of an invalid recording, not a device
+  bool interrupted = false;   ///< stopped before the end of the streams
 
   [[nodiscard]] bool complete() const;
 };

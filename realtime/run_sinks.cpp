@@ -54,11 +54,9 @@ class RunSinks::Control final : public RunControl {
            probes.device_of(probe).request_tare(probes.output_of(probe));
   }
   void mark(const Mark& mark) override {
-    if (!started()) return;
-    for (const auto& entry : sinks_.entries_) {
-      for (const auto& feed : entry->channel.feeds.marks) static_cast<void>(feed->try_push(mark));
-    }
+    if (started()) sinks_.mark(mark);
   }
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept override { return sinks_.stimulation_; }
   [[nodiscard]] Link link(std::size_t probe) const override {
     if (!started()) return Link::kConnected;
     const Probe& queried = sinks_.probes_.device_of(probe);
@@ -135,6 +133,12 @@ void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigi
                                                                        .realtime = realtime});
   }
   started_.store(true, std::memory_order_release);
+}
+
+void RunSinks::mark(const Mark& mark) {
+  for (const auto& entry : entries_) {
+    for (const auto& feed : entry->channel.feeds.marks) static_cast<void>(feed->try_push(mark));
+  }
 }
 
 void RunSinks::report_failures(

@@ -23,12 +23,18 @@ class RunProbes;
 /// Pipeline::run(), unless stated otherwise.
 class RunSinks {
  public:
+  /// \param stimulation  of the run
   /// \param neurons   of the model
   /// \param commands  whether the scene has electrodes
   /// \param arrays  whether it has tactile arrays
-  RunSinks(Fanout& fanout, RunProbes& probes, std::size_t neurons, bool commands,
-           bool arrays) noexcept
-      : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands), arrays_(arrays) {}
+  RunSinks(Fanout& fanout, RunProbes& probes, StimulationSwitch& stimulation, std::size_t neurons,
+           bool commands, bool arrays) noexcept
+      : fanout_(fanout),
+        probes_(probes),
+        stimulation_(stimulation),
+        neurons_(neurons),
+        commands_(commands),
+        arrays_(arrays) {}
   RunSinks(const RunSinks&) = delete;
   RunSinks& operator=(const RunSinks&) = delete;
   ~RunSinks();
@@ -46,6 +52,8 @@ class RunSinks {
   /// \param watch   for the gates of stimulation commands
   void start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
              const RunWatch& watch, const RealtimeSettings& realtime);
+  /// Sends a mark to every sink that takes marks. Thread: any.
+  void mark(const Mark& mark);
   /// Reports each sink that has failed, once, with its URI and the reason.
   void report_failures(
       const std::function<void(const std::string&, const std::string&)>& on_failure);
@@ -67,6 +75,7 @@ class RunSinks {
 
   Fanout& fanout_;
   RunProbes& probes_;
+  StimulationSwitch& stimulation_;
   std::size_t neurons_;
   bool commands_;
   bool arrays_;

@@ -12,6 +12,7 @@
 #include "tools/command_line.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/run/crash_report.hpp"
+#include "tools/run/stimulation_control.hpp"
 
 namespace {
 
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   // The same holds for a file at the size limit.
   std::signal(SIGXFSZ, SIG_IGN);
+  merkel::StimulationControl::expect_signals();
   merkel::install_crash_report();
   const merkel::ReadFiles inputs;
   try {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "core/records/probe_sample.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -13,6 +14,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 using Kind = StimulationCommand::Kind;
+using Stop = StimulationCommand::Stop;
 using State = TickRecord::State;
 
 /// Smaller drives count as off, because an exponential window never decays to 0.
@@ -41,6 +43,13 @@ StimulationLimiter::Limits limits_of(const StimulationParameters& p) {
   StimulationLimiter::Limits limits{.max_total_uA = p.max_total_uA};
   if (p.max_electrodes) limits.max_electrodes = static_cast<std::size_t>(*p.max_electrodes);
   return limits;
+}
+
+/// \param doubts  ProbeSample::Doubt bits
+Stop suspension_of(std::uint32_t doubts) {
+  if ((doubts & ProbeSample::kZeroUncertain) != 0U) return Stop::kZeroUncertain;
+  if ((doubts & ProbeSample::kOutsideCalibration) != 0U) return Stop::kOutsideCalibration;
+  return Stop::kNone;
 }
 
 /// Largest number of pulses in a tick before the limiter.
@@ -169,6 +178,9 @@ bool StimulationEncoder::find_stops(const Tick& tick) noexcept {
   for (std::size_t patch = 0; patch < stop_of_patch_.size(); ++patch) {
     Stop stop = Stop::kNone;
     for (const TickRecord& record : tick.records) {
+      if (patch_of_probe_[record.probe] == patch && stop == Stop::kNone) {
+        stop = suspension_of(record.doubts);
+      }
       const bool silent = record.state == State::kReleased || record.state == State::kEnded;
       if (silent && patch_of_probe_[record.probe] == patch) stop = Stop::kReleased;
     }

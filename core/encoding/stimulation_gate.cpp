@@ -61,7 +61,9 @@ void StimulationGate::watch(const Moment& moment) {
   const bool resumes = last_call_ && moment.now - *last_call_ > watchdog_;
   const bool starves = moment.now - last_sent_ > watchdog_ + update_;
   const bool hangs = moment.now - moment.last_tick > watchdog_;
+  const bool stops = moment.stopped && !stopped_;
   last_call_ = moment.now;
+  stopped_ = moment.stopped;
   if (heartbeat_ == 0 || ended_) return;
   bool starts = resumes;
   for (std::size_t e = 0; e < lines_.size(); ++e) {
@@ -74,12 +76,12 @@ void StimulationGate::watch(const Moment& moment) {
     line.stale = stale;
     if (stale) line.pulse_from = moment.now;
   }
-  if (starts) switch_off_stale(moment, resumes || starves);
+  counts_.stale += starts ? 1 : 0;
+  if (starts || stops) switch_off(moment, resumes || starves);
 }
 
 /// \param all  also the electrodes that are not stale any more
-void StimulationGate::switch_off_stale(const Moment& moment, bool all) {
-  ++counts_.stale;
+void StimulationGate::switch_off(const Moment& moment, bool all) {
   needs_update_ = true;
   off_.resize(lines_.size());
   for (std::size_t e = 0; e < lines_.size(); ++e) {
@@ -134,6 +136,7 @@ void StimulationGate::send(std::span<StimulationCommand> update, const Moment& m
     command.time = last_time_;
     command.heartbeat = heartbeat_;
     if (line.stale && command.stop == Stop::kNone) command.stop = Stop::kStale;
+    if (stopped_ && command.stop != Stop::kEnd) command.stop = Stop::kStopped;
     line.stopped = command.stop != Stop::kNone;
     if (line.stopped) {
       command.amplitude_uA = 0.0;

@@ -18,7 +18,8 @@ namespace merkel {
 /// leave. Commands that are older than the delay of the run and its tolerance are withheld, so that
 /// no backlog reaches a receiver. An amplitude rises no faster than the slope between the instants
 /// at which updates leave. If the simulation or the samples stop for longer than the watchdog, the
-/// gate switches electrodes off by itself (`stale`). Updates that leave are numbered without gaps.
+/// gate switches electrodes off by itself (`stale`), and also while stimulation is stopped by hand
+/// (`stopped`). Updates that leave are numbered without gaps.
 ///
 /// The gate never increases an amplitude. Construct with the limits of the scene; one receiver has
 /// one gate. Thread: one, that of the receiver's sink.
@@ -33,6 +34,7 @@ class StimulationGate {
     Time delay{0};                   ///< of the loop
     Time last_tick{0};               ///< when the loop last published a tick
     std::span<const Time> newest{};  ///< time of each patch's oldest newest sample; see kNone
+    bool stopped = false;            ///< by hand: everything is off, at once
   };
   /// For a patch without a device: its samples are never stale.
   static constexpr Time kNone = Time::max();
@@ -73,7 +75,7 @@ class StimulationGate {
   };
 
   void watch(const Moment& moment);
-  void switch_off_stale(const Moment& moment, bool all);
+  void switch_off(const Moment& moment, bool all);
   void pass_update(const Moment& moment);
   void pass_pulse(StimulationCommand pulse, const Moment& moment);
   void send(std::span<StimulationCommand> update, const Moment& moment);
@@ -98,6 +100,7 @@ class StimulationGate {
   std::uint32_t heartbeat_ = 0;   ///< 0: nothing has left
   bool needs_update_ = true;      ///< before a pulse may leave
   bool ended_ = false;
+  bool stopped_ = false;  ///< by hand
   Counts counts_;
 };
 

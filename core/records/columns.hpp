@@ -66,7 +66,10 @@ inline constexpr auto kTickColumns = std::tuple(
         "delay_ns", "ns", "of the loop", [](auto& r) -> auto& { return r.delay; })),
     later_column(column(
         "taxel_blocks", "", "of a tactile array: blocks of pressures that changed",
-        [](auto& r) -> auto& { return r.taxel_blocks; })));
+        [](auto& r) -> auto& { return r.taxel_blocks; })),
+    later_column(column(
+        "doubts", "", "why stimulation is suspended, bits: 1 zero uncertain, 2 outside calibration",
+        [](auto& r) -> auto& { return r.doubts; })));
 
 inline constexpr std::array<std::string_view, TaxelBlock::kTaxels> kTaxelNames = {
     "p0",  "p1",  "p2",  "p3",  "p4",  "p5",  "p6",  "p7",  "p8",  "p9",  "p10",
@@ -110,7 +113,8 @@ inline constexpr auto kSampleColumns =
                    "sequence", "", "counts the device's samples, including lost ones",
                    [](auto& r) -> auto& { return r.sequence; }),
                column(
-                   "channels", "", "bits: 1 depth, 2 force, 4 x, 8 y",
+                   "channels", "",
+                   "bits: 1 depth, 2 force, 4 x, 8 y, 256 zero uncertain, 512 outside calibration",
                    [](auto& r) -> auto& { return r.channels; }),
                later_column(column(
                    "valid_for_ns", "ns", "how long it holds alone",
@@ -147,7 +151,9 @@ inline constexpr auto kCommandColumns = std::tuple(
         "heartbeat", "", "number of the update, from 1",
         [](auto& r) -> auto& { return r.heartbeat; }),
     limited_column(
-        "stop", "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end, 6 stale",
-        [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kStale)));
+        "stop",
+        "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end, 6 stale, 7 stopped, 8 "
+        "zero_uncertain, 9 outside_calibration",
+        [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kLast)));
 
 }  // namespace merkel

@@ -14,7 +14,7 @@ using Stop = StimulationCommand::Stop;
 /// "0 no stop, 1 released, …"
 std::string stop_codes() {
   std::string codes = "0 no stop";
-  for (int stop = 1; stop <= static_cast<int>(Stop::kStale); ++stop) {
+  for (int stop = 1; stop <= static_cast<int>(Stop::kLast); ++stop) {
     codes += ", " + std::to_string(stop) + " ";
     codes += name_of(static_cast<Stop>(stop));
   }

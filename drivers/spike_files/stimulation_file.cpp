@@ -19,8 +19,11 @@ using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
 constexpr std::array kCommandKinds = {Kind::kUpdate, Kind::kPulse};
-constexpr std::array kStops = {Stop::kNone,        Stop::kReleased, Stop::kGap,  Stop::kNeuronReset,
-                               Stop::kSinkFailure, Stop::kEnd,      Stop::kStale};
+constexpr auto kStops = [] {
+  std::array<Stop, static_cast<std::size_t>(Stop::kLast) + 1> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Stop>(i);
+  return all;
+}();
 
 template <class Words>
 auto named(const Words& words, std::string_view name) {

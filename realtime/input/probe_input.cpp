@@ -113,19 +113,21 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
   if (!last_) {
     if (next != nullptr) {
       next_share_ = 1.0F;
-      return {contact_of(channel_.front_sample()), State::kFollowing};
+      const ProbeSample first = channel_.front_sample();
+      return {contact_of(first), State::kFollowing, first.doubts()};
     }
     channel_.released_ticks.add();
     return {{.x_mm = parameters_.x_mm, .y_mm = parameters_.y_mm}, State::kReleased};
   }
   const ContactInput before = contact_of(*last_);
   last_share_ = 1.0F;
-  if (last_->time == time) return {before, State::kFollowing};
+  if (last_->time == time) return {before, State::kFollowing, last_->doubts()};
   const auto valid_for = valid_for_last();
   const bool unlimited = valid_for.count() == 0;
   if (next != nullptr && (unlimited || next->time - last_->time <= valid_for)) {
-    if (!parameters_.interpolate) return {before, State::kFollowing};
-    const ContactInput after = contact_of(channel_.front_sample());
+    if (!parameters_.interpolate) return {before, State::kFollowing, last_->doubts()};
+    const ProbeSample later = channel_.front_sample();
+    const ContactInput after = contact_of(later);
     const double fraction = static_cast<double>((time - last_->time).count()) /
                             static_cast<double>((next->time - last_->time).count());
     next_share_ = static_cast<float>(fraction);
@@ -135,7 +137,8 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
              .force_mN = between(before.force_mN, after.force_mN),
              .x_mm = between(before.x_mm, after.x_mm),
              .y_mm = between(before.y_mm, after.y_mm)},
-            State::kFollowing};
+            State::kFollowing,
+            static_cast<std::uint8_t>(last_->doubts() | later.doubts())};
   }
   const bool over = ended && next == nullptr;
   if (time - last_->time > (unlimited ? kAfterTheEnd : valid_for) && (over || !unlimited)) {
@@ -144,9 +147,11 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
     return {released(before), over ? State::kEnded : State::kReleased};
   }
   // Without interpolation, only the newest sample is needed.
-  if (!over && !parameters_.interpolate) return {before, State::kFollowing};
+  if (!over && !parameters_.interpolate) {
+    return {before, State::kFollowing, last_->doubts()};
+  }
   if (!over) channel_.held_ticks.add();
-  return {before, over ? State::kEnded : State::kHeld};
+  return {before, over ? State::kEnded : State::kHeld, last_->doubts()};
 }
 
 std::chrono::nanoseconds ProbeInput::valid_for_last() const noexcept {

@@ -46,6 +46,7 @@ class ProbeInput {
   struct Reading {
     ContactInput contact;
     State state = State::kFollowing;
+    std::uint8_t doubts = 0;  ///< of the samples that it rests on: ProbeSample::Doubt bits
   };
   struct Counts {
     std::uint64_t used = 0;            ///< samples that had arrived when their time was simulated

@@ -9,6 +9,7 @@
 
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/encoding/stimulation_gate.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/clocks/publish_beat.hpp"
 #include "realtime/input/probe_channel.hpp"
 
@@ -40,6 +41,8 @@ class RunWatch {
     wall_offset_.store(offset.count(), std::memory_order_relaxed);
   }
 
+  /// Thread: any.
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept { return stimulation_; }
   [[nodiscard]] bool guarded() const noexcept { return encoding_ != nullptr; }
   [[nodiscard]] StimulationGate make_gate() const { return StimulationGate(*encoding_, tick_); }
   [[nodiscard]] std::size_t patches() const noexcept { return devices_of_patch_.size(); }
@@ -53,6 +56,7 @@ class RunWatch {
   const EncodingParameters* encoding_ = nullptr;
   std::chrono::nanoseconds tick_{0};
   std::atomic<std::int64_t> wall_offset_{0};
+  StimulationSwitch stimulation_;
   std::vector<std::vector<const ProbeChannel*>> devices_of_patch_;
 };
 

@@ -24,6 +24,7 @@
 #include "tools/run/run_summary.hpp"
 #include "tools/run/service_notice.hpp"
 #include "tools/run/status_line.hpp"
+#include "tools/run/stimulation_control.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
@@ -198,6 +199,8 @@ int run_scene(Scene scene, const RunOptions& options) {
   }
 
   const StopSignal stop(pipeline);
+  std::optional<StimulationControl> control;
+  if (parameters.encoder != nullptr) control.emplace(pipeline.stimulation());
   const CrashWatch watch(pipeline.statistics(), model.parameters().tick);
   const auto report = pipeline.run();
   terminal.clear();

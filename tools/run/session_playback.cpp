@@ -153,7 +153,11 @@ void SessionPlayback::send_commands(std::span<const StimulationCommand> commands
     auto leaving = commands;
     if (gates_[i]) {
       leaving = gates_[i]->pass(
-          commands, {.now = now, .wall_offset = now - place, .delay = step_, .last_tick = now});
+          commands, {.now = now,
+                     .wall_offset = now - place,
+                     .delay = step_,
+                     .last_tick = now,
+                     .stopped = position_.stimulation.stopped() != StimulationSwitch::By::kNone});
     }
     if (!leaving.empty()) keep(sinks_[i]->write({.commands = leaving}));
   }

@@ -349,6 +349,15 @@ class RunChecks {
   }
 
   void check_stimulation() {
+    if (report_.stimulation_stop.by != StimulationSwitch::By::kNone) {
+      const bool off = report_.stimulation_stopped != StimulationSwitch::By::kNone;
+      add(Severity::kNote, 1.0,
+          fmt::format("stimulation was stopped by {} after {} s{}",
+                      name_of(report_.stimulation_stop.by),
+                      number_text(units::s_from(report_.stimulation_stop.at)),
+                      off ? ", until the end of the run" : ", and started again"),
+          "none: the stop was asked for");
+    }
     if (report_.commands_dropped == 0) return;
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
         fmt::format("{} of {} {} lost, so stimulation was stopped", report_.commands_dropped,

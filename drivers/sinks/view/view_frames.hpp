@@ -48,6 +48,7 @@ class ViewFrames {
     kDiscard = 1U << 1U,    ///< time has jumped: discard earlier data
     kRecording = 1U << 2U,  ///< a session is being recorded on request
     kStill = 1U << 3U,      ///< a paused replay
+    kStopped = 1U << 4U,    ///< stimulation is stopped by hand
   };
 
   explicit ViewFrames(const SinkSetup& setup);

@@ -120,7 +120,7 @@ Json json_of(const RunDescription& run) {
                                   {"amplitude_uA", electrode.amplitude_uA},
                                   {"frequency_Hz", electrode.frequency_Hz}});
   }
-  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kStale;
+  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kLast;
        stop = static_cast<StimulationCommand::Stop>(static_cast<int>(stop) + 1)) {
     json["stops"].push_back(name_of(stop));
   }

@@ -79,6 +79,7 @@ class ViewSink final : public Sink {
     for (const std::string& sentence : desk_->take_notices()) frames_.add_notice(sentence);
     if (desk_->recording()) flags |= ViewFrames::kRecording;
     if (desk_->session() != nullptr && desk_->session()->paused) flags |= ViewFrames::kStill;
+    if (desk_->stopped()) flags |= ViewFrames::kStopped;
     const bool first = std::exchange(forget_, false);
     if (first) flags |= ViewFrames::kDiscard;
     if (const RunControl* const control = desk_->control()) frames_.set_links(*control);

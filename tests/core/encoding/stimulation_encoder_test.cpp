@@ -76,6 +76,34 @@ TEST_F(Pressed, ReleaseStopsItWithinTheTickUntilTheProbeIsBack) {
   EXPECT_EQ(last_.stop, Stop::kNone);
 }
 
+TEST_F(Pressed, ADoubtSuspendsItWithItsReasonWithinTheTick) {
+  const std::pair<std::uint8_t, Stop> reasons[] = {
+      {ProbeSample::kZeroUncertain, Stop::kZeroUncertain},
+      {ProbeSample::kOutsideCalibration, Stop::kOutsideCalibration},
+      {ProbeSample::kAllDoubts, Stop::kZeroUncertain}};
+  for (const auto& [doubts, reason] : reasons) {
+    feed_.doubts = doubts;
+    const auto command = step();
+    ASSERT_TRUE(command);
+    EXPECT_EQ(command->amplitude_uA, 0.0);
+    EXPECT_EQ(command->stop, reason);
+    for (int k = 0; k < 20; ++k) step();
+    EXPECT_EQ(last_.stop, reason);
+    EXPECT_EQ(last_.amplitude_uA, 0.0);
+    feed_.doubts = 0;
+    for (int k = 0; k < 10; ++k) step();
+    EXPECT_EQ(last_.amplitude_uA, 80.0);
+    EXPECT_EQ(last_.stop, Stop::kNone);
+  }
+}
+
+TEST_F(Pressed, ASilentProbeIsReleasedAlsoIfItIsDoubted) {
+  feed_.doubts = ProbeSample::kZeroUncertain;
+  feed_.state = State::kReleased;
+  ASSERT_TRUE(step());
+  EXPECT_EQ(last_.stop, Stop::kReleased);
+}
+
 TEST_F(Pressed, AHeldSampleDoesNotStopItButAnEndedRecordingDoes) {
   feed_.state = State::kHeld;
   for (int k = 0; k < 20; ++k) step();

@@ -62,9 +62,11 @@ class OneElectrode {
                                                .wall_offset = wall_offset,
                                                .delay = milliseconds{3},
                                                .last_tick = last_tick.value_or(now),
-                                               .newest = {&newest_sample, 1}});
+                                               .newest = {&newest_sample, 1},
+                                               .stopped = stopped});
     return {leaving.begin(), leaving.end()};
   }
+  bool stopped = false;  ///< by hand
   void jump() { gate_.jump(); }
   [[nodiscard]] const StimulationGate& gate() const { return gate_; }
 
@@ -178,6 +180,42 @@ TEST(StimulationGate, SwitchesOffFirstAfterItsOwnThreadWasStopped) {
   EXPECT_EQ(after[0].stop, Stop::kStale);
   EXPECT_EQ(after[0].amplitude_uA, 0.0);
   EXPECT_EQ(after[1].amplitude_uA, 50.0);
+}
+
+TEST(StimulationGate, AStopByHandSwitchesOffAtOnceAndHoldsUntilItIsLifted) {
+  OneElectrode output(1000.0);
+  nanoseconds now{milliseconds{1000}};
+  for (int k = 0; k < 10; ++k) output.pass(now += milliseconds{10}, 50.0);
+  output.stopped = true;
+  // Without a command of the encoder, and although the loop goes on.
+  const auto off = output.passed(now += milliseconds{1}, {});
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].stop, Stop::kStopped);
+  EXPECT_EQ(off[0].amplitude_uA, 0.0);
+  EXPECT_EQ(off[0].frequency_Hz, 0.0);
+  EXPECT_TRUE(output.passed(now += milliseconds{1}, {}).empty());
+  for (int k = 0; k < 10; ++k) {
+    const auto held = output.pass(now += milliseconds{10}, 50.0);
+    ASSERT_EQ(held.size(), 1U);
+    EXPECT_EQ(held[0].stop, Stop::kStopped);
+    EXPECT_EQ(held[0].amplitude_uA, 0.0);
+  }
+  EXPECT_EQ(output.gate().counts().stale, 0U);
+  output.stopped = false;
+  EXPECT_EQ(output.pass(now += milliseconds{10}, 50.0)[0].amplitude_uA, 10.0);
+  EXPECT_EQ(output.pass(now += milliseconds{10}, 50.0)[0].stop, Stop::kNone);
+}
+
+TEST(StimulationGate, AStopByHandHoldsFromTheFirstUpdateAndTheEndStaysTheEnd) {
+  OneElectrode output;
+  output.stopped = true;
+  EXPECT_EQ(output.pass(milliseconds{100}, 50.0)[0].stop, Stop::kStopped);
+  const auto last = output.passed(milliseconds{110}, update_at(milliseconds{108}, 0.0, Stop::kEnd));
+  EXPECT_EQ(last[0].stop, Stop::kEnd);
+  output.stopped = false;
+  EXPECT_TRUE(output.passed(milliseconds{111}, {}).empty());
+  output.stopped = true;
+  EXPECT_TRUE(output.passed(milliseconds{112}, {}).empty());
 }
 
 TEST(StimulationGate, ALateStopStillLeaves) {

@@ -26,7 +26,8 @@ class TickFeed {
 
   std::span<const StimulationCommand> step() {
     end_ += tick_;
-    const TickRecord record{.time = end_, .number = ++number_, .probe = 0, .state = state};
+    const TickRecord record{
+        .time = end_, .number = ++number_, .probe = 0, .state = state, .doubts = doubts};
     const auto commands = encoder_.step(
         {.records = {&record, 1}, .presses = {&press, 1}, .spikes = spikes, .resets = resets});
     spikes.clear();
@@ -42,6 +43,7 @@ class TickFeed {
 
   Press press;
   TickRecord::State state = TickRecord::State::kFollowing;
+  std::uint8_t doubts = 0;
   std::vector<SpikeEvent> spikes;
   std::vector<SpikeEvent> resets;
 

@@ -158,6 +158,16 @@ void BridgeObject::stop() noexcept {
   if (thread_.joinable()) thread_.join();
 }
 
+void BridgeObject::stop_stimulation() {
+  check_process();
+  pipeline_->stimulation().stop(StimulationSwitch::By::kProgram);
+}
+
+void BridgeObject::start_stimulation() {
+  check_process();
+  pipeline_->stimulation().start();
+}
+
 bool BridgeObject::started(nanoseconds patience) {
   check_process();
   std::unique_lock lock(mutex_);
@@ -282,6 +292,10 @@ block ends the run.)")
                              "True when the run is over and all its output has been read.")
       .def("stop", &BridgeObject::stop, py::call_guard<GilRelease>(),
            "Ends the run and finishes its files. Unread output can still be read.")
+      .def("stop_stimulation", &BridgeObject::stop_stimulation,
+           "Switches all electrodes off within two updates, until start_stimulation().")
+      .def("start_stimulation", &BridgeObject::start_stimulation,
+           "Ends a stop, whoever stopped: amplitudes rise from 0 within the limits.")
       .def("mark", &mark, py::arg("label"),
            "Adds a mark with a one-line label at the current time to every session being recorded. "
            "Raises Error if the run is over or has not begun within 10 s.")

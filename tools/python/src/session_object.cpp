@@ -95,7 +95,8 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "samples", [](const SessionObject& session) { return array_of(session.samples); },
           "(samples,) of probe, time_s, arrival_s, depth_mm, force_N, x_mm, y_mm (NaN: not measured), sequence, "
-          "channels (bits: 1 depth, 2 force, 4 x, 8 y) and valid_for_s.")
+          "channels (bits: 1 depth, 2 force, 4 x, 8 y, 256 zero uncertain, 512 outside calibration) "
+          "and valid_for_s.")
       .def_property_readonly(
           "extra",
           [](const SessionObject& session) {

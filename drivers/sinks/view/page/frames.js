@@ -1,6 +1,6 @@
 // Decodes a frame; view_frames.hpp describes the format.
 
-const kOver = 1, kDiscard = 2, kRecording = 4, kStill = 8;
+const kOver = 1, kDiscard = 2, kRecording = 4, kStill = 8, kStopped = 16;
 
 class Reader {
   constructor(buffer) { this.view = new DataView(buffer); this.at = 0; }
@@ -47,6 +47,7 @@ export function readFrame(buffer, scene) {
     missed, number, origin_s, from, t, probes, points, spikes, latency, watched, electrodes,
     over: (flags & kOver) !== 0, discard: (flags & kDiscard) !== 0,
     recording: (flags & kRecording) !== 0, still: (flags & kStill) !== 0,
+    stopped: (flags & kStopped) !== 0,
     counters: Object.fromEntries(scene.counters.map(({ name }, i) => [name, counters[i]])),
     news: text ? JSON.parse(text) : [],
   };

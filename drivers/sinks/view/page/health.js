@@ -85,6 +85,7 @@ export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
   if (socket === 'connecting' || !frame) return { level: 'warn', title: 'Connecting', advice: 'Waiting for the first data.' };
   const problem = ofProbes(scene, frame, heldFor_s) ?? ofMachine(trend);
   if (problem) return problem;
+  if (frame.stopped) return { level: 'warn', title: 'Stimulation stopped', advice: 'All electrodes are off until it is started again.' };
   if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Press Play to continue; drag the slider to seek.' };
   const touching = scene.probes.filter((probe, i) => frame.probes[i].touching);
   const what = scene.session ? 'Replay' : 'Connected';
