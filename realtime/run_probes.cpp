@@ -32,6 +32,14 @@ std::size_t queue_capacity(const ProbeInfo& info) {
                     info.taxels > 0 ? kLargestArrayQueue : kLargestSampleQueue);
 }
 
+/// The taxels of an array have a zero each, so their sum needs none.
+ContactDecision::Parameters contact_of(const ProbeInfo& info,
+                                       const ProbeInput::Parameters& parameters) {
+  ContactDecision::Parameters contact = parameters.contact;
+  if (info.taxels > 0) contact.zero = ContactDecision::Zero::kFixed;
+  return contact;
+}
+
 /// What a device without a sample has sent instead, and what to do.
 std::string no_sample(const std::optional<DeviceCounts>& device) {
   const std::string duration = std::to_string(kSilence.count() / 1000) + " s";
@@ -62,7 +70,8 @@ RunProbes::Route::Route(Device& the_device, std::size_t the_output,
     : device(&the_device),
       output(the_output),
       parameters(the_parameters),
-      channel(ring, the_output) {}
+      channel(ring, the_output),
+      contact(contact_of(info(), the_parameters), info().replayed) {}
 
 const ProbeInfo& RunProbes::Route::info() const noexcept {
   return device->probe->outputs()[output];
@@ -124,7 +133,8 @@ void RunProbes::start(const MakeFeeds& make_feeds,
     for (std::size_t i = 0; i < routes_.size(); ++i) {
       Route& route = *routes_[i];
       if (route.device != device.get()) continue;
-      receivers[route.output] = {.channel = &route.channel, .feeds = std::move(feeds[i])};
+      receivers[route.output] = {
+          .channel = &route.channel, .contact = &route.contact, .feeds = std::move(feeds[i])};
     }
     device->reader = std::make_unique<ProbeReader>(
         *device->probe, std::move(receivers),
@@ -343,6 +353,8 @@ void RunProbes::finish(RunReport& report) {
     of.stale_after =
         route.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
     of.dropped = route.channel.dropped.value();
+    of.drift = route.contact.drift();
+    of.contact = route.parameters.contact;
     of.samples_in = route.channel.delivered.value() + of.dropped;
     of.unused = route.channel.delivered.value() - of.counts.used - of.counts.late;
   }

@@ -112,6 +112,7 @@ class RunProbes {
     std::size_t output;
     ProbeInput::Parameters parameters;
     ProbeChannel channel;
+    ContactDecision contact;  ///< of the device's thread until it has stopped
   };
   struct Device {
     std::unique_ptr<Probe> probe;

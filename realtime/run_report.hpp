@@ -60,6 +60,8 @@ struct RunReport : RunCounters {
     std::uint32_t channels = 0;               ///< of its samples
     DeepestPress deepest_press;               ///< as it reported it
     PressRange press_range;                   ///< of its readings
+    ContactDecision::Drift drift;             ///< of its zero
+    ContactDecision::Parameters contact;      ///< by which its contact was decided
   };
   struct OfSink {
     std::string uri;

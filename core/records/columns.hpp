@@ -69,7 +69,10 @@ inline constexpr auto kTickColumns = std::tuple(
         [](auto& r) -> auto& { return r.taxel_blocks; })),
     later_column(column(
         "doubts", "", "why stimulation is suspended, bits: 1 zero uncertain, 2 outside calibration",
-        [](auto& r) -> auto& { return r.doubts; })));
+        [](auto& r) -> auto& { return r.doubts; })),
+    later_column(limited_column(
+        "touch", "0 undecided, 1 free, 2 touching", [](auto& r) -> auto& { return r.touch; }, 0.0,
+        number_of(Touch::kTouching))));
 
 inline constexpr std::array<std::string_view, TaxelBlock::kTaxels> kTaxelNames = {
     "p0",  "p1",  "p2",  "p3",  "p4",  "p5",  "p6",  "p7",  "p8",  "p9",  "p10",
@@ -118,7 +121,13 @@ inline constexpr auto kSampleColumns =
                    [](auto& r) -> auto& { return r.channels; }),
                later_column(column(
                    "valid_for_ns", "ns", "how long it holds alone",
-                   [](auto& r) -> auto& { return r.valid_for; })));
+                   [](auto& r) -> auto& { return r.valid_for; })),
+               later_column(column(
+                   "zero_mN", "mN", "subtracted from the calibrated force",
+                   [](auto& r) -> auto& { return r.zero_mN; })),
+               later_column(limited_column(
+                   "touch", "0 undecided, 1 free, 2 touching",
+                   [](auto& r) -> auto& { return r.touch; }, 0.0, number_of(Touch::kTouching))));
 
 inline constexpr auto kEventColumns = std::tuple(
     time_column(

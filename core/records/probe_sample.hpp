@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "core/records/touch.hpp"
+
 namespace merkel {
 
 /// What one probe measured in a reading of its device (Readings): plain data that crosses threads.
@@ -32,13 +34,15 @@ struct ProbeSample {
   /// When the sample reached the host, on the clock of `time`; equal to `time` in a replay.
   std::chrono::nanoseconds arrival{0};
   double depth_mm = 0.0;       ///< indentation depth; ≤ 0: no contact
-  double force_mN = 0.0;       ///< compressive force; ≤ 0: no contact
+  double force_mN = 0.0;       ///< compressive force above its zero; ≤ 0: no contact
   double x_mm = 0.0;           ///< patch coordinate from the fingertip
   double y_mm = 0.0;           ///< patch coordinate across the finger
   std::uint32_t sequence = 0;  ///< counts samples from the device, including lost ones
   std::uint32_t channels = 0;  ///< Channel bits; from kDoubtShift, Doubt bits
   /// How long the sample is held if no other follows; then the probe is released. 0: without limit.
   std::chrono::nanoseconds valid_for{0};
+  double zero_mN = 0.0;  ///< that was subtracted from the calibrated force
+  Touch touch = Touch::kUndecided;
 
   [[nodiscard]] bool has(Channel channel) const noexcept { return (channels & channel) != 0U; }
   [[nodiscard]] std::uint8_t doubts() const noexcept {
@@ -52,5 +56,11 @@ struct ProbeSample {
 };
 
 static_assert(std::is_trivially_copyable_v<ProbeSample>);
+
+/// Whether a sample touches; if that is undecided, by any positive depth or force.
+[[nodiscard]] constexpr bool touches(const ProbeSample& sample) noexcept {
+  return sample.touch == Touch::kUndecided ? sample.depth_mm > 0.0 || sample.force_mN > 0.0
+                                           : sample.touch == Touch::kTouching;
+}
 
 }  // namespace merkel

@@ -26,10 +26,10 @@ static_assert(std::is_trivially_copyable_v<ReadingHead>);
 
 /// The columns of one probe in the rows of its device: what was measured (ProbeSample::Channel
 /// bits; negative: the probe has no value in this reading), the press (depth in mm, force in mN, x
-/// and y in mm), then further columns in units of their own, which the model does not use, then the
-/// pressures of a tactile array in kPa.
+/// and y in mm, the zero of the force in mN, Touch), then further columns in units of their own,
+/// which the model does not use, then the pressures of a tactile array in kPa.
 struct ProbeColumns {
-  static constexpr std::size_t kPress = 5;
+  static constexpr std::size_t kPress = 7;
   static constexpr std::size_t kMostFurther = 32;
 
   std::size_t first = 0;    ///< place in the row
@@ -52,7 +52,9 @@ struct ProbeColumns {
             .y_mm = row[first + 4],
             .sequence = head.sequence,
             .channels = static_cast<std::uint32_t>(row[first]),
-            .valid_for = head.valid_for};
+            .valid_for = head.valid_for,
+            .zero_mN = row[first + 5],
+            .touch = static_cast<Touch>(row[first + 6])};
   }
   /// \param row  of numbers, const or not
   template <class Number>
@@ -69,6 +71,8 @@ struct ProbeColumns {
     row[first + 2] = sample.force_mN;
     row[first + 3] = sample.x_mm;
     row[first + 4] = sample.y_mm;
+    row[first + 5] = sample.zero_mN;
+    row[first + 6] = static_cast<double>(sample.touch);
   }
   void put_nothing(std::span<double> row) const noexcept { row[first] = -1.0; }
 };

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "drivers/sample_limits.hpp"
 
@@ -34,7 +35,7 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
   if (tare_.pending()) {
     if (auto sentence = tare(reading)) result.notices.push_back(std::move(*sentence));
   }
-  const ProbeSample sample = calibration_.apply(reading);
+  ProbeSample sample = calibration_.apply(reading);
   const bool lacks = !plausible(sample);
   if (lacks != lacks_value_ && !reading.named.empty()) {
     result.notices.push_back(info_.name +
@@ -44,6 +45,7 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
   }
   lacks_value_ = lacks;
   if (lacks) return result;
+  if (std::exchange(tared_, false)) sample.touch = Touch::kFree;  // its zero is known
   columns.put(sample, row);
   const std::span<double> further = columns.further_in(row);
   for (std::size_t i = 0; i < further_.size(); ++i) further[i] = reading[further_[i]];
@@ -73,6 +75,7 @@ std::optional<std::string> DeviceOutput::tare(const DeviceReading& reading) {
     return info_.name + " was not tared: its readings are not finite";
   }
   channel->zero = *zero;
+  tared_ = true;
   // A large change may be a press, which a tare would take away from every later reading.
   const bool pressed = std::fabs(shift) > (force ? kPressed_N : kPressed_mm);
   const char* const unit = force ? "N" : "mm";

@@ -33,8 +33,9 @@ class DeviceOutput {
         further_(std::move(further)) {}
 
   /// A tactile array.
-  DeviceOutput(ProbeInfo info, std::vector<ChannelName> channels, double area_mm2)
-      : info_(std::move(info)), taxels_(std::in_place, info_.name, std::move(channels), area_mm2) {}
+  DeviceOutput(ProbeInfo info, std::vector<ChannelName> channels,
+               const ProbeChannels::Taxels& array)
+      : info_(std::move(info)), taxels_(std::in_place, info_.name, std::move(channels), array) {}
 
   /// Thread: any.
   [[nodiscard]] const ProbeInfo& info() const noexcept { return info_; }
@@ -57,6 +58,7 @@ class DeviceOutput {
   std::optional<TaxelReadings> taxels_;
   TareRequest tare_;
   bool lacks_value_ = false;
+  bool tared_ = false;  ///< since the last sample
   bool saturated_ = false;
   std::chrono::nanoseconds saturation_again_{0};  ///< when it may be reported again
 };

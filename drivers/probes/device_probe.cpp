@@ -162,7 +162,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
       info.name += ", " + std::to_string(channels.size()) + " taxels";
       info.channels = ProbeSample::kForce;
       info.taxels = channels.size();
-      outputs_.emplace_back(std::move(info), std::move(channels), wanted.taxels->area_mm2);
+      outputs_.emplace_back(std::move(info), std::move(channels), *wanted.taxels);
       continue;
     }
     const auto chosen = wanted.among(names);

@@ -30,6 +30,7 @@ struct ProbeChannels {
     std::size_t count = 0;
     double area_mm2 = 1.0;
     std::string prefix = {};
+    bool tracks = true;  ///< the zero of each taxel follows its drift; not in the text
   };
   std::optional<Taxels> taxels = {};
 

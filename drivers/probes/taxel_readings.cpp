@@ -18,7 +18,9 @@ constexpr int kZeroReadings = 20;
 constexpr int kFewestZeroReadings = 5;  ///< of a slow device, after
 constexpr std::chrono::milliseconds kLongestZero{1000};
 constexpr double kNoises = 5.0;  ///< a value that exceeds as many times the noise is a touch
-constexpr int kStuck = 500;      ///< equal readings of a taxel that has noise
+constexpr double kDrift_s =
+    20.0;                    ///< the largest drift is that of the noise threshold in this time
+constexpr int kStuck = 500;  ///< equal readings of a taxel that has noise
 constexpr std::size_t kMostNamed = 5;
 constexpr double kPressed_mN = 200.0;
 
@@ -40,10 +42,11 @@ std::string three_digits(double value) {
 
 }  // namespace
 
-TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels, double area_mm2)
-    : name_(std::move(name)), area_mm2_(area_mm2) {
+TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels,
+                             const ProbeChannels::Taxels& array)
+    : name_(std::move(name)), area_mm2_(array.area_mm2), tracks_(array.tracks) {
   for (ChannelName& channel : channels) {
-    const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2 : 1.0;
+    const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2_ : 1.0;
     channels_.push_back({.channel = std::move(channel), .to_kPa = to_kPa});
   }
 }
@@ -87,7 +90,10 @@ void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
     taxel.zero = taxel.first + mean;
     taxel.least = kNoises * noise;
     taxel.same = 0;
+    taxel.touching = false;
+    taxel.drift.reset();
     if (noise > 0.0) {
+      if (tracks_) taxel.drift.emplace(taxel.least, taxel.least / kDrift_s);
       ++noisy;
     } else {
       constant.push_back(taxel.channel.name);
@@ -147,6 +153,22 @@ void TaxelReadings::name_absent(const std::vector<std::string>& absent,
                     ": taken as 0; check its wiring");
 }
 
+/// How far a value is above the zero of its taxel, which follows its drift.
+double TaxelReadings::above_zero(Taxel& taxel, double value,
+                                 std::chrono::nanoseconds time) noexcept {
+  const double above = value - taxel.zero;
+  if (!taxel.drift || !std::isfinite(value)) return above;
+  double zero = taxel.drift->follow(time, above);
+  if (!taxel.touching && above - zero > taxel.least) {
+    zero = taxel.drift->begin_contact();
+    taxel.touching = true;
+  } else if (taxel.touching && above - zero < 0.5 * taxel.least) {
+    taxel.drift->end_contact();
+    taxel.touching = false;
+  }
+  return above - zero;
+}
+
 bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
                          std::vector<std::string>& notices) {
   if (tare_.pending()) {
@@ -164,7 +186,7 @@ bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
     Taxel& taxel = channels_[i];
     const double value = reading[taxel.channel.channel];
     watch(taxel, value);
-    const double above = value - taxel.zero;
+    const double above = above_zero(taxel, value, reading.arrival);
     const double pressure = above * taxel.to_kPa;
     // Also false for NaN.
     const bool touched = above > taxel.least && pressure <= SampleLimits::kPressure_kPa;
@@ -178,6 +200,16 @@ double TaxelReadings::force_mN(std::span<const double> kPa) const noexcept {
   double sum = 0.0;
   for (const double pressure : kPa) sum += pressure;
   return sum * area_mm2_;
+}
+
+bool TaxelReadings::uncertain(std::span<const double> kPa) const noexcept {
+  double all = 0.0;
+  double doubtful = 0.0;
+  for (std::size_t i = 0; i < kPa.size(); ++i) {
+    all += kPa[i];
+    if (channels_[i].drift && channels_[i].drift->uncertain()) doubtful += kPa[i];
+  }
+  return doubtful > 0.5 * all;
 }
 
 std::vector<ChannelName> taxel_channels(std::span<const ChannelName> channels,

@@ -59,8 +59,9 @@ constexpr Channel following(Channel channel, bool ticks) {
   for (const auto& [label, bit] : kMeasured) {
     if (channel.label == label) channel.measured = bit;
   }
-  constexpr std::string_view kAsBefore[] = {"probe",        "late",         "state", "channels",
-                                            "valid_for_ns", "taxel_blocks", "doubts"};
+  constexpr std::string_view kAsBefore[] = {"probe",        "late",         "state",
+                                            "channels",     "valid_for_ns", "taxel_blocks",
+                                            "doubts",       "zero_mN",      "touch"};
   const bool named =
       std::find(std::begin(kAsBefore), std::end(kAsBefore), channel.label) != std::end(kAsBefore);
   if (named || channel.measured != 0) channel.follows = Follows::kAsBefore;

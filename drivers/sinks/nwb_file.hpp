@@ -30,7 +30,6 @@ struct NwbContent {
     /// Its value in a sample: one of the members, or a further column.
     double (*value)(const ProbeSample& sample) = nullptr;
     std::size_t extra = 0;  ///< index in DeliveredSample::further, without `value`
-    bool presses = false;   ///< above 0 during a contact
   };
   struct Probe {
     std::string name;  ///< for display

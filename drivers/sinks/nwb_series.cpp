@@ -53,7 +53,6 @@ ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::si
 }
 
 void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts) {
-  bool touches = false;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     const NwbContent::Channel& channel = known_[i];
     const double value = channel.value != nullptr ? channel.value(item.sample)
@@ -61,10 +60,10 @@ void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<In
                              ? item.further[channel.extra]
                              : std::numeric_limits<double>::quiet_NaN();
     channels_[i]->append(time_s, value);
-    touches = touches || (channel.presses && value > 0.0);
   }
-  if (touches && !touched_s_) touched_s_ = time_s;
-  if (!touches) end_contact(time_s, contacts);
+  const bool contact = touches(item.sample);
+  if (contact && !touched_s_) touched_s_ = time_s;
+  if (!contact) end_contact(time_s, contacts);
 }
 
 void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/units.hpp"
 #include "realtime/input/probe_channel.hpp"
 
 namespace merkel {
@@ -56,9 +55,16 @@ ProbeInput::Counts ProbeInput::counts() const noexcept {
           .released_ticks = channel_.released_ticks.value()};
 }
 
+/// Whether a sample is below the threshold of contact.
+bool ProbeInput::is_out(const ProbeSample& sample) const noexcept {
+  return sample.touch == Touch::kFree && parameters_.contact.has_threshold();
+}
+
 ContactInput ProbeInput::contact_of(const ProbeSample& sample) const noexcept {
-  return {.depth_mm = sample.depth_mm,
-          .force_mN = parameters_.invert_force ? -sample.force_mN : sample.force_mN,
+  const double force_mN = parameters_.contact.invert_force ? -sample.force_mN : sample.force_mN;
+  const bool free = is_out(sample);
+  return {.depth_mm = free ? std::min(sample.depth_mm, 0.0) : sample.depth_mm,
+          .force_mN = free ? std::min(force_mN, 0.0) : force_mN,
           .x_mm = sample.has(ProbeSample::kX) ? sample.x_mm : parameters_.x_mm,
           .y_mm = sample.has(ProbeSample::kY) ? sample.y_mm : parameters_.y_mm};
 }
@@ -69,12 +75,9 @@ ContactInput ProbeInput::released(const ContactInput& last) const noexcept {
 
 ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
   Reading reading = reading_at(time);
-  if (parameters_.contact_N > 0.0 && last_ && last_->has(ProbeSample::kForce)) {
-    apply_threshold(reading.contact);
-    if (!touching_) last_share_ = next_share_ = 0.0F;
-  }
+  reading.touch = touch_of(reading.contact);
   blend_taxels();
-  const bool touches = reading.contact.depth_mm > 0.0 || reading.contact.force_mN > 0.0;
+  const bool touches = reading.touch == Touch::kTouching;
   if (!touches) touch_began_.reset();
   if (touches && !touch_began_) touch_began_ = time;
   channel_.touch_ns.store(touches ? (time - *touch_began_).count() : 0, std::memory_order_relaxed);
@@ -86,6 +89,8 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
 
 void ProbeInput::blend_taxels() noexcept {
   if (taxels_.empty()) return;
+  if (last_ && is_out(*last_)) last_share_ = 0.0F;
+  if (next_share_ > 0.0F && is_out(channel_.front_sample())) next_share_ = 0.0F;
   // The next sample exists only if it has a share.
   const std::span<const double> next =
       next_share_ > 0.0F ? channel_.front_taxels() : std::span<const double>{};
@@ -95,11 +100,13 @@ void ProbeInput::blend_taxels() noexcept {
   }
 }
 
-void ProbeInput::apply_threshold(ContactInput& contact) noexcept {
-  touching_ = contact.force_mN >= (touching_ ? 0.5 : 1.0) * units::mN_from_N(parameters_.contact_N);
-  if (touching_) return;
-  contact.force_mN = std::min(contact.force_mN, 0.0);
-  contact.depth_mm = std::min(contact.depth_mm, 0.0);
+/// The touch of a reading is that of its samples, unless it has none yet.
+Touch ProbeInput::touch_of(const ContactInput& contact) const noexcept {
+  if (!(contact.depth_mm > 0.0 || contact.force_mN > 0.0)) return Touch::kFree;
+  Touch touch = last_ && last_share_ > 0.0F ? last_->touch : Touch::kUndecided;
+  // The next sample exists only if it has a share.
+  if (next_share_ > 0.0F) touch = std::max(touch, channel_.front_sample().touch);
+  return touch == Touch::kUndecided ? Touch::kTouching : touch;
 }
 
 ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {

@@ -72,11 +72,17 @@ void ProbeReader::read_all(const std::stop_token& stop) {
     }
     for (std::size_t i = 0; i < readings.size(); ++i) {
       ReadingHead& head = readings.head(i);
-      const std::span<const double> row = readings.row(i);
+      const std::span<double> row = readings.row(i);
       head.time += parameters_.shift;
       head.arrival += parameters_.shift;
       for (const Receivers& each : receivers_) {
-        if (!each.channel->columns().measured_in(row)) continue;
+        const ProbeColumns& columns = each.channel->columns();
+        if (!columns.measured_in(row)) continue;
+        if (each.contact != nullptr) {
+          ProbeSample sample = columns.sample(head, row);
+          each.contact->decide(sample);
+          columns.put(sample, row);
+        }
         each.channel->newest_ns.store(std::min(head.time, head.arrival).count(),
                                       std::memory_order_relaxed);
       }

@@ -11,6 +11,7 @@
 
 #include "core/records/record_batch.hpp"
 #include "drivers/probe.hpp"
+#include "realtime/input/contact_decision.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/queues/feed.hpp"
 #include "realtime/threads/thread_setup.hpp"
@@ -18,13 +19,15 @@
 namespace merkel {
 
 /// The thread of one device: reads its readings and puts them into the ring to the loop, and the
-/// samples of its probes into the sinks' feeds. A recording waits while the ring is full. Readings
-/// of a device are dropped and counted when it is full.
+/// samples of its probes into the sinks' feeds. Decides for each sample whether it touches. A
+/// recording waits while the ring is full. Readings of a device are dropped and counted when it is
+/// full.
 class ProbeReader {
  public:
   /// The receivers of one output.
   struct Receivers {
     ProbeChannel* channel = nullptr;
+    ContactDecision* contact = nullptr;         ///< null: undecided
     std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples
   };
   struct Parameters {

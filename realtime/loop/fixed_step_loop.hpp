@@ -217,7 +217,8 @@ class FixedStepLoop {
                      .late = static_cast<std::uint16_t>(
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
                      .state = reading.state,
-                     .doubts = reading.doubts};
+                     .doubts = reading.doubts,
+                     .touch = reading.touch};
       // During an outage, `arrival` is that of the last sample before it, so it is not recorded.
       const auto arrival = inputs_[i].last_arrival();
       if (arrival && on_time_ && reading.state == ProbeInput::State::kFollowing) {

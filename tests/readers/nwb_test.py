@@ -54,6 +54,23 @@ class Nwb(merkel_program.TestCase):
                     "--sink", f"nwb:{self.path('s.nwb')}?{FACTS}", "--sink", "xdf:" + self.path("s.xdf"), *arguments)
         return self.path("s.nwb")
 
+    def test_five_noisy_taps_are_five_trials(self):
+        rng = np.random.default_rng(5)
+        time_s = np.arange(0, 10, 2e-3)
+        tap = (time_s % 2 > 1.7) + rng.normal(0, 2 / 300, time_s.size)
+        for column, tap_height, key in (("force_N", 0.3, "contact_N = 0.012"), ("depth_mm", 0.6, "contact_mm = 0.024")):
+            np.savetxt(self.path("taps.csv"), np.c_[time_s, tap_height * tap], delimiter=",", header="time_s," + column,
+                       comments="", fmt="%.6f")
+            with open(self.path("taps.toml"), "w") as scene:
+                scene.write(f'preset = "goodwin"\n[probe]\n{key}\n')
+            self.merkel("run", self.path("taps.toml"), "--fast", "--probe", "replay:" + self.path("taps.csv"), "--sink",
+                        "nwb:" + self.path(column + ".nwb"))
+            with h5py.File(self.path(column + ".nwb")) as file:
+                trials = file["intervals/trials"]
+                self.assertEqual(len(trials["start_time"]), 5, column)
+                np.testing.assert_allclose(trials["start_time"][:], np.arange(1.7, 10, 2), atol=0.01)
+                np.testing.assert_allclose(trials["stop_time"][:-1], np.arange(2.0, 10, 2), atol=0.02)
+
     def check_rules(self, file):
         """Every typed object has what its type needs; ids are unique, texts of variable length."""
         ids = set()

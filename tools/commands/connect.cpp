@@ -329,9 +329,9 @@ int connect(const ConnectOptions& options) {
   } else {
     const ChosenModel model = model_for(measured->info);
     std::printf("model: the preset %s: %s\n", model.preset.c_str(), model.why.c_str());
-    text = scene_text(*uri, model,
-                      measured->channels.empty() ? "" : contact_line(measured->channels.front()),
-                      lacking);
+    std::string contact;
+    for (const FoundChannel& channel : measured->channels) contact += contact_line(channel);
+    text = scene_text(*uri, model, contact, lacking);
   }
   if (const auto scene = parse_scene(text, options.out); !scene) return refuse(scene.error());
   auto file = OutputFile::create(options.out, options.overwrite);

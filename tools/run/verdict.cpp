@@ -75,6 +75,41 @@ class RunChecks {
     if (probe.device && !probe.shares_device) check_device(probe, *probe.device);
   }
 
+  /// "20 mN in 120 s (0.17 mN/s)"
+  static std::string drift_text(const ContactDecision::Drift& drift) {
+    const double time_s = units::s_from(drift.last - drift.first);
+    return fmt::format("{:.3g} mN in {:.3g} s ({:.2g} mN/s)", std::fabs(drift.change_mN()), time_s,
+                       std::fabs(drift.change_mN()) / std::max(time_s, 1e-9));
+  }
+  /// A zero that should be tracked: it has a threshold of contact, and its level at rest changed.
+  static bool drifts_unfollowed(const RunReport::OfProbe& probe) {
+    const double contact_mN = units::mN_from_N(probe.contact.contact_N);
+    return contact_mN > 0.0 && !probe.drift.followed &&
+           std::fabs(probe.drift.change_mN()) >= 0.5 * contact_mN;
+  }
+  static std::string rest_of(const RunReport::OfProbe& probe) {
+    if (!drifts_unfollowed(probe)) return {};
+    return "; its zero drifted by " + drift_text(probe.drift);
+  }
+
+  void check_zero(const RunReport::OfProbe& probe) {
+    const double contact_mN = units::mN_from_N(probe.contact.contact_N);
+    if (probe.drift.uncertain.count() > 0) {
+      add(Severity::kNote, 1.0,
+          fmt::format("the zero of {} was uncertain for {} s: its contact may have been drift, and "
+                      "stimulation was suspended",
+                      probe.uri, number_text(units::s_from(probe.drift.uncertain))),
+          "lift the probe and tare it (in the live page); if it drifts, let it warm up, and set "
+          "[probe] zero_drift_mN_per_s to two to three times the drift that merkel connect measures");
+    }
+    if (probe.drift.followed && std::fabs(probe.drift.change_mN()) >= contact_mN) {
+      add(Severity::kNote, 0.2,
+          fmt::format("the zero of {} drifted by {}, and was followed", probe.uri,
+                      drift_text(probe.drift)),
+          "let the sensor warm up before a long hold, during which its zero cannot be followed");
+    }
+  }
+
   /// A wrong sign, zero or unit shows in the readings of the whole run.
   void check_readings(const RunReport::OfProbe& probe) {
     const PressRange& range = probe.press_range;
@@ -89,21 +124,28 @@ class RunChecks {
           "if the sensor reports compression as negative, set [probe] invert_force = true; otherwise "
           "tare it");
     }
+    check_zero(probe);
     const double longest_s = units::s_from(range.longest_touch);
     if (range.longest_touch >= kEndlessTouch) {
       add(Severity::kNote, 0.9,
-          fmt::format("the contact of {} did not end for {} s; its smallest force was {} N",
+          fmt::format("the contact of {} did not end for {} s; its smallest force was {} N{}",
                       probe.uri, number_text(longest_s),
-                      number_text(units::N_from_mN(range.least_force_of_longest_mN))),
-          "if the probe was free, tare it (in the live page, or with merkel calibrate), or set [probe] "
-          "contact_N above its offset");
+                      number_text(units::N_from_mN(range.least_force_of_longest_mN)),
+                      rest_of(probe)),
+          std::string("if the probe was free, tare it (in the live page, or with merkel "
+                      "calibrate), ") +
+              (drifts_unfollowed(probe) ? "and set [probe] zero = \"track\""
+                                        : "or set [probe] contact_N above its offset"));
     }
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
     if (static_cast<double>(range.brief_touches) > std::max(10.0, kFlicker * run_s)) {
       add(Severity::kNote, 0.8,
-          fmt::format("the contact of {} flickered: {} ended within 10 ms", probe.uri,
-                      std::to_string(range.brief_touches) + " touches"),
-          "set [probe] contact_N to several times the noise of the sensor at rest");
+          fmt::format("the contact of {} flickered: {} ended within 10 ms{}", probe.uri,
+                      std::to_string(range.brief_touches) + " touches", rest_of(probe)),
+          drifts_unfollowed(probe)
+              ? "set [probe] zero = \"track\", with contact_N several times the noise of the "
+                "sensor at rest"
+              : "set [probe] contact_N to several times the noise of the sensor at rest");
     }
     const double most_N = units::N_from_mN(range.most_force_mN);
     if (most_N > kHardestPress_N || range.most_depth_mm > kDeepestPress_mm) {

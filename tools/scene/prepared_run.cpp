@@ -169,7 +169,7 @@ Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<Probe
                        ", which the probe " + probes[i].uri +
                        " does not measure: change probe.control");
     }
-    scene.model.indenters[i].control = control;
+    scene.model.indenters[i].control = scene.probes[i].input.contact.control = control;
   }
   return {};
 }

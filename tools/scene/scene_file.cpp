@@ -297,8 +297,15 @@ Expected<void, ParameterError> check(const Scene& scene) {
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const Indenter& tip = scene.model.indenters[i];
     if (tip.prescribed()) all.also(tip.taxels.check());
-    all.require(!tip.prescribed() || !scene.probes[i].input.invert_force, "probe.invert_force",
+    all.require(!tip.prescribed() || !scene.probes[i].input.contact.invert_force,
+                "probe.invert_force",
                 "has no effect on a tactile array: let its device report compression as positive");
+    const ContactDecision::Parameters& contact = scene.probes[i].input.contact;
+    all.require(contact.zero != ContactDecision::Zero::kTrack || contact.contact_N > 0.0 ||
+                    tip.prescribed(),
+                "probe.zero",
+                "= \"track\" needs contact_N, several times the noise of the sensor at rest, which "
+                "merkel connect measures");
     const auto& delay = scene.probes[i].delay;
     const auto& ceiling = scene.probes[i].input.max_delay;
     all.require(!delay || !ceiling || *delay <= *ceiling, "probe.max_delay_ms",
@@ -316,8 +323,11 @@ Expected<DeviceUri, SetupError> Scene::source_of(std::size_t probe) const {
   ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
   const Indenter& tip = model.indenters[probe];
   if (tip.prescribed() && source->parts.empty()) {
-    channels.taxels = {
-        .count = tip.taxels.size(), .area_mm2 = tip.taxels.area_mm2(), .prefix = of.taxel_channels};
+    channels.taxels = {.count = tip.taxels.size(),
+                       .area_mm2 = tip.taxels.area_mm2(),
+                       .prefix = of.taxel_channels,
+                       .tracks = of.input.contact.zero.value_or(ContactDecision::Zero::kTrack) ==
+                                 ContactDecision::Zero::kTrack};
   }
   if (of.device || !channels.empty()) source->parts = {std::move(channels)};
   return source;

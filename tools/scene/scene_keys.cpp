@@ -64,6 +64,7 @@ FieldTable Scene::OfDevice::fields() {
 FieldTable Scene::OfProbe::fields() {
   using P = Scene::OfProbe;
   static constexpr std::string_view kControls[] = {"depth", "force"};
+  static constexpr std::string_view kZeros[] = {"track", "fixed", "start"};
   static constexpr Field kFields[] = {
       {"uri", "", any_value(), "source of the samples (see merkel run --help)", at<&P::uri>,
        "that of its device"},
@@ -92,11 +93,25 @@ FieldTable Scene::OfProbe::fields() {
       {"control", "", one_of(kControls), "the reading that drives the contact", at<&P::control>,
        "force if the probe measures it, else depth"},
       {"invert_force", "", any_value(), "true: the sensor reports compression as a negative force",
-       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.invert_force; }},
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact.invert_force; }},
       {"contact_N", "N", not_negative(1e3),
        "a measured force from here on touches, until it falls below half of it; above the noise of the "
        "sensor, which merkel connect measures; 0: any positive force touches",
-       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact_N; }},
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact.contact_N; }},
+      {"contact_mm", "mm", not_negative(1e3),
+       "the same for the depth of a probe that is driven by its depth",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact.contact_mm; }},
+      {"zero", "", one_of(kZeros),
+       "zero of the measured force: track follows the drift of the sensor and needs contact_N; fixed "
+       "is that of its calibration; start is the mean of the first 0.5 s, in which nothing may touch",
+       [](void* p) { return detail::pointer_to(static_cast<P*>(p)->input.contact.zero); },
+       "track for a device with contact_N; for a recording, what it was recorded with"},
+      {"zero_drift_mN_per_s", "mN/s", positive(1e3),
+       "the largest drift of the sensor that zero = \"track\" follows; two to three times what "
+       "merkel connect measures",
+       [](void* p) -> FieldPointer {
+         return &static_cast<P*>(p)->input.contact.zero_drift_mN_per_s;
+       }},
       {"max_force_N", "N", positive(1e6),
        "a larger measured force is refused: a device's reading is dropped and counted, a recording ends",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.force_N; }},

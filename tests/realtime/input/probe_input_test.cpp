@@ -86,20 +86,22 @@ TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
   EXPECT_TRUE(channel.try_push({.time = ms(9)}, row));
 }
 
-TEST(ProbeInputForce, TouchesFromTheThresholdToHalfOfIt) {
+TEST(ProbeInputForce, ASampleBelowTheThresholdDoesNotPress) {
   ProbeChannel channel{100};
-  ProbeInput input{channel, {.interpolate = false, .contact_N = 0.01}};
-  const double forces_mN[] = {3.0, 9.0, 10.0, 6.0, 5.0, 4.9, 9.0, -3.0, 12.0};
-  const double touching_mN[] = {0.0, 0.0, 10.0, 6.0, 5.0, 0.0, 0.0, -3.0, 12.0};
+  ProbeInput input{channel, {.interpolate = false, .contact = {.contact_N = 0.01}}};
+  const double forces_mN[] = {3.0, -3.0, 12.0};
+  const double pressing_mN[] = {0.0, -3.0, 12.0};
   for (std::size_t k = 0; k < std::size(forces_mN); ++k) {
-    const double time_ms = static_cast<double>(k);
-    ASSERT_TRUE(channel.try_push({.time = ms(time_ms),
-                                  .depth_mm = 1.0,
-                                  .force_mN = forces_mN[k],
-                                  .channels = ProbeSample::kForce | ProbeSample::kDepth}));
-    const ContactInput contact = input.at(ms(time_ms)).contact;
-    EXPECT_EQ(contact.force_mN, touching_mN[k]) << k;
-    EXPECT_EQ(contact.depth_mm, touching_mN[k] > 0.0 ? 1.0 : 0.0) << k;
+    ProbeSample sample{.time = ms(static_cast<double>(k)),
+                       .depth_mm = 1.0,
+                       .force_mN = forces_mN[k],
+                       .channels = ProbeSample::kForce | ProbeSample::kDepth};
+    sample.touch = k == 2 ? Touch::kTouching : Touch::kFree;
+    ASSERT_TRUE(channel.try_push(sample));
+    const ProbeInput::Reading reading = input.at(sample.time);
+    EXPECT_EQ(reading.contact.force_mN, pressing_mN[k]) << k;
+    EXPECT_EQ(reading.contact.depth_mm, k == 2 ? 1.0 : 0.0) << k;
+    EXPECT_EQ(reading.touch, sample.touch) << k;
   }
 }
 
@@ -119,7 +121,7 @@ TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
 
 TEST(ProbeInputForce, MayBeInverted) {
   ProbeChannel channel{10};
-  ProbeInput input{channel, {.invert_force = true}};
+  ProbeInput input{channel, {.contact = {.invert_force = true}}};
   ASSERT_TRUE(channel.try_push({.force_mN = -590.0, .channels = ProbeSample::kForce}));
   EXPECT_EQ(input.at(nanoseconds{0}).contact.force_mN, 590.0);
 }
