@@ -299,7 +299,8 @@ std::vector<RunProgress::OfProbe> RunProbes::readings() const {
          .state = route->channel.state.load(std::memory_order_relaxed),
          .name = route->info().name,
          .live = !route->info().replayed,
-         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)}});
+         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)},
+         .zero_uncertain = route->channel.zero_uncertain.load(std::memory_order_relaxed)});
   }
   return readings;
 }

@@ -112,6 +112,7 @@ struct RunProgress {
     std::string name = {};              ///< for display
     bool live = false;                  ///< a device
     std::chrono::nanoseconds touch{0};  ///< the length of the touch so far; 0: none
+    bool zero_uncertain = false;        ///< that touch may be drift
   };
   std::vector<OfProbe> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began

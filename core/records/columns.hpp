@@ -133,14 +133,14 @@ inline constexpr auto kEventColumns = std::tuple(
     time_column(
         "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
     column(
-        "length_ns", "ns", "of a gap, or of the silence before a resume",
+        "length_ns", "ns", "of a gap; of what a resume or zero_certain ends",
         [](auto& r) -> auto& { return r.length; }),
     column(
         "subject", "", "probe from 0, or neuron from 1",
         [](auto& r) -> auto& { return r.subject; }),
     limited_column(
-        "kind", "0 release, 1 resume, 2 gap, 3 neuron_reset",
-        [](auto& r) -> auto& { return r.kind; }, 0.0, number_of(LoopEvent::Kind::kNeuronReset)));
+        "kind", "0 release, 1 resume, 2 gap, 3 neuron_reset, 4 zero_uncertain, 5 zero_certain",
+        [](auto& r) -> auto& { return r.kind; }, 0.0, number_of(LoopEvent::Kind::kZeroCertain)));
 
 inline constexpr auto kCommandColumns = std::tuple(
     time_column(

@@ -22,7 +22,9 @@ DeviceOutput::Result DeviceOutput::take_taxels(const DeviceReading& reading,
   const std::span<double> kPa = columns.taxels_in(row);
   result.waiting = !taxels_->take(reading, kPa, result.notices);
   if (result.waiting) return result;
-  columns.put({.force_mN = taxels_->force_mN(kPa), .channels = ProbeSample::kForce}, row);
+  ProbeSample sample{.force_mN = taxels_->force_mN(kPa), .channels = ProbeSample::kForce};
+  if (taxels_->uncertain(kPa)) sample.set_doubts(ProbeSample::kZeroUncertain);
+  columns.put(sample, row);
   result.measured = true;
   result.saturated = reading.saturated;
   return result;

@@ -148,7 +148,9 @@ void ReplayProbe::take_over(Readings& readings, std::size_t from) {
     ReadingHead& head = readings.head(i);
     if (valid_for_) head.valid_for = *valid_for_;
     ProbeSample sample = own.sample(head, readings.row(i));
+    const auto doubts = sample.doubts();
     sample.channels &= info_.channels;
+    sample.set_doubts(doubts);
     if (!sample.has(ProbeSample::kForce)) sample.force_mN = 0.0;
     if (!sample.has(ProbeSample::kDepth)) sample.depth_mm = 0.0;
     own.put(sample, readings.row(i));

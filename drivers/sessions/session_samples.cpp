@@ -67,9 +67,14 @@ Expected<bool, SetupError> SessionSamples::refill() {
     for (const DeliveredSample& item : chunk_.samples) {
       if (item.probe != probe_ || (last_ && item.sample.time <= *last_)) continue;
       last_ = item.sample.time;
-      if (!std::exchange(found_, true)) channels_ = item.sample.channels;
-      const std::span<double> row = waiting_.add_sample(item.sample);
-      row[0] = static_cast<double>(channels_);
+      ProbeSample sample = item.sample;
+      if (!std::exchange(found_, true)) {
+        channels_ = sample.channels;
+        channels_ &= (1U << ProbeSample::kDoubtShift) - 1U;
+      }
+      sample.channels = channels_;
+      sample.set_doubts(item.sample.doubts());
+      const std::span<double> row = waiting_.add_sample(sample);
       const auto further = waiting_.columns().of(0).further_in(row);
       std::copy_n(item.further.begin(), std::min(item.further.size(), further.size()),
                   further.begin());
@@ -91,10 +96,13 @@ void SessionSamples::take_taxels(const TickRecord& tick) {
   }
   last_ = tick.time;
   channels_ = ProbeSample::kForce;
-  const std::span<double> row = waiting_.add_sample({.time = tick.time,
-                                                     .force_mN = tick.contact.force_mN,
-                                                     .sequence = next_row_++,
-                                                     .channels = channels_});
+  ProbeSample sample{.time = tick.time,
+                     .force_mN = tick.contact.force_mN,
+                     .sequence = next_row_++,
+                     .channels = channels_,
+                     .touch = tick.touch};
+  sample.set_doubts(tick.doubts);
+  const std::span<double> row = waiting_.add_sample(sample);
   std::ranges::copy(pressures_, waiting_.columns().of(0).taxels_in(row).begin());
 }
 

@@ -76,11 +76,13 @@ void ContactDecision::decide(ProbeSample& sample) noexcept {
     if (!touching_) tracker_.end_contact();
   }
   sample.touch = touching_ ? Touch::kTouching : Touch::kFree;
+  if (tracker_.uncertain()) sample.set_doubts(sample.doubts() | ProbeSample::kZeroUncertain);
   follow_drift(sample);
 }
 
 void ContactDecision::follow_drift(const ProbeSample& sample) noexcept {
-  if (any_ && uncertain()) drift_.uncertain += sample.time - previous_;
+  const bool uncertain = (sample.doubts() & ProbeSample::kZeroUncertain) != 0U;
+  if (any_ && uncertain) drift_.uncertain += sample.time - previous_;
   previous_ = sample.time;
   drift_.followed = drift_.followed || sample.zero_mN != 0.0;
   if (!drift_.followed) {

@@ -57,12 +57,10 @@ class ContactDecision {
   ///     where it has one
   ContactDecision(const Parameters& parameters, bool recorded) noexcept;
 
-  /// Sets the zero and Touch of a sample, and subtracts the zero from its force. A device's sample
-  /// that is kFree is the first one after a tare: the zero starts anew.
+  /// Sets the zero, Touch and kZeroUncertain of a sample, and subtracts the zero from its force. A
+  /// device's sample that is kFree is the first one after a tare: the zero starts anew.
   void decide(ProbeSample& sample) noexcept MERKEL_REALTIME;
 
-  /// Whether the contact of the last sample may be drift.
-  [[nodiscard]] bool uncertain() const noexcept MERKEL_REALTIME { return tracker_.uncertain(); }
   [[nodiscard]] const Drift& drift() const noexcept { return drift_; }
 
  private:

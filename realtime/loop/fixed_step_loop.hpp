@@ -77,6 +77,7 @@ class FixedStepLoop {
         taxel_blocks_(blocks_of(inputs)),
         records_(inputs.size()),
         released_since_(inputs.size()),
+        uncertain_since_(inputs.size()),
         tally_(model) {}
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
@@ -227,6 +228,7 @@ class FixedStepLoop {
         statistics_.tick_end.record(timing.end - *inputs_[i].last_time());
       }
       follow_release(i, reading.state, timing.end, last_sample);
+      follow_zero(i, reading.doubts, timing.end);
       if (!inputs_[i].taxels().empty()) model_.set_taxels(i, inputs_[i].taxels());
     }
   }
@@ -324,6 +326,18 @@ class FixedStepLoop {
     since.reset();
   }
 
+  /// Reports when the zero of a probe becomes uncertain, and when it is certain again.
+  void follow_zero(std::size_t probe, std::uint8_t doubts, std::chrono::nanoseconds time) noexcept {
+    const bool uncertain = (doubts & ProbeSample::kZeroUncertain) != 0U;
+    auto& since = uncertain_since_[probe];
+    if (uncertain == since.has_value()) return;
+    raise({.time = time,
+           .length = uncertain ? std::chrono::nanoseconds{0} : time - *since,
+           .subject = static_cast<std::uint32_t>(probe),
+           .kind = uncertain ? LoopEvent::Kind::kZeroUncertain : LoopEvent::Kind::kZeroCertain});
+    since = uncertain ? std::optional(time) : std::nullopt;
+  }
+
   void raise(const LoopEvent& event) noexcept {
     if (!events_.try_push(event)) statistics_.events_dropped.add();
     fanout_.publish(std::span<const LoopEvent>(&event, 1), clock_);
@@ -340,6 +354,7 @@ class FixedStepLoop {
   std::vector<TaxelBlocks> taxel_blocks_;
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
+  std::vector<std::optional<std::chrono::nanoseconds>> uncertain_since_;  ///< zeros
   RunTally tally_;
   std::chrono::nanoseconds now_{0};     ///< when the clock was last read
   std::chrono::nanoseconds rested_{0};  ///< when the loop last waited

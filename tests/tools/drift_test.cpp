@@ -161,5 +161,39 @@ TEST(Drift, ASessionKeepsTheZerosAndItsReplayIsIdentical) {
   EXPECT_NEAR(touching_s, 1.0, 0.03);
 }
 
+TEST(Drift, InDoubtTheTouchStaysAndStimulationIsSuspended) {
+  const TemporaryFolder folder;
+  const std::string trace =
+      folder.file("t.csv", noisy_trace(100.0, [](double time_s) {
+                    const bool light = time_s > 60.0 && time_s < 80.0;
+                    return time_s < 5.0 || time_s > 90.0 ? 0.0 : light ? 50.0 : 500.0;
+                  }));
+  const DriftRun made = run_drift(folder, "replay:" + trace);
+  EXPECT_TRUE(has(made.out, "the zero of replay:" + trace + " was uncertain for 1")) << made.out;
+  EXPECT_GT(made.spikes_from(65.0, 80.0), 10U);  // the touch stays
+  double suspended_uA = 0.0;
+  double again_uA = 0.0;
+  for (const auto& [time_s, uA] : made.currents) {
+    if (time_s > 63.0 && time_s < 80.0) suspended_uA = std::max(suspended_uA, uA);
+    if (time_s > 82.0 && time_s < 90.0) again_uA = std::max(again_uA, uA);
+  }
+  EXPECT_EQ(suspended_uA, 0.0);
+  EXPECT_GT(again_uA, 20.0);
+  auto reader = SessionReader::open(folder.path("s.xdf"));
+  ASSERT_TRUE(reader);
+  std::vector<LoopEvent::Kind> events;
+  SessionChunk chunk;
+  while (*reader->next(chunk)) {
+    for (const LoopEvent& event : chunk.events) events.push_back(event.kind);
+  }
+  const std::vector<LoopEvent::Kind> expected = {LoopEvent::Kind::kZeroUncertain,
+                                                 LoopEvent::Kind::kZeroCertain};
+  EXPECT_EQ(events, expected);
+  const std::string session = folder.file("first.xdf", read_file(folder.path("s.xdf")));
+  const DriftRun again = run_drift(folder, "replay:" + session);
+  EXPECT_EQ(again.spikes_s, made.spikes_s);
+  EXPECT_EQ(again.currents, made.currents);
+}
+
 }  // namespace
 }  // namespace merkel

@@ -166,6 +166,7 @@ void SampleStream::simulate() {
                    .number = ticks_ + 1,
                    .probe = static_cast<std::uint32_t>(i),
                    .state = reading.state,
+                   .doubts = reading.doubts,
                    .touch = reading.touch};
   }
   const SimulationStep::Made made = step_->step(records_);

@@ -94,6 +94,8 @@ void ViewFrames::add(const TickRecord& tick) {
   }
   probe.gauge_depth_mm = tick.contact.depth_mm;
   probe.state = tick.state;
+  probe.touches = touches(tick);
+  probe.zero_uncertain = (tick.doubts & ProbeSample::kZeroUncertain) != 0U;
   probe.worst = std::max(probe.worst, tick.state);
   newest_ = tick.time;
   if (tick.probe + 1 != probes_.size()) return;
@@ -237,7 +239,8 @@ void ViewFrames::append_probes(std::string& bytes) const {
     append_float(bytes, probe.press.y_mm);
     append_float(bytes, probe.press.contact.contact_radius_mm);
     append_float(bytes, probe.gauge_depth_mm);
-    append_raw(bytes, static_cast<std::uint32_t>(probe.state) |
+    append_raw(bytes, static_cast<std::uint32_t>(probe.state) | (probe.zero_uncertain ? 64U : 0U) |
+                          (probe.touches ? 128U : 0U) |
                           static_cast<std::uint32_t>(probe.link) << 8U);
     append_count(bytes, probe.taxels.size());
     for (const float pressure : probe.taxels) append_raw(bytes, pressure);

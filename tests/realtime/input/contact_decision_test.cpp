@@ -58,7 +58,7 @@ struct Recording {
       sample.force_mN = sign * (press_mN(time_s) + drift_mN(time_s) + noise.next());
       decision.decide(sample);
       made.samples.push_back(sample);
-      made.uncertain.push_back(decision.uncertain());
+      made.uncertain.push_back(sample.doubts() == ProbeSample::kZeroUncertain);
     }
     made.drift = decision.drift();
     return made;

@@ -27,9 +27,7 @@ export function readFrame(buffer, scene) {
     const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32(), gauge_depth: r.f32() };
     const state = r.u32();
     const taxels = r.list(() => r.f32());
-    // An array presses without a depth.
-    const touching = probe.depth > 0 || taxels.some((kPa) => kPa > 0);
-    return { ...probe, state: state & 255, link: state >> 8, taxels, touching };
+    return { ...probe, state: state & 3, uncertain: (state & 64) !== 0, touching: (state & 128) !== 0, link: state >> 8, taxels };
   });
   const points = r.list(() => ({
     t: t - r.f32(), state: r.u32(), values: probes.flatMap(() => [r.f32(), r.f32() * 1e-3]),
