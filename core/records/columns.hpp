@@ -126,8 +126,8 @@ inline constexpr auto kSampleColumns =
                    "zero_mN", "mN", "subtracted from the calibrated force",
                    [](auto& r) -> auto& { return r.zero_mN; })),
                later_column(limited_column(
-                   "touch", "0 undecided, 1 free, 2 touching",
-                   [](auto& r) -> auto& { return r.touch; }, 0.0, number_of(Touch::kTouching))));
+                   "touch", "0 undecided, 1 free, 2 touching, 3 tared",
+                   [](auto& r) -> auto& { return r.touch; }, 0.0, number_of(Touch::kTared))));
 
 inline constexpr auto kEventColumns = std::tuple(
     time_column(

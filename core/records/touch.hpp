@@ -11,9 +11,10 @@ enum class Touch : std::uint8_t {
   kUndecided,  ///< by nobody yet, or in a recording of an older version
   kFree,       ///< no contact
   kTouching,   ///< contact
+  kTared,      ///< by a device: its first sample after a tare; then it is decided
 };
 
-/// "undecided", "free", "touching".
+/// "undecided", "free", "touching", "tared".
 [[nodiscard]] constexpr std::string_view name_of(Touch touch) noexcept {
   switch (touch) {
     case Touch::kUndecided:
@@ -22,6 +23,8 @@ enum class Touch : std::uint8_t {
       return "free";
     case Touch::kTouching:
       return "touching";
+    case Touch::kTared:
+      return "tared";
   }
   return "";
 }

@@ -47,7 +47,7 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
   }
   lacks_value_ = lacks;
   if (lacks) return result;
-  if (std::exchange(tared_, false)) sample.touch = Touch::kFree;  // its zero is known
+  if (std::exchange(tared_, false)) sample.touch = Touch::kTared;
   columns.put(sample, row);
   const std::span<double> further = columns.further_in(row);
   for (std::size_t i = 0; i < further_.size(); ++i) further[i] = reading[further_[i]];

@@ -16,7 +16,6 @@ constexpr int kRestSeconds = 10;
 
 ContactDecision::ContactDecision(const Parameters& parameters, bool recorded) noexcept
     : parameters_(parameters),
-      recorded_(recorded),
       zero_(parameters.zero.value_or(recorded ? Zero::kFixed : Zero::kTrack)),
       tracker_(units::mN_from_N(parameters.contact_N), parameters.zero_drift_mN_per_s) {
   if (zero_ == Zero::kTrack && !(parameters.contact_N > 0.0)) zero_ = Zero::kFixed;
@@ -61,8 +60,8 @@ void ContactDecision::start_anew() noexcept {
 
 void ContactDecision::decide(ProbeSample& sample) noexcept {
   const double sign = parameters_.invert_force ? -1.0 : 1.0;
-  if (!recorded_ && sample.touch == Touch::kFree) start_anew();
-  const bool has_zero = recorded_ && sample.touch != Touch::kUndecided;
+  if (sample.touch == Touch::kTared) start_anew();
+  const bool has_zero = sample.touch == Touch::kFree || sample.touch == Touch::kTouching;
   if (!has_zero && sample.has(ProbeSample::kForce)) {
     sample.zero_mN = sign * zero_of(sample, sign * sample.force_mN);
     sample.force_mN -= sample.zero_mN;
@@ -93,6 +92,7 @@ void ContactDecision::follow_drift(const ProbeSample& sample) noexcept {
   }
   if (any_) return;
   any_ = true;
+  drift_.first_mN = sample.zero_mN;
   drift_.first = second_began_ = sample.time;
 }
 

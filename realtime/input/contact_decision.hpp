@@ -58,7 +58,7 @@ class ContactDecision {
   ContactDecision(const Parameters& parameters, bool recorded) noexcept;
 
   /// Sets the zero, Touch and kZeroUncertain of a sample, and subtracts the zero from its force. A
-  /// device's sample that is kFree is the first one after a tare: the zero starts anew.
+  /// sample that is kTared starts the zero anew.
   void decide(ProbeSample& sample) noexcept MERKEL_REALTIME;
 
   [[nodiscard]] const Drift& drift() const noexcept { return drift_; }
@@ -72,7 +72,6 @@ class ContactDecision {
   void follow_rest(const ProbeSample& sample) noexcept;
 
   Parameters parameters_;
-  bool recorded_;
   Zero zero_;
   ZeroTracker tracker_;
   bool touching_ = false;

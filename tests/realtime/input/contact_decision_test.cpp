@@ -286,6 +286,21 @@ TEST(ContactDecision, TheZeroOfTheStartIsTheMeanOfHalfASecond) {
   EXPECT_NEAR(made.samples.back().zero_mN, 500.0, 0.5);
 }
 
+TEST(ContactDecision, ATareStartsTheZeroAnew) {
+  ContactDecision decision(kGauge, false);
+  Noise noise;
+  ProbeSample sample;
+  for (int i = 0; i < 60'000; ++i) {
+    sample = {.time = std::chrono::milliseconds{i}, .channels = ProbeSample::kForce};
+    sample.force_mN = (i < 50'000 ? 0.001 * i : 0.0) + noise.next();
+    if (i == 50'000) sample.touch = Touch::kTared;
+    decision.decide(sample);
+    ASSERT_FALSE(touches(sample)) << i;
+    if (i > 50'000) ASSERT_NEAR(sample.zero_mN, 0.0, 8.0) << i;
+  }
+  EXPECT_NEAR(sample.zero_mN, 0.0, 1.0);
+}
+
 TEST(ContactDecision, ARecordingIsDecidedAsItWas) {
   const auto made = Recording::of(120.0, three_presses_mN, drifting(0.5));
   ContactDecision decision(kGauge, true);
