@@ -26,10 +26,10 @@ constexpr double kZeroStep = 1.0 / 64;  ///< of the threshold: smaller changes w
 
 }  // namespace
 
-ZeroTracker::ZeroTracker(double threshold, double drift_per_s) noexcept
-    : threshold_(threshold), drift_per_s_(drift_per_s) {}
+ZeroTracker::ZeroTracker(double threshold, double drift_per_s, bool known) noexcept
+    : threshold_(threshold), drift_per_s_(drift_per_s), known_zero_(known) {}
 
-void ZeroTracker::reset() noexcept { *this = ZeroTracker(threshold_, drift_per_s_); }
+void ZeroTracker::reset() noexcept { *this = ZeroTracker(threshold_, drift_per_s_, true); }
 
 bool ZeroTracker::uncertain() const noexcept {
   return touching_ &&
@@ -60,7 +60,7 @@ double ZeroTracker::follow(std::chrono::nanoseconds time, double reading) noexce
     started_ = true;
     origin_ = time;
     mean_ = fast_ = reading;
-    if (std::fabs(reading) < threshold_) set_zero(reading);
+    if (!known_zero_ && std::fabs(reading) < threshold_) set_zero(reading);
     remember();
     return zero_;
   }
@@ -72,7 +72,7 @@ double ZeroTracker::follow(std::chrono::nanoseconds time, double reading) noexce
   if (touching_) {
     watch_contact();
   } else {
-    const bool settles = now_s_ < kSettling_s && std::fabs(mean_) < threshold_;
+    const bool settles = !known_zero_ && now_s_ < kSettling_s && std::fabs(mean_) < threshold_;
     const double most = settles ? threshold_ : kFollowDrift * drift_per_s_ * step_s;
     exact_ += std::clamp((mean_ - exact_) * std::min(step_s / kFollow_s, 1.0), -most, most);
     if (std::fabs(exact_ - zero_) >= kZeroStep * threshold_) zero_ = exact_;

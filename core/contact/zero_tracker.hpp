@@ -12,7 +12,8 @@ namespace merkel {
 /// readings alone, so a recording gives the same zeros. Units are those of the readings.
 ///
 /// - Without contact, the zero follows the mean of the readings, at most twice as fast as the
-///   largest drift. A reading within the threshold at the start is taken for the zero.
+///   largest drift. If it is not known at the start, a first reading within the threshold is the
+///   zero.
 /// - At the start of a contact, the zero returns to that of 2 s before, if that was smaller: what
 ///   it had absorbed of a slow press comes back. Then it is frozen.
 /// - A reading that has fallen by half within 0.5 s and then stays for 1 s at a level that the
@@ -24,15 +25,16 @@ namespace merkel {
 class ZeroTracker {
  public:
   /// \param threshold  a reading from there above the zero is a contact; > 0, several times the
-  ///     noise. \param drift_per_s  the largest drift of the sensor
-  ZeroTracker(double threshold, double drift_per_s) noexcept;
+  ///     noise. \param drift_per_s  the largest drift of the sensor. \param known  the zero at the
+  ///     start is 0
+  ZeroTracker(double threshold, double drift_per_s, bool known = false) noexcept;
 
   /// Takes the next reading. \return the zero, also for this reading
   double follow(std::chrono::nanoseconds time, double reading) noexcept MERKEL_REALTIME;
   /// A contact begins with the reading taken last. \return its zero
   double begin_contact() noexcept MERKEL_REALTIME;
   void end_contact() noexcept MERKEL_REALTIME { touching_ = false; }
-  /// Starts anew, with zero 0.
+  /// Starts anew, with a known zero of 0.
   void reset() noexcept MERKEL_REALTIME;
 
   [[nodiscard]] double zero() const noexcept MERKEL_REALTIME { return zero_; }
@@ -54,6 +56,7 @@ class ZeroTracker {
 
   double threshold_;
   double drift_per_s_;
+  bool known_zero_;
   std::array<Moment, kMoments> moments_{};  ///< the last seconds, every 50 ms
   std::size_t newest_ = 0;
   std::size_t known_ = 0;  ///< of the moments

@@ -93,7 +93,7 @@ void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
     taxel.touching = false;
     taxel.drift.reset();
     if (noise > 0.0) {
-      if (tracks_) taxel.drift.emplace(taxel.least, taxel.least / kDrift_s);
+      if (tracks_) taxel.drift.emplace(taxel.least, taxel.least / kDrift_s, true);
       ++noisy;
     } else {
       constant.push_back(taxel.channel.name);

@@ -96,7 +96,7 @@ void add_session(py::module_& module) {
           "samples", [](const SessionObject& session) { return array_of(session.samples); },
           "(samples,) of probe, time_s, arrival_s, depth_mm, force_N, x_mm, y_mm (NaN: not measured), sequence, "
           "channels (bits: 1 depth, 2 force, 4 x, 8 y, 256 zero uncertain, 512 outside calibration) "
-          "and valid_for_s.")
+          "valid_for_s, zero_N (subtracted from the measured force) and touch (0 undecided, 1 free, 2 touching).")
       .def_property_readonly(
           "extra",
           [](const SessionObject& session) {
@@ -109,7 +109,8 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "ticks", [](const SessionObject& session) { return array_of(session.ticks); },
           "(ticks × probes,) of what the loop used: number, probe, time_s (the tick's end), latency_s, "
-          "depth_mm, force_N, x_mm, y_mm, late, state (0 following, 1 held, 2 released, 3 ended) and delay_s.")
+          "depth_mm, force_N, x_mm, y_mm, late, state (0 following, 1 held, 2 released, 3 ended), delay_s, "
+          "doubts (bits: 1 zero uncertain, 2 outside calibration) and touch (0 undecided, 1 free, 2 touching).")
       .def_property_readonly(
           "taxels",
           [](const SessionObject& session) {
