@@ -65,7 +65,7 @@ class PressWatch {
 
  private:
   static constexpr double kMuchDeeper = 1.05;
-  static constexpr std::chrono::milliseconds kBrief{10};
+  static constexpr std::chrono::milliseconds kBrief{15};  ///< a contact ends 10 ms after its force
 
   void observe_range(const ContactInput& input, bool touches, std::chrono::nanoseconds begin,
                      std::chrono::nanoseconds end) noexcept MERKEL_REALTIME {

@@ -140,7 +140,7 @@ class RunChecks {
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
     if (static_cast<double>(range.brief_touches) > std::max(10.0, kFlicker * run_s)) {
       add(Severity::kNote, 0.8,
-          fmt::format("the contact of {} flickered: {} ended within 10 ms{}", probe.uri,
+          fmt::format("the contact of {} flickered: {} ended within 15 ms{}", probe.uri,
                       std::to_string(range.brief_touches) + " touches", rest_of(probe)),
           drifts_unfollowed(probe)
               ? "set [probe] zero = \"track\", with contact_N several times the noise of the "
