@@ -263,6 +263,7 @@ TEST(Connect, SetsTheThresholdOfContactAboveTheNoiseAtRest) {
       << scene;
   EXPECT_GT(std::stod(found[1]), 1e-4);
   EXPECT_LT(std::stod(found[1]), 0.06);
+  EXPECT_NE(scene.find("\nzero = \"track\""), std::string::npos) << scene;
 }
 
 // The last reading may be of a press; the noise is that of the time without one.
@@ -277,6 +278,9 @@ TEST(Connect, MeasuresTheNoiseBetweenPresses) {
   EXPECT_NEAR(*noise, 0.00126, 5e-5);
   EXPECT_TRUE(contact_line({.name = "force_N", .last = 1.5, .noise = noise})
                   .starts_with("contact_N = 0.0076"));
+  EXPECT_TRUE(contact_line({.name = "depth_mm", .last = 1.5, .noise = noise})
+                  .starts_with("contact_mm = 0.0076  # six times the noise of 0.0013 mm"));
+  EXPECT_EQ(contact_line({.name = "pad_kPa", .last = 1.5, .noise = noise}), "");
   EXPECT_FALSE(noise_at_rest(std::vector<double>(1000, 1.5)));
   EXPECT_FALSE(noise_at_rest({0.0, 0.001}));
 }
