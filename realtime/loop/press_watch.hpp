@@ -31,8 +31,8 @@ struct PressRange {
 /// yes. Thread: simulation.
 class PressWatch {
  public:
-  /// \param input  of a tick; \param touches  whether the probe touches. \param deepest_mm  deepest
-  /// press so far, this tick included; of a
+  /// \param input  of a tick. \param touches  whether the probe touches. \param deepest_mm  deepest
+  ///     press so far, this tick included; of a
   ///     tactile array, the largest force in mN
   void observe(const ContactInput& input, bool touches, double deepest_mm,
                std::chrono::nanoseconds begin,
