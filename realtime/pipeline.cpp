@@ -55,8 +55,11 @@ struct Pipeline::Parts {
   Parts(TactileModel& the_model, Parameters the_parameters)
       : model(the_model),
         parameters(std::move(the_parameters)),
-        sinks(fanout, probes, watch.stimulation(), model.neurons(), parameters.encoder != nullptr,
-              model.parameters().has_arrays()) {}
+        sinks(fanout, probes, watch,
+              {.neurons = model.neurons(),
+               .commands = parameters.encoder != nullptr,
+               .arrays = model.parameters().has_arrays(),
+               .fast = parameters.fast}) {}
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
   /// The readers of a run that failed to start still fill the sinks' feeds.
@@ -148,8 +151,7 @@ Expected<RunReport, SetupError> Pipeline::run() {
   RunReport report;
   report.probes.resize(parts.probes.size());
   parts.guard_commands();
-  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.watch,
-                    parts.parameters.realtime);
+  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.parameters.realtime);
   if (parts.parameters.fast) {
     VirtualClock clock(parts.stop);
     parts.run_loop(clock, report);
@@ -266,6 +268,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
                          .max_catch_up_ticks = parameters.max_catch_up_ticks.value_or(
                              all_replayed ? INT64_MAX : kLiveCatchUp),
                          .encoder = parameters.encoder,
+                         .without_gate = parameters.fast,
                          .timings = parameters.timings},
                         clock, model, probes.inputs(), fanout, statistics, events);
   started.store(true, std::memory_order_release);
@@ -317,6 +320,7 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
     drain_events(report);
     follow_switch(report);
     sinks.report_failures(parameters.on_sink_failure);
+    sinks.take_notices(parameters.on_notice);
     recent.look(statistics, PeriodicClock::now());
     static_cast<void>(ended.try_acquire_for(milliseconds{parameters.fast ? 1 : 20}));
     const nanoseconds now = PeriodicClock::now();
@@ -426,8 +430,9 @@ void Pipeline::Parts::finish(RunReport& report) {
 RunCounters Pipeline::Parts::counters() const {
   RunCounters counters = statistics.snapshot();
   counters.spikes_dropped = fanout.dropped<SpikeEvent>();
-  counters.commands_dropped = fanout.dropped<StimulationCommand>();
-  fanout.add_gates_to(counters);
+  counters.commands_dropped = fanout.dropped<StimulationCommand>() + fanout.dropped<SentCommand>();
+  counters.commands_refused = fanout.refused();
+  watch.add_to(counters);
   const bool host_time = rights_known.load(std::memory_order_acquire);
   counters.demotions = host_time && simulation_was_demoted() ? 1 : 0;
   probes.add_to(counters);

@@ -24,6 +24,8 @@ constexpr std::size_t kCapacity<SpikeEvent> = 65536;
 template <>
 constexpr std::size_t kCapacity<StimulationCommand> = 65536;
 template <>
+constexpr std::size_t kCapacity<SentCommand> = 65536;
+template <>
 constexpr std::size_t kCapacity<TaxelBlock> = 65536;
 /// These have a feed from each probe and each port.
 template <>
@@ -44,7 +46,7 @@ class RunSinks::Control final : public RunControl {
   void watch(std::span<const std::uint32_t> neurons) noexcept override {
     for (std::size_t i = 0; i < kMostWatched; ++i) {
       const std::uint32_t number =
-          i < neurons.size() && neurons[i] <= sinks_.neurons_ ? neurons[i] : 0;
+          i < neurons.size() && neurons[i] <= sinks_.run_.neurons ? neurons[i] : 0;
       channel_.watched[i].store(number, std::memory_order_relaxed);
     }
   }
@@ -56,7 +58,13 @@ class RunSinks::Control final : public RunControl {
   void mark(const Mark& mark) override {
     if (started()) sinks_.mark(mark);
   }
-  [[nodiscard]] StimulationSwitch& stimulation() noexcept override { return sinks_.stimulation_; }
+  void notice(const std::string& sentence) override {
+    const std::lock_guard lock(sinks_.mutex_);
+    sinks_.notices_.push_back(sentence);
+  }
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept override {
+    return sinks_.watch_.stimulation();
+  }
   [[nodiscard]] Link link(std::size_t probe) const override {
     if (!started()) return Link::kConnected;
     const Probe& queried = sinks_.probes_.device_of(probe);
@@ -80,11 +88,20 @@ RunSinks::~RunSinks() {
   }
 }
 
+template <class Record>
+bool RunSinks::is_produced(const Sink& sink) const noexcept {
+  if constexpr (std::is_same_v<Record, StimulationCommand>) return run_.commands;
+  // On a virtual clock nothing is sent, so there is nothing to record.
+  if constexpr (std::is_same_v<Record, SentCommand>) {
+    return run_.commands && (sink.receives_commands() || !run_.fast);
+  }
+  return run_.arrays || !std::is_same_v<Record, TaxelBlock>;
+}
+
 void RunSinks::add(std::unique_ptr<Sink> sink) {
   ConsumerChannel& channel = fanout_.add_channel();
   for_each_kind(channel.feeds, [&]<class Record>(const Feeds<Record>&) {
-    const bool produced = (commands_ || !std::is_same_v<Record, StimulationCommand>)&&(
-        arrays_ || !std::is_same_v<Record, TaxelBlock>);
+    const bool produced = is_produced<Record>(*sink);
     constexpr std::size_t kRoom = kCapacity<Record>;
     if constexpr (kRoom > 0) {
       if (produced && sink->takes<Record>()) channel.add<Record>(kRoom);
@@ -123,16 +140,41 @@ void RunSinks::listen() {
 }
 
 void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
-                     const RunWatch& watch, const RealtimeSettings& realtime) {
+                     const RealtimeSettings& realtime) {
+  const bool received = std::any_of(entries_.begin(), entries_.end(), [](const auto& entry) {
+    return entry->sink->receives_commands();
+  });
+  if (watch_.guarded() && received) {
+    gate_ = std::make_unique<GateThread>(fanout_, watch_, realtime);
+    for (const auto& entry : entries_) {
+      if (!entry->channel.template takes<SentCommand>()) continue;
+      gate_->add(entry->channel, !entry->sink->receives_commands());
+    }
+    gate_->start();
+  }
+  std::uint32_t number = 0;
   for (const auto& entry : entries_) {
-    entry->writer =
-        std::make_unique<SinkWriter>(*entry->sink, SinkWriter::Sources{.channel = entry->channel,
-                                                                       .status = status,
-                                                                       .origin = &origin,
-                                                                       .watch = &watch,
-                                                                       .realtime = realtime});
+    entry->writer = std::make_unique<SinkWriter>(
+        *entry->sink, SinkWriter::Sources{.channel = entry->channel,
+                                          .status = status,
+                                          .origin = &origin,
+                                          .encoding = gate_ ? &watch_.encoding() : nullptr,
+                                          .gate = gate_.get(),
+                                          .number = ++number,
+                                          .realtime = realtime});
   }
   started_.store(true, std::memory_order_release);
+}
+
+void RunSinks::take_notices(const std::function<void(const std::string&)>& on_notice) {
+  std::vector<std::string> notices;
+  {
+    const std::lock_guard lock(mutex_);
+    notices = std::exchange(notices_, {});
+  }
+  for (const std::string& sentence : notices) {
+    if (on_notice) on_notice(sentence);
+  }
 }
 
 void RunSinks::mark(const Mark& mark) {
@@ -170,13 +212,15 @@ void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomi
   }
   for (const auto& entry : entries_) {
     const SinkWriter::Outcome outcome = entry->writer->finish();
-    report.sinks.push_back(
-        {.uri = entry->sink->uri(),
-         .spikes_in = entry->channel.takes<SpikeEvent>() ? report.spikes : 0,
-         .dropped = entry->channel.dropped<SpikeEvent>(),
-         .delivered = outcome.delivered,
-         .commands_in = entry->channel.takes<StimulationCommand>() ? report.commands : 0,
-         .error_message = outcome.error_message});
+    report.sinks.push_back({.uri = entry->sink->uri(),
+                            .spikes_in = entry->channel.takes<SpikeEvent>() ? report.spikes : 0,
+                            .dropped = entry->channel.dropped<SpikeEvent>(),
+                            .delivered = outcome.delivered,
+                            .commands_in = entry->channel.takes<StimulationCommand>() ||
+                                                   entry->channel.takes<SentCommand>()
+                                               ? report.commands
+                                               : 0,
+                            .error_message = outcome.error_message});
   }
 }
 

@@ -148,7 +148,7 @@ std::span<const StimulationCommand> StimulationEncoder::step(const Tick& tick) n
   if (stopped) ++stops_;
   last_end_ = end;
   activity_.advance(tick.spikes, end);
-  advance_histories(tick);
+  advance_histories(tick, first);
   const std::size_t pulses =
       limiter_.limit_pulses(std::span(commands_).first(collect_pulses(tick)), end - tick_);
   if (end < next_update_ && !stopped) return std::span(commands_).first(pulses);
@@ -195,7 +195,8 @@ bool StimulationEncoder::find_stops(const Tick& tick) noexcept {
   return started;
 }
 
-void StimulationEncoder::advance_histories(const Tick& tick) noexcept {
+/// \param first  what came before is unknown: a press that begins there is no onset
+void StimulationEncoder::advance_histories(const Tick& tick, bool first) noexcept {
   for (std::size_t e = 0; e < depths_.size(); ++e) {
     const Electrode& electrode = parameters_.electrodes[e];
     const bool stopped = stop_of_patch_[electrode.patch] != Stop::kNone;
@@ -203,7 +204,7 @@ void StimulationEncoder::advance_histories(const Tick& tick) noexcept {
     if (counts_spikes(electrode.encoder)) continue;
     const FieldContact touch = contact(electrode, tick.presses);
     force_N_[e] = units::N_from_mN(touch.force_mN);
-    if (stopped) depths_[e].reset(touch.depth_mm);
+    if (stopped || first) depths_[e].reset(touch.depth_mm);
     depths_[e].push(touch.depth_mm);
   }
 }

@@ -85,7 +85,7 @@ class StimulationEncoder {
 
   StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);
   bool find_stops(const Tick& tick) noexcept;
-  void advance_histories(const Tick& tick) noexcept;
+  void advance_histories(const Tick& tick, bool first) noexcept;
   [[nodiscard]] std::size_t collect_pulses(const Tick& tick) noexcept;
   void update(std::span<StimulationCommand> commands) noexcept;
   [[nodiscard]] FieldContact contact(const Electrode& electrode,

@@ -31,8 +31,8 @@ StimulationGate::StimulationGate(const EncodingParameters& parameters, Time tick
   }
 }
 
-std::span<const StimulationCommand> StimulationGate::pass(
-    std::span<const StimulationCommand> commands, const Moment& moment) {
+std::span<const SentCommand> StimulationGate::pass(std::span<const StimulationCommand> commands,
+                                                   const Moment& moment) {
   leaving_.clear();
   watch(moment);
   for (const StimulationCommand& command : commands) {
@@ -147,9 +147,14 @@ void StimulationGate::send(std::span<StimulationCommand> update, const Moment& m
     if (!(command.amplitude_uA > 0.0)) command.amplitude_uA = command.frequency_Hz = 0.0;
     line.amplitude_uA = command.amplitude_uA;
     line.frequency_Hz = command.frequency_Hz;
-    leaving_.push_back(command);
+    leave(command, moment);
   }
   last_sent_ = moment.now;
+}
+
+void StimulationGate::leave(const StimulationCommand& command, const Moment& moment) {
+  leaving_.push_back(
+      {.command = command, .sent = moment.now, .valid_until = moment.now + watchdog_});
 }
 
 void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment) {
@@ -167,7 +172,7 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
   line.pulse = moment.now;
   pulse.heartbeat = heartbeat_;
   last_time_ = std::max(last_time_, pulse.time);
-  leaving_.push_back(pulse);
+  leave(pulse, moment);
 }
 
 double StimulationGate::risen_uA(const StimulationCommand& command, double from_uA,

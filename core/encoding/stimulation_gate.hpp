@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/encoding/encoding_parameters.hpp"
-#include "core/records/stimulation_command.hpp"
+#include "core/records/sent_command.hpp"
 
 namespace merkel {
 
@@ -21,8 +21,8 @@ namespace merkel {
 /// gate switches electrodes off by itself (`stale`), and also while stimulation is stopped by hand
 /// (`stopped`). Updates that leave are numbered without gaps.
 ///
-/// The gate never increases an amplitude. Construct with the limits of the scene; one receiver has
-/// one gate. Thread: one, that of the receiver's sink.
+/// The gate never increases an amplitude. Construct with the limits of the scene. A run has one
+/// gate, so that all its receivers get the same (StimulationOutlet). Thread: one.
 class StimulationGate {
  public:
   using Time = std::chrono::nanoseconds;
@@ -53,8 +53,8 @@ class StimulationGate {
   /// if there are none, because it is also the watchdog.
   /// \param commands  in order; an update may arrive in several parts
   /// \return the commands that leave now, valid until the next call.  Real-time: no.
-  std::span<const StimulationCommand> pass(std::span<const StimulationCommand> commands,
-                                           const Moment& moment);
+  std::span<const SentCommand> pass(std::span<const StimulationCommand> commands,
+                                    const Moment& moment);
 
   /// Time jumps, as when a recording is played from elsewhere: earlier commands may follow. Switch
   /// the electrodes off before.
@@ -79,6 +79,7 @@ class StimulationGate {
   void pass_update(const Moment& moment);
   void pass_pulse(StimulationCommand pulse, const Moment& moment);
   void send(std::span<StimulationCommand> update, const Moment& moment);
+  void leave(const StimulationCommand& command, const Moment& moment);
   [[nodiscard]] bool fresh(const StimulationCommand& command, const Moment& moment) const noexcept;
   /// The command's amplitude, within the slope of its electrode.
   [[nodiscard]] double risen_uA(const StimulationCommand& command, double from_uA,
@@ -93,7 +94,7 @@ class StimulationGate {
   std::vector<Line> lines_;
   std::vector<StimulationCommand> update_commands_;  ///< the parts of an update so far
   std::vector<StimulationCommand> off_;
-  std::vector<StimulationCommand> leaving_;
+  std::vector<SentCommand> leaving_;
   std::optional<Time> last_call_;
   Time last_sent_{0};             ///< wall time of the last update
   Time last_time_ = Time::min();  ///< probe time of the last command that left

@@ -165,4 +165,18 @@ inline constexpr auto kCommandColumns = std::tuple(
         "zero_uncertain, 9 outside_calibration",
         [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kLast)));
 
+inline constexpr auto kSentColumns = std::tuple_cat(
+    columns_within(
+        kCommandColumns, [](auto& r) -> auto& { return r.command; }),
+    std::tuple(
+        time_column(
+            "sent_monotonic_ns", "sent_monotonic_s", "when it passed the gate, host-monotonic",
+            [](auto& r) -> auto& { return r.sent; }),
+        time_column(
+            "valid_until_ns", "valid_until_s", "when a receiver without a newer one switches off",
+            [](auto& r) -> auto& { return r.valid_until; }),
+        column(
+            "refused_by", "", "0: it left; n: the n-th sink did not pass it on",
+            [](auto& r) -> auto& { return r.refused_by; })));
+
 }  // namespace merkel

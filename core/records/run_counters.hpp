@@ -42,6 +42,7 @@ struct RunCountersOf : DeviceCountersOf<Cell> {
   Cell commands_withheld{};
   Cell commands_slowed{};
   Cell stale_stops{};
+  Cell commands_refused{};
   Cell probe_count{};
   Cell probes_ended{};
 
@@ -101,13 +102,15 @@ inline constexpr auto kRunCounterFields = [] {
           &Counters::commands_dropped, true},
       Row{"stimulation_stops", "", "number of times that a fault switched stimulation off",
           &Counters::stimulation_stops, true},
-      Row{"commands_withheld", "",
-          "stimulation commands too late to be sent, counted for each sink",
+      Row{"commands_withheld", "", "stimulation commands too late to be sent",
           &Counters::commands_withheld},
-      Row{"commands_slowed", "", "amplitudes reduced to the slope in wall time, for each sink",
+      Row{"commands_slowed", "", "amplitudes reduced to the slope in wall time",
           &Counters::commands_slowed},
-      Row{"stale_stops", "", "times that the watchdog switched stimulation off, for each sink",
+      Row{"stale_stops", "", "times that the watchdog switched stimulation off",
           &Counters::stale_stops, true},
+      Row{"commands_refused", "",
+          "stimulation commands that a sink did not pass on: it or its receiver was late or away",
+          &Counters::commands_refused, true},
       Row{"probe_count", "", "probes of the scene", &Counters::probe_count},
       Row{"probes_ended", "", "probes whose stream has ended", &Counters::probes_ended},
   };

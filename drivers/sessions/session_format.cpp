@@ -105,6 +105,7 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<PortFrame>("merkel.frames", "RawFrames", kFrameChannels),
     stream_of<StimulationCommand>("merkel.stimulation", "StimulationCommands"),
     stream_of<TaxelBlock>("merkel.taxels", "TaxelPressures"),
+    stream_of<SentCommand>("merkel.sent", "SentCommands"),
 }};
 
 }  // namespace

@@ -22,7 +22,8 @@ struct SessionStream {
     kStatus = 5,
     kFrames = 6,
     kStimulation = 7,
-    kTaxels = 8
+    kTaxels = 8,
+    kSent = 9
   };
   /// How a value follows from that of the previous item of its probe.
   enum class Follows : std::uint8_t { kFreely, kAsBefore, kByOne, kByTick };
@@ -63,7 +64,7 @@ inline constexpr std::size_t kMostSessionChannels = 64;
 template <class Value>
 using ItemValues = std::array<Value, kMostSessionChannels>;
 
-inline constexpr std::size_t kSessionStreams = 8;
+inline constexpr std::size_t kSessionStreams = 9;
 
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;

@@ -91,8 +91,10 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
   }
   std::vector<std::unique_ptr<nwb::ElectrodeSeries>> electrodes;
   for (const NwbContent::Electrode& electrode : content.electrodes) {
-    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode));
+    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(
+        file, electrode, nwb::ElectrodeSeries::Of::kCommanded));
   }
+  std::vector<std::unique_ptr<nwb::ElectrodeSeries>> sent(electrodes.size());  ///< if any left
   found.spikes_of.assign(content.afferents.size(), 0);
   std::optional<double> first_s;
   const auto time_s = [&](const auto& record) {
@@ -112,7 +114,16 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     }
     for (const StimulationCommand& command : batch.commands) {
       if (command.electrode >= electrodes.size()) continue;
-      electrodes[command.electrode]->add(time_s(command), command);
+      electrodes[command.electrode]->add(time_s(command), command, {});
+    }
+    for (const SentCommand& item : batch.sent) {
+      const std::size_t e = item.command.electrode;
+      if (e >= sent.size() || item.refused_by != 0) continue;
+      if (!sent[e]) {
+        sent[e] = std::make_unique<nwb::ElectrodeSeries>(file, content.electrodes[e],
+                                                         nwb::ElectrodeSeries::Of::kSent);
+      }
+      sent[e]->add(time_s(item), item.command, item.sent);
     }
     for (const LoopEvent& event : batch.events) {
       const double start_s = time_s(event);

@@ -58,7 +58,8 @@ class FixedStepLoop {
     std::optional<std::chrono::nanoseconds>
         duration;  ///< how much to simulate; default: everything
     std::int64_t max_catch_up_ticks = 20;
-    StimulationEncoder* encoder = nullptr;        ///< null: no electrodes; borrowed
+    StimulationEncoder* encoder = nullptr;  ///< null: no electrodes; borrowed
+    bool without_gate = false;  ///< receivers get commands that are never valid: a virtual clock
     BoundedQueue<TickTiming>* timings = nullptr;  ///< receives one item per tick with spikes
   };
 
@@ -257,6 +258,10 @@ class FixedStepLoop {
   void publish(std::span<const StimulationCommand> commands) noexcept {
     if (step_.encoder() == nullptr) return;
     fanout_.publish(commands, clock_);
+    for (const StimulationCommand& command : commands) {
+      const SentCommand unsent{.command = command};
+      if (parameters_.without_gate) fanout_.publish(std::span(&unsent, 1), clock_);
+    }
     statistics_.commands.add(commands.size());
     statistics_.commands_limited.raise_to(step_.encoder()->clippings().all());
     statistics_.stimulation_stops.raise_to(step_.encoder()->stops());

@@ -133,6 +133,31 @@ TEST(CompareStimulation, ReportsDifferencesInAmplitudeFrequencyAndStop) {
   EXPECT_EQ(json["commands"]["largest_frequency_Hz"], 3.0);
 }
 
+TEST(CompareStimulation, CommandsThatLeftAtOtherTimesDiffer) {
+  const TemporaryFolder folder;
+  const std::string header =
+      "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop,sent_monotonic_ns,"
+      "valid_until_ns\n";
+  const auto file = [&](const std::string& name, const std::string& sent) {
+    return folder.file(name, header + "0.01,E1,update,20,80,1,,71000000,131000000\n" +
+                                 "0.02,E1,update,30,80,2,," + sent + ",141000000\n");
+  };
+  const std::string a = file("a.csv", "81000000");
+  EXPECT_EQ(run_program({"compare", a, file("b.csv", "81000000")}).exit_code, 0);
+  const ProgramRun other = run_program({"compare", a, file("c.csv", "81000001")});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_NE(other.out.find("E1 at 0.020000000 s: 30 µA, 80 Hz, sent at 81000000 ns against 30 µA, "
+                           "80 Hz, sent at 81000001 ns"),
+            std::string::npos)
+      << other.out;
+  // A file of an older version has no such times, and one of a virtual clock has 0.
+  const std::string older = folder.file(
+      "o.csv", std::string(kCommands) + "0.01,E1,update,20,80,1,\n0.02,E1,update,30,80,2,\n");
+  EXPECT_EQ(run_program({"compare", a, older}).exit_code, 0);
+  EXPECT_EQ(run_program({"compare", a, file("v.csv", "0")}).exit_code, 0);
+  EXPECT_EQ(run_program({"compare", a, file("n.csv", "-1")}).exit_code, 2);
+}
+
 TEST(CompareStimulation, FindsTheCommandsOfARunItsSessionAndItsReplayEqual) {
   const TemporaryFolder folder;
   const std::string electrodes =

@@ -226,8 +226,10 @@ int replay(const ReplayOptions& options) {
                                      },
                                  .commands =
                                      [&](std::span<const StimulationCommand> commands) {
-                                       for (const auto& sink : sinks)
-                                         keep(sink->write({.commands = commands}));
+                                       const auto unsent = unsent_of(commands);
+                                       for (const auto& sink : sinks) {
+                                         keep(sink->write({.commands = commands, .sent = unsent}));
+                                       }
                                      }};
   SessionReplay replay(*model, encoder->get());
   SessionChunk chunk;

@@ -44,6 +44,7 @@ std::uint32_t place_of(const Record& /*record*/) {
 }
 std::uint32_t place_of(const DeliveredSample& item) { return item.probe; }
 std::uint32_t place_of(const StimulationCommand& command) { return command.electrode; }
+std::uint32_t place_of(const SentCommand& item) { return item.command.electrode; }
 
 template <class Record>
 bool before(const Record& a, const Record& b) {
@@ -81,6 +82,11 @@ void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVect
     command.time = clock(command.time);
     command.electrode = static_cast<std::uint16_t>(command.electrode + electrodes);
     to.commands.push_back(command);
+  }
+  for (SentCommand item : chunk.sent) {
+    item.command.time = clock(item.command.time);
+    item.command.electrode = static_cast<std::uint16_t>(item.command.electrode + electrodes);
+    to.sent.push_back(item);
   }
   for (const Mark& mark : chunk.marks) {
     to.marks.push_back({clock(mark.time), rig + ": " + mark.label});
@@ -174,6 +180,7 @@ class MergedSessions::Reading {
     move_until(until, waiting_.samples, due.samples);
     move_until(until, waiting_.spikes, due.spikes);
     move_until(until, waiting_.commands, due.commands);
+    move_until(until, waiting_.sent, due.sent);
     move_until(until, waiting_.events, due.events);
     move_until(until, waiting_.marks, due.marks);
     return count_of(due) == 0 || take(batch_of(due));

@@ -63,7 +63,7 @@ double ViewFrames::since_start_s(nanoseconds time) const {
 
 void ViewFrames::add(const RecordBatch& batch) {
   for (const SpikeEvent& spike : batch.spikes) add(spike);
-  for (const StimulationCommand& command : batch.commands) add(command);
+  for (const SentCommand& sent : batch.sent) add(sent.command);
   for (const TaxelBlock& block : batch.taxels) add(block);
   for (const TickRecord& tick : batch.ticks) add(tick);
   for (const LoopEvent& event : batch.events) add(event);

@@ -32,10 +32,9 @@ class ViewSink final : public Sink {
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample,
-                  Mark, RunStatus>;
+    return kKinds<SpikeEvent, SentCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample, Mark,
+                  RunStatus>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { desk_->attach(control); }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {

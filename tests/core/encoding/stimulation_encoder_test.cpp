@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "core/records/probe_sample.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
 #include "tests/core/encoding/random_encoding.hpp"
 #include "tests/core/encoding/tick_feed.hpp"
@@ -210,6 +211,28 @@ TEST(StimulationEncoder, ADepthThatIsNotANumberWinsOverEveryOther) {
     EXPECT_EQ(commands[0].amplitude_uA, 0.0);
     EXPECT_EQ(encoder.clippings().invalid, 1U);
   }
+}
+
+TEST(StimulationEncoder, ARunThatStartsInTheMiddleOfAGraspCommandsNoOnset) {
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kOkorokova, 15.0, 10.0, 3.0)}), grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = {.contact = {.depth_mm = 1.5}, .x_mm = 15.0, .y_mm = 10.0};
+  std::vector<double> amplitudes_uA;
+  for (int k = 0; k < 200; ++k) {
+    for (const auto& command : feed.step()) amplitudes_uA.push_back(command.amplitude_uA);
+  }
+  ASSERT_EQ(amplitudes_uA.size(), 20U);
+  for (const double amplitude_uA : amplitudes_uA) EXPECT_EQ(amplitude_uA, amplitudes_uA.back());
+  // A press that begins later has one.
+  feed.press.contact.depth_mm = 0.0;
+  for (int k = 0; k < 200; ++k) feed.step();
+  feed.press.contact.depth_mm = 1.5;
+  double largest_uA = 0.0;
+  for (int k = 0; k < 30; ++k) {
+    for (const auto& command : feed.step()) largest_uA = std::max(largest_uA, command.amplitude_uA);
+  }
+  EXPECT_GT(largest_uA, 1.1 * amplitudes_uA.back());
 }
 
 TEST(StimulationEncoder, ClearsItsHistoryAtAFault) {

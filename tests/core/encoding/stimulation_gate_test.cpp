@@ -64,7 +64,7 @@ class OneElectrode {
                                                .last_tick = last_tick.value_or(now),
                                                .newest = {&newest_sample, 1},
                                                .stopped = stopped});
-    return {leaving.begin(), leaving.end()};
+    return commands_of(leaving);
   }
   bool stopped = false;  ///< by hand
   void jump() { gate_.jump(); }
@@ -89,6 +89,22 @@ TEST(StimulationGate, PassesCommandsThatAreOnTime) {
     EXPECT_EQ(leaving[0].heartbeat, static_cast<std::uint32_t>(k));
   }
   EXPECT_EQ(output.gate().counts().withheld, 0U);
+}
+
+TEST(StimulationGate, EachCommandSaysWhenItLeftAndUntilWhenItIsValid) {
+  StimulationGate gate(two_electrodes(0.0), kTick);
+  const std::vector<StimulationCommand> update = {
+      {.time = milliseconds{100}, .amplitude_uA = 30.0, .frequency_Hz = 50.0},
+      {.time = milliseconds{100}, .electrode = 1},
+      {.time = milliseconds{101}, .amplitude_uA = 40.0, .electrode = 1, .kind = Kind::kPulse}};
+  const auto sent = gate.pass(
+      update, {.now = milliseconds{104}, .delay = milliseconds{3}, .last_tick = milliseconds{104}});
+  ASSERT_EQ(sent.size(), 3U);
+  for (const SentCommand& each : sent) {
+    EXPECT_EQ(each.sent, milliseconds{104});
+    EXPECT_EQ(each.valid_until, milliseconds{104} + kWatchdog);
+    EXPECT_EQ(each.refused_by, 0U);
+  }
 }
 
 TEST(StimulationGate, WithholdsABacklog) {
@@ -239,7 +255,7 @@ class TwoElectrodes {
     const auto leaving = gate_.pass(
         commands,
         {.now = now, .delay = milliseconds{3}, .last_tick = now, .newest = {&newest_sample, 1}});
-    return {leaving.begin(), leaving.end()};
+    return commands_of(leaving);
   }
   static std::vector<StimulationCommand> update(nanoseconds time, double first_uA, double first_Hz,
                                                 double second_uA, double second_Hz,
@@ -414,8 +430,8 @@ class FaultyHost {
     const std::size_t first = random_.uniform() < 0.2 && !queue_.empty() ? 1 : queue_.size();
     const Moment moment{
         .now = wall_, .delay = delay_, .last_tick = last_tick_, .newest = {&newest_, 1}};
-    auditor_.take(wall_, delay_, gate_.pass(std::span(queue_).first(first), moment));
-    auditor_.take(wall_, delay_, gate_.pass(std::span(queue_).subspan(first), moment));
+    auditor_.take(wall_, delay_, commands_of(gate_.pass(std::span(queue_).first(first), moment)));
+    auditor_.take(wall_, delay_, commands_of(gate_.pass(std::span(queue_).subspan(first), moment)));
     queue_.clear();
   }
 

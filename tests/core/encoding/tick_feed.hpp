@@ -10,11 +10,19 @@
 #include <vector>
 
 #include "core/encoding/stimulation_encoder.hpp"
+#include "core/records/sent_command.hpp"
 
 namespace merkel {
 
 /// The tick of the tests.
 inline constexpr std::chrono::milliseconds kTick{1};
+
+[[nodiscard]] inline std::vector<StimulationCommand> commands_of(
+    std::span<const SentCommand> sent) {
+  std::vector<StimulationCommand> commands;
+  for (const SentCommand& each : sent) commands.push_back(each.command);
+  return commands;
+}
 
 /// Feeds an encoder with synthetic ticks of one patch and one probe.
 class TickFeed {

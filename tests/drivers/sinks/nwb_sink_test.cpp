@@ -111,11 +111,23 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
     const auto sink = open_sink("nwb:" + path, setup_with({"E1", "E2"}));
     ASSERT_TRUE(sink) << sink.error().sentence;
     EXPECT_TRUE((*sink)->takes<StimulationCommand>());
-    ASSERT_TRUE((*sink)->write({.commands = nwb_commands()}));
+    const std::vector<StimulationCommand> commands = nwb_commands();
+    const std::vector<SentCommand> sent = {
+        {.command = commands[1], .sent = milliseconds{7500}},
+        {.command = commands[1], .sent = milliseconds{7500}, .refused_by = 1},
+        {.command = commands[2], .sent = milliseconds{7500}},
+        {.command = commands[3], .sent = milliseconds{7510}}};
+    ASSERT_TRUE((*sink)->write({.commands = commands, .sent = sent}));
     ASSERT_TRUE((*sink)->close());
   }
   const Hdf5Reader file(path);
   expect_series_of_commands(file);
+  using Numbers = std::vector<double>;
+  EXPECT_EQ(file.numbers(kFirst + "sent_amplitude/data"), (Numbers{20.5, 30.0}));
+  EXPECT_EQ(file.numbers(kFirst + "sent_amplitude/timestamps"), (Numbers{0.01, 0.02}));
+  EXPECT_EQ(file.numbers(kFirst + "sent_monotonic/data"), (Numbers{7.5, 7.51}));
+  EXPECT_EQ(file.numbers(kSecond + "sent_stop/data"), Numbers{static_cast<double>(Stop::kGap)});
+  EXPECT_FALSE(file.has(kSecond + "sent_pulses"));
   EXPECT_EQ(file.text(kFirst + "amplitude/data", "unit"), "amperes");
   EXPECT_EQ(file.number(kFirst + "amplitude/data", "conversion"), 1e-6F);
   EXPECT_EQ(file.text(kFirst + "frequency/data", "unit"), "hertz");

@@ -18,6 +18,7 @@ class WatchedRun final : public RunControl {
   }
   [[nodiscard]] bool tare(std::size_t /*probe*/) override { return false; }
   void mark(const Mark& /*mark*/) override {}
+  void notice(const std::string& /*sentence*/) override {}
   [[nodiscard]] StimulationSwitch& stimulation() noexcept override { return stimulation_switch; }
   [[nodiscard]] Link link(std::size_t /*probe*/) const override { return Link::kConnected; }
 

@@ -33,14 +33,16 @@ class BridgeObject::Outlet final : public Sink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
+    return kKinds<SpikeEvent, SentCommand, TickRecord>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { bridge_.control_ = &control; }
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     keep(batch.spikes, bridge_.unread_.spikes, bridge_.spikes_lost_);
     delivered_ += batch.spikes.size();
-    keep(batch.commands, bridge_.unread_.commands, bridge_.commands_lost_);
+    commands_.clear();
+    for (const SentCommand& sent : batch.sent) commands_.push_back(sent.command);
+    keep(std::span<const StimulationCommand>(commands_), bridge_.unread_.commands,
+         bridge_.commands_lost_);
     if (batch.ticks.empty()) return {};
     const std::lock_guard lock(bridge_.mutex_);
     const bool first = !bridge_.newest_;
@@ -72,6 +74,7 @@ class BridgeObject::Outlet final : public Sink {
   BridgeObject& bridge_;
   std::string uri_ = "python";
   std::uint64_t delivered_ = 0;
+  std::vector<StimulationCommand> commands_;
 };
 
 BridgeObject::BridgeObject(Scene scene, const Options& options)

@@ -1,0 +1,72 @@
+#include "core/encoding/stimulation_outlet.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+
+namespace merkel {
+
+using Kind = StimulationCommand::Kind;
+using Stop = StimulationCommand::Stop;
+
+StimulationOutlet::StimulationOutlet(const EncodingParameters& parameters) {
+  for (const Electrode& each : parameters.electrodes) {
+    max_slope_uA_per_s_.push_back(
+        ElectrodeLimits::of(each, parameters.stimulation).max_slope_uA_per_s);
+  }
+}
+
+std::span<const SentCommand> StimulationOutlet::pass(std::span<const SentCommand> sent, Time now) {
+  leaving_.clear();
+  refused_.clear();
+  for (const SentCommand& each : sent) {
+    SentCommand out = each;
+    if (each.command.kind == Kind::kPulse) {
+      const bool late = now - each.sent > kPatience;
+      lost_ = lost_ || late;
+      limit(out.command, now);
+      const bool on = !lost_ && out.command.amplitude_uA > 0.0;
+      (on ? leaving_ : refused_).push_back(on ? out : each);
+      continue;
+    }
+    if (each.command.electrode == 0) update_ = treatment_of_update(each, now);
+    const bool stops = each.command.stop != Stop::kNone;
+    if (update_ == Treatment::kRefuse && !stops) {
+      refused_.push_back(each);
+      continue;
+    }
+    if (update_ == Treatment::kOff && !stops) {
+      if (each.command.amplitude_uA > 0.0) refused_.push_back(each);
+      out.command.amplitude_uA = out.command.frequency_Hz = 0.0;
+      out.command.stop = Stop::kSinkFailure;
+    }
+    limit(out.command, now);
+    leaving_.push_back(out);
+  }
+  return leaving_;
+}
+
+StimulationOutlet::Treatment StimulationOutlet::treatment_of_update(const SentCommand& first,
+                                                                    Time now) noexcept {
+  if (now - first.sent > kPatience) {
+    lost_ = true;
+    return Treatment::kRefuse;
+  }
+  if (!lost_) return Treatment::kPass;
+  lost_ = false;
+  since_ = now;
+  return Treatment::kOff;
+}
+
+void StimulationOutlet::limit(StimulationCommand& command, Time now) const noexcept {
+  if (!since_ || command.electrode >= max_slope_uA_per_s_.size()) return;
+  const double slope_uA_per_s = max_slope_uA_per_s_[command.electrode];
+  if (std::isinf(slope_uA_per_s)) return;
+  // The gate's amplitudes rise no faster than the slope, so the smaller of both does neither.
+  const double highest_uA = slope_uA_per_s * units::s_from(std::max(now - *since_, Time{0}));
+  command.amplitude_uA = std::min(command.amplitude_uA, highest_uA);
+  if (!(command.amplitude_uA > 0.0)) command.frequency_Hz = 0.0;
+}
+
+}  // namespace merkel
