@@ -111,6 +111,10 @@ void RunSinks::add(std::unique_ptr<Sink> sink) {
                                              .sink = std::move(sink),
                                              .channel = channel});
   entry->sink->attach(*entry->control);
+  // On a virtual clock no receiver acts on commands.
+  if (!gate_ && run_.commands && !run_.fast && entry->sink->receives_commands()) {
+    gate_ = std::make_unique<GateThread>(fanout_, watch_);
+  }
   entries_.push_back(std::move(entry));
 }
 
@@ -141,16 +145,12 @@ void RunSinks::listen() {
 
 void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
                      const RealtimeSettings& realtime) {
-  const bool received = std::any_of(entries_.begin(), entries_.end(), [](const auto& entry) {
-    return entry->sink->receives_commands();
-  });
-  if (watch_.guarded() && received) {
-    gate_ = std::make_unique<GateThread>(fanout_, watch_, realtime);
+  if (gate_) {
     for (const auto& entry : entries_) {
       if (!entry->channel.template takes<SentCommand>()) continue;
       gate_->add(entry->channel, !entry->sink->receives_commands());
     }
-    gate_->start();
+    gate_->start(realtime);
   }
   std::uint32_t number = 0;
   for (const auto& entry : entries_) {

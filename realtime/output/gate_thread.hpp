@@ -20,11 +20,8 @@ namespace merkel {
 /// the loop nor any sink.
 class GateThread {
  public:
-  /// \param fanout    of the loop, which has not started
-  /// \param watch     guarded
-  /// \param realtime  of the simulation
-  GateThread(Fanout& fanout, RunWatch& watch, const RealtimeSettings& realtime)
-      : input_(fanout.add_channel()), watch_(watch), realtime_(realtime) {
+  /// \param fanout  of the loop, which has not started
+  GateThread(Fanout& fanout, RunWatch& watch) : input_(fanout.add_channel()), watch_(watch) {
     input_.add<StimulationCommand>(kRoom);
   }
   GateThread(const GateThread&) = delete;
@@ -35,7 +32,9 @@ class GateThread {
   void add(ConsumerChannel& channel, bool records) {
     outputs_.push_back({.channel = &channel, .records = records});
   }
-  void start() {
+  /// \param realtime  of the simulation. The watch is guarded by now.
+  void start(const RealtimeSettings& realtime) {
+    realtime_ = realtime;
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
   /// Takes the commands that a sink did not pass on. Thread: any.

@@ -24,8 +24,8 @@ int main(int /*argc*/, char** argv) {
   socket.connect(argv[1]);
   std::map<std::string, std::int64_t> valid_until_ns;  // by electrode that is on
   const auto apply = [](const std::string& electrode, double amplitude_uA, double frequency_Hz) {
-    std::cout << electrode << ' ' << amplitude_uA << ' ' << frequency_Hz
-              << '\n' << std::flush;  // the stimulator
+    std::cout << electrode << ' ' << amplitude_uA << ' ' << frequency_Hz << '\n'
+              << std::flush;  // the stimulator
   };
   for (zmq::message_t head, text;;) {
     if (socket.recv(head) && socket.recv(text)) {
