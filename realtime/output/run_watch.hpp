@@ -26,7 +26,7 @@ class RunWatch {
   RunWatch(const PublishBeat& beat, const std::atomic<std::int64_t>& delay)
       : beat_(beat), delay_(delay) {}
 
-  /// The parameters of the gate. Call it before the sinks start. Without it there is no gate.
+  /// The parameters of the gate. Call it before the sinks start.
   void guard(const EncodingParameters& encoding, std::chrono::nanoseconds tick,
              std::size_t patches) {
     encoding_ = &encoding;
@@ -56,7 +56,6 @@ class RunWatch {
   }
   /// Thread: any.
   [[nodiscard]] StimulationSwitch& stimulation() noexcept { return stimulation_; }
-  [[nodiscard]] bool guarded() const noexcept { return encoding_ != nullptr; }
   [[nodiscard]] const EncodingParameters& encoding() const noexcept { return *encoding_; }
   [[nodiscard]] StimulationGate make_gate() const { return StimulationGate(*encoding_, tick_); }
   [[nodiscard]] std::size_t patches() const noexcept { return devices_of_patch_.size(); }
