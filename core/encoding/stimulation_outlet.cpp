@@ -1,7 +1,6 @@
 #include "core/encoding/stimulation_outlet.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/units.hpp"
 
@@ -61,10 +60,10 @@ StimulationOutlet::Treatment StimulationOutlet::treatment_of_update(const SentCo
 
 void StimulationOutlet::limit(StimulationCommand& command, Time now) const noexcept {
   if (!since_ || command.electrode >= max_slope_uA_per_s_.size()) return;
-  const double slope_uA_per_s = max_slope_uA_per_s_[command.electrode];
-  if (std::isinf(slope_uA_per_s)) return;
-  // The gate's amplitudes rise no faster than the slope, so the smaller of both does neither.
-  const double highest_uA = slope_uA_per_s * units::s_from(std::max(now - *since_, Time{0}));
+  // The gate's amplitudes rise no faster than the slope, so the smaller of both does neither. An
+  // infinite slope limits nothing, also after no time: the comparison with NaN is false.
+  const double highest_uA =
+      max_slope_uA_per_s_[command.electrode] * units::s_from(std::max(now - *since_, Time{0}));
   command.amplitude_uA = std::min(command.amplitude_uA, highest_uA);
   if (!(command.amplitude_uA > 0.0)) command.frequency_Hz = 0.0;
 }

@@ -194,6 +194,29 @@ TEST(StimulationEncoder, StopsOnlyThePatchOfTheFault) {
   EXPECT_EQ(commands[1].amplitude_uA, 50.0);
 }
 
+TEST(StimulationEncoder, ADoubtedProbeSuspendsItsPatchAndNoOther) {
+  EncodedModel model = grid_model();
+  model.patches.push_back(model.patches[0]);
+  model.patch_of_probe = {0, 0, 1};
+  auto second = electrode_at("E2", EncoderKind::kLinear, 15.0, 10.0, 3.0);
+  second.patch = 1;
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0), second}), model);
+  const Press press{.contact = {.depth_mm = 0.5, .force_mN = 500.0}, .x_mm = 15.0, .y_mm = 10.0};
+  const std::vector presses = {press, press, press};
+  // The doubt of the first probe is not lifted by the second, which presses on the same patch.
+  const std::vector<TickRecord> records = {
+      {.time = kTick, .probe = 0, .doubts = ProbeSample::kOutsideCalibration},
+      {.time = kTick, .probe = 1},
+      {.time = kTick, .probe = 2}};
+  const auto commands = encoder.step({.records = records, .presses = presses});
+  ASSERT_EQ(commands.size(), 2U);
+  EXPECT_EQ(commands[0].stop, Stop::kOutsideCalibration);
+  EXPECT_EQ(commands[0].amplitude_uA, 0.0);
+  EXPECT_EQ(commands[1].stop, Stop::kNone);
+  EXPECT_EQ(commands[1].amplitude_uA, 50.0);
+}
+
 TEST(StimulationEncoder, ADepthThatIsNotANumberWinsOverEveryOther) {
   EncodedModel model = grid_model();
   model.patch_of_probe = {0, 0};

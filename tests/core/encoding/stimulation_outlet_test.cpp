@@ -83,6 +83,26 @@ TEST(StimulationOutlet, ALateUpdateIsNotPassedOnAndTheNextIsAnOffFromWhichAmplit
   }
 }
 
+TEST(StimulationOutlet, FiveMillisecondsAreOnTime) {
+  StimulationOutlet outlet(outlet_parameters());
+  const nanoseconds sent = milliseconds{10};
+  EXPECT_EQ(outlet.pass(sent_at(sent, 50.0, 1), sent + StimulationOutlet::kPatience).size(), 2U);
+  EXPECT_EQ(outlet.pass(pulse_at(sent, 50.0), sent + StimulationOutlet::kPatience).size(), 1U);
+}
+
+TEST(StimulationOutlet, AnUpdateAtTheInstantOfTheOffIsOffToo) {
+  StimulationOutlet outlet(outlet_parameters());
+  outlet.lose();
+  auto both = sent_at(milliseconds{10}, 50.0, 1);
+  const auto second = sent_at(milliseconds{11}, 50.0, 2);
+  both.insert(both.end(), second.begin(), second.end());
+  const auto out = outlet.pass(both, milliseconds{11});
+  ASSERT_EQ(out.size(), 4U);
+  EXPECT_EQ(out[2].command.heartbeat, 2U);
+  EXPECT_EQ(out[2].command.amplitude_uA, 0.0);
+  EXPECT_EQ(out[2].command.frequency_Hz, 0.0);
+}
+
 TEST(StimulationOutlet, ALateStopStillLeaves) {
   StimulationOutlet outlet(outlet_parameters());
   const auto stop = sent_at(milliseconds{20}, 0.0, 1, Stop::kStale);
