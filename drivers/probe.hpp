@@ -45,6 +45,7 @@ struct ProbeInfo {
   /// dropped.
   bool replayed = false;
   std::string calibration_file = {};  ///< as the user gave it; empty for none
+  std::uint32_t calibrated = 0;       ///< ProbeSample::Channel bits that this file calibrates
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only
   std::vector<std::string> extra_columns = {};  ///< names of its further columns, in order
   /// All channels of a device with names of their own, more than extra_columns can be.

@@ -26,6 +26,7 @@ struct DeviceCountersOf {
   Cell distrusted{};
   Cell withheld{};
   Cell saturated{};
+  Cell outside_calibration{};
   Cell reboots{};
   Cell outages{};
   Cell outage_ns{};
@@ -62,6 +63,8 @@ inline constexpr auto kDeviceCounterFields = [] {
       Row{"device_withheld", "", "readings not used meanwhile", &Counters::withheld, true},
       Row{"device_saturated", "", "readings at the end of the sensor's range", &Counters::saturated,
           true},
+      Row{"device_outside_calibration", "", "readings outside the range of their calibration",
+          &Counters::outside_calibration, true},
       Row{"device_reboots", "", "restarts of a device", &Counters::reboots, true},
       Row{"device_outages", "", "number of times that a device was unplugged", &Counters::outages,
           true},

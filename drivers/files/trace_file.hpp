@@ -13,6 +13,7 @@
 #include "core/records/readings.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
 
@@ -27,7 +28,10 @@ namespace merkel {
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
-  [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path);
+  /// \param factors  of columns in volts or counts; a force, depth or position without its own is
+  /// refused, and so are factors that no column has
+  [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path,
+                                                              UnitFactors factors = {});
 
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
@@ -63,9 +67,10 @@ class TraceReader {
     Kind kind = Kind::kExtra;
     std::string name;     ///< as in the header
     int shift = 0;        ///< to ns, mm or mN: power of ten of its unit,
-    double factor = 1.0;  ///< and what is not a power of ten
+    double factor = 1.0;  ///< and what is not a power of ten; of an extra column: to its unit
   };
-  explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
+  TraceReader(LineReader lines, UnitFactors factors)
+      : lines_(std::move(lines)), factors_(std::move(factors)) {}
   Expected<void, SetupError> read_header();
   [[nodiscard]] Expected<bool, SetupError> next_row(ReadingHead& head, std::span<double> row);
   Expected<void, SetupError> parse_row(ReadingHead& head, std::span<double> row);
@@ -73,12 +78,14 @@ class TraceReader {
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);
   [[nodiscard]] bool has(Kind kind) const noexcept;
-  void add_extra_column(const std::string& name);
+  void add_extra_column(Column column);
   Expected<void, SetupError> choose_taxels();
   [[nodiscard]] double extra_value(std::string_view field, std::size_t column);
-  [[nodiscard]] static Column column_named(const std::string& name);
+  [[nodiscard]] Expected<Column, SetupError> column_named(const std::string& name);
 
   LineReader lines_;
+  UnitFactors factors_;
+  bool factors_used_ = false;
   std::vector<Column> columns_;
   std::vector<std::string> extra_columns_;
   std::vector<std::string> ignored_columns_;

@@ -59,6 +59,11 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
     saturation_again_ = reading.arrival + kSaturationPause;
   }
   saturated_ = result.saturated;
+  result.outside = calibration_.is_outside(sample);
+  if (result.outside && !std::exchange(outside_noted_, true)) {
+    result.notices.push_back(info_.name + ": the press is outside the calibrated range of " +
+                             info_.calibration_file);
+  }
   return result;
 }
 

@@ -23,6 +23,7 @@ class DeviceOutput {
     bool measured = false;  ///< its row is set; if not, a value is missing or impossible,
     bool waiting = false;   ///< or the zero of the array is being measured
     bool saturated = false;
+    bool outside = false;                   ///< of the range of its calibration
     std::vector<std::string> notices = {};  ///< for the user
   };
 
@@ -61,6 +62,7 @@ class DeviceOutput {
   bool tared_ = false;  ///< since the last sample
   bool saturated_ = false;
   std::chrono::nanoseconds saturation_again_{0};  ///< when it may be reported again
+  bool outside_noted_ = false;
 };
 
 }  // namespace merkel

@@ -150,7 +150,10 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ProbeChannels& wanted = parts[i];
     if (wanted.taxels) {
-      if (!files[i].empty()) {
+      // The factors of its columns are in effect already.
+      const auto file = files[i].empty() ? ProbeCalibration{} : read_calibration(files[i]);
+      if (!file) return Unexpected<SetupError>(file.error());
+      if (file->has_channels()) {
         return refuse("a tactile array measures its zero itself: remove its calibration");
       }
       auto channels = taxel_channels(names, wanted.taxels->prefix);
@@ -176,6 +179,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
       info.name += ", " + names_of_channels(*chosen);
     }
     info.calibration_file = files[i];
+    info.calibrated = calibration->channels_of_file();
     info.channels = calibration->sample_channels();
     info.calibration = calibration_text(*calibration, "of " + info.name);
     std::vector<DeviceChannel> further;
@@ -420,6 +424,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   std::uint64_t refused = 0;
   bool measured = false;
   bool saturated = false;
+  bool outside = false;
   const std::span<double> row =
       ready_->add({.time = time, .arrival = reading.arrival, .sequence = sequence});
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
@@ -430,6 +435,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     if (!result.measured && !result.waiting) ++refused;
     measured = measured || result.measured;
     saturated = saturated || result.saturated;
+    outside = outside || result.outside;
   }
   if (!measured) ready_->resize(ready_->size() - 1);
   stream_.counts.refused += refused;
@@ -438,6 +444,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   judged_.refused += refused;  // one sensor of several without a value is no damaged stream
   last_time_ = time;
   if (saturated) ++counts_.saturated;
+  if (outside) ++counts_.outside_calibration;
   if (first_reading_.count() == 0) first_reading_ = reading.arrival;
   ++counts_.readings;
   counts_.age_ms += (units::ms_from(reading.arrival - time) - counts_.age_ms) /

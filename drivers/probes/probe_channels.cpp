@@ -9,6 +9,7 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/protocols/device_units.hpp"
 
 namespace merkel {
 namespace {
@@ -168,7 +169,11 @@ Expected<ProbeCalibration, std::string> ProbeChannels::among(
     }
     auto& channel = calibration.channels[place];
     if (channel) return Unexpected<std::string>("the " + wanted + " is chosen twice: keep one");
-    channel = ChannelCalibration{.source = found->channel, .name = found->name};
+    // A calibration file is for N and mm, whatever the column is in.
+    const auto unit = unit_named(found->name.substr(found->name.rfind('_') + 1));
+    const bool electrical = unit && unit->is_electrical();
+    channel = ChannelCalibration{.source = found->channel,
+                                 .name = electrical ? in_unit_of_readings(*found) : found->name};
     if (place == 0 && found->channel == DeviceChannel::kZ) channel->gain = -1.0;
     return {};
   };

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/device_opening.hpp"
 #include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/taxel_readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
@@ -23,9 +25,12 @@ constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels 
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
-    std::unique_ptr<Probe> recording, const std::vector<ProbeChannels>& parts) {
+    std::unique_ptr<Probe> recording, std::vector<ProbeChannels> parts,
+    std::vector<std::string> calibrations) {
   const ProbeInfo whole = recording->info();
-  if (parts.empty()) return recording;
+  if (parts.empty() && calibrations.empty()) return recording;
+  parts.resize(std::max<std::size_t>(parts.size(), 1));
+  calibrations.resize(parts.size());
   const auto refuse = [&](const std::string& why) {
     return bad_input("\"" + whole.uri + "\": " + why);
   };
@@ -47,7 +52,8 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
                      .pressure = column->pressure});
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
-  for (const ProbeChannels& wanted : parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const ProbeChannels& wanted = parts[i];
     Array array;
     if (wanted.taxels) {
       array.columns = whole.taxels > 0 ? std::vector<ChannelName>{}
@@ -67,16 +73,23 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
       outputs->arrays_.push_back(std::move(array));
       continue;
     }
-    auto chosen = wanted.among(names);
+    const auto chosen = wanted.among(names);
     if (!chosen) return refuse(chosen.error());
+    auto calibration = read_calibration_of_device(calibrations[i], std::nullopt, bits,
+                                                  wanted.empty() ? nullptr : &*chosen);
+    if (!calibration) return Unexpected<SetupError>(calibration.error());
     outputs->arrays_.push_back(std::move(array));
     ProbeInfo info = whole;
-    info.uri += "#" + wanted.text();
-    info.name += ", " + names_of_channels(*chosen);
-    info.channels = chosen->sample_channels();
-    info.extra_columns.clear();
+    info.channels = calibration->sample_channels();
+    info.calibration_file = calibrations[i];
+    info.calibrated = calibration->channels_of_file();
+    if (!wanted.empty()) {
+      info.uri += "#" + wanted.text();
+      info.name += ", " + names_of_channels(*chosen);
+      info.extra_columns.clear();
+    }
     outputs->infos_.push_back(std::move(info));
-    outputs->calibrations_.push_back(std::move(*chosen));
+    outputs->calibrations_.push_back(std::move(*calibration));
   }
   return outputs;
 }
@@ -109,6 +122,7 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
                                      ? array_sample(i, reading, next_, columns.taxels_in(row))
                                      : calibrations_[i].apply(reading);
       columns.put(plausible(sample) ? sample : ProbeSample{.channels = infos_[i].channels}, row);
+      if (columns.further > 0) std::ranges::copy(further, columns.further_in(row).begin());
     }
   }
   return readings.size();

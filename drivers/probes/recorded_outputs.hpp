@@ -16,8 +16,10 @@ namespace merkel {
 class RecordedOutputs final : public ForwardingProbe {
  public:
   /// \param parts  the columns of each probe (ProbeChannels); empty: the recording as it is
+  /// \param calibrations  a file for each probe; empty: none
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> split(
-      std::unique_ptr<Probe> recording, const std::vector<ProbeChannels>& parts);
+      std::unique_ptr<Probe> recording, std::vector<ProbeChannels> parts,
+      std::vector<std::string> calibrations);
 
   [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return infos_; }
   using Probe::read;

@@ -75,15 +75,21 @@ class TraceSource final : public SampleSource {
 };
 
 Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::string& path,
-                                                                std::int64_t probe) {
+                                                                std::int64_t probe,
+                                                                UnitFactors factors) {
   if (SessionSamples::is_session(path)) {
+    if (!factors.empty()) {
+      return bad_input(path +
+                       " is a session, whose samples are in N and mm: remove its calibration and "
+                       "keys such as force_N_per_V");
+    }
     return SessionSamples::open(path, static_cast<std::uint32_t>(probe));
   }
   if (probe > 0) {
     return bad_input(path + " is a trace, which contains only one probe: remove the option probe=" +
                      std::to_string(probe));
   }
-  auto reader = TraceReader::open(path);
+  auto reader = TraceReader::open(path, std::move(factors));
   if (!reader) return Unexpected<SetupError>(reader.error());
   return std::make_unique<TraceSource>(std::move(*reader));
 }
@@ -99,8 +105,10 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   const auto chunk = options.whole("chunk", 256, 1, 1'000'000);
   const std::string use = options.word("use", "all", "all|depth|force");
   const auto probe = options.whole("probe", 0, 0, UINT16_MAX);
+  auto factors = UnitFactors::from(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto source = open_source(uri.path, probe);
+  if (!factors) return Unexpected<SetupError>(factors.error());
+  auto source = open_source(uri.path, probe, std::move(*factors));
   if (!source) return Unexpected<SetupError>(source.error());
   const std::uint32_t excluded = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}

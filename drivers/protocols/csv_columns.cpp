@@ -56,13 +56,30 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
   return true;
 }
 
+/// The factor of a number that states its unit; empty: it is no unit of the column.
+std::optional<double> stated_factor(const CsvColumn& column, std::string_view unit) {
+  const auto stated = unit_named(unit);
+  const auto of_column = unit_named(column.name.substr(column.name.rfind('_') + 1));
+  if (!stated || !of_column || stated->quantity != of_column->quantity) return std::nullopt;
+  return column.factor * stated->factor / of_column->factor;
+}
+
 }  // namespace
 
-Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
+bool is_electrical_press(std::string_view name) {
+  const auto mark = name.rfind('_');
+  const auto unit = unit_named(mark == std::string_view::npos ? "" : name.substr(mark + 1));
+  const std::string quantity = csv_quantity_of(name.substr(0, mark));
+  return unit && unit->is_electrical() && !quantity.empty() && quantity != "-" &&
+         quantity != "seq" && quantity != "time";
+}
+
+Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
+                                                  const UnitFactors& factors) {
   if (name == "-") return CsvColumn{};
   if (name == "seq") return CsvColumn{.kind = CsvColumn::Kind::kSequence, .name = "seq"};
   const auto mark = name.rfind('_');
-  const std::string_view stem = name.substr(0, mark);
+  std::string_view stem = name.substr(0, mark);
   const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
   if (stem == "time") {
     for (const auto& [known, ns] : {std::pair<std::string_view, std::int64_t>{"s", 1'000'000'000},
@@ -76,12 +93,22 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     return Unexpected<std::string>("the unit of " + std::string(name) +
                                    " is unknown: time is in s, ms or us");
   }
+  auto measured = unit_named(unit);
+  std::string quantity;
+  if (measured && measured->is_electrical() && !stem.empty()) {
+    if (is_electrical_press(name)) stem = quantity = csv_quantity_of(stem);
+    const auto known = factors.of(stem, *measured);
+    if (!known) {
+      return Unexpected<std::string>(UnitFactors::missing(
+          name, *measured, !quantity.empty() && !quantity.starts_with("force")));
+    }
+    measured = known;
+  }
   for (std::size_t i = 0; i < kDeviceChannels; ++i) {
     if (stem != kDeviceChannelNames[i]) continue;
     const auto channel = static_cast<DeviceChannel>(i);
     const bool force = channel <= DeviceChannel::kForceZ;
-    const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
-    if (!factor) {
+    if (!measured || measured->quantity != (force ? Quantity::kForce : Quantity::kLength)) {
       return Unexpected<std::string>("the unit of " + std::string(name) + " is unknown: " +
                                      (force ? "forces are in " + std::string(kForceUnits)
                                             : "lengths are in " + std::string(kLengthUnits)));
@@ -89,19 +116,16 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     return CsvColumn{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = channel,
-                     .factor = *factor,
+                     .factor = measured->factor,
                      .force = force};
   }
-  const auto newtons = newtons_per(unit);
-  const auto kilopascals = kilopascals_per(unit);
-  const auto factor = newtons ? newtons : (kilopascals ? kilopascals : millimetres_per(unit));
-  if (factor && !stem.empty()) {
+  if (measured && !measured->is_electrical() && !stem.empty()) {
     return CsvColumn{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = named_channel(0),
-                     .factor = *factor,
-                     .force = newtons.has_value(),
-                     .pressure = kilopascals.has_value()};
+                     .factor = measured->factor,
+                     .force = measured->quantity == Quantity::kForce,
+                     .pressure = measured->quantity == Quantity::kPressure};
   }
   return Unexpected<std::string>("the column " + std::string(name) +
                                  " is unknown; the known ones are " + csv_column_names());
@@ -113,6 +137,7 @@ std::string csv_column_names() {
          "forces are in " +
          std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits) +
          ", pressures in " + std::string(kPressureUnits) +
+         "; or a column is in V, mV, uV or count, with a key such as force_N_per_V"
          "; taxel_kPa*256 is short for taxel1_kPa to taxel256_kPa";
 }
 
@@ -151,14 +176,15 @@ void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
   }
 }
 
-std::vector<std::string> csv_columns_of_header(std::string_view line, char separator) {
+std::vector<std::string> csv_columns_of_header(std::string_view line, char separator,
+                                               const UnitFactors& factors) {
   std::vector<CsvField> headings;
   std::vector<std::string> names;
   bool measures = false;
   std::size_t own_names = 0;
   for (std::string_view rest = line; !rest.empty();) {
     const std::string_view cell = take_csv_part(rest, separator);
-    const auto exact = csv_column_named(cell);
+    const auto exact = csv_column_named(cell, factors);
     const CsvField heading = parse_csv_heading(cell);
     const std::string quantity = csv_quantity_of(heading.label);
     std::string name = "-";
@@ -169,23 +195,26 @@ std::vector<std::string> csv_columns_of_header(std::string_view line, char separ
     } else if (quantity == "seq" && heading.unit.empty()) {
       name = "seq";
     } else if (!heading.label.empty()) {
-      name = csv_own_name_of(heading);
+      name = csv_own_name_of(heading, factors);
       if (name != "-") ++own_names;
     }
-    const auto column = csv_column_named(name);
-    measures = measures ||
+    const auto column = csv_column_named(name, factors);
+    // A force in volts is known as one before its factor is.
+    const bool lacks_factor = !column && is_electrical_press(name);
+    measures = measures || lacks_factor ||
                (column && column->kind == CsvColumn::Kind::kValue && !is_named(column->channel));
-    names.push_back(column ? name : "-");
+    names.push_back(column || lacks_factor ? name : "-");
     headings.push_back(heading);
   }
   // A unit alone does not make a heading: "calibrated (g)" may be any line of text.
   if (!measures && (own_names < 2 || 2 * own_names < names.size())) return {};
-  tell_csv_columns_apart(names, headings);
+  tell_csv_columns_apart(names, headings, factors);
   return names;
 }
 
 Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view names,
-                                                                char separator) {
+                                                                char separator,
+                                                                const UnitFactors& factors) {
   std::vector<CsvColumn> columns;
   bool measures = false;
   std::vector<std::string> all;
@@ -197,7 +226,7 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
     }
   }
   for (const std::string& name : all) {
-    auto column = csv_column_named(name);
+    auto column = csv_column_named(name, factors);
     if (!column) return Unexpected<std::string>(column.error());
     for (const CsvColumn& other : columns) {
       if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
@@ -266,9 +295,7 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
       }
       double factor = column.factor;
       if (!field.unit.empty()) {
-        const auto stated = column.force      ? newtons_per(field.unit)
-                            : column.pressure ? kilopascals_per(field.unit)
-                                              : millimetres_per(field.unit);
+        const auto stated = stated_factor(column, field.unit);
         if (!stated) return false;
         factor = *stated;
       }

@@ -8,6 +8,7 @@
 
 #include "core/expected.hpp"
 #include "drivers/protocols/device_reading.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
 
@@ -25,7 +26,12 @@ struct CsvColumn {
 
 /// Parses the name of a column ("force_N"), or returns an error. A name of its own with a unit of
 /// force or length ("thumb_N") is a named channel, here the first.
-[[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name);
+/// \param factors  of columns in volts or counts ("force_V"), which are refused without theirs
+[[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
+                                                                const UnitFactors& factors = {});
+
+/// True for a column of a force, depth or position in volts or counts, with or without its factor.
+[[nodiscard]] bool is_electrical_press(std::string_view name);
 
 /// The names of columns, separated by commas; "taxel_kPa*256" are 256 of them. Empty: wrong.
 [[nodiscard]] std::vector<std::string> csv_names_of(std::string_view names);
@@ -39,12 +45,13 @@ void number_named_channels(std::vector<CsvColumn>& columns) noexcept;
 
 /// Parses the names of all columns. Fails if none is a force or a length, or if two are the same.
 [[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(
-    std::string_view names, char separator);
+    std::string_view names, char separator, const UnitFactors& factors = {});
 
 /// The columns that a header line names, with their units: "force_g,depth_mm", "Force (g); Depth
 /// (mm)", "thumb_N,index_N". A cell with another meaning is ignored. Empty unless a force, depth or
 /// position has its unit, or two other names have one.
-[[nodiscard]] std::vector<std::string> csv_columns_of_header(std::string_view line, char separator);
+[[nodiscard]] std::vector<std::string> csv_columns_of_header(std::string_view line, char separator,
+                                                             const UnitFactors& factors = {});
 
 /// The names and units of columns, for messages.
 [[nodiscard]] std::string csv_column_names();

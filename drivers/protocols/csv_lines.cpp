@@ -19,6 +19,7 @@ constexpr nanoseconds kNoise{2'000'000};  ///< largest step back that is not a r
 
 struct CsvOptions {
   std::vector<CsvColumn> columns;
+  UnitFactors factors;
   std::optional<CsvStyle> style;
   unsigned sequence_bits = 32;
   unsigned clock_bits = 32;
@@ -31,7 +32,8 @@ class CsvLines final : public LineProtocol {
       : sequence_(options.sequence_bits),
         clock_bits_(options.clock_bits),
         rate_Hz_(options.rate_Hz),
-        style_(options.style) {
+        style_(options.style),
+        factors_(std::move(options.factors)) {
     use(std::move(options.columns));
   }
 
@@ -129,7 +131,7 @@ class CsvLines final : public LineProtocol {
     if (parse_csv_field(line, false).number) return false;
     for (const char separator : {',', ';', '\t', ' '}) {
       if (style_ && style_->separator != separator) continue;
-      const std::vector<std::string> names = csv_columns_of_header(line, separator);
+      const std::vector<std::string> names = csv_columns_of_header(line, separator, factors_);
       if (names.empty()) continue;
       if (columns_.empty()) {
         use(columns_of(names));
@@ -171,7 +173,7 @@ class CsvLines final : public LineProtocol {
     }
     if (!learned) {
       if (columns_.empty()) {
-        error_message_ = unnamed(lines.back());
+        if (error_message_.empty()) error_message_ = unnamed(lines.back());
       } else {
         stream.counts.damaged += unread_.size();
       }
@@ -186,14 +188,14 @@ class CsvLines final : public LineProtocol {
   }
 
   /// The columns of a line with labels and units; empty if it has none.
-  static std::vector<CsvColumn> stated_columns(const std::string& line, const CsvStyle& style) {
+  std::vector<CsvColumn> stated_columns(const std::string& line, const CsvStyle& style) {
     std::vector<std::string> names;
     const std::vector<CsvField> fields = csv_fields_of(line, style);
     for (const CsvField& field : fields) {
       const std::string name = field.number ? csv_column_of(field) : "-";
       names.push_back(name.empty() ? "-" : name);
     }
-    tell_csv_columns_apart(names, fields);
+    tell_csv_columns_apart(names, fields, factors_);
     std::vector<CsvColumn> columns = columns_of(names);
     const bool measures = std::any_of(columns.begin(), columns.end(), [](const CsvColumn& column) {
       return column.kind == CsvColumn::Kind::kValue;
@@ -201,11 +203,14 @@ class CsvLines final : public LineProtocol {
     return measures ? columns : std::vector<CsvColumn>{};
   }
 
-  /// Columns of known names.
-  static std::vector<CsvColumn> columns_of(const std::vector<std::string>& names) {
+  /// Columns of known names. One in volts or counts without its factor is an error.
+  std::vector<CsvColumn> columns_of(const std::vector<std::string>& names) {
     std::vector<CsvColumn> columns;
-    for (const std::string& name : names)
-      columns.push_back(csv_column_named(name).value_or(CsvColumn{}));
+    for (const std::string& name : names) {
+      auto column = csv_column_named(name, factors_);
+      if (!column && is_electrical_press(name)) error_message_ = column.error();
+      columns.push_back(column ? std::move(*column) : CsvColumn{});
+    }
     return columns;
   }
 
@@ -282,6 +287,7 @@ class CsvLines final : public LineProtocol {
   unsigned clock_bits_;
   double rate_Hz_;
   std::optional<CsvStyle> style_;
+  UnitFactors factors_;
   std::optional<char> separator_of_header_;
   std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
   std::vector<CsvColumn> columns_;
@@ -297,6 +303,9 @@ class CsvLines final : public LineProtocol {
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options) {
   CsvOptions csv;
+  auto factors = UnitFactors::from(options);
+  if (!factors) return Unexpected<SetupError>(factors.error());
+  csv.factors = std::move(*factors);
   const std::string names = options.text("columns", "");
   const std::string separator = options.word("separator", "auto", "auto|comma|semicolon|tab|space");
   const std::string decimal = options.word("decimal", "auto", "auto|point|comma");
@@ -304,7 +313,7 @@ Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& optio
   csv.clock_bits = static_cast<unsigned>(options.whole("clock_bits", 32, 8, 32));
   csv.rate_Hz = options.number("rate_hz", 0.0, 0.01, 100'000.0);
   if (!names.empty()) {
-    auto named = csv_columns_named(names, ',');
+    auto named = csv_columns_named(names, ',', csv.factors);
     if (!named) return bad_input("columns=" + names + ": " + named.error());
     csv.columns = std::move(*named);
   }

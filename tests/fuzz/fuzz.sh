@@ -74,8 +74,8 @@ fuzz hdf5_spikes 2048 -lhdf5_serial hdf5_spikes_fuzz.cpp \
   drivers/spike_files/hdf5_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
 fuzz trace 2048 "" trace_fuzz.cpp "${protocols[@]}"
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
-fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
-  drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
+fuzz calibration 1024 "" calibration_fuzz.cpp "${protocols[@]}" \
+  drivers/calibration/{calibration_file,probe_calibration}.cpp drivers/files/toml{,_guard}.cpp
 core=()
 for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*/*.cpp; do
   [ -e "$file" ] && core+=("${file#"$source"/}")

@@ -159,6 +159,9 @@ std::string options_of(const CsvStyle& style) {
 Reading reading_of(const std::vector<Column>& columns, const std::vector<std::string>& names,
                    const CsvStyle& style) {
   Reading reading{.columns = csv_list_of(names), .style = options_of(style), .meaning = {}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (columns[i].name.empty() && names[i] != "-") reading.assumed.push_back(names[i]);
+  }
   const std::vector<std::string> channels = channels_in(reading.columns);
   const std::size_t taxels = taxels_among(channels);
   if (taxels > 0) {

@@ -340,6 +340,14 @@ class RunChecks {
                       probe.uri, was(device.saturated)),
           "press less, or use a sensor with a larger range");
     }
+    if (device.outside_calibration > 0) {
+      add(Severity::kLoss, share(device.outside_calibration, device.readings),
+          fmt::format("{} of {} {} outside the range of the calibration",
+                      counted(device.outside_calibration, "reading"), probe.uri,
+                      was(device.outside_calibration)),
+          "calibrate with points as large as the presses (merkel calibrate --overwrite), or press "
+          "less");
+    }
   }
 
   void check_loop() {

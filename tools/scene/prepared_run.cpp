@@ -56,6 +56,18 @@ std::optional<nanoseconds> delay_of(const Scene& scene) {
   return delay;
 }
 
+/// A calibration that leaves out what drives the model; empty: there is none, or it does not.
+std::string uncalibrated_drive(const ProbeInfo& info, const Scene::OfProbe& probe) {
+  const bool has_force = (info.channels & ProbeSample::kForce) != 0U;
+  const bool force = probe.control ? *probe.control == Indenter::Control::kForce : has_force;
+  const std::uint32_t driving = force ? ProbeSample::kForce : ProbeSample::kDepth;
+  if (info.calibrated == 0 || (info.calibrated & driving) != 0U) return {};
+  const std::string name = force ? "force" : "depth";
+  return info.calibration_file + " does not calibrate the " + name +
+         ", which drives the model: it is used as the device sends it; add it by merkel calibrate '" +
+         info.uri + "' " + info.calibration_file + " --channel " + name;
+}
+
 /// Opens each device once: probes whose URIs differ only in what follows '#' share one.
 Expected<std::vector<PreparedRun::Device>, SetupError> open_devices(const Scene& scene,
                                                                     bool allow_remote) {
@@ -234,6 +246,11 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
       limits.push_back(scene.probes[device.feeds[output]].limits);
     }
     device.probe = std::make_unique<LimitedProbe>(std::move(device.probe), std::move(limits));
+  }
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    if (auto notice = uncalibrated_drive(infos[i], scene.probes[i]); !notice.empty()) {
+      run.notices.push_back(std::move(notice));
+    }
   }
   auto cost = cost_of(run.devices.size(), infos);
   if (!cost) return Unexpected<SetupError>(cost.error());
