@@ -351,6 +351,7 @@ void RunProbes::finish(RunReport& report) {
     of.shares_device = !is_first_of_device(i);
     of.timing = device.timing();
     of.channels = route.info().channels;
+    of.decimate = route.parameters.decimate;
     of.stale_after =
         route.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
     of.dropped = route.channel.dropped.value();

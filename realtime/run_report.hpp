@@ -58,10 +58,11 @@ struct RunReport : RunCounters {
     std::optional<SampleTiming> timing;  ///< as measured; none for a recording
     std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples
-    DeepestPress deepest_press;               ///< as it reported it
-    PressRange press_range;                   ///< of its readings
-    ContactDecision::Drift drift;             ///< of its zero
-    ContactDecision::Parameters contact;      ///< by which its contact was decided
+    ProbeInput::Decimate decimate = ProbeInput::Decimate::kLast;
+    DeepestPress deepest_press;           ///< as it reported it
+    PressRange press_range;               ///< of its readings
+    ContactDecision::Drift drift;         ///< of its zero
+    ContactDecision::Parameters contact;  ///< by which its contact was decided
   };
   struct OfSink {
     std::string uri;

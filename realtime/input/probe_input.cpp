@@ -13,7 +13,7 @@ constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 }  // namespace
 
 ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
-    : channel_(channel), parameters_(parameters) {
+    : channel_(channel), parameters_(parameters), mean_(channel.columns().taxels) {
   last_taxels_.resize(channel.columns().taxels);
   taxels_.resize(channel.columns().taxels);
 }
@@ -21,8 +21,14 @@ ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
 void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
   for (const ReadingHead* next = channel_.front(); next != nullptr && next->time <= time;
        next = channel_.front()) {
-    (next->time <= simulated_ ? channel_.late : channel_.used).add();
+    const bool late = next->time <= simulated_;
+    (late ? channel_.late : channel_.used).add();
     last_ = channel_.front_sample();
+    if (!late && parameters_.decimate == Decimate::kMean) {
+      // An array that does not touch has no pressures.
+      mean_.add(contact_of(*last_), last_->touch,
+                is_out(*last_) ? std::span<const double>{} : channel_.front_taxels());
+    }
     if (estimate_) estimate_->add(*last_);
     std::ranges::transform(channel_.front_taxels(), last_taxels_.begin(),
                            [](double kPa) { return static_cast<float>(kPa); });
@@ -74,9 +80,13 @@ ContactInput ProbeInput::released(const ContactInput& last) const noexcept {
 }
 
 ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
+  const bool first = simulated_ == std::chrono::nanoseconds::min();
   Reading reading = reading_at(time);
+  if (first) mean_.clear();  // they may be of any time before
+  if (uses_mean()) reading.contact = mean_.contact();
   reading.touch = touch_of(reading.contact);
   blend_taxels();
+  mean_.clear();
   const bool touches = reading.touch == Touch::kTouching;
   if (!touches) touch_began_.reset();
   if (touches && !touch_began_) touch_began_ = time;
@@ -89,8 +99,17 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
   return reading;
 }
 
+/// Whether several samples of the tick are averaged; a released probe has none.
+bool ProbeInput::uses_mean() const noexcept {
+  return mean_.several() && last_share_ + next_share_ > 0.0F;
+}
+
 void ProbeInput::blend_taxels() noexcept {
   if (taxels_.empty()) return;
+  if (uses_mean()) {
+    for (std::size_t i = 0; i < taxels_.size(); ++i) taxels_[i] = mean_.taxel(i);
+    return;
+  }
   if (last_ && is_out(*last_)) last_share_ = 0.0F;
   if (next_share_ > 0.0F && is_out(channel_.front_sample())) next_share_ = 0.0F;
   // The next sample exists only if it has a share.
@@ -108,6 +127,7 @@ Touch ProbeInput::touch_of(const ContactInput& contact) const noexcept {
   Touch touch = last_ && last_share_ > 0.0F ? last_->touch : Touch::kUndecided;
   // The next sample exists only if it has a share.
   if (next_share_ > 0.0F) touch = std::max(touch, channel_.front_sample().touch);
+  if (uses_mean()) touch = mean_.touch();
   return touch == Touch::kUndecided ? Touch::kTouching : touch;
 }
 

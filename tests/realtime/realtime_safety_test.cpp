@@ -385,8 +385,8 @@ TEST(RealtimeSafety, ATactileArrayNeitherAllocatesNorLocks) {
   Pipeline pipeline(*model, {.fast = false, .delay = std::chrono::milliseconds{2}});
   pipeline.add_probe(
       std::move(*open_probe("sim:pad?columns=8&rows=8&count=2&tap_s=0.3&interval_s=0.3&tail_s=0.1"
-                            "&noise_kPa=0.1&live=1#taxels=64")),
-      {});
+                            "&noise_kPa=0.1&rate_hz=4000&live=1#taxels=64")),
+      {.decimate = ProbeInput::Decimate::kMean});
   pipeline.add_sink(
       std::move(*open_sink("xdf:/dev/null", static_cast<std::uint32_t>(model->neurons()), false)));
   g_calls = 0;

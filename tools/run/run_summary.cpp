@@ -123,6 +123,27 @@ Json timing_json(const RunReport::OfProbe& probe) {
           {"stale_after_ms", units::ms_from(probe.stale_after)}};
 }
 
+double samples_per_tick(const RunReport::OfProbe& probe, const RunReport& report) {
+  return report.ticks == 0
+             ? 0.0
+             : static_cast<double>(probe.counts.used) / static_cast<double>(report.ticks);
+}
+
+std::string_view name_of(ProbeInput::Decimate decimate) noexcept {
+  return decimate == ProbeInput::Decimate::kMean ? "mean" : "last";
+}
+
+/// What became of the samples of a probe that is faster than the loop; empty for others.
+std::string decimation_text(const RunReport::OfProbe& probe, const RunReport& report) {
+  constexpr double kSeveral = 1.5;
+  const double samples = samples_per_tick(probe, report);
+  if (samples < kSeveral) return {};
+  const bool mean = probe.decimate == ProbeInput::Decimate::kMean;
+  return fmt::format(
+      "  {:.3g} samples in a tick: {}\n", samples,
+      mean ? "their mean is used" : "the last is used ([probe] decimate = \"mean\" averages them)");
+}
+
 }  // namespace
 
 std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan,
@@ -162,6 +183,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
           number_text(units::ms_from(report.largest_delay)),
           number_text(units::ms_from(report.median_delay)), units::ms_from(probe.stale_after));
     }
+    text += decimation_text(probe, report);
     if (probe.device && !probe.shares_device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
@@ -216,6 +238,8 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
     const Press& press = model.deepest()[i];
     Json json = {{"uri", probe.uri}};
     add_handover(json, counts_of(probe));
+    json["samples_per_tick"] = samples_per_tick(probe, report);
+    json["decimate"] = name_of(probe.decimate);
     json["timing"] = timing_json(probe);
     json["device"] = device_json(probe.shares_device ? std::nullopt : probe.device);
     json["force_and_depth"] = both_json(force_and_depth(probe, model, i));

@@ -65,6 +65,7 @@ FieldTable Scene::OfProbe::fields() {
   using P = Scene::OfProbe;
   static constexpr std::string_view kControls[] = {"depth", "force"};
   static constexpr std::string_view kZeros[] = {"track", "fixed", "start"};
+  static constexpr std::string_view kDecimations[] = {"last", "mean"};
   static constexpr Field kFields[] = {
       {"uri", "", any_value(), "source of the samples (see merkel run --help)", at<&P::uri>,
        "that of its device"},
@@ -111,6 +112,12 @@ FieldTable Scene::OfProbe::fields() {
        "merkel connect measures",
        [](void* p) -> FieldPointer {
          return &static_cast<P*>(p)->input.contact.zero_drift_mN_per_s;
+       }},
+      {"decimate", "", one_of(kDecimations),
+       "the input of a tick in which several samples lie: the last of them, or their mean, which is a "
+       "low-pass filter and half a tick older",
+       [](void* p) -> FieldPointer {
+         return detail::choice_of(static_cast<P*>(p)->input.decimate);
        }},
       {"max_force_N", "N", positive(1e6),
        "a larger measured force is refused: a device's reading is dropped and counted, a recording ends",

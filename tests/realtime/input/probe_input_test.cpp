@@ -75,6 +75,65 @@ TEST(ProbeInputTaxels, FollowTheRuleOfTheContact) {
   expect(10, 1.0F, 1.0F, State::kHeld);
 }
 
+/// A probe whose ticks use the mean of their samples.
+class ProbeInputMean : public testing::Test {
+ protected:
+  void arrives(double time_ms, double force_mN, std::vector<float> taxels = {0.0F}) {
+    ASSERT_TRUE(channel_.try_push(
+        {.time = ms(time_ms), .force_mN = force_mN, .channels = ProbeSample::kForce}, taxels));
+  }
+  void expect(double time_ms, double force_mN, State state) {
+    const auto reading = input_.at(ms(time_ms));
+    EXPECT_NEAR(reading.contact.force_mN, force_mN, 1e-12) << "at " << time_ms << " ms";
+    EXPECT_EQ(reading.state, state) << "at " << time_ms << " ms";
+  }
+
+  ProbeChannel channel_{100, 1};
+  ProbeInput input_{channel_, {.stale_after = ms(5), .decimate = ProbeInput::Decimate::kMean}};
+};
+
+TEST_F(ProbeInputMean, ATickOfSeveralSamplesIsTheirMean) {
+  arrives(0, 9.0);
+  expect(0, 9.0, State::kFollowing);
+  arrives(0.25, 1.0, {10.0F});
+  arrives(0.5, 2.0, {20.0F});
+  EXPECT_FALSE(input_.ready_for(ms(1)));  // takes what there is, and waits for the rest
+  arrives(1, 6.0, {60.0F});
+  arrives(1.25, 100.0);
+  EXPECT_TRUE(input_.ready_for(ms(1)));
+  expect(1, 3.0, State::kFollowing);
+  EXPECT_FLOAT_EQ(input_.taxels()[0], 30.0F);
+}
+
+TEST_F(ProbeInputMean, FewerThanTwoSamplesInATickAreInterpolated) {
+  arrives(0, 1.0);
+  arrives(2.5, 3.5);
+  arrives(5, 3.5);
+  expect(0, 1.0, State::kFollowing);
+  expect(2, 3.0, State::kFollowing);
+  expect(3, 3.5, State::kFollowing);
+}
+
+TEST_F(ProbeInputMean, LateSamplesAndThoseBeforeTheFirstTickAreNotAveraged) {
+  arrives(-2, 50.0);
+  arrives(-1, 70.0);
+  expect(0, 70.0, State::kHeld);
+  arrives(-0.5, 1000.0);
+  arrives(0.5, 2.0);
+  arrives(1.0, 4.0);
+  expect(1, 3.0, State::kFollowing);
+  EXPECT_EQ(input_.counts().late, 1U);
+}
+
+TEST_F(ProbeInputMean, AReleasedProbeHasNoMean) {
+  arrives(0, 1.0);
+  expect(0, 1.0, State::kFollowing);
+  arrives(0.5, 2.0, {5.0F});
+  arrives(1.0, 4.0, {5.0F});
+  expect(10, 0.0, State::kReleased);
+  EXPECT_EQ(input_.taxels()[0], 0.0F);
+}
+
 TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
   ProbeChannel channel{4, 3};
   const std::vector<float> row(3, 1.0F);
