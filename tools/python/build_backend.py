@@ -96,7 +96,7 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     package = _build_package(pathlib.Path(os.environ.get("MERKEL_BUILD_DIR", SOURCE / "build" / "python")))
     modules = sorted(package.glob("_merkel.*.so"), key=lambda module: module.stat().st_mtime)
-    files = [package / name for name in ("__init__.py", "__init__.pyi", "_arguments.py", "_batch.py", "_batch_engine.py", "_batch_job.py", "_batch_prepare.py", "_fit.py", "_streams.py", "py.typed")] + [modules[-1]]
+    files = [package / name for name in ("__init__.py", "__init__.pyi", "_arguments.py", "_batch.py", "_batch_engine.py", "_batch_job.py", "_batch_prepare.py", "_fit.py", "_streams.py", "_trials.py", "trials.py", "py.typed")] + [modules[-1]]
     project = _project()
     info = f"{project['name']}-{project['version']}.dist-info"
     name = f"{project['name']}-{project['version']}-{_tag()}.whl"

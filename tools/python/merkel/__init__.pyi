@@ -221,6 +221,32 @@ def fit(
     evaluations: int = ...,
     cores: int | None = ...,
 ) -> Fit: ...
+
+class Press(NamedTuple):
+    """A press and the spikes of its trials. level is the mean over them; unit is "N" or "mm"."""
+    name: str
+    unit: str
+    time_s: NDArray[np.float64]
+    level: NDArray[np.float64]
+    spike_times_s: list[NDArray[np.float64]]
+    deviation: float
+
+class Trials(list[Press]):
+    def write(self, folder: str | PathLike[str], overwrite: bool = ...) -> str: ...
+
+def trials(
+    recordings: Any,
+    *,
+    force: str | None = ...,
+    depth: str | None = ...,
+    newtons_per_volt: float | None = ...,
+    mm_per_volt: float | None = ...,
+    spikes: str | None = ...,
+    tip: str = ...,
+    radius_mm: float = ...,
+    probe_diameter_mm: float | None = ...,
+    cite: str = ...,
+) -> Trials: ...
 class Device:
     @property
     def uri(self) -> str: ...
